@@ -345,9 +345,9 @@ typedef struct kt_term {
 
 /* Whether a loop or an effect acts throughout, or may be switched on and off while a program runs (model.h). */
 typedef enum kt_switching {
-    KT_ALWAYS_ON = 0,   /* cannot be switched */
-    KT_SWITCHED_ON,     /* may be switched; at first it is on */
-    KT_SWITCHED_OFF,    /* may be switched; at first it is off */
+    KT_ALWAYS_ON = 0, /* cannot be switched */
+    KT_SWITCHED_ON,   /* may be switched; at first it is on */
+    KT_SWITCHED_OFF, /* may be switched; at first it is off. Of what bounds a side: it is released (kt_simulation_release) */
     KT_SWITCHING_COUNT, /* how many of these there are */
 } kt_switching;
 

@@ -365,6 +365,14 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * simulation is then as before. Nothing is allocated. Cost: of a projection, and the data are cleared. */
 KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
                                                  kt_error *error);
+/* Releases hard stops, contacts and slack ropes (kt_loop_side) whose switches (kt_loop_switch) are in the set, at the present time:
+ * from now on they do not act, whatever their gaps; all others do, from where they are. What is released at first says its
+ * description (KT_SWITCHED_OFF). For the actions of events, and between calls; checkpoints hold the set. Errors: KT_ERROR_ARGUMENT
+ * (a set of others); KT_ERROR_CONSTRAINT (one that is to act is beyond its boundary), behind which the simulation cannot go on.
+ * Nothing is allocated. Cost: as of kt_simulation_switch. */
+KT_API KT_CHECKED kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error);
+/* What is released. */
+KT_API uint64_t kt_simulation_released(const kt_simulation *simulation);
 /* The model that the simulation has now: that which it was made with, or another of its sets. */
 KT_API const kt_model *kt_simulation_model(const kt_simulation *simulation);
 

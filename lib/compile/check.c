@@ -221,10 +221,6 @@ static void check_side(kt_checker *checker, const kt_loop *loop) {
     else if (!(loop->rest_velocity >= 0.0 && isfinite(loop->rest_velocity)))
         kt_checker_fault(checker, "rest_velocity", -1, "rest_velocity is %g; it must be 0 or more",
                          loop->rest_velocity);
-    else if (loop->switching != KT_ALWAYS_ON)
-        kt_checker_fault(checker, "switching", -1,
-                         "a loop that bounds a side closes and opens by itself, and is not switched; let an event "
-                         "release one that holds");
 }
 
 static void check_loop(kt_checker *checker, const kt_loop *loop) {

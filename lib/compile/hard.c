@@ -7,6 +7,7 @@
  *     contact        s = 0, whose friction sticks              rolling of a ball, without its contact equation
  *
  * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and keeps its index.
+ * One that is switched off in its description is released at first: it says so by `holonomic`, which its type does not read.
  */
 #include "compile/compile.h"
 
@@ -68,6 +69,7 @@ static kt_loop *add_loop(hard_parts *p, const kt_effect *effect, const char *of,
     loop->restitution = effect->restitution;
     loop->rest_velocity = effect->rest_velocity;
     loop->poisson = effect->poisson;
+    loop->switching = effect->switching;
     p->made++;
     return loop;
 }
@@ -170,17 +172,19 @@ static kt_status expand(const kt_description *d, kt_description *to, void **memo
             add_stick(&p, effect, (int)i);
         if (!kt_effect_is_hard(effect))
             continue;
-        effect->switching = KT_SWITCHED_OFF;
         if (effect->type == KT_EFFECT_CONTACT)
             status = add_contact(&p, d, (int)i, error);
         else
             add_stop(&p, effect, effect->lower, KT_SIDE_ABOVE);
         if (effect->type == KT_EFFECT_JOINT_LIMIT)
             add_stop(&p, effect, effect->upper, KT_SIDE_BELOW);
+        effect->switching = KT_SWITCHED_OFF;
     }
     for (int i = 0; i < p.loops; i++)
-        if (p.loop[i].side != KT_SIDE_NONE)
+        if (p.loop[i].side != KT_SIDE_NONE) {
+            p.loop[i].holonomic = p.loop[i].switching != KT_SWITCHED_OFF;
             p.loop[i].switching = KT_SWITCHED_OFF;
+        }
     *to = *d;
     to->loops = p.loop;
     to->loop_count = p.loops;

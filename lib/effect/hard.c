@@ -28,10 +28,6 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
         refuse_elastic(checker, "dissipation", effect->dissipation, what);
     if (!is_limit && effect->slip != kt_effect_default().slip)
         kt_checker_fault(checker, "slip", -1, "friction of a hard contact is not smoothed; leave `slip` out");
-    if (effect->switching != KT_ALWAYS_ON)
-        kt_checker_fault(checker, "switching", -1,
-                         "a hard %s closes and opens by itself, and is not switched; take an elastic one (stiffness)",
-                         what);
 }
 
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect) {

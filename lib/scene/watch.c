@@ -11,6 +11,7 @@
 #include "scene/pool.h"
 #include "scene/reset.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,9 +38,10 @@ typedef struct watched {
     formula formula;
     const kt_scene_call **calls;
     int call_count;
-    uint64_t on, off; /* the switches that it engages and releases */
-    formula *values;  /* of the own states that it sets */
-    int *states;      /* these */
+    uint64_t on, off;          /* the switches that it engages and releases */
+    uint64_t acting, released; /* likewise of hard stops, contacts and slack ropes */
+    formula *values;           /* of the own states that it sets */
+    int *states;               /* these */
     int set_count;
     const kt_scene_watch *watch;
 } watched;
@@ -206,6 +208,9 @@ static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *e
     int stops = 0;
     if (w->set_count > 0 && set_states(w, simulation, error) != KT_OK)
         return -1;
+    const uint64_t released = (kt_simulation_released(simulation) & ~w->acting) | w->released;
+    if ((w->acting | w->released) != 0 && kt_simulation_release(simulation, released, error) != KT_OK)
+        return -1;
     const uint64_t set = (kt_switch_set(kt_simulation_model(simulation)) & ~w->off) | w->on;
     if ((w->on | w->off) != 0 && kt_simulation_switch(simulation, set, NULL, error) != KT_OK)
         return -1;
@@ -237,18 +242,39 @@ static kt_status find_calls(kt_pool *pool, const kt_scene_event *event, const kt
     return KT_OK;
 }
 
+static void put_bit(uint64_t bit, bool on, uint64_t *yes, uint64_t *no) {
+    *yes = on ? *yes | bit : *yes & ~bit;
+    *no = on ? *no & ~bit : *no | bit;
+}
+
+/* Those that bound a side, of this name: a loop, or those of an effect. Returns false if there are none. */
+static bool find_sides(const kt_model *model, const char *name, bool on, watched *to) {
+    static const char *const suffixes[] = {"", ".lower", ".upper"};
+    char text[KT_WHERE_SIZE];
+    bool found = false;
+    for (int i = 0; i < KT_COUNT_OF(suffixes); i++) {
+        (void)snprintf(text, sizeof text, "%s%s", name, suffixes[i]);
+        const int loop = kt_loop_find(model, text);
+        if (loop < 0 || kt_loop_side(model, loop) == KT_SIDE_NONE)
+            continue;
+        put_bit((uint64_t)1 << kt_loop_switch(model, loop), on, &to->acting, &to->released);
+        found = true;
+    }
+    return found;
+}
+
 /* What is named twice ends as it is named last. */
 static kt_status find_switches(const kt_model *model, const kt_scene_event *event, watched *to, kt_error *error) {
     for (int i = 0; i < event->switch_count; i++) {
         const char *name = event->switches[i].name;
+        if (find_sides(model, name, event->switches[i].on, to))
+            continue;
         const int loop = kt_loop_switch(model, kt_loop_find(model, name));
         const int k = loop >= 0 ? loop : kt_effect_switch(model, kt_effect_find(model, name));
         if (k < 0)
             return kt_error_set(error, KT_ERROR_SCENE, event->name,
                                 "the model has no loop or effect '%s' that is switched (kt_switching)", name);
-        const uint64_t bit = (uint64_t)1 << k;
-        to->on = event->switches[i].on ? to->on | bit : to->on & ~bit;
-        to->off = event->switches[i].on ? to->off & ~bit : to->off | bit;
+        put_bit((uint64_t)1 << k, event->switches[i].on, &to->on, &to->off);
     }
     return KT_OK;
 }

@@ -23,6 +23,7 @@
 #include "simulation/contact.h"
 
 #include "base/copy.h"
+#include "base/require.h"
 #include "control/mass_inverse.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
@@ -110,7 +111,9 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
         const kt_contact *contact = &c->item[k];
         const bool closed = kt_contact_is_closed(model, contact);
         const double reaction = closed ? contact->sign * c->row[kt_contact_row(model, contact)] : 0.0;
-        if (k < c->sides)
+        if (kt_contact_is_released(contact))
+            c->value[k] = 1.0;
+        else if (k < c->sides)
             c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->memory.closes_at[k];
         else if (!kt_contact_rubs(c, k))
             c->value[k] = closed ? kt_contact_limit(model, contact) - fabs(reaction)
@@ -184,6 +187,8 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
     char where[KT_WHERE_SIZE];
     c->touching = 0;
     for (int k = 0; k < c->sides; k++) {
+        if (kt_contact_is_released(&c->item[k]))
+            continue;
         if (c->gap[k] < -deep * scale) {
             snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
             return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
@@ -579,6 +584,9 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     simulation->contacts = c;
     list_items(simulation, c);
     c->all = kt_model_switched(model, model->set | c->mask);
+    for (int k = 0; k < c->sides; k++) /* compile/hard.c */
+        simulation->contact_released |= model->loop[c->item[k].loop].contact ? 0 : c->item[k].bit;
+    simulation->memory.released = simulation->contact_released;
     for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
         if (!kt_contact_rubs(c, k))
             c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
@@ -597,6 +605,33 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     simulation->contact_margin = 2.0 * touching * fmax(1.0, c->all->length);
     simulation->contact_calls = &calls;
     simulation->memory.contacts.count = n;
+    return status;
+}
+
+/* ---- released ---------------------------------------------------------------------------------------------------- */
+
+uint64_t kt_simulation_released(const kt_simulation *simulation) {
+    return simulation != NULL ? simulation->memory.released : 0;
+}
+
+kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
+    const uint64_t before = simulation->memory.released;
+    uint64_t sides = 0;
+    for (int k = 0; simulation->contacts != NULL && k < simulation->contacts->sides; k++)
+        sides |= simulation->contacts->item[k].bit;
+    if ((set & ~sides) != 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_release",
+                            "of the set 0x%llx only 0x%llx are hard stops, contacts or slack ropes",
+                            (unsigned long long)set, (unsigned long long)(set & sides));
+    if (set == before)
+        return KT_OK;
+    simulation->memory.released = set;
+    simulation->contacts->time = (double)NAN;
+    const kt_status status = kt_simulation_switch(simulation, simulation->model->set, NULL, error);
+    if (status != KT_OK)
+        simulation->memory.released = before;
     return status;
 }
 

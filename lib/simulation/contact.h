@@ -69,6 +69,11 @@ static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact 
     return (model->set & contact->bit) != 0;
 }
 
+/* It does not act, whatever its gap (kt_simulation_release). */
+static inline bool kt_contact_is_released(const kt_contact *contact) {
+    return (contact->simulation->memory.released & contact->bit) != 0;
+}
+
 /* The first row of its equations. */
 static inline int kt_contact_row(const kt_model *model, const kt_contact *contact) {
     return model->loop[contact->loop].equation;

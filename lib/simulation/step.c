@@ -334,6 +334,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     if (simulation->contacts != NULL)
         simulation->contact_calls->open(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->contact_count};
+    simulation->memory.released = simulation->contact_released;
 #endif
     if (simulation->transformation != NULL) {
         status = kt_state_project(simulation->user_model, simulation->user_data, t, q, v, &changed, error);

@@ -1,5 +1,5 @@
 /* Events of scenes that release and engage: a string that is let go, a clutch that grips, a rimless wheel that rolls down a
- * slope, against closed forms; a trebuchet, against GSL; a woodpecker toy, whose hard contacts jam and peck, against its published orbit; and what is refused. */
+ * slope, against closed forms; a trebuchet, against GSL; a woodpecker toy, whose hard contacts jam and peck, against its published orbit; a spinning coin, to its end; and what is refused. */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/scene.h"
@@ -129,28 +129,28 @@ static bool release_scene(const char *text, double t_end, int j, double speed, d
 
 /* ---- a string is let go ------------------------------------------------------------------------------------------ */
 
-static const char pendulum[] =
-    "kinetree: 1\n"
-    "gravity: [0, -9.81, 0]\n"
-    "bodies:\n"
-    "  - {name: stone, joint: {type: planar, position: [1, 0, 0]}, mass: 1, inertia: [0.1, 0.1, 0.1],\n"
-    "     markers: {centre: [0, 0, 0]}}\n"
-    "loops:\n"
-    "  - {name: string, type: distance, between: [world, stone.centre], length: 1}\n"
-    "events:\n"
-    "  - {name: let go, when: \"marker.stone.centre.x + sqrt(0.5)\", direction: falling, then: {release: string}}\n"
-    "simulate: {duration: 10, until: \"marker.stone.centre.y < -5\", tolerance: 1e-12}\n";
+#define PENDULUM(rope)                                                                                                 \
+    "kinetree: 1\n"                                                                                                    \
+    "gravity: [0, -9.81, 0]\n"                                                                                         \
+    "bodies:\n"                                                                                                        \
+    "  - {name: stone, joint: {type: planar, position: [1, 0, 0]}, mass: 1, inertia: [0.1, 0.1, 0.1],\n"               \
+    "     markers: {centre: [0, 0, 0]}}\n"                                                                             \
+    "loops:\n"                                                                                                         \
+    "  - {name: string, type: distance, between: [world, stone.centre], length: 1" rope "}\n"                          \
+    "events:\n"                                                                                                        \
+    "  - {name: let go, when: \"marker.stone.centre.x + sqrt(0.5)\", direction: falling, then: {release: string}}\n"   \
+    "simulate: {duration: 10, until: \"marker.stone.centre.y < -5\", tolerance: 1e-12}\n"
 
 /* From rest at the height of the pivot, released 45 degrees behind the lowest point: v^2 = 2 g sqrt(1/2), and from there a
  * parabola. */
-KT_TEST(a_string_that_is_let_go_leaves_a_parabola) {
+static void check_parabola(const char *text) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5", "rodas5p"};
     const double s = sqrt(0.5), g = 9.81, v = sqrt(2.0 * g * s);
     const double flight = (v * s + sqrt(v * v * s * s + 2.0 * g * (5.0 - s))) / g;
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
         rows r;
         kt_note("%s", methods[m]);
-        if (!run_scene(pendulum, methods[m], &r) || !kt_check_equal_int("rows", r.count, 3))
+        if (!run_scene(text, methods[m], &r) || !kt_check_equal_int("rows", r.count, 3))
             continue;
         kt_check_equal_int("before, it holds", (long long)r.set[0], 1);
         kt_check_equal_int("behind, it does not", (long long)r.set[1], 0);
@@ -165,16 +165,87 @@ KT_TEST(a_string_that_is_let_go_leaves_a_parabola) {
 }
 
 /* How its flight changes with the speed at which it begins. */
-KT_TEST(derivatives_pass_a_release_of_a_scene) {
+static void check_derivatives(const char *text) {
     const double s = 1e-4;
     double column[NUMBERS], none[NUMBERS], early[NUMBERS], late[NUMBERS], worst = 0.0;
-    if (!release_scene(pendulum, 1.0, 1, s, none, late) || !release_scene(pendulum, 1.0, 1, -s, none, early) ||
-        !release_scene(pendulum, 1.0, 1, 0.0, column, none))
+    if (!release_scene(text, 1.0, 1, s, none, late) || !release_scene(text, 1.0, 1, -s, none, early) ||
+        !release_scene(text, 1.0, 1, 0.0, column, none))
         return;
     for (int i = 0; i < 6; i++)
         worst = fmax(worst, fabs(column[i] - 0.5 / s * (late[i] - early[i])));
     kt_note("%.6g %.6g", column[0], column[3]);
     kt_check_below("A, by differences of order two", worst, 1e-7);
+}
+
+KT_TEST(derivatives_pass_a_release_of_a_scene) { check_derivatives(PENDULUM("")); }
+
+KT_TEST(a_string_that_is_let_go_leaves_a_parabola) { check_parabola(PENDULUM("")); }
+
+KT_TEST(a_slack_rope_that_is_let_go_leaves_a_parabola) { check_parabola(PENDULUM(", slack: true")); }
+
+/* ---- a floor and a net ------------------------------------------------------------------------------------------- */
+
+/* Two fall 1 m and lie, one on a stop and one with friction on a plane, until that is taken away at 1 s; a net is spread for the first. */
+#define FLOORS(more)                                                                                                   \
+    "kinetree: 1\n"                                                                                                    \
+    "gravity: [0, 0, -9.81]\n"                                                                                         \
+    "bodies:\n"                                                                                                        \
+    "  - {name: a, joint: {type: prismatic, axis: z, position: 1}, mass: 1}\n"                                         \
+    "  - {name: b, joint: {type: free, position: {position: [0, 0, 1]}}, mass: 1, inertia: [1, 1, 1], markers: {p: "   \
+    "[0, 0, 0]}}\n"                                                                                                    \
+    "effects:\n"                                                                                                       \
+    "  - {name: floor, type: joint_limit, joint: a, lower: 0, upper: 5, restitution: 0}\n"                             \
+    "  - {name: table, type: contact, point: b.p, plane: world, restitution: 0, friction: 0.5}\n"                      \
+    "  - {name: net, type: joint_limit, joint: a, lower: -1, restitution: 0, switched: off}\n"                         \
+    "events:\n"                                                                                                        \
+    "  - {name: open, when: t - 1, then: [{release: floor}, {release: table}]}\n"                                      \
+    "  - {name: spread, when: position.a + 0.5, direction: falling, then: {engage: net}}\n" more                       \
+    "simulate: {duration: 3, until: t - 2, tolerance: 1e-12}\n"
+
+KT_TEST(stops_and_contacts_are_released_and_engaged) {
+    const double g = 9.81;
+    rows r;
+    if (run_scene(FLOORS(""), "dopri5", &r) && kt_check_equal_int("rows", r.count, 5)) {
+        kt_check_near("lies", r.q[0][0], 0.0, 1e-15);
+        kt_check_true("closed before, not behind", r.set[0] != 0 && r.set[1] == 0);
+        kt_check_near("spread, s", r.time[2], 1.0 + sqrt(1.0 / g), 1e-12);
+        kt_check_near("speed there, m/s", r.v[3][0], -sqrt(g), 1e-11);
+        kt_check_near("the net holds it", r.q[4][0], -1.0, 1e-15);
+        kt_check_near("at rest", r.v[4][0], 0.0, 1e-15);
+        kt_check_near("no table holds the other one", r.q[4][3], -0.5 * g, 1e-11);
+        kt_check_near("dissipated: both falls, and into the net", r.dissipated[4], 3.0 * g, 1e-10);
+    }
+}
+
+/* What is engaged while it is beyond its boundary ends the run in words. */
+KT_TEST(a_floor_above_what_has_fallen_is_refused) {
+    kt_scene scene = {.events = NULL};
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_scene_watch *watch = NULL;
+    kt_error error = {0};
+    kt_simulation_options options = kt_simulation_options_default();
+    if (!kt_check_true("it is read", parse(FLOORS("  - {name: back, when: t - 1.2, then: {engage: floor}}\n"), &scene)))
+        return;
+    options.events = kt_scene_event_room(&scene);
+    kt_status status = kt_model_compile(&scene.description, NULL, &model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&scene, model, simulation, NULL, 0, &watch, &error);
+    if (kt_check_true("is made", status == KT_OK)) {
+        const uint64_t all = (uint64_t)1 << kt_loop_switch(model, kt_loop_find(model, "net.lower"));
+        kt_check_equal_int("the net is released", (long long)kt_simulation_released(simulation), (long long)all);
+        kt_check_true("fails", kt_simulation_advance(simulation, 3.0, &error) != KT_OK);
+        kt_check_near("when, s", kt_simulation_time(simulation), 1.2, 1e-12);
+        kt_check_contains("words", error.message, "beyond its boundary");
+        kt_check_true("no contact", kt_simulation_release(simulation, ~(uint64_t)0, &error) == KT_ERROR_ARGUMENT);
+        kt_check_contains("words", error.message, "are hard stops, contacts or slack ropes");
+    }
+    kt_simulation_free(simulation);
+    kt_scene_watch_free(watch);
+    kt_model_free(model);
+    kt_scene_free(&scene);
 }
 
 /* ---- a clutch grips ---------------------------------------------------------------------------------------------- */
@@ -518,6 +589,84 @@ KT_TEST(a_woodpecker_pecks_on_its_published_orbit) {
         kt_note("%s: %s", error.where, error.message);
     }
     kt_scene_watch_free(watch);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+}
+
+/* ---- a spinning coin --------------------------------------------------------------------------------------------- */
+
+/* A thin disc of radius r rolls on its rim, inclined by alpha, its centre at rest: Omega^2 sin(alpha) = 4 g / r (Moffatt, Euler's disk and
+ * its finite-time singularity, Nature 404, 2000), and E = 3/2 m g r sin(alpha). A damper c against Omega takes c Omega^2, so that while it
+ * falls slowly sin(alpha)^2 = sin(alpha_0)^2 - 16 c t / (3 m r^2), but for terms of the order of alpha: its centre begins to move. */
+#define COIN                                                                                                           \
+    "kinetree: 1\n"                                                                                                    \
+    "gravity: [0, 0, -9.81]\n"                                                                                         \
+    "parameters: {r: 0.0375, m: 0.44, alpha: %g, c: %g, Omega: '=sqrt(4*9.81/(r*sin(alpha)))'}\n"                      \
+    "bodies:\n"                                                                                                        \
+    "  - {name: carriage, joint: {type: planar, axis: z, velocity: [0, 0, =Omega]}, mass: 0}\n"                        \
+    "  - {name: post, parent: carriage, joint: {type: prismatic, axis: z, position: =r*sin(alpha)}, mass: 0}\n"        \
+    "  - {name: tilt, parent: post, joint: {type: revolute, axis: x, position: =alpha}, mass: 0}\n"                    \
+    "  - {name: coin, parent: tilt, joint: {type: revolute, axis: z, velocity: =-Omega*cos(alpha)}, mass: =m,\n"       \
+    "     inertia: [=m*r^2/4, =m*r^2/4, =m*r^2/2], markers: {centre: [0, 0, 0]}}\n"                                    \
+    "loops:\n"                                                                                                         \
+    "  - {name: rim, type: rolling, wheel: coin.centre, radius: =r, on: world}\n"                                      \
+    "effects:\n"                                                                                                       \
+    "  - {type: joint_damper, joint: 'carriage[2]', damping: =c}\n"                                                    \
+    "simulate: {duration: 2, tolerance: %g, until: %s}\n"
+
+enum { TILT = 4, TURN = 2 }; /* positions; velocities likewise */
+
+static bool run_coin(double alpha, double damping, const char *until, rows *r) {
+    char text[2000];
+    (void)snprintf(text, sizeof text, COIN, alpha, damping, 1e-10, until);
+    return run_scene(text, "dop853", r);
+}
+
+KT_TEST(a_coin_rolls_steadily_and_sinks_by_its_law) {
+    const double s0 = sin(0.2), Omega = sqrt(4.0 * 9.81 / (0.0375 * s0));
+    double off[2] = {0.0, 0.0};
+    rows r;
+    if (run_coin(0.2, 0.0, "t - 1", &r)) {
+        kt_check_near("inclination: the tolerance", r.q[r.count - 1][TILT], 0.2, 1e-10);
+        kt_check_near("rate, times Omega over two alpha, rad/s", r.v[r.count - 1][TURN], Omega, 2e-8);
+        kt_check_near("energy, J", r.total[r.count - 1], 1.5 * 0.44 * 9.81 * 0.0375 * s0, 1e-12);
+    }
+    for (int k = 0; k < 2; k++) {
+        const double alpha = k == 0 ? 0.2 : 0.1, c = k == 0 ? 8e-6 : 2e-6;
+        const double fall = 0.75 * sin(alpha) * sin(alpha) * 3.0 * 0.44 * 0.0375 * 0.0375 / (16.0 * c);
+        if (run_coin(alpha, c, "\"sin(position.tilt) < 0.5*sin(alpha)\"", &r))
+            off[k] = fabs(r.time[r.count - 1] / fall - 1.0);
+    }
+    kt_check_below("time to half the height, relative", off[1], 0.2 * 0.1);
+    kt_check_below("goes with the inclination", off[1], 0.6 * off[0]);
+}
+
+/* Flat, its rim has no lowest point, and what turns there has no inertia, m r^2 sin(alpha)^2: the run ends there in words. */
+KT_TEST(a_coin_spins_to_its_end) {
+    char text[2000];
+    kt_scene scene = {.events = NULL};
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_error error = {0};
+    const double c = 2e-6, s0 = sin(0.1), end = s0 * s0 * 3.0 * 0.44 * 0.0375 * 0.0375 / (16.0 * c);
+    (void)snprintf(text, sizeof text, COIN, 0.1, c, 1e-7, "t - 2");
+    if (!kt_check_true("it is read", parse(text, &scene)))
+        return;
+    kt_simulation_options options = kt_simulation_options_default();
+    options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY;
+    kt_status status = kt_model_compile(&scene.description, NULL, &model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
+    if (kt_check_true("is made", status == KT_OK)) {
+        status = kt_simulation_advance(simulation, 2.0, &error);
+        const double *q = kt_simulation_positions(simulation);
+        kt_note("%s: %s", error.where, error.message);
+        kt_check_true("ends in words", status != KT_OK && strlen(error.message) > 20);
+        kt_check_contains("where", error.where, "joint 'carriage'");
+        kt_check_near("when, over the law", kt_simulation_time(simulation) / end, 1.0, 0.05);
+        kt_check_below("inclination", fabs(q[TILT]), 0.01);
+    }
     kt_simulation_free(simulation);
     kt_model_free(model);
     kt_scene_free(&scene);
