@@ -70,9 +70,7 @@ static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact 
 }
 
 /* It does not act, whatever its gap (kt_simulation_release). */
-static inline bool kt_contact_is_released(const kt_contact *contact) {
-    return (contact->simulation->memory.released & contact->bit) != 0;
-}
+bool kt_contact_is_released(const kt_contact *contact);
 
 /* The first row of its equations. */
 static inline int kt_contact_row(const kt_model *model, const kt_contact *contact) {

@@ -17,6 +17,10 @@ static void take_all(struct kt_contacts *c, const kt_model *model) {
     c->all = all;
 }
 
+bool kt_contact_is_released(const kt_contact *contact) {
+    return (contact->simulation->memory.released & contact->bit) != 0;
+}
+
 double kt_contact_limit(const kt_model *model, const kt_contact *contact) {
     const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
     return fmax(effect->coulomb, effect->breakaway);

@@ -530,7 +530,8 @@ static double period_by_stepping(double h) {
     double q[3] = {0.0, -0.0006 / 0.0058, -0.2788}, u[3] = {-0.3411, 0.0, -7.4583}, inverse[9], first = 0.0, last = 0.0;
     int pecks = 0;
     invert_toy(inverse);
-    for (double t = 0.0; t < 3.0; t += h) {
+    for (int step = 0; step * h < 3.0; step++) {
+        const double t = step * h;
         const double turn = c * (q[1] - q[2] + 0.5 * h * (u[1] - u[2]));
         const double f[3] = {-0.0048 * g, -turn - 0.0045 * g * 0.01, turn - 0.0045 * g * 0.015};
         const double back[3] = {0.5 * dot(toy_normal[0], u), 0.0, 0.0};
