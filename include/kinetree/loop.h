@@ -53,11 +53,11 @@ KT_API kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int r
 /* The angle (rad) by which an equation that measures one is open, given its residual; O(1). Rows as above. */
 KT_API double kt_loop_residual_angle(const kt_model *model, int loop, int row, double residual);
 
-/* Where data of a mechanism are rounded, equations that repeat each other disagree: those of a hinge and of a second one
- * on the same axis but for 1e-8 rad. Up to kt_description.tolerance they are satisfied as far as can be, in the sense of
- * least squares, and what they repeat is left out. */
+/* Where data of a mechanism are rounded, equations that repeat each other disagree: those of two hinges on one axis but
+ * for 1e-8 rad. Up to kt_description.tolerance the ends of loops are moved by as little as makes them agree; where that is
+ * not found, they are closed in the sense of least squares, and what they repeat is left out. */
 typedef struct kt_loop_disagreement {
-    double length; /* the largest residual that stays in the loop's equations of lengths, m; 0: none */
+    double length; /* the largest residual that data leave in the loop's equations of lengths, m; 0: none */
     double angle;  /* likewise of angles, rad */
 } kt_loop_disagreement;
 

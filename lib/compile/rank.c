@@ -10,6 +10,7 @@
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
 #include "compile/compile.h"
+#include "compile/rounded.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/loop.h"
 #include "reduction/delassus.h"
@@ -252,14 +253,13 @@ static void take_sample(const kt_model *model, kt_data *data, double size, size_
 /* What motion may make of a disagreement that samples show. */
 #define DISAGREEMENT_GROWTH 30.0
 
-/* Whether a displacement of a group that its equations allow at the base, by a share of their units, stays when the loops are
- * closed after it. Equations that repeat each other leave the motion; those of a linkage that is stretched and out of
- * reach by a little allow it to first order alone, and closing takes it back. */
-static bool motion_stays(const kt_model *model, kt_data *data, size_t g, samples *found) {
+/* Whether a displacement of a group that its equations allow at the base, by a share of their units, stays when the
+ * loops are closed after it. Equations that repeat each other leave the motion; those of a linkage that is stretched
+ * and out of reach by a little allow it to first order alone, and closing takes it back. */
+static bool motion_stays(const kt_model *model, kt_data *data, size_t g, const double *base, samples *found) {
     static const double share = 0.03;
     const kt_reduction_kernels *kernels = model->group_kernels;
     const kt_group *group = &model->group[g];
-    const double *base = found->q;
     double *q = found->q + model->n.q, *allowed = data->delta, *step = data->scratch_v, *moved = data->moved_v;
     kt_violation violation;
     for (size_t sample = 0; sample < SAMPLES; sample++) {
@@ -298,25 +298,6 @@ static bool motion_stays(const kt_model *model, kt_data *data, size_t g, samples
     return true;
 }
 
-/* The largest residuals, relative to their scales, that samples within the tolerance leave in a group. */
-static double disagreement_of(kt_model *model, kt_data *data, size_t g) {
-    const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    double most = 0.0;
-    for (int i = 0; i < group->loop_count; i++) {
-        kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        for (int r = 0; r < loop->row_count; r++) {
-            const int32_t k = kt_rows_slots(model, group, loop)[r];
-            if (k < 0 || w.closes[k] == 0.0)
-                continue;
-            const bool is_length = kt_loop_measure_of(model, (int)(loop - model->loop), r) == KT_MEASURE_LENGTH;
-            most = fmax(most, fabs(w.residual[k]) / w.scale[k]);
-            loop->disagreement[is_length ? 0 : 1] = fmax(loop->disagreement[is_length ? 0 : 1], fabs(w.residual[k]));
-        }
-    }
-    return most;
-}
-
 static void find_ranks(kt_model *model, kt_data *data, samples *found) {
     const size_t nq = model->n.q;
     double *base = found->q, *q = found->q + nq;
@@ -341,17 +322,13 @@ static void coarsen(kt_model *model, const kt_data *data, size_t g) {
 }
 
 /* Notes the groups that close neither in a sample nor from the given position: those that do are hard to sample, and
- * their equations agree. Returns whether there are any. */
-static bool note_open(kt_model *model, kt_data *data, samples *found) {
-    bool any = false;
+ * their equations agree. */
+static void note_open(kt_model *model, kt_data *data, samples *found) {
     model->disagreement = 0.0;
     memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
     (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, found->q);
-    for (size_t g = 0; g < model->n.group; g++) {
+    for (size_t g = 0; g < model->n.group; g++)
         found->open[g] = !found->sampled[g] && !is_closed(model, data, g);
-        any |= found->open[g];
-    }
-    return any;
 }
 
 /* The disagreement of the groups that no sample closes; 0 where one is larger than the tolerance. */
@@ -369,7 +346,7 @@ static double find_disagreement(kt_model *model, kt_data *data, samples *found) 
         take_sample(model, data, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, found);
         for (size_t g = 0; g < model->n.group; g++)
             if (open[g] && is_closed(model, data, g)) {
-                most = fmax(most, disagreement_of(model, data, g));
+                most = fmax(most, kt_group_note_disagreement(model, data, g));
                 seen[g] = true;
             }
     }
@@ -378,12 +355,77 @@ static double find_disagreement(kt_model *model, kt_data *data, samples *found) 
     return most;
 }
 
+static void forget_disagreement(kt_model *model, size_t g) {
+    const kt_group *group = &model->group[g];
+    for (int i = 0; i < group->loop_count; i++) {
+        kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        loop->disagreement[0] = loop->disagreement[1] = 0.0;
+    }
+}
+
+/* Forgets what samples have shown of a group. */
+static void forget(kt_model *model, const kt_data *data, size_t g, samples *found) {
+    found->sampled[g] = false;
+    found->rank[KT_ROWS_COUNT * g] = found->rank[KT_ROWS_COUNT * g + 1] = 0;
+    model->group[g].usual[0] = model->group[g].usual[1] = 0.0;
+    coarsen(model, data, g);
+}
+
+/* Whether a group closes in a sample, and moves from a position. */
+static bool group_moves(kt_model *model, kt_data *data, size_t g, const double *base, samples *found) {
+    return found->sampled[g] && motion_stays(model, data, g, base, found);
+}
+
+/* Whether a group that nothing drives closes in places where it does not move, as one does whose equations repeat each
+ * other but for rounding. */
+static bool is_locked(const kt_model *model, size_t g, const samples *found) {
+    const kt_group *group = &model->group[g];
+    for (int i = 0; i < group->loop_count; i++)
+        if (kt_loop_is_driven(&model->loop[model->group_loop[group->loop + i]]))
+            return false;
+    return found->sampled[g] && found->rank[KT_ROWS_COUNT * g + KT_ROWS_CLOSED] == group->v_count &&
+           group->count[KT_ROWS_CLOSED] == group->count[KT_ROWS_ALL];
+}
+
+/* Corrects the ends of a group's loops so that their equations repeat each other to the last digit, if such corrections
+ * are found and the mechanism then moves. It may be given where bars lie in line; that is tried at a sample. */
+static bool undo_rounding(kt_model *model, kt_data *data, size_t g, samples *found) {
+    const double rounding = model->rounding;
+    kt_pose *given = malloc(2 * model->n.loop * sizeof *given);
+    for (size_t i = 0; i < 2 * model->n.loop && given; i++)
+        given[i] = model->loop[i / 2].frame[i % 2];
+    memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
+    bool done = given && kt_group_unround(model, data, g, found->q);
+    model->rounding = rounding;
+    if (done) {
+        forget(model, data, g, found);
+        find_ranks(model, data, found);
+        done = group_moves(model, data, g, found->q + 2 * model->n.q, found);
+        if (!done) {
+            kt_loops_place_ends(model, given);
+            forget(model, data, g, found);
+            find_ranks(model, data, found);
+        }
+    }
+    if (!done)
+        forget_disagreement(model, g);
+    free(given);
+    return done;
+}
+
 /* Where groups close at no position but for a disagreement below the tolerance: equations that repeat each other, of
- * rounded data. They count as closed to what motion may make of it, and directions that are not larger do not count. */
+ * rounded data. Where no correction of these is found, they count as closed to what motion may make of it, and
+ * directions that are not larger do not count. */
 static void accept_disagreement(kt_model *model, kt_data *data, samples *found) {
     const double rounding = model->rounding;
-    const bool any = note_open(model, data, found);
-    if (!any || !(model->tolerance > 0.0))
+    bool any = false;
+    note_open(model, data, found);
+    for (size_t g = 0; g < model->n.group && model->tolerance > 0.0; g++) {
+        if (!found->sampled[g] || is_locked(model, g, found))
+            found->open[g] = !undo_rounding(model, data, g, found) && found->open[g];
+        any |= found->open[g];
+    }
+    if (!any)
         return;
     const double most = find_disagreement(model, data, found);
     bool accepted = most > 0.0;
@@ -395,19 +437,15 @@ static void accept_disagreement(kt_model *model, kt_data *data, samples *found) 
     if (accepted)
         find_ranks(model, data, found);
     for (size_t g = 0; g < model->n.group && accepted; g++)
-        accepted = !found->open[g] || (found->sampled[g] && motion_stays(model, data, g, found));
+        accepted = !found->open[g] || group_moves(model, data, g, found->q, found);
     if (accepted)
         return;
     model->disagreement = 0.0;
     model->rounding = rounding;
-    for (size_t i = 0; i < model->n.loop; i++)
-        model->loop[i].disagreement[0] = model->loop[i].disagreement[1] = 0.0;
     for (size_t g = 0; g < model->n.group; g++)
         if (found->open[g]) {
-            found->sampled[g] = false;
-            found->rank[KT_ROWS_COUNT * g] = found->rank[KT_ROWS_COUNT * g + 1] = 0;
-            model->group[g].usual[0] = model->group[g].usual[1] = 0.0;
-            coarsen(model, data, g);
+            forget_disagreement(model, g);
+            forget(model, data, g, found);
         }
 }
 

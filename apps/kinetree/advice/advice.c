@@ -150,8 +150,8 @@ int kt_say_disagreement(const kt_scene *scene, const kt_model *model) {
             continue;
         if (count++ == 0)
             kt_say("loops repeat each other and disagree, by the rounding of their data (up to 'initial: {tolerance: "
-                   "%g}' is accepted); they are closed in the sense of least squares, and what they repeat is left "
-                   "out:",
+                   "%g}' is accepted); their ends are moved by as little as makes them agree, or, where that is not "
+                   "found, they are closed in the sense of least squares, and what they repeat is left out:",
                    scene->description.tolerance);
         if (count > LISTED_MAX)
             continue;
