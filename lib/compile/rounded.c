@@ -246,7 +246,7 @@ static bool correct(const unrounding *u) {
         most = fmax(most, u->h[i * (n + 1)]);
     for (size_t i = 0; i < n; i++)
         u->h[i * (n + 1)] += DAMPING * most;
-    if (!(most > 0.0) || !isfinite(most) || !kt_dense_cholesky(u->h, u->count, NULL))
+    if (!(most > 0.0) || !isfinite(most) || !kt_dense_cholesky(u->h, n, u->count, NULL))
         return false;
     kt_dense_solve(u->h, u->count, u->step);
     bool small = true;
@@ -340,7 +340,7 @@ static bool find_flat(const unrounding *u, double *q) {
         }
         for (int j = 0; j < free; j++)
             gram[j * (free + 1)] += 1e-10 * most;
-        if (!(most > 0.0) || !kt_dense_cholesky(gram, free, NULL))
+        if (!(most > 0.0) || !kt_dense_cholesky(gram, (size_t)free, free, NULL))
             return false;
         kt_dense_solve(gram, free, z);
         for (int j = 0; j < free; j++)

@@ -77,6 +77,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     r->names_are_known = read_names(r, scope, node, states, before) && r->names_are_known;
     scene->description.states = states;
     scene->description.state_count = (int)count;
+    r->description = &scene->description; /* also of a scene without bodies */
     for (int k = (int)before; k < scene->description.state_count; k++) {
         const kt_scope here = {.outer = scope, .key = states[k].name, .index = k - (int)before};
         (void)kt_table_read(r, &here, r->state_nodes[k], &state_table, &states[k]);
