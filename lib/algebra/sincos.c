@@ -19,16 +19,32 @@
 #include <stdbool.h>
 #include <string.h>
 
-typedef double kt_v8 __attribute__((vector_size(64)));
-typedef int64_t kt_i8 __attribute__((vector_size(64)));
+/* A processor without vectors of doubles (a Cortex-M7) computes angles one by one, to the same bits: eight at once would
+ * only be eight times the code there. KT_SAME: x in all lanes; KT_TAKEN: q[i[k]] in lane k. */
+#if defined(__arm__)
+enum { LANES = 1 };
+#define KT_SAME(x)                                                                                                     \
+    { (x) }
+#define KT_TAKEN(q, i)                                                                                                 \
+    { (q)[(i)[0]] }
+#else
+enum { LANES = KT_SINCOS_LANES };
+#define KT_SAME(x)                                                                                                     \
+    { (x), (x), (x), (x), (x), (x), (x), (x) }
+#define KT_TAKEN(q, i)                                                                                                 \
+    { (q)[(i)[0]], (q)[(i)[1]], (q)[(i)[2]], (q)[(i)[3]], (q)[(i)[4]], (q)[(i)[5]], (q)[(i)[6]], (q)[(i)[7]] }
+#endif
 
-#define KT_V8(s) ((kt_v8){(s), (s), (s), (s), (s), (s), (s), (s)})
-#define KT_I8(s) ((kt_i8){(s), (s), (s), (s), (s), (s), (s), (s)})
+typedef double kt_v8 __attribute__((vector_size(8 * LANES)));
+typedef int64_t kt_i8 __attribute__((vector_size(8 * LANES)));
+
+#define KT_V8(x) ((kt_v8)KT_SAME(x))
+#define KT_I8(x) ((kt_i8)KT_SAME(x))
 #define KT_SINCOS_LIMIT 1647099.0 /* 2^20 pi/2 */
 
 KT_INLINE kt_v8 kt_v8_choose(kt_i8 mask, kt_v8 a, kt_v8 b) { return (kt_v8)((mask & (kt_i8)a) | (~mask & (kt_i8)b)); }
 
-/* Eight lanes; every |x| <= KT_SINCOS_LIMIT. */
+/* All lanes; every |x| <= KT_SINCOS_LIMIT. */
 KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
     const kt_i8 minus = (kt_i8)x & KT_I8(INT64_MIN);
     const kt_v8 size = (kt_v8)((kt_i8)x ^ minus); /* so that sine(-0) is -0 */
@@ -71,27 +87,25 @@ KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
     *cosine = (kt_v8)((kt_i8)kt_v8_choose(swap, s, k) ^ cosine_sign);
 }
 
-/* Whether eight indices are consecutive, as they are in a chain. */
+/* Whether the indices of all lanes are consecutive, as they are in a chain. */
 KT_INLINE bool kt_are_neighbours(const int32_t *place) {
     int32_t off = 0;
-    for (int32_t k = 0; k < KT_SINCOS_LANES; k++)
+    for (int32_t k = 0; k < LANES; k++)
         off |= place[k] - place[0] - k;
     return off == 0;
 }
 
 /* Not lane by lane through memory, which would have to be waited for. */
-KT_INLINE kt_v8 kt_v8_gather(const double *q, const int32_t *i) {
-    return (kt_v8){q[i[0]], q[i[1]], q[i[2]], q[i[3]], q[i[4]], q[i[5]], q[i[6]], q[i[7]]};
-}
+KT_INLINE kt_v8 kt_v8_gather(const double *q, const int32_t *i) { return (kt_v8)KT_TAKEN(q, i); }
 
 void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
-    for (size_t i = 0; i < count; i += KT_SINCOS_LANES) {
-        const size_t lanes = count - i < KT_SINCOS_LANES ? count - i : KT_SINCOS_LANES;
+    for (size_t i = 0; i < count; i += LANES) {
+        const size_t lanes = count - i < LANES ? count - i : LANES;
         union {
             kt_v8 v;
-            double lane[KT_SINCOS_LANES];
+            double lane[LANES];
         } x = {.v = KT_V8(0.0)}, s, c;
-        if (lanes == KT_SINCOS_LANES && kt_are_neighbours(angle + i))
+        if (lanes == LANES && kt_are_neighbours(angle + i))
             memcpy(&x, q + angle[i], sizeof x);
         else
             x.v = kt_v8_gather(q, angle + i);
@@ -99,7 +113,7 @@ void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, doubl
          * where a size is too large. (Comparisons of eight lanes at once are taken apart by the compiler.) */
         const kt_i8 left = (kt_i8)KT_V8(KT_SINCOS_LIMIT) - ((kt_i8)x.v & KT_I8(INT64_MAX));
         int64_t beyond = 0;
-        for (int k = 0; k < KT_SINCOS_LANES; k++)
+        for (int k = 0; k < LANES; k++)
             beyond |= left[k];
         kt_v8_sincos(x.v, &s.v, &c.v);
         for (size_t k = 0; k < lanes && beyond < 0; k++)
