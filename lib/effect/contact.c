@@ -150,14 +150,15 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 #endif
 
 #if KT_HAS_GAP
-/* -x, and how the sphere's centre moves in the frame of the plane. */
+/* -x, and how the sphere's centre moves in the frame of the plane; of a plane on the ground, in the world's axes. */
 static kt_gap find_gap(const kt_effect_record *effect, const kt_effect_end *end) {
-    const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point);
-    const kt_vec3 u =
-        kt_vec3_sub(kt_vec3_sub(end[0].velocity, end[1].velocity), kt_vec3_cross(end[1].omega, from_plane));
-    return (kt_gap){.distance = kt_vec3_dot(end[1].axes.z, from_plane) - effect->radius,
-                    .velocity = kt_mat3_apply_transposed(end[1].axes, u),
-                    .turn = kt_vec3_norm(kt_vec3_sub(end[0].omega, end[1].omega))};
+    const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point), n = end[1].axes.z;
+    const double distance = kt_vec3_dot(n, from_plane) - effect->radius;
+    if (effect->force_link[1] == 0)
+        return (kt_gap){distance, kt_vec3_dot(n, end[0].velocity), end[0].velocity, kt_vec3_norm(end[0].omega)};
+    const kt_vec3 carried = kt_vec3_add(end[1].velocity, kt_vec3_cross(end[1].omega, from_plane));
+    const kt_vec3 u = kt_mat3_apply_transposed(end[1].axes, kt_vec3_sub(end[0].velocity, carried));
+    return (kt_gap){distance, u.z, u, kt_vec3_norm(kt_vec3_sub(end[0].omega, end[1].omega))};
 }
 #endif
 

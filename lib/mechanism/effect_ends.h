@@ -13,17 +13,28 @@ KT_INLINE kt_real3 kt_effect_origin(const kt_data *data, const kt_effect_record 
     return data->force_link[effect->force_link[effect->force_link[0] == 0 && effect->ends == 2 ? 1 : 0]].base;
 }
 
+/* How the point of end k moves; its axes are not set. */
+KT_INLINE void kt_effect_point_of(const kt_data *data, const kt_effect_record *effect, int k, kt_real3 origin,
+                                  kt_effect_frame *end) {
+    const kt_force_frame *force_link = &data->force_link[effect->force_link[k]];
+    const kt_triple arm =
+        kt_columns_apply(kt_columns_of3(force_link->link.axes), kt_triple_of_model(effect->frame[k].position));
+    end[k].omega = kt_triple_of3(force_link->link.omega);
+    end[k].point = kt_triple_add(kt_triple_of3(kt_sub3(force_link->base, origin)),
+                                 kt_triple_add(kt_triple_of3(force_link->local), arm));
+    end[k].velocity = kt_triple_add(kt_triple_of3(force_link->velocity), kt_triple_cross(end[k].omega, arm));
+}
+
+KT_INLINE kt_columns kt_effect_axes_of(const kt_data *data, const kt_effect_record *effect, int k) {
+    return kt_columns_multiply(kt_columns_of3(data->force_link[effect->force_link[k]].link.axes),
+                               kt_columns_of_model(effect->frame[k].rotation));
+}
+
 KT_INLINE void kt_effect_ends_of(const kt_data *data, const kt_effect_record *effect, kt_effect_frame *end) {
     const kt_real3 origin = kt_effect_origin(data, effect);
     for (int k = 0; k < effect->ends; k++) {
-        const kt_force_frame *force_link = &data->force_link[effect->force_link[k]];
-        const kt_columns axes = kt_columns_of3(force_link->link.axes);
-        const kt_triple arm = kt_columns_apply(axes, kt_triple_of_model(effect->frame[k].position));
-        end[k].axes = kt_columns_multiply(axes, kt_columns_of_model(effect->frame[k].rotation));
-        end[k].omega = kt_triple_of3(force_link->link.omega);
-        end[k].point = kt_triple_add(kt_triple_of3(kt_sub3(force_link->base, origin)),
-                                     kt_triple_add(kt_triple_of3(force_link->local), arm));
-        end[k].velocity = kt_triple_add(kt_triple_of3(force_link->velocity), kt_triple_cross(end[k].omega, arm));
+        end[k].axes = kt_effect_axes_of(data, effect, k);
+        kt_effect_point_of(data, effect, k, origin, end);
     }
 }
 

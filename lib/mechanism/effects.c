@@ -187,27 +187,43 @@ size_t kt_gap_list(const kt_model *model, const kt_effect_record **effects) {
     return count;
 }
 
-static kt_gap gap_of(const kt_model *model, const kt_data *data, const kt_effect_record *effect, const double *q,
-                     const double *v) {
+/* Of an effect whose second end moves, or that acts in a coordinate of a loop. */
+static kt_gap gap_of_moving_ends(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
+                                 const double *q) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
-    const kt_link *link = &model->link[effect->link[0]];
     kt_effect_end end[2];
-    if (kind->joint_gap != NULL && effect->ends == 0)
-        return kind->joint_gap(effect, q[link->q], v[link->v]);
     kt_effect_ends_of(data, effect, end);
-    if (KT_HAS_RELATIVE && effect->relative.type) {
-        const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
-        return kind->joint_gap(effect, motion.position, motion.rate);
-    }
-    return kind->gap(effect, end);
+    if (!KT_HAS_RELATIVE || !effect->relative.type)
+        return kind->gap(effect, end);
+    const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
+    return kind->joint_gap(effect, motion.position, motion.rate);
+}
+
+/* Of an effect whose second end is on the ground: points are relative to it. Gaps do not depend on the axes of the first,
+ * which are not computed. */
+KT_INLINE kt_gap gap_to_ground(const kt_data *data, const kt_effect_record *effect) {
+    kt_effect_end end[2];
+    kt_effect_point_of(data, effect, 0, kt_v4_from(effect->frame[1].position), end);
+    end[1].axes = effect->frame[1].rotation;
+    end[1].point = kt_vec3_make(0.0, 0.0, 0.0);
+    return kt_effect_kind_of(effect->type)->gap(effect, end);
 }
 
 void kt_gaps_evaluate(const kt_model *model, kt_data *data, const kt_effect_record *const *effects, size_t count,
                       const double *q, const double *v, bool swept, kt_gap *gaps) {
     if (!swept && count > 0 && effects[count - 1]->ends > 0) /* effects in joints come first */
         kt_force_frames_sweep(model, data, q, v);
-    for (size_t k = 0; k < count; k++)
-        gaps[k] = gap_of(model, data, effects[k], q, v);
+    for (size_t k = 0; k < count; k++) {
+        const kt_effect_record *effect = effects[k];
+        if (effect->ends == 0) {
+            const kt_link *link = &model->link[effect->link[0]];
+            gaps[k] = kt_effect_kind_of(effect->type)->joint_gap(effect, q[link->q], v[link->v]);
+        } else if (effect->ends == 2 && effect->force_link[1] == 0 && !effect->relative.type) {
+            gaps[k] = gap_to_ground(data, effect);
+        } else {
+            gaps[k] = gap_of_moving_ends(model, data, effect, q);
+        }
+    }
 }
 
 /* Whether there are effects on joints, or effects with ends. */

@@ -36,10 +36,27 @@ enum { HALVINGS = 12, EVALUATIONS = 64 };
 /* Depths of this part of the path w h are rounding for a step; for a record, the error of its state. */
 static const double depth_of_rounding = 1e-9, depth_of_record = 1e-4;
 
+/* max(a, b); fmax of <math.h> is a call. */
+static double larger(double a, double b) { return a > b ? a : b; }
+static double smaller(double a, double b) { return a < b ? a : b; }
+
 typedef struct knot {
     double t, d, rate; /* d: beyond the boundary of the search */
     kt_vec3 u;
 } knot;
+
+/* How deep an effect acts at the ends of a step, 0 if at neither. */
+static double deepest(const kt_gap *begin, const kt_gap *end) {
+    return larger(0.0, -smaller(begin->distance, end->distance));
+}
+
+/* Where it is sought from then on, `negligible` being a depth that counts as none. */
+static double boundary_of(double seen, double negligible) { return 2.0 * seen + negligible; }
+
+/* The larger of the speeds at both ends, squared. */
+static double speed_squared(const kt_gap *begin, const kt_gap *end) {
+    return larger(kt_vec3_dot(begin->velocity, begin->velocity), kt_vec3_dot(end->velocity, end->velocity));
+}
 
 /* One effect in one step. */
 typedef struct search {
@@ -51,15 +68,15 @@ typedef struct search {
 } search;
 
 static knot knot_of(const search *s, double t, const kt_gap *gap) {
-    return (knot){.t = t, .d = gap->distance + s->boundary, .rate = gap->velocity.z, .u = gap->velocity};
+    return (knot){.t = t, .d = gap->distance + s->boundary, .rate = gap->rate, .u = gap->velocity};
 }
 
-static bool is_out_of_reach(const search *s, const knot *a, const knot *b) {
-    const double h = b->t - a->t, path = h * fmax(kt_vec3_norm(a->u), kt_vec3_norm(b->u));
-    if (a->d + b->d >= 4.0 * path)
+/* Whether nothing happens between the distances d0 and d1, with the velocities u0 and u1, on a path of length w h. */
+static bool is_out_of_reach(double d0, double d1, kt_vec3 u0, kt_vec3 u1, double turn, double path, double h) {
+    if (d0 + d1 >= 4.0 * path)
         return true;
-    const double deviation = h * (kt_vec3_norm(kt_vec3_sub(b->u, a->u)) + s->turn * path);
-    return fmin(a->d, b->d) >= deviation && a->d + b->d >= path / 16.0;
+    const double deviation = h * (kt_vec3_norm(kt_vec3_sub(u1, u0)) + turn * path);
+    return smaller(d0, d1) >= deviation && d0 + d1 >= path / 16.0;
 }
 
 /* The least Bernstein coefficient of the cubic from a to b. */
@@ -95,9 +112,10 @@ static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
 /* Whether d < 0 somewhere from a to b. middle: the gaps in the middle, where they are known, or NULL. */
 static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int halvings) {
     kt_simulation *simulation = s->simulation;
-    if (is_out_of_reach(s, &a, &b) || halvings == 0 || s->evaluations == 0)
+    const double h = b.t - a.t, t = a.t + 0.5 * h;
+    const double path = h * sqrt(larger(kt_vec3_dot(a.u, a.u), kt_vec3_dot(b.u, b.u)));
+    if (halvings == 0 || s->evaluations == 0 || is_out_of_reach(a.d, b.d, a.u, b.u, s->turn, path, h))
         return false;
-    const double t = a.t + 0.5 * (b.t - a.t);
     if (middle == NULL) {
         s->evaluations--;
         if (!evaluate_gaps(simulation, t, simulation->gap_inside))
@@ -112,18 +130,6 @@ static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int hal
     const double off = error_of_cubic(s, &a, &m, &b);
     return (least_coefficient(&a, &m) < off && goes_deeper(s, a, m, NULL, halvings - 1)) ||
            (least_coefficient(&m, &b) < off && goes_deeper(s, m, b, NULL, halvings - 1));
-}
-
-/* Sets up a search between the gaps of one effect at both ends of a step; share: of the path, what counts as none. */
-static search search_of(kt_simulation *simulation, size_t k, const kt_gap *begin, const kt_gap *end, double h,
-                        double share) {
-    const double speed = fmax(kt_vec3_norm(begin->velocity), kt_vec3_norm(end->velocity));
-    const double seen = fmax(0.0, fmax(-begin->distance, -end->distance));
-    return (search){.simulation = simulation,
-                    .k = k,
-                    .boundary = 2.0 * seen + share * speed * h,
-                    .turn = fmax(begin->turn, end->turn),
-                    .evaluations = EVALUATIONS};
 }
 
 /* ---- methods that do not see the end of a step ------------------------------------------------------------------- */
@@ -145,75 +151,82 @@ static bool acts_after(const knot *a, double tolerance) {
     return a->d < -tolerance || (a->d < tolerance && a->rate < 0.0);
 }
 
-/* Whether the step crosses the boundary before its end; s->when: where. By bisection along the dense output. */
-static bool crosses(search *s, const kt_gap *begin, const kt_gap *end, double t0, double t1) {
-    s->boundary = 0.0;
-    knot a = knot_of(s, t0, begin), b = knot_of(s, t1, end);
+/* Whether the step crosses the boundary before its end; *when: where. By bisection along the dense output. */
+static bool crosses(search s, const kt_gap *begin, const kt_gap *end, double t0, double t1, double *when) {
+    s.boundary = 0.0;
+    knot a = knot_of(&s, t0, begin), b = knot_of(&s, t1, end);
     const double close = crossing_part * (t1 - t0) * fmax(kt_vec3_norm(a.u), kt_vec3_norm(b.u));
     const bool acts = acts_after(&a, 10.0 * close);
     if (acts == (b.d < 0.0) || fabs(b.d) <= close)
         return false;
-    for (s->evaluations = EVALUATIONS; s->evaluations > 0 && (acts == (b.d < 0.0) || fabs(b.d) > close);
-         s->evaluations--) {
+    for (; s.evaluations > 0 && (acts == (b.d < 0.0) || fabs(b.d) > close); s.evaluations--) {
         const double t = a.t + 0.5 * (b.t - a.t);
-        if (!evaluate_gaps(s->simulation, t, s->simulation->gap_inside))
+        if (!evaluate_gaps(s.simulation, t, s.simulation->gap_inside))
             return false;
-        const knot m = knot_of(s, t, &s->simulation->gap_inside[s->k]);
+        const knot m = knot_of(&s, t, &s.simulation->gap_inside[s.k]);
         *((m.d < 0.0) == acts ? &a : &b) = m;
     }
-    s->when = b.t;
+    *when = b.t;
     return true;
 }
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
-/* In the present state. The last evaluation may have been there (fsal), and left the motion of links in data. */
-static void find_gaps(kt_simulation *simulation, kt_gap *gaps) {
-    const bool swept = simulation->cached == KT_CACHED_EVALUATION &&
-                       simulation->slope == kt_integrator_known_derivative(simulation->integrator);
-    gaps_in(simulation, kt_integrator_state(simulation->integrator), swept, gaps);
+/* In the present state, whose slope is that. If the last evaluation gave it, it left the motion of links in data. */
+static void find_gaps(kt_simulation *simulation, const double *slope, kt_gap *gaps) {
+    const bool swept = simulation->cached == KT_CACHED_EVALUATION && simulation->slope == slope;
+    gaps_in(simulation, simulation->integrator->y, swept, gaps);
 }
 
 void kt_simulation_begin_gaps(kt_simulation *simulation) {
-    const double t = kt_integrator_time(simulation->integrator);
-    if (simulation->gap_time == t)
-        return;
-    find_gaps(simulation, simulation->gap_begin);
+    find_gaps(simulation, kt_integrator_known_derivative(simulation->integrator), simulation->gap_begin);
     simulation->cached = KT_CACHED_NOTHING;
-    simulation->gap_time = t;
+    simulation->gap_time = simulation->integrator->memory.t;
 }
 
-/* The first of the two criteria, for effects that act at neither end: what most of them end with. */
-static bool is_far(const kt_gap *a, const kt_gap *b, double h) {
-    const double u = fmax(kt_vec3_dot(a->velocity, a->velocity), kt_vec3_dot(b->velocity, b->velocity));
-    const double d = a->distance + b->distance;
-    return a->distance > 0.0 && b->distance > 0.0 && d * d >= 16.0 * h * h * u;
+/* After a step. Where its last evaluation was at its end and no loops are closed, nothing but the scaling of quaternions
+ * came after it, which changes gaps by rounding. */
+static void end_gaps(kt_simulation *simulation) {
+    const kt_integrator *it = simulation->integrator;
+    find_gaps(simulation, it->gives_end_derivative ? it->k[it->fresh] : kt_integrator_known_derivative(it),
+              simulation->gap_end);
 }
 
-/* Whether the last step leapt over an effect; *when: a time at which it acts. */
+/* Follows an effect, which acts `seen` deep at the ends of the last step, through this; *evaluated: whether the gaps in
+ * its middle are known. Returns whether the step leapt over it, *when: a time at which it acts. Not inlined: most steps do
+ * not come here, and would save its registers. */
+static __attribute__((noinline)) bool leaps_over(kt_simulation *simulation, size_t k, double seen, double speed,
+                                                 bool *evaluated, double *when) {
+    const kt_gap *begin = &simulation->gap_begin[k], *end = &simulation->gap_end[k];
+    const double t0 = simulation->integrator->memory.previous_t, t1 = simulation->integrator->memory.t, h = t1 - t0;
+    const double path = h * speed, boundary = boundary_of(seen, depth_of_rounding * path);
+    const double turn = larger(begin->turn, end->turn);
+    const bool reaches = !is_out_of_reach(begin->distance + boundary, end->distance + boundary, begin->velocity,
+                                          end->velocity, turn, path, h);
+    if (!reaches && !simulation->lacks_end_stage)
+        return false;
+    search s = {simulation, k, boundary, turn, EVALUATIONS, t1};
+    bool found = simulation->lacks_end_stage && crosses(s, begin, end, t0, t1, when);
+    if (!found && reaches) {
+        *evaluated = *evaluated || evaluate_gaps(simulation, t0 + 0.5 * h, simulation->gap_middle);
+        found = *evaluated &&
+                goes_deeper(&s, knot_of(&s, t0, begin), knot_of(&s, t1, end), simulation->gap_middle, HALVINGS);
+        *when = s.when;
+    }
+    return found;
+}
+
+/* Whether the last step leapt over an effect. Most are decided by the first criterion, without a square root. */
 static bool leaps(kt_simulation *simulation, double *when) {
-    const double t0 = kt_integrator_previous_time(simulation->integrator);
-    const double t1 = kt_integrator_time(simulation->integrator), middle = t0 + 0.5 * (t1 - t0);
+    const double h = simulation->integrator->memory.t - simulation->integrator->memory.previous_t;
     bool evaluated = false;
     for (size_t k = 0; k < simulation->size.gap; k++) {
         const kt_gap *begin = &simulation->gap_begin[k], *end = &simulation->gap_end[k];
-        if (is_far(begin, end, t1 - t0))
-            continue;
-        search s = search_of(simulation, k, begin, end, t1 - t0, depth_of_rounding);
-        const knot a = knot_of(&s, t0, begin), b = knot_of(&s, t1, end);
-        if (simulation->lacks_end_stage && crosses(&s, begin, end, t0, t1)) {
-            *when = s.when;
+        const double seen = deepest(begin, end), u = speed_squared(begin, end);
+        const double d = begin->distance + end->distance + 2.0 * boundary_of(seen, 0.0);
+        const bool far = d * d >= 16.0 * h * h * u && (seen == 0.0 || !simulation->lacks_end_stage);
+        if (!far && leaps_over(simulation, k, seen, sqrt(u), &evaluated, when))
             return true;
-        }
-        if (is_out_of_reach(&s, &a, &b))
-            continue;
-        if (!evaluated && !evaluate_gaps(simulation, middle, simulation->gap_middle))
-            return false;
-        evaluated = true;
-        if (goes_deeper(&s, a, b, simulation->gap_middle, HALVINGS)) {
-            *when = s.when;
-            return true;
-        }
     }
     return false;
 }
@@ -221,7 +234,7 @@ static bool leaps(kt_simulation *simulation, double *when) {
 bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit) {
     kt_integrator *integrator = simulation->integrator;
     double when;
-    find_gaps(simulation, simulation->gap_end);
+    end_gaps(simulation);
     if (leaps(simulation, &when)) {
         const double t0 = kt_integrator_previous_time(integrator);
         if (when - t0 > 64.0 * DBL_EPSILON * fabs(when)) {
@@ -233,7 +246,7 @@ bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit) {
     kt_gap *spare = simulation->gap_begin;
     simulation->gap_begin = simulation->gap_end;
     simulation->gap_end = spare;
-    simulation->gap_time = kt_integrator_time(integrator);
+    simulation->gap_time = integrator->memory.t;
     return false;
 }
 
@@ -275,10 +288,10 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     if (!acts)
         return KT_OK;
     gaps_in(simulation, kt_integrator_previous_state(simulation->integrator), false, begin);
-    find_gaps(simulation, end);
+    gaps_in(simulation, simulation->integrator->y, false, end);
     for (size_t k = 0; k < simulation->size.gap; k++) {
-        const search s = search_of(simulation, k, &begin[k], &end[k], t1 - t0, depth_of_record);
-        if (now[k].distance + s.boundary < 0.0)
+        const double path = (t1 - t0) * sqrt(speed_squared(&begin[k], &end[k]));
+        if (now[k].distance + boundary_of(deepest(&begin[k], &end[k]), depth_of_record * path) < 0.0)
             return refuse(simulation, k, t, -now[k].distance, error);
     }
     return KT_OK;

@@ -201,7 +201,7 @@ static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_erro
     kt_status status = watch != NULL ? watch->begin(simulation, error) : KT_OK;
     bool again = true;
     for (int repetition = 0; status == KT_OK && again; repetition++) {
-        if (gaps)
+        if (gaps && simulation->gap_time != simulation->integrator->memory.t)
             kt_simulation_begin_gaps(simulation);
         status = kt_integrator_take_step(simulation->integrator, t_limit, error);
         if (status != KT_OK)
