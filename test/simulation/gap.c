@@ -154,18 +154,16 @@ KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
 /* A mass swings on a spring, without damping, 0.1 mm further than to its stop: it touches that for 10 ms of a period of
  * 6.3 s. The oracle: two harmonic motions in turn, so that it is at rest again after ten periods; where no touch is seen,
  * at 0.15 m/s. At each kink of the force a method is off by some 1e-6 m/s. */
-KT_TEST(swing_that_touches_a_stop_is_seen) {
+static void check_swing(kt_effect touched) {
     static const double k = 1.0, stop = 1e5, reach = 0.5001, at = 0.5;
     kt_lone lone;
     kt_error error = {0};
-    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    kt_effect effects[2] = {kt_effect_default(), touched};
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
     lone.body.joint.position[0] = reach;
     effects[0].type = KT_EFFECT_JOINT_SPRING;
-    effects[0].joint = effects[1].joint = lone.body.name;
+    effects[0].joint = lone.body.name;
     effects[0].stiffness = k;
-    effects[1].type = KT_EFFECT_JOINT_LIMIT;
-    effects[1].lower = -at;
     effects[1].stiffness = stop;
     lone.description.effects = effects;
     lone.description.effect_count = 2;
@@ -187,6 +185,26 @@ KT_TEST(swing_that_touches_a_stop_is_seen) {
     }
     kt_check_worst(&worst);
     kt_model_free(model);
+}
+
+KT_TEST(swing_that_touches_a_stop_is_seen) {
+    kt_effect stop = kt_effect_default();
+    stop.type = KT_EFFECT_JOINT_LIMIT;
+    stop.joint = "block";
+    stop.lower = -0.5;
+    check_swing(stop);
+}
+
+/* A sphere at a corner of the mass, on a linear spring at a plane of the ground, is such a stop. */
+KT_TEST(swing_that_touches_the_ground_is_seen) {
+    kt_effect contact = kt_effect_default();
+    contact.type = KT_EFFECT_CONTACT;
+    contact.between[0] = (kt_end){.body = "block", .at = {0.1, 0.2, -0.3}};
+    contact.between[1] = (kt_end){.at = {-0.45, 7.0, 3.0}};
+    contact.radius = 0.05;
+    contact.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    contact.exponent = 1.0;
+    check_swing(contact);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
