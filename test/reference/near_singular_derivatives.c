@@ -208,8 +208,8 @@ static void count_derivative(tally *t, kt_status status, double error, double si
 
 /* Where nothing is singular two sequences of least steps reach positions that are apart by some h^4, the library's and the
  * oracle's: at s = 0.93, v = 1.8 their derivatives differ by 1.0e-5 at h = 0.093, 6.5e-7 and 4.1e-8 at a half and a
- * quarter of that. Steps are no longer. */
-#define STEP_MOST 0.02
+ * quarter of that, at s = 0.25, v = 1.5 by 7.0e-6 at h = 0.02, 4.2e-7 and 2.5e-8. Steps are no longer. */
+#define STEP_MOST 0.005
 
 /* Derivatives of accelerations are known to c / d of their size. */
 static double acceleration_bound(double size, double d) { return (1e-9 + DBL_EPSILON / d) * size; }
