@@ -254,7 +254,7 @@ typedef struct kt_end {
     X(KT_LOOP_PLANAR, planar)           /* 3: free in the plane normal to axis */                                      \
     X(KT_LOOP_WELD, weld)               /* 6: one rigid part */                                                        \
     X(KT_LOOP_UNIVERSAL, universal)     /* 4: Cardan joint */                                                          \
-    X(KT_LOOP_COUPLING, coupling)       /* 1: terms = offset, as of gears */                                           \
+    X(KT_LOOP_COUPLING, coupling)       /* 1: terms (+ formula) = offset: gears, cams */                               \
     X(KT_LOOP_MOTION, motion)           /* 1: a joint's position is a function of time */                              \
     X(KT_LOOP_ROLLING, rolling)         /* 2 of velocities, and 1 where holonomic */                                   \
     X(KT_LOOP_KNIFE_EDGE, knife_edge)   /* 1 of velocities: none along axis */                                         \
@@ -384,7 +384,11 @@ typedef struct kt_loop {
     const char *joint;    /* motion: that is driven */
     const kt_term *terms; /* coupling: sum of terms = offset; rates: sum of terms, of rates, = function */
     int term_count;       /* coupling, rates: length of terms */
-    double offset;        /* coupling: what the terms add up to */
+    double offset;        /* coupling: what the terms, and the formula, add up to */
+    const char
+        *formula; /* coupling: is added to the terms; of position.NAME of the joints NAME that terms have, of which
+                             coefficients may be 0. NULL (default): none. As a force's (expression.h), at most
+                             KT_FORMULA_VARIABLE_MAX terms */
     kt_loop_callback *equations; /* custom */
     int equation_count;          /* custom: 1 to 6. All of them are holonomic, or none (`holonomic`) */
     kt_loop_given given;         /* custom: what the callback writes; default: residuals */

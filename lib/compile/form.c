@@ -5,6 +5,7 @@
  * where few equations turn out to lose digits (delassus_accuracy.c). Thresholds are measured: bench/run forms.
  */
 #include "compile/compile.h"
+#include "constraint/formula_row.h"
 #include "reduction/delassus.h"
 #include "reduction/front4.h"
 #include "reduction/method.h"
@@ -25,15 +26,26 @@ static void set(kt_group *group, kt_group_form form, kt_form_reason reason) {
     group->reason = reason;
 }
 
+/* Whether the equation of a loop is a formula: its row varies, and fronts take that of a coupling for constant. */
+static bool has_formula(const kt_model *model, const kt_group *group) {
+    for (int32_t i = group->loop; i < group->loop + group->loop_count; i++)
+        if (kt_has_formula_row(&model->loop[model->group_loop[i]]))
+            return true;
+    return false;
+}
+
 void kt_form_begin(const kt_model *model, kt_group *group) {
     set(group, KT_FORM_DENSE,
-        !model->reduction->fronts                ? KT_FORM_REASON_METHOD
-        : model->structure == KT_STRUCTURE_DENSE ? KT_FORM_REASON_ASKED
-                                                 : KT_FORM_REASON_SMALL);
+        KT_HAS_FORMULAS && has_formula(model, group) ? KT_FORM_REASON_FORMULA
+        : !model->reduction->fronts                  ? KT_FORM_REASON_METHOD
+        : model->structure == KT_STRUCTURE_DENSE     ? KT_FORM_REASON_ASKED
+                                                     : KT_FORM_REASON_SMALL);
     group->damped_form = KT_FORM_DENSE;
 }
 
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of) {
+    if (group->reason == KT_FORM_REASON_FORMULA)
+        return false;
     const double worth = kt_group_is_planar(model, group) ? WORTH_PLANAR : WORTH_SPATIAL;
     const bool delassus = of->fits_delassus && may_be(model, KT_FORM_DELASSUS);
     if (model->structure == KT_STRUCTURE_FRONTS)

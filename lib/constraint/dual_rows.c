@@ -9,7 +9,7 @@
  *     phi' = A v - b'
  * give the change of the velocities that a change of the positions requires.
  */
-#include "constraint/gradient.h"
+#include "constraint/formula_row.h"
 #include "constraint/support.h"
 
 /* Evaluates the rows as dual numbers along degree of freedom k; returns their number. */
@@ -73,7 +73,9 @@ void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, d
         const size_t row = (size_t)loop->equation;
         kt_support w = {.x = x};
         kt_end_wrench wrench[2];
-        if (loop->term_count) /* a relation: A is constant, and b'' a function of time; or off */
+        if (kt_has_formula_row(loop))
+            kt_formula_row_matrices(x, loop, lambda, true, d_q, e_q, e_v);
+        if (loop->term_count) /* a relation: A is constant else, and b'' a function of time; or off */
             continue;
         kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
         for (int32_t k = 0; k < w.count; k++) {
@@ -102,7 +104,9 @@ void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q) {
     for (size_t l = 0; l < model->n.loop; l++) {
         const kt_loop_record *loop = &model->loop[l];
         kt_support w = {.x = x};
-        if (loop->term_count) /* a relation: A is constant, and b' a function of time; or off */
+        if (kt_has_formula_row(loop))
+            kt_formula_row_matrices(x, loop, NULL, false, NULL, c_q, NULL);
+        if (loop->term_count) /* a relation: A is constant else, and b' a function of time; or off */
             continue;
         kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
         for (int32_t k = 0; k < w.count; k++)

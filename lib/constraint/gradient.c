@@ -1,6 +1,6 @@
 /* The gradient of sums of the loops' equations at a state: planar loops by their own forms, others by dual numbers; all
  * by dual numbers if one of them has equations without a form in the plane. */
-#include "constraint/gradient.h"
+#include "constraint/formula_row.h"
 
 #include <string.h>
 
@@ -16,7 +16,9 @@ void kt_loop_gradient(const kt_dual_motion *at, const kt_loop_sum *sum, double *
     const kt_model *model = at->model;
     const bool in_space = kt_loop_gradient_reads_space(model);
     for (size_t i = 0; i < model->n.loop; i++) {
-        if (model->loop[i].term_count) /* a relation: A is constant, and b'' a function of time; or off */
+        if (kt_has_formula_row(&model->loop[i]))
+            kt_formula_row_gradient(at, &model->loop[i], sum, by_q, by_v);
+        if (model->loop[i].term_count) /* a relation: A is constant else, and b'' a function of time; or off */
             continue;
         if (!in_space)
             KT_BY_ISA(model->isa, , kt_planar_loop_gradient, (model, at->data, (int32_t)i, sum, by_q, by_v));
@@ -30,6 +32,8 @@ void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, double *d_
     const bool in_space = kt_loop_gradient_reads_space(model);
     memset(c_q, 0, model->n.row * model->n.v * sizeof *c_q);
     for (size_t i = 0; i < model->n.loop; i++) {
+        if (kt_has_formula_row(&model->loop[i]))
+            kt_formula_row_matrices(at, &model->loop[i], lambda, false, d_q, c_q, NULL);
         if (model->loop[i].term_count)
             continue;
         if (!in_space)
@@ -48,7 +52,10 @@ void kt_loop_linearize(const kt_dual_motion *at, const double *lambda, double *d
     }
     memset(e_q, 0, bytes);
     memset(e_v, 0, bytes);
-    for (size_t i = 0; i < model->n.loop; i++)
+    for (size_t i = 0; i < model->n.loop; i++) {
+        if (kt_has_formula_row(&model->loop[i]))
+            kt_formula_row_matrices(at, &model->loop[i], lambda, true, d_q, e_q, e_v);
         if (!model->loop[i].term_count)
             KT_BY_ISA(model->isa, , kt_planar_loop_matrices, (at, (int32_t)i, lambda, true, d_q, e_q, e_v));
+    }
 }

@@ -331,7 +331,7 @@ KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, s
         const kt_loop_in_plane x = {loop, &model->planar_loop[index], kt_rows_slots(model, group, loop)};
 #ifndef KT_LANES
         if (loop->term_count) {
-            kt_rows_relation(model, group, w, loop, x.slot[0], q, t);
+            kt_rows_relation(model, group, w, loop, x.slot[0], q, moving ? v : NULL, t);
             continue;
         }
 #else

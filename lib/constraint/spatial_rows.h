@@ -8,7 +8,7 @@
 #ifndef KT_CONSTRAINT_SPATIAL_ROWS_H
 #define KT_CONSTRAINT_SPATIAL_ROWS_H
 
-#include "constraint/group.h"
+#include "constraint/formula_row.h"
 #include "dynamics/sweep.h"
 #include "loop/loop.h"
 
@@ -140,9 +140,30 @@ KT_INLINE void kt_rows_relation_value(const kt_model *model, const kt_group *gro
     w->right[slot] = -row.drift;
 }
 
+/* Adds what the formula of a coupling adds to the equation. The scale is what a displacement of a unit changes it by,
+ * also where the slopes vanish. */
+static inline void kt_rows_add_formula(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                       const kt_loop_record *loop, int32_t slot, const double *q, const double *v) {
+    kt_formula_row f;
+    double scale = 0.0;
+    kt_formula_row_evaluate(model, loop, q, v, &f);
+    for (int k = 0; k < loop->term_count; k++) {
+        const kt_term_record *term = &model->term[loop->term + k];
+        const int32_t local = model->link[term->link].local;
+        const double unit = model->unit[group->v + local];
+        w->a[(size_t)slot * (size_t)w->m + (size_t)local] += f.by[k];
+        scale = fmax(scale, unit * fmax(fabs(term->coefficient + f.by[k]), 0.5 * unit * fabs(f.twice[k])));
+    }
+    w->scale[slot] = scale > 0.0 ? scale : 1.0;
+    w->residual[slot] += f.value;
+    w->right[slot] -= f.drift;
+}
+
 KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, const kt_group_work *w,
-                                const kt_loop_record *loop, int32_t slot, const double *q, double t) {
+                                const kt_loop_record *loop, int32_t slot, const double *q, const double *v, double t) {
     kt_rows_relation_value(model, group, w, loop, slot, q, t);
+    if (KT_HAS_FORMULAS && loop->form && slot >= 0)
+        kt_rows_add_formula(model, group, w, loop, slot, q, v);
     for (int k = 0; k < loop->term_count && slot >= 0; k++) {
         const kt_term_record *term = &model->term[loop->term + k];
         w->a[(size_t)slot * (size_t)w->m + (size_t)model->link[term->link].local] += term->coefficient;
@@ -159,7 +180,7 @@ static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         const int32_t *slot = kt_rows_slots(model, group, loop);
         if (loop->term_count)
-            kt_rows_relation(model, group, w, loop, slot[0], q, t);
+            kt_rows_relation(model, group, w, loop, slot[0], q, moving ? v : NULL, t);
         else
             kt_rows_frames(model, data, w, loop, slot, moving, v, t);
     }

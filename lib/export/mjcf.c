@@ -196,7 +196,7 @@ static void write_equalities(kt_export *x) {
             continue;
         fprintf(x->stream, "    <joint joint1=\"%s\" joint2=\"%s\"", kt_joint_name_of(kt_export_body(x, i)),
                 kt_joint_name_of(kt_export_body(x, f->master)));
-        kt_export_numbers(x, "polycoef", (const double[]){f->offset, f->factor, 0.0, 0.0, 0.0}, 5);
+        kt_export_numbers(x, "polycoef", f->a, 5);
         fputs("/>\n", x->stream);
     }
     fputs("  </equality>\n", x->stream);

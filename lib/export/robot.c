@@ -34,17 +34,18 @@ static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format
 }
 
 /* A coupling of two joints as one that follows the other; false where it cannot be one. */
-static bool follow(kt_export *x, const kt_loop *loop) {
+static bool follow(kt_export *x, const kt_loop *loop, kt_robot_format format) {
     if (loop->type != KT_LOOP_COUPLING || loop->term_count != 2)
         return false;
     for (int i = 0; i < 2; i++) {
         const kt_term *own = &loop->terms[i], *other = &loop->terms[1 - i];
         const int body = kt_names_find(&x->names, 1, own->joint), master = kt_names_find(&x->names, 1, other->joint);
-        if (own->coefficient == 0.0 || body < 0 || master < 0 || body == master || x->followers[body].master >= 0 ||
-            x->followers[master].master == body)
+        kt_export_follower found = {.master = master};
+        if (body < 0 || master < 0 || body == master || x->followers[body].master >= 0 ||
+            x->followers[master].master == body || !kt_export_polynomial(x, loop, i, found.a) ||
+            (format == KT_ROBOT_URDF && (found.a[2] != 0.0 || found.a[3] != 0.0 || found.a[4] != 0.0)))
             continue;
-        x->followers[body] =
-            (kt_export_follower){master, -other->coefficient / own->coefficient, loop->offset / own->coefficient};
+        x->followers[body] = found;
         return true;
     }
     return false;
@@ -58,7 +59,7 @@ static void take_loop(kt_export *x, const kt_loop *loop, kt_robot_format format)
         KT_LOOP_LIST(KT_NAME)
 #undef KT_NAME
     };
-    if (follow(x, loop) || (format == KT_ROBOT_MJCF && has_sites(loop)))
+    if (follow(x, loop, format) || (format == KT_ROBOT_MJCF && has_sites(loop)))
         return;
     kt_export_lose(x, (unsigned)loop->type < KT_LOOP_TYPE_COUNT ? names[loop->type] : "loops of a caller's own");
 }

@@ -12,10 +12,10 @@ typedef struct kt_export_forces {
     double damping, friction, stiffness, rest;
 } kt_export_forces;
 
-/* A coupling as a joint's: q = factor q' + offset, with q' of another body's joint; -1: it follows none. */
+/* A coupling as a joint's: q = a0 + a1 q' + a2 q'^2 + ..., with q' of another body's joint; -1: it follows none. */
 typedef struct kt_export_follower {
     int master;
-    double factor, offset;
+    double a[5];
 } kt_export_follower;
 
 enum { KT_LOST_MOST = 64 };
@@ -49,6 +49,9 @@ int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]
 
 /* Counts what the format does not have. */
 void kt_export_lose(kt_export *x, const char *what);
+
+/* A coupling of two joints as the polynomial by which that of the term `own` follows the other; false: it is none. */
+bool kt_export_polynomial(kt_export *x, const kt_loop *loop, int own, double a[5]);
 
 /* Writes ` name="1 2 3"`. */
 void kt_export_numbers(kt_export *x, const char *name, const double *values, int count);

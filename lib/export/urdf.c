@@ -111,8 +111,8 @@ static void write_forces(kt_export *x, int i) {
     if (follower->master < 0)
         return;
     fprintf(x->stream, "    <mimic joint=\"%s\"", kt_joint_name_of(kt_export_body(x, follower->master)));
-    kt_export_numbers(x, "multiplier", &follower->factor, 1);
-    kt_export_numbers(x, "offset", &follower->offset, 1);
+    kt_export_numbers(x, "multiplier", &follower->a[1], 1);
+    kt_export_numbers(x, "offset", &follower->a[0], 1);
     fputs("/>\n", x->stream);
 }
 

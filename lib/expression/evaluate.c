@@ -91,7 +91,7 @@ static double value_of_one(kt_operator code, double x) {
     }
 }
 
-static double value_of(kt_operator code, double x, double y) {
+double kt_operator_value(kt_operator code, double x, double y) {
     return kt_operator_is_binary(code) ? value_of_two(code, x, y) : value_of_one(code, x);
 }
 
@@ -175,7 +175,7 @@ uint64_t kt_expression_branches(const kt_expression *expression, const double *v
         }
         top -= kt_operator_is_binary(code);
         hash = (hash ^ branch_of(code, stack[top], stack[top + 1])) * prime;
-        stack[top] = value_of(code, stack[top], stack[top + 1]);
+        stack[top] = kt_operator_value(code, stack[top], stack[top + 1]);
     }
     return hash;
 }
@@ -287,7 +287,7 @@ typedef struct kt_taylor {
 static double product(double partial, double change) { return change != 0.0 ? partial * change : 0.0; }
 
 static kt_taylor apply(kt_operator code, kt_taylor x, kt_taylor y) {
-    const double value = value_of(code, x.v, y.v);
+    const double value = kt_operator_value(code, x.v, y.v);
     const kt_partials f = partials_of(code, x.v, y.v, value);
     return (kt_taylor){
         .v = value,

@@ -39,6 +39,9 @@ struct kt_expression {
     kt_expression_term term[];
 };
 
+/* The result of an operator; y is not read where it takes one value. */
+double kt_operator_value(kt_operator code, double x, double y);
+
 /* Whether an operator takes two values from the stack; else it takes one. */
 static inline bool kt_operator_is_binary(kt_operator code) {
     switch (code) {

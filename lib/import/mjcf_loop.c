@@ -4,9 +4,11 @@
  * where the bodies stand as <body> says:
  *   connect: a point of the first body, and the point of the second that is there at the reference positions;
  *   weld: the second body stands in the first as `relpose` says, or as at the reference positions;
- *   joint, tendon: y - y0 = a0 + a1 (x - x0).
+ *   joint, tendon: y - y0 = a0 + a1 (x - x0) + a2 (x - x0)^2 + ...: what is not linear is the coupling's formula.
  */
 #include "import/mjcf.h"
+#include "kinetree/expression.h"
+#include "scene/number.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -129,6 +131,66 @@ static int add_terms(const kt_mjcf *m, const side *s, double factor, kt_term *to
     return s->count;
 }
 
+/* The text of a formula while it is written; `whole` is false where it has no room. */
+typedef struct formula_text {
+    char text[KT_EXPRESSION_LENGTH_MAX + 1];
+    size_t length;
+    bool whole;
+} formula_text;
+
+static void put(formula_text *to, const char *text) {
+    const size_t length = strlen(text);
+    to->whole = to->whole && to->length + length < sizeof to->text;
+    if (!to->whole)
+        return;
+    memcpy(to->text + to->length, text, length + 1);
+    to->length += length;
+}
+
+static void put_number(formula_text *to, double value) {
+    char number[KT_NUMBER_SIZE];
+    kt_number_format(number, value);
+    put(to, number);
+}
+
+/* "(position.a + -0.1)", of a tendon "(0.5*position.a + 2*position.b + -0.1)". */
+static void put_length(const kt_mjcf *m, const side *s, formula_text *to) {
+    for (int i = 0; i < s->count; i++) {
+        const kt_mjcf_term *term = s->terms != NULL ? &s->terms[i] : &s->own;
+        put(to, i == 0 ? "(" : " + ");
+        if (term->coefficient != 1.0) {
+            put_number(to, term->coefficient);
+            put(to, "*");
+        }
+        put(to, "position.");
+        put(to, kt_mjcf_joint_at(m, term->joint)->name);
+    }
+    if (s->reference != 0.0) {
+        put(to, " + ");
+        put_number(to, -s->reference);
+    }
+    put(to, ")");
+}
+
+/* -a2 (x - x0)^2 - a3 (x - x0)^3 - a4 (x - x0)^4; NULL after telling why not. */
+static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x, const double a[5]) {
+    static const char *const powers[] = {"^2", "^3", "^4"};
+    formula_text to = {.whole = true};
+    for (int k = 2; k < 5; k++) {
+        if (a[k] == 0.0)
+            continue;
+        put(&to, to.length > 0 ? " + " : "");
+        put_number(&to, -a[k]);
+        put(&to, "*");
+        put_length(m, x, &to);
+        put(&to, powers[k - 2]);
+    }
+    if (to.whole && x->count < KT_FORMULA_VARIABLE_MAX)
+        return kt_pool_text(&m->r->keep, to.text, to.length);
+    kt_unknown_count(&m->forces, "equality by a polynomial of too many joints", e);
+    return NULL;
+}
+
 static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     double a[5] = {0.0, 1.0, 0.0, 0.0, 0.0};
     side y, x = {.count = 0};
@@ -138,10 +200,10 @@ static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     if (!find(m, e, is_tendon ? "tendon1" : "joint1", &y) ||
         (kt_xml_attribute(e, second) != NULL && !find(m, e, second, &x)))
         return;
-    if (x.count > 0 && (a[2] != 0.0 || a[3] != 0.0 || a[4] != 0.0)) {
-        kt_unknown_count(&m->forces, "equality by a polynomial that is not linear", e);
+    const bool is_linear = x.count == 0 || (a[2] == 0.0 && a[3] == 0.0 && a[4] == 0.0);
+    const char *formula = is_linear ? NULL : write_formula(m, e, &x, a);
+    if (!is_linear && formula == NULL)
         return;
-    }
     kt_loop *loop = kt_mjcf_add_loop(m, e, KT_LOOP_COUPLING, is_tendon ? "tendon_equality" : "joint_equality");
     kt_term *terms = kt_pool_take(&m->r->keep, (size_t)(y.count + x.count) + 1, sizeof *terms);
     if (loop == NULL || terms == NULL) {
@@ -151,6 +213,7 @@ static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     const int first = add_terms(m, &y, 1.0, terms);
     loop->terms = terms;
     loop->term_count = kt_terms_merge(terms, first + add_terms(m, &x, -a[1], terms + first));
+    loop->formula = formula;
     loop->offset = y.reference + a[0] - (x.count > 0 ? a[1] * x.reference : 0.0);
 }
 

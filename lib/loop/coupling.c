@@ -1,5 +1,8 @@
-/* Coupling: sum of coefficient * position = offset; gears, pulleys, mimic joints. */
+/* Coupling: sum of coefficient * position + formula = offset; gears, pulleys, mimic joints, cams. What the formula adds to
+ * the equation depends on all of its positions and is evaluated by constraint/formula_row.c. */
 #include "loop/loop.h"
+
+#include "model/formula.h"
 
 #ifndef KT_NO_LOOPS
 static kt_relation_row relate(const kt_loop_record *loop, const double *numbers, double sum, double t) {
@@ -8,19 +11,41 @@ static kt_relation_row relate(const kt_loop_record *loop, const double *numbers,
     return (kt_relation_row){.residual = sum - offset[0], .closes = 1.0};
 }
 
+#ifndef KT_NO_JACOBIAN
+static size_t number_count(const kt_loop *loop) {
+    return kt_loop_has_formula(loop) ? (kt_expression_size(loop->formula) + sizeof(double) - 1) / sizeof(double) : 0;
+}
+
+/* It has been read before, when it was checked. */
+static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+    kt_coupling_names names = {.loop = loop};
+    const kt_symbols symbols = kt_coupling_symbols(&names);
+    const kt_expression *formula;
+    kt_error ignored;
+    if (kt_loop_has_formula(loop) &&
+        kt_expression_parse(loop->formula, &symbols, numbers + record->number, kt_expression_size(loop->formula),
+                            &formula, NULL, &ignored) == KT_OK)
+        record->form = 1;
+}
+
+const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = relate, .number_count = number_count, .prepare = prepare};
+#else
 const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = relate};
+#endif
 #endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "",
-     KT_WORDS("c_i, a mapping of joints of one coordinate to numbers"), .needed = true},
-    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", KT_WORDS("what the terms add up to"), .needed = false},
+     KT_WORDS("c_i, a mapping of joints of one coordinate to numbers"), KT_WORDS("none"), .needed = false},
+    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", KT_WORDS("what all adds up to"), .needed = false},
+    {"formula", KT_KEY_FORMULA, KT_LOOP_AT(formula), "",
+     KT_WORDS("f, a formula of `position.JOINT` of such joints, as of a cam"), KT_WORDS("none"), .needed = false},
 };
 const kt_descriptor kt_loop_coupling_descriptor = {
     .name = "coupling",
-    .help = KT_WORDS("joint positions in a linear relation: gears, pulleys, joints that follow others"),
-    .formula = KT_WORDS("sum of c_i q_i = offset"),
+    .help = KT_WORDS("joint positions in a relation: gears, pulleys, joints that follow others; with a formula cams"),
+    .formula = KT_WORDS("sum of c_i q_i + f(q) = offset"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: pinion\n"
                         "    joint: {type: revolute, axis: y}\n"

@@ -2,6 +2,7 @@
  */
 #include "model/check.h"
 #include "model/describe.h"
+#include "model/formula.h"
 #include "model/model.h"
 
 #include <math.h>
@@ -99,8 +100,19 @@ static void check_terms(kt_checked *c, const kt_key *key) {
         }
         most = fmax(most, fabs(term->coefficient));
     }
-    if (fine && !(most >= 1.0 / KT_NUMBER_MOST))
+    if (fine && !kt_loop_has_formula(loop) && !(most >= 1.0 / KT_NUMBER_MOST))
         kt_checker_fault(checker, key->name, -1, "%s are all zero, or next to it; give one that is not", key->name);
+}
+
+/* Of a coupling; other formulas are functions of time. */
+static void check_formula(kt_checked *c, const kt_key *key) {
+    const kt_loop *loop = c->object;
+    if (loop->formula == NULL)
+        return;
+    if (KT_HAS_FORMULAS)
+        kt_checker_coupling(c->checker, key->name, loop);
+    else
+        kt_checker_fault(c->checker, key->name, -1, "needs -Djacobian=enabled");
 }
 
 static void check_function(kt_checked *c, const kt_key *key) {
@@ -264,6 +276,9 @@ static void check_key(kt_checked *c, const kt_key *key) {
         break;
     case KT_KEY_TERMS:
         check_terms(c, key);
+        break;
+    case KT_KEY_FORMULA:
+        check_formula(c, key);
         break;
     case KT_KEY_FUNCTION:
         check_function(c, key);

@@ -93,24 +93,79 @@ kt_symbols kt_formula_symbols(kt_formula_names *names) {
     return (kt_symbols){.find = find, .list = list, .user = names};
 }
 
-bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names) {
+/* ---- couplings --------------------------------------------------------------------------------------------------- */
+
+static const char position[] = "position.";
+
+const char *kt_position_of_joint(const char *name) {
+    return strncmp(name, position, sizeof position - 1) == 0 ? name + sizeof position - 1 : NULL;
+}
+
+static bool find_term(void *user, const char *name, kt_symbol *symbol) {
+    const kt_loop *loop = ((const kt_coupling_names *)user)->loop;
+    const char *joint = kt_position_of_joint(name);
+    for (int k = 0; k < loop->term_count && joint != NULL; k++)
+        if (strcmp(loop->terms[k].joint, joint) == 0) {
+            *symbol = (kt_symbol){.index = k};
+            return true;
+        }
+    return false;
+}
+
+static const char *list_term(void *user, int k) {
+    kt_coupling_names *names = user;
+    if (k >= names->loop->term_count)
+        return NULL;
+    (void)snprintf(names->shown, sizeof names->shown, "%s%.255s", position, names->loop->terms[k].joint);
+    return names->shown;
+}
+
+kt_symbols kt_coupling_symbols(kt_coupling_names *names) {
+    return (kt_symbols){.find = find_term, .list = list_term, .user = names};
+}
+
+/* A text that cannot be read with these symbols is reported. */
+static bool check_text(kt_checker *checker, const char *field, const char *text, const kt_symbols *symbols) {
     const kt_expression *expression = NULL;
     kt_error error = {0};
     const size_t size = kt_expression_size(text);
     void *memory = kt_arena_allocate(size, "reading a formula", &error);
-    const kt_symbols symbols = kt_formula_symbols(names);
     const bool fine =
-        memory != NULL && kt_expression_parse(text, &symbols, memory, size, &expression, NULL, &error) == KT_OK;
+        memory != NULL && kt_expression_parse(text, symbols, memory, size, &expression, NULL, &error) == KT_OK;
     kt_aligned_release(memory);
     if (!fine)
         kt_checker_fault(checker, field, -1, "%s: %s (%s of %s)", field, error.message, error.where,
                          kt_name_quote(text).text);
-    else if (names->full)
+    return fine;
+}
+
+void kt_checker_coupling(kt_checker *checker, const char *field, const kt_loop *loop) {
+    kt_coupling_names names = {.loop = loop};
+    const kt_symbols symbols = kt_coupling_symbols(&names);
+    for (int k = 0; k < loop->term_count && loop->terms != NULL; k++)
+        if (loop->terms[k].joint == NULL)
+            return; /* that has been reported */
+    if (loop->terms == NULL || loop->term_count < 1)
+        return;
+    if (loop->term_count > KT_FORMULA_VARIABLE_MAX)
+        kt_checker_fault(checker, field, -1, "%s: the coupling has %d joints; with a formula at most %d", field,
+                         loop->term_count, KT_FORMULA_VARIABLE_MAX);
+    else if (check_text(checker, field, loop->formula, &symbols) && loop->side != KT_SIDE_NONE)
+        kt_checker_fault(checker, "side", -1, "a coupling with a formula holds; it bounds no side");
+}
+
+/* ---- forces ------------------------------------------------------------------------------------------------------ */
+
+bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names) {
+    const kt_symbols symbols = kt_formula_symbols(names);
+    if (!check_text(checker, field, text, &symbols))
+        return false;
+    if (names->full)
         kt_checker_fault(checker, field, -1, "%s: the formulas use more than %d variables; make two %s of it", field,
                          KT_FORMULA_VARIABLE_MAX, checker->item == KT_ITEM_STATE ? "states" : "effects");
     else if (names->quaternion)
         kt_checker_fault(checker, field, -1,
                          "%s: a component of a quaternion is no variable of forces; take coordinates of markers",
                          field);
-    return fine && !names->full && !names->quaternion;
+    return !names->full && !names->quaternion;
 }

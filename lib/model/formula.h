@@ -26,6 +26,26 @@ KT_INNER kt_formula_names kt_formula_names_of(const kt_description *description,
 /* The symbols of kt_expression_parse whose indices are those of `variable`. */
 KT_INNER kt_symbols kt_formula_symbols(kt_formula_names *names);
 
+/* Whether a loop is a coupling with a formula. */
+static inline bool kt_loop_has_formula(const kt_loop *loop) {
+    return KT_HAS_FORMULAS && loop->type == KT_LOOP_COUPLING && loop->formula != NULL;
+}
+
+/* The names that the formula of a coupling may use, those of its terms in their order. */
+typedef struct kt_coupling_names {
+    const kt_loop *loop;
+    char shown[300]; /* the name that was listed last */
+} kt_coupling_names;
+
+/* The symbols of kt_expression_parse whose indices are those of the terms. */
+KT_INNER kt_symbols kt_coupling_symbols(kt_coupling_names *names);
+
+/* The joint of which this is the position, `position.JOINT`; NULL: it is of none. */
+KT_INNER const char *kt_position_of_joint(const char *name);
+
+/* Checks the formula of a coupling, if it has one. */
+void kt_checker_coupling(kt_checker *checker, const char *field, const kt_loop *loop);
+
 /* The names of a law of an effect, and its variables in their order, as far as there are such. One with states does not
  * read its effect's own ends: its rates are evaluated without them. */
 kt_formula_names kt_law_names_of(const kt_description *description, const kt_effect *effect);

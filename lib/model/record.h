@@ -148,14 +148,15 @@ typedef struct kt_loop_record {
     int32_t row, row_count;   /* rows in its group: first, number */
     kt_curve curve;           /* distance: length; motion: position; coupling: offset; rates: rate; curve: arc length */
     double pitch, radius;
-    double angle;                /* screw, homokinetic: relative angle at the start */
-    double tube;                 /* surface: of a torus */
-    int32_t form;                /* surface, curve: its type */
-    size_t number;               /* curve: where the numbers of a spline begin among those of functions of time */
-    int32_t count;               /* curve: points of a spline */
-    bool contact;                /* rolling: the wheel also touches the surface; custom: its equations have residuals */
-    bool driven;                 /* custom: its equations depend on time */
-    int32_t given;               /* custom: kt_loop_given */
+    double angle;  /* screw, homokinetic: relative angle at the start */
+    double tube;   /* surface: of a torus */
+    int32_t form;  /* surface, curve: its type; coupling: 1 where it has a formula */
+    size_t number; /* curve: where the numbers of a spline begin among those of functions of time; coupling:
+                                    where its formula does */
+    int32_t count; /* curve: points of a spline */
+    bool contact;  /* rolling: the wheel also touches the surface; custom: its equations have residuals */
+    bool driven;   /* custom: its equations depend on time */
+    int32_t given; /* custom: kt_loop_given */
     kt_loop_callback *equations; /* custom */
     void *user;                  /* custom: of the callback */
     uint32_t name;               /* offset in the model's text */
@@ -194,6 +195,7 @@ enum { KT_GROUP_MATRICES = 22 };
     X(KT_FORM_REASON_SMALL, "dense matrices of its coordinates take the fewest operations")                            \
     X(KT_FORM_REASON_ASKED, "it was asked for")                                                                        \
     X(KT_FORM_REASON_METHOD, "the reduction that was asked for has no other form")                                     \
+    X(KT_FORM_REASON_FORMULA, "an equation is a formula, which dense matrices alone have")                             \
     X(KT_FORM_REASON_PIN, "one pin closes three coordinates in a plane")                                               \
     X(KT_FORM_REASON_ARMATURE, "one pin closes three coordinates, but a joint has armature")                           \
     X(KT_FORM_REASON_OPERATIONS, "link by link it takes fewer operations than dense matrices")                         \

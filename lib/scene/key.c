@@ -4,7 +4,11 @@
 #include "scene/part.h"
 #include "scene/vary.h"
 
+#include "base/copy.h"
+
+#include <math.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- words and distances ----------------------------------------------------------------------------------------------------- */
@@ -123,16 +127,120 @@ static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return good;
 }
 
+/* With a formula the joints that it reads are terms, with coefficients of 0, which are not written. */
+static bool is_written_term(const kt_loop *loop, int i) {
+    const double coefficient = loop->terms[i].coefficient;
+    return !kt_loop_has_formula(loop) || coefficient != 0.0 || signbit(coefficient);
+}
+
 static void write_terms(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field;
     (void)standard;
     const kt_loop *loop = object;
     kt_emit_map(e, true);
     for (int i = 0; i < loop->term_count; i++) {
+        if (!is_written_term(loop, i))
+            continue;
         kt_emit_name(e, loop->terms[i].joint);
         kt_emit_number(e, loop->terms[i].coefficient);
     }
     kt_emit_end(e);
+}
+
+static bool same_terms(const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)standard;
+    const kt_loop *loop = object;
+    bool any = !kt_loop_has_formula(loop);
+    for (int i = 0; i < loop->term_count; i++)
+        any = any || is_written_term(loop, i);
+    return !any;
+}
+
+/* The joints of one coordinate that a formula reads. */
+typedef struct joint_names {
+    kt_reader *r;
+    const kt_description *description;
+    const char *joint[KT_FORMULA_VARIABLE_MAX + 1];
+    int count;
+    kt_formula_names all; /* of which others are suggested */
+} joint_names;
+
+/* Coordinates of joints with several have brackets in their names. */
+static bool find_joint(void *user, const char *name, kt_symbol *symbol) {
+    joint_names *names = user;
+    kt_variable found;
+    int k = 0;
+    if (strchr(name, '[') != NULL || !kt_variable_find(names->description, name, &found) ||
+        found.type != KT_VARIABLE_POSITION)
+        return false;
+    const char *joint = kt_joint_name_of(&names->description->bodies[found.body]);
+    while (k < names->count && strcmp(names->joint[k], joint) != 0)
+        k++;
+    if (k == names->count && k <= KT_FORMULA_VARIABLE_MAX)
+        names->joint[names->count++] = joint;
+    *symbol = (kt_symbol){.index = k};
+    return true;
+}
+
+/* No name is suggested once the effort for suggestions is used up. */
+static const char *list_joint(void *user, int k) {
+    joint_names *names = user;
+    const kt_symbols symbols = kt_formula_symbols(&names->all);
+    const char *name;
+    for (int i = 0; (name = symbols.list(symbols.user, i)) != NULL && names->r->effort > 0; i++) {
+        names->r->effort -= 100;
+        if (kt_position_of_joint(name) != NULL && strchr(name, '[') == NULL && k-- == 0)
+            return name;
+    }
+    return NULL;
+}
+
+static bool has_term(const kt_loop *loop, const char *joint) {
+    for (int i = 0; i < loop->term_count; i++)
+        if (loop->terms[i].joint != NULL && strcmp(loop->terms[i].joint, joint) == 0)
+            return true;
+    return false;
+}
+
+/* The joints that the formula reads become terms. */
+static bool add_terms(kt_reader *r, const joint_names *names, kt_loop *loop) {
+    kt_term *terms = kt_pool_take(&r->keep, (size_t)(loop->term_count + names->count) + 1, sizeof *terms);
+    if (terms == NULL)
+        return kt_reader_out_of_memory(r);
+    kt_copy(terms, loop->terms, (size_t)loop->term_count * sizeof *terms);
+    loop->terms = terms;
+    for (int i = 0; i < names->count; i++)
+        if (!has_term(loop, names->joint[i]))
+            terms[loop->term_count++] = (kt_term){.joint = names->joint[i], .coefficient = 0.0};
+    return true;
+}
+
+/* The coefficients have been read before. */
+static bool read_coupling(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const kt_effect none = {.end_count = 0};
+    joint_names names = {.r = r, .description = r->description, .all = kt_formula_names_of(r->description, &none)};
+    const kt_symbols symbols = {.find = find_joint, .list = list_joint, .user = &names};
+    if (node->kind != KT_NODE_TEXT)
+        return kt_fault_expected(r, scope, node, "a formula (\"position.follower - 0.2*position.cam^2\")");
+    if (!r->names_are_known) {
+        node->faulty = true; /* a fault of the bodies has been reported */
+        return false;
+    }
+    if (!kt_read_formula(r, scope, node, &symbols, true, kt_field_in(object, field)))
+        return false;
+    if (names.count == 0)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "the formula reads no joint; write position.JOINT");
+    return add_terms(r, &names, object);
+}
+
+static void write_coupling(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)standard;
+    kt_emit_text(e, ((const kt_loop *)object)->formula);
+}
+
+static bool same_coupling(const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)standard;
+    return ((const kt_loop *)object)->formula == NULL;
 }
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
@@ -256,7 +364,8 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
     static const kt_kind body = {.read = read_body, .write = write_body};
     static const kt_kind point = {read_point, write_point, same_point};
     static const kt_kind joint = {.read = read_joint, .write = write_joint};
-    static const kt_kind terms = {.read = read_terms, .write = write_terms};
+    static const kt_kind terms = {read_terms, write_terms, same_terms};
+    static const kt_kind coupling = {read_coupling, write_coupling, same_coupling};
     static const kt_kind function = {read_function, write_function, same_function};
     static const kt_kind formulas = {read_formulas, write_formulas, same_formulas};
     static const kt_kind functions = {read_functions, write_functions, same_function};
@@ -273,6 +382,7 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
         [KT_KEY_DISTANCE] = &distance,
         [KT_KEY_SURFACE] = &kt_kind_surface,
         [KT_KEY_TRACK] = &kt_kind_track,
+        [KT_KEY_FORMULA] = &coupling,
         [KT_KEY_FORMULAS] = &formulas,
     };
     static const kt_kind optional_ends = {kt_kind_ends_read, kt_kind_ends_write, same_ends};

@@ -14,6 +14,7 @@
 #include "effect/effect.h"
 #include "joint/joint.h"
 #include "mechanism/evaluate.h"
+#include "model/formula.h"
 #include "model/relative.h"
 
 #include <float.h>
@@ -288,6 +289,18 @@ static kt_status refuse_effects(const kt_model *tree, const kt_description *d, k
     return KT_OK;
 }
 
+/* Formulas of couplings read the joints of the tree. */
+static kt_status refuse_formulas(const kt_description *d, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    for (int i = 0; i < d->loop_count; i++)
+        if (kt_loop_has_formula(&d->loops[i])) {
+            (void)snprintf(where, sizeof where, "loop '%.100s'", d->loops[i].name);
+            return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                                "its formula reads joints of the tree; run it with formulation: tree");
+        }
+    return KT_OK;
+}
+
 /* The transformed model has no sets of what is switched. */
 static kt_status refuse_switches(const kt_description *d, kt_error *error) {
     const char *name = NULL;
@@ -304,6 +317,8 @@ static kt_status refuse_switches(const kt_description *d, kt_error *error) {
 static kt_status compile(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
     kt_description to = *w->from;
     kt_status refused = refuse_effects(w->tree, w->from, error);
+    if (refused == KT_OK)
+        refused = refuse_formulas(w->from, error);
     if (refused == KT_OK)
         refused = refuse_switches(w->from, error);
     if (refused != KT_OK)

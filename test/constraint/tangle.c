@@ -111,7 +111,19 @@ static int draw_joints(const tangle *g, kt_random *random, int joint[3]) {
     return found;
 }
 
-static bool draw_relation(tangle *g, kt_random *random, kt_loop *loop, kt_term *term, bool still) {
+/* A formula of three joints, which has mixed derivatives and, of one, a third one; it vanishes where they stand. */
+static void add_formula(tangle *g, kt_loop *loop, const double q[3]) {
+    char *text = g->formula[loop - g->loop];
+    const kt_term *term = loop->terms;
+    (void)snprintf(text, sizeof g->formula[0], "0.4*sin(position.%s)*position.%s^2 + 0.3*(position.%s - %.17g)^3",
+                   term[0].joint, term[1].joint, term[2].joint, q[2] - 0.5);
+    loop->formula = text;
+    loop->offset += 0.4 * sin(q[0]) * q[1] * q[1] + 0.3 * 0.125;
+}
+
+static bool draw_relation(tangle *g, kt_random *random, kt_loop *loop, kt_term *term, const tangle_plan *plan) {
+    const bool still = plan->still;
+    double at[3];
     int joint[3];
     const int found = draw_joints(g, random, joint);
     if (found < 2 || (still && loop->type == KT_LOOP_MOTION))
@@ -130,10 +142,13 @@ static bool draw_relation(tangle *g, kt_random *random, kt_loop *loop, kt_term *
     for (int i = 0; i < found; i++) {
         term[i].joint = g->tree.description.bodies[kt_body_source(g->tree.model, joint[i])].name;
         term[i].coefficient = kt_random_uniform(random, 0.5, 2.0) * (i % 2 ? -1.0 : 1.0);
-        loop->offset += term[i].coefficient * q0[kt_body_coordinates(g->tree.model, joint[i]).q];
+        at[i] = q0[kt_body_coordinates(g->tree.model, joint[i]).q];
+        loop->offset += term[i].coefficient * at[i];
     }
     loop->terms = term;
     loop->term_count = found;
+    if (loop->type == KT_LOOP_COUPLING && found == 3 && !plan->linear)
+        add_formula(g, loop, at);
     return true;
 }
 
@@ -217,7 +232,7 @@ static bool draw_loop(tangle *g, const tangle_plan *plan, kt_random *random, int
         loop->type = (kt_loop_type)kt_random_int(random, 0, KT_LOOP_TYPE_COUNT - 1);
     while (!(plan->types & 1U << loop->type));
     if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_MOTION || loop->type == KT_LOOP_RATES)
-        return draw_relation(g, random, loop, g->term[i], plan->still);
+        return draw_relation(g, random, loop, g->term[i], plan);
     const int equations = equations_of(loop->type), planar = equations < 3 ? equations : 3;
     if (!draw_bodies(g, plan, random, plan->tree.one_plane ? planar : equations, body))
         return false;

@@ -17,6 +17,7 @@ typedef struct tangle_plan {
     unsigned types; /* loop types: bits 1 << KT_LOOP_... */
     double nearby;  /* chance that a loop joins bodies that are few joints apart, so that groups stay small */
     bool still;     /* no loop is driven in time */
+    bool linear;    /* no coupling has a formula */
     kt_model_options options;
 } tangle_plan;
 
@@ -32,7 +33,7 @@ typedef struct tangle {
     kt_tree tree; /* with the model and data of the closed mechanism */
     kt_loop loop[TANGLE_LOOPS];
     kt_term term[TANGLE_LOOPS][3];
-    char name[TANGLE_LOOPS][16];
+    char name[TANGLE_LOOPS][16], formula[TANGLE_LOOPS][200];
     int loops, rows;
     double t;
     double q[KT_TREE_NQ], v[KT_TREE_NV], tau[KT_TREE_NV]; /* a state on the manifold at t, and what acts */

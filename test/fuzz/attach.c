@@ -2,6 +2,7 @@
 #include "fuzz.h"
 #include "kinetree/effect.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
@@ -111,6 +112,12 @@ static bool draw_coupling(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     }
     loop->terms = m->term[i];
     loop->offset = kt_bytes_chance(bytes) ? kt_bytes_number(bytes, m->wild) : 0.0;
+    if (loop->type == KT_LOOP_COUPLING && loop->term_count == 2 && loop->offset != 0.0 &&
+        loop->terms[0].joint != NULL && loop->terms[1].joint != NULL) {
+        (void)snprintf(m->formula[i], sizeof m->formula[i], "0.3*sin(position.%.60s)*position.%.60s^2",
+                       loop->terms[0].joint, loop->terms[1].joint);
+        loop->formula = m->formula[i];
+    }
     return loop->term_count > 0 || m->wild == KT_WILD_ALL;
 }
 

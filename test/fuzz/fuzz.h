@@ -59,6 +59,7 @@ typedef struct kt_fuzz_mechanism {
     kt_marker marker[KT_FUZZ_BODIES][KT_FUZZ_MARKERS];
     kt_loop loop[KT_FUZZ_LOOPS];
     kt_term term[KT_FUZZ_LOOPS][KT_FUZZ_TERMS];
+    char formula[KT_FUZZ_LOOPS][200]; /* of couplings */
     kt_effect effect[KT_FUZZ_EFFECTS];
     kt_fuzz_push push[KT_FUZZ_EFFECTS];
     double numbers[KT_FUZZ_FUNCTIONS][KT_FUZZ_NUMBERS];

@@ -459,12 +459,45 @@ static kt_pose place_of(const pair *p, const kt_end *end) {
     return kt_pose_compose(pose, own);
 }
 
-/* The residual of a coupling, and MuJoCo's: y - y0 - a0 - a1 (x - x0). */
-static void compare_coupling(const pair *p, const kt_loop *loop, const mjtNum *theirs, kt_worst *worst) {
-    double sum = -loop->offset;
+/* The variables of a coupling's formula are the positions of the joints of its terms. */
+static bool find_term(void *user, const char *name, kt_symbol *symbol) {
+    const kt_loop *loop = user;
     for (int k = 0; k < loop->term_count; k++)
-        sum += loop->terms[k].coefficient * position_of(p, loop->terms[k].joint, false);
-    kt_worst_near(worst, sum, theirs[0], 1e-14, "%s", loop->name);
+        if (strncmp(name, "position.", 9) == 0 && strcmp(name + 9, loop->terms[k].joint) == 0) {
+            *symbol = (kt_symbol){.index = k};
+            return true;
+        }
+    return false;
+}
+
+enum { TERMS = 8, FORMULA = 400 /* numbers */ };
+
+/* The residual of a coupling and its derivatives, and MuJoCo's, of y - y0 - a0 - a1 (x - x0) - a2 (x - x0)^2 ... */
+static void compare_coupling(const pair *p, const kt_loop *loop, int row, kt_worst *worst) {
+    double sum = -loop->offset, at[TERMS], along[TERMS] = {0.0}, y[3] = {0.0, 0.0, 0.0}, memory[FORMULA];
+    const kt_symbols symbols = {.find = find_term, .user = (void *)loop};
+    const kt_expression *formula = NULL;
+    kt_error error = {0};
+    if (!kt_check_true("formulas have room", loop->term_count <= TERMS))
+        return;
+    if (loop->formula != NULL)
+        kt_check_equal_int("formula",
+                           kt_expression_parse(loop->formula, &symbols, memory, sizeof memory, &formula, NULL, &error),
+                           KT_OK);
+    for (int k = 0; k < loop->term_count; k++) {
+        at[k] = position_of(p, loop->terms[k].joint, false);
+        sum += loop->terms[k].coefficient * at[k];
+    }
+    kt_worst_near(worst, sum + (formula ? kt_expression_evaluate(formula, at) : 0.0), p->d->efc_pos[row], 1e-14, "%s",
+                  loop->name);
+    for (int k = 0; k < loop->term_count; k++) {
+        const int joint = mj_name2id(p->m, mjOBJ_JOINT, loop->terms[k].joint);
+        along[k] = 1.0;
+        kt_expression_taylor(formula, at, along, NULL, y);
+        along[k] = 0.0;
+        kt_worst_near(worst, loop->terms[k].coefficient + y[1], p->d->efc_J[row * p->m->nv + p->m->jnt_dofadr[joint]],
+                      1e-14, "%s, derivative by %s", loop->name, loop->terms[k].joint);
+    }
 }
 
 /* The distance of both points along the world's axes; a weld's orientations agree where its residual does. */
@@ -497,7 +530,7 @@ KT_TEST(loops_are_open_by_what_equalities_of_mujoco_are) {
                 const int e = p.d->efc_id[row];
                 const kt_loop *loop = find_loop(&p, name_of(p.m, p.m->name_eqadr[e]));
                 if (loop != NULL && loop->type == KT_LOOP_COUPLING)
-                    compare_coupling(&p, loop, p.d->efc_pos + row, &worst);
+                    compare_coupling(&p, loop, row, &worst);
                 else if (loop != NULL)
                     compare_ends(&p, loop, p.d->efc_pos + row, &worst);
                 compared += loop != NULL;
@@ -505,7 +538,7 @@ KT_TEST(loops_are_open_by_what_equalities_of_mujoco_are) {
                     row++;
             }
         }
-        kt_check_equal_int("equalities compared", compared, 7 * STATES);
+        kt_check_equal_int("equalities compared", compared, 9 * STATES);
         kt_check_worst(&worst);
     }
     release(&p);

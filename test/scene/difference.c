@@ -128,6 +128,7 @@ static bool loop_differs(const char *where, const kt_loop *a, const kt_loop *b) 
     VALUE(holonomic);
     TEXT(joint);
     BITS(offset);
+    TEXT(formula);
     VALUE(term_count);
     for (int i = 0; i < a->term_count; i++) {
         TEXT(terms[i].joint);

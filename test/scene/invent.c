@@ -339,6 +339,11 @@ static void invent_loop(inventor *v, int i) {
         v->out->terms[i][1] = (kt_term){scalar_joint(v), any(v)};
         loop->term_count = strcmp(v->out->terms[i][1].joint, v->out->bodies[0].name) == 0 ? 1 : 2;
         loop->offset = loop->type == KT_LOOP_RATES || chance(v) ? 0.0 : any(v);
+        if (loop->type == KT_LOOP_COUPLING && loop->term_count == 2 && chance(v)) {
+            (void)snprintf(v->out->formulas[i], sizeof v->out->formulas[i], "-3*position.%.80s^2",
+                           v->out->terms[i][1].joint);
+            loop->formula = v->out->formulas[i];
+        }
     }
 }
 

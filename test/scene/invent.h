@@ -16,6 +16,7 @@ typedef struct kt_invented {
     kt_loop loops[INVENT_LOOPS];
     kt_effect effects[INVENT_EFFECTS];
     kt_term terms[INVENT_LOOPS][2];
+    char formulas[INVENT_LOOPS][120];
     double numbers[INVENT_LOOPS + INVENT_EFFECTS][INVENT_NUMBERS];
     const char *hold[2];
     kt_marker_pair pairs[INVENT_BODIES];

@@ -8,8 +8,8 @@
 #include "collect.h"
 #include "expect.h"
 
-#define HEAD                                                                                                           \
-    "kinetree: 1\n"                                                                                                    \
+#define HEAD "kinetree: 1\n" HEAD_BODIES
+#define HEAD_BODIES                                                                                                    \
     "bodies:\n"                                                                                                        \
     "  - {name: crank, joint: {type: revolute}, markers: {tip: [1, 0, 0]}}\n"                                          \
     "  - {name: slide, joint: {type: prismatic}}\n"                                                                    \
@@ -66,6 +66,45 @@ KT_TEST(loops_take_their_keys) {
     kt_check_equal_int("hold", scene.description.hold_count, 2);
     kt_check_text("hold", scene.description.hold[1], "crank");
     kt_scene_free(&scene);
+}
+
+/* The joints that a formula reads become terms without a coefficient. */
+KT_TEST(couplings_take_formulas_of_joints_of_one_coordinate) {
+    static const struct {
+        const char *loop, *says;
+    } wrong[] = {
+        {"formula: \"position.crnak^2\"",
+         "6:45: loop 'l': formula: there is no name 'position.crnak'; did you mean 'position.crank'?"},
+        {"formula: \"2*velocity.crank\"",
+         "6:47: loop 'l': formula: there is no name 'velocity.crank'; names are position.crank, position.slide,"},
+        {"formula: \"2*3\"", "the formula reads no joint; write position.JOINT"},
+        {"formula: [1]", "expected a formula"},
+        {"formula: \"position.crank*(\"", "6:61: loop"},
+        {"offset: 1", "coefficients are missing"},
+    };
+    kt_scene scene;
+    if (!kt_parse_right("kinetree: 1\nparameters: {c: 0.25}\n" HEAD_BODIES "loops:\n"
+                        "  - {name: f, type: coupling, coefficients: {slide: 1}, formula: \"-c*position.crank^2 + "
+                        "0*position.slide\", offset: 2}\n",
+                        &scene))
+        return;
+    const kt_loop *l = scene.description.loops;
+    kt_check_equal_int("terms", l->term_count, 2);
+    kt_check_text("joint of a coefficient", l->terms[0].joint, "slide");
+    kt_check_text("joint of the formula alone", l->terms[1].joint, "crank");
+    CHECK_NUMBERS("its coefficient", &l->terms[1].coefficient, 0);
+    kt_check_text("formula", l->formula, "-(0.25)*position.crank^2 + 0*position.slide");
+    kt_scene_free(&scene);
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        char text[600];
+        snprintf(text, sizeof text, HEAD "loops: [{name: l, type: coupling, %s}]\n", wrong[i].loop);
+        static kt_collected faults;
+        kt_scene no = kt_scene_default();
+        const kt_status status = kt_collect_parse(&faults, text, &no);
+        kt_note("%s", faults.text);
+        kt_check_true(wrong[i].loop, status != KT_OK && strstr(faults.text, wrong[i].says) != NULL);
+        kt_scene_free(&no);
+    }
 }
 
 KT_TEST(every_loop_between_two_ends_has_its_name) {
