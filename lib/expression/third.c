@@ -57,14 +57,14 @@ static series quotient(const series *x, const series *y) {
 /* ---- functions of one value -------------------------------------------------------------------------------------- */
 
 /* 1 / sqrt(1 - x^2) and its derivatives, those of asin from the first on. */
-static void slopes_of_asin(double x, double f[4]) {
+static void derivatives_of_asin(double x, double f[4]) {
     const double w = 1.0 - x * x, r = 1.0 / sqrt(w);
     f[1] = r;
     f[2] = x * r / w;
     f[3] = (1.0 + 2.0 * x * x) * r / (w * w);
 }
 
-static void slopes_of(kt_operator code, double x, double f[4]) {
+static void derivatives_of(kt_operator code, double x, double f[4]) {
     const double v = f[0], w = 1.0 + x * x, u = 1.0 + v * v, m = 1.0 - v * v;
     switch (code) {
     case KT_OPERATOR_SIN:
@@ -80,7 +80,7 @@ static void slopes_of(kt_operator code, double x, double f[4]) {
         break;
     case KT_OPERATOR_ASIN:
     case KT_OPERATOR_ACOS:
-        slopes_of_asin(x, f);
+        derivatives_of_asin(x, f);
         for (int k = 1; k < 4 && code == KT_OPERATOR_ACOS; k++)
             f[k] = -f[k];
         break;
@@ -121,7 +121,7 @@ static series of_one(kt_operator code, const series *x, double value) {
         return (series){{-x->d[0], -x->d[1], -x->d[2], -x->d[3]}};
     if (code == KT_OPERATOR_SQRT)
         return power(x, 0.5);
-    slopes_of(code, x->d[0], f);
+    derivatives_of(code, x->d[0], f);
     return compose(f, x);
 }
 
@@ -133,7 +133,7 @@ static series raise(const series *x, const series *y) {
     double f[4] = {log(x->d[0]), 0.0, 0.0, 0.0};
     if (is_constant(y))
         return power(x, y->d[0]);
-    slopes_of(KT_OPERATOR_LOG, x->d[0], f);
+    derivatives_of(KT_OPERATOR_LOG, x->d[0], f);
     const series logarithm = compose(f, x), exponent = product(y, &logarithm);
     for (int k = 0; k < 4; k++)
         f[k] = pow(x->d[0], y->d[0]);
