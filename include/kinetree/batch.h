@@ -92,7 +92,8 @@ KT_API KT_CHECKED kt_status kt_batch_get_own_states(const kt_batch *batch, size_
 /* Gives a state parameters of its own: those of `model`, a copy of the batch's model in which some have been set
  * (kt_parameter_set of model.h: masses, inertias, gravity, springs, dampers ...), or the batch's model again. The copy
  * must outlive the batch, and is read whenever the state is computed. States in a block (kt_batch_report.width
- * neighbours, from 0 on) that have one model are computed in lanes, and others one by one: give each block one copy.
+ * neighbours, from 0 on) are computed in lanes if their models are one, or differ in no more than gravity and the numbers
+ * of bodies and links (masses, centres of mass, inertias, lengths); others, whose effects or armatures differ, one by one.
  * KT_ERROR_ARGUMENT if there is no such state, or model is another mechanism's. O(1). */
 KT_API KT_CHECKED kt_status kt_batch_set_model(kt_batch *batch, size_t state, const kt_model *model, kt_error *error);
 
@@ -187,7 +188,7 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
  * lanes. What each gives are the bits of kt_simulation_run, whatever the others are. In lanes: trees with effects that are
  * not by formulas, by explicit methods (auto while the motion is not stiff), without events, corners of functions of time,
  * contacts or stops to which steps are shortened, inputs, works or own states; and such that their models differ in
- * nothing but the initial state. All else is run one after the other, counted and said why. Simulations end at different
+ * nothing but the initial state, gravity, masses, centres of mass, inertias and lengths. All else is run one after the other, counted and said why. Simulations end at different
  * times: as soon as one has, its lane takes the next. In records of which nothing but positions, velocities and energies is asked for, `data` may be
  * NULL. One thread may use an ensemble at a time. */
 typedef struct kt_ensemble kt_ensemble;

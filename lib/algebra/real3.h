@@ -8,6 +8,7 @@
  *   kt_real3   a vector in space:        combined by those whose names end in 3
  *   kt_condition   of each state
  *   kt_index1  the place of a number among others, of each state
+ *   kt_const1, kt_const3 ...   numbers, vectors ... of links and bodies, in lanes those of each state's model
  *
  * A condition on which a recursion of one state ends does not end one of several: it is noted for which of them it holds
  * (kt_fails, kt_is_refused).
@@ -38,6 +39,11 @@ typedef kt_v2 kt_real2;
 typedef kt_v4 kt_real3;
 typedef bool kt_condition;
 typedef int32_t kt_index1;
+typedef double kt_const1;
+typedef kt_vec3 kt_const3;
+typedef kt_mat3 kt_const_mat3;
+typedef kt_pose kt_const_pose;
+typedef kt_sym3 kt_const_sym3;
 
 #define kt_make2(x, y) ((kt_v2){(x), (y)})
 #define kt_make3(x, y, z) ((kt_v4){(x), (y), (z), 0.0})
@@ -58,8 +64,15 @@ typedef int32_t kt_index1;
 #define kt_dot2 kt_v2_dot
 #define kt_dots2 kt_v2_dot2
 #define kt_dots3 kt_v4_dot2
+#define kt_const_from3 kt_v4_from
+#define kt_const_apply3 kt_v4_apply_to
+#define kt_const_same3 kt_v4_splat
+#define kt_const_load2 kt_v2_load
+#define kt_const_same2 kt_v2_splat
 
 KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x; }
+KT_OPERATOR kt_real1 kt_const_real1(kt_const1 x) { return x; }
+KT_OPERATOR double kt_const_any1(kt_const1 x) { return x; }
 KT_OPERATOR kt_condition kt_condition_true(void) { return true; }
 KT_OPERATOR kt_index1 kt_index1_of(int32_t i) { return i; }
 KT_OPERATOR kt_condition kt_condition_false(void) { return false; }
@@ -90,6 +103,18 @@ typedef struct kt_real2 {
 typedef struct kt_real3 {
     kt_real1 x, y, z;
 } kt_real3;
+typedef kt_real1 kt_const1;
+typedef kt_real3 kt_const3;
+typedef struct kt_const_mat3 {
+    kt_const3 x, y, z;
+} kt_const_mat3;
+typedef struct kt_const_pose {
+    kt_const_mat3 rotation;
+    kt_const3 position;
+} kt_const_pose;
+typedef struct kt_const_sym3 {
+    kt_const1 xx, yy, zz, xy, xz, yz;
+} kt_const_sym3;
 
 /* x - 0 is x, also where x is -0. */
 KT_OPERATOR kt_real1 kt_real1_splat(double x) { return x - (kt_real1){0}; }
@@ -132,7 +157,16 @@ KT_OPERATOR kt_real3 kt_apply_transposed3(const kt_real3 a[3], kt_real3 u) {
     return (kt_real3){kt_dot3(a[0], u), kt_dot3(a[1], u), kt_dot3(a[2], u)};
 }
 
+KT_OPERATOR kt_real1 kt_const_real1(kt_const1 x) { return x; }
+/* Of a number that is the same in all lanes. */
+KT_OPERATOR double kt_const_any1(kt_const1 x) { return x[0]; }
+KT_OPERATOR kt_real3 kt_const_from3(kt_const3 a) { return a; }
+KT_OPERATOR kt_real3 kt_const_apply3(const kt_real3 a[3], kt_const3 u) { return kt_apply3(a, u); }
+KT_OPERATOR kt_real3 kt_const_same3(kt_const1 s) { return (kt_real3){s, s, s}; }
+
 KT_OPERATOR kt_real2 kt_make2(kt_real1 x, kt_real1 y) { return (kt_real2){x, y}; }
+KT_OPERATOR kt_real2 kt_const_load2(const kt_const1 *x) { return (kt_real2){x[0], x[1]}; }
+KT_OPERATOR kt_real2 kt_const_same2(kt_const1 s) { return (kt_real2){s, s}; }
 KT_OPERATOR kt_real2 kt_load2(const kt_real1 *x) { return (kt_real2){x[0], x[1]}; }
 KT_OPERATOR kt_real2 kt_from2(const double *x) { return (kt_real2){kt_real1_splat(x[0]), kt_real1_splat(x[1])}; }
 KT_OPERATOR kt_real2 kt_same2(double s) { return (kt_real2){kt_real1_splat(s), kt_real1_splat(s)}; }
@@ -174,10 +208,10 @@ KT_INLINE void kt_multiply3(const kt_real3 a[3], const kt_real3 b[3], kt_real3 o
 }
 
 /* out = R J R' */
-KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_sym3 *j, kt_real3 out[3]) {
-    const kt_real3 x = kt_apply_to3(r, (kt_vec3){j->xx, j->xy, j->xz});
-    const kt_real3 y = kt_apply_to3(r, (kt_vec3){j->xy, j->yy, j->yz});
-    const kt_real3 z = kt_apply_to3(r, (kt_vec3){j->xz, j->yz, j->zz});
+KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_const_sym3 *j, kt_real3 out[3]) {
+    const kt_real3 x = kt_const_apply3(r, (kt_const3){j->xx, j->xy, j->xz});
+    const kt_real3 y = kt_const_apply3(r, (kt_const3){j->xy, j->yy, j->yz});
+    const kt_real3 z = kt_const_apply3(r, (kt_const3){j->xz, j->yz, j->zz});
     for (int k = 0; k < 3; k++)
         out[k] = kt_add3(kt_add3(kt_scale3(KT_PART3(r[0], k), x), kt_scale3(KT_PART3(r[1], k), y)),
                          kt_scale3(KT_PART3(r[2], k), z));
@@ -256,11 +290,11 @@ KT_OPERATOR void kt_symmetric3_subtract_square(kt_real3 a[3], kt_real1 d, kt_rea
 }
 
 /* out = R J R', symmetric. */
-KT_INLINE void kt_symmetric3_rotate(const kt_real3 r[3], const kt_sym3 *j, kt_real3 out[3]) {
+KT_INLINE void kt_symmetric3_rotate(const kt_real3 r[3], const kt_const_sym3 *j, kt_real3 out[3]) {
 #ifdef KT_LANES
-    const kt_real3 x = kt_apply_to3(r, (kt_vec3){j->xx, j->xy, j->xz});
-    const kt_real3 y = kt_apply_to3(r, (kt_vec3){j->xy, j->yy, j->yz});
-    const kt_real3 z = kt_apply_to3(r, (kt_vec3){j->xz, j->yz, j->zz});
+    const kt_real3 x = kt_const_apply3(r, (kt_const3){j->xx, j->xy, j->xz});
+    const kt_real3 y = kt_const_apply3(r, (kt_const3){j->xy, j->yy, j->yz});
+    const kt_real3 z = kt_const_apply3(r, (kt_const3){j->xz, j->yz, j->zz});
     out[0] = kt_add3(kt_add3(kt_scale3(r[0].x, x), kt_scale3(r[1].x, y)), kt_scale3(r[2].x, z));
     out[1].y = (r[0].y * x.y + r[1].y * y.y) + r[2].y * z.y;
     out[1].z = (r[0].y * x.z + r[1].y * y.z) + r[2].y * z.z;

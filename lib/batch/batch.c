@@ -117,6 +117,7 @@ static kt_status init_work(kt_batch *batch, size_t thread, kt_error *error) {
     kt_batch_work *w = kt_batch_work_of(batch, thread);
     (void)lay_out_work(w, &batch->n);
     w->batch = batch;
+    w->put = NULL;
     if (batch->kernels)
         (void)batch->kernels->layout(batch->model, w->lanes);
     return kt_data_init(batch->model, w->alone, batch->n.data_bytes, &w->data, error);
@@ -210,6 +211,8 @@ kt_status kt_batch_set_model(kt_batch *batch, size_t state, const kt_model *mode
         KT_IS_OTHER_DATA(error, model, kt_batch_work_of(batch, 0)->data))
         return KT_ERROR_ARGUMENT;
     batch->own[state] = model;
+    for (size_t i = 0; i < batch->n.threads; i++)
+        kt_batch_work_of(batch, i)->put = NULL; /* it may be another one in the same place */
     return KT_OK;
 }
 

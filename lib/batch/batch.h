@@ -34,6 +34,8 @@ typedef struct kt_batch_work {
     kt_batch *batch;
     kt_data *data;                          /* of one state */
     uint64_t in_lanes, alone_count, failed; /* as in kt_batch_report */
+    const kt_model *put;                    /* whose numbers all lanes have, NULL if they differ; and its revision */
+    uint64_t revision;
     KT_ARENA_DECLARE(KT_BATCH_WORK_FIELDS)
 } kt_batch_work;
 
@@ -68,7 +70,7 @@ typedef struct kt_batch_group {
     size_t first; /* the number of lane 0 among all states */
     size_t used;
     kt_lane_mask live;     /* lanes that are computed: those that have not failed */
-    const kt_model *model; /* of all lanes; NULL: they have different ones, and are computed one by one */
+    const kt_model *model; /* of a lane, that of all lanes but for their numbers; NULL: they are computed one by one */
     const double *q, *v, *x, *tau;
 } kt_batch_group;
 
@@ -92,8 +94,8 @@ static inline void kt_lane_put(const double *x, size_t width, size_t lane, size_
 static inline bool kt_lane_is_in(kt_lane_mask mask, size_t lane) { return (mask >> lane & 1U) != 0; }
 static inline kt_lane_mask kt_lanes_first(size_t count) { return (kt_lane_mask)((UINT64_C(1) << count) - 1); }
 
-/* The group with this number, at its states as they are. */
-kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group);
+/* The group with this number, at its states as they are; the lanes are given the numbers of its models. */
+kt_batch_group kt_batch_group_of(kt_batch_work *w, size_t group);
 
 /* Notes that the computation of a state has failed, with the error; `made` is that of the call for one state. */
 void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batch_fault *fault);

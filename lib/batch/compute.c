@@ -21,7 +21,7 @@ static void commit(const kt_batch_work *w, const kt_batch_group *group, double *
 
 static void compute_group(kt_batch_work *w, const kt_batch_job *job, size_t number, kt_batch_fault *fault) {
     kt_batch *batch = w->batch;
-    kt_batch_group group = kt_batch_group_of(batch, number);
+    kt_batch_group group = kt_batch_group_of(w, number);
     memset(batch->status + group.first, KT_OK, group.used);
     switch (job->task) {
     case KT_BATCH_FORWARD:

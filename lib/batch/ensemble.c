@@ -6,8 +6,8 @@
  * lanes are computed at once, between planning and judging. A lane whose simulation has ended takes the next one; what
  * lanes cannot compute (a step of an implicit method, a stage that fails) is tried by the simulation itself.
  *
- * The recursions in lanes have one model for all lanes: simulations take part whose models differ in nothing but where
- * they start. The others are run one after the other.
+ * Simulations take part whose models differ in nothing but what the recursions have of each lane (kt_lanes_agree). The
+ * others are run one after the other.
  */
 #include "batch/batch.h"
 
@@ -24,6 +24,7 @@ typedef struct kt_ensemble_counts {
 /* A simulation that runs. */
 typedef struct lane {
     kt_ensemble_member member; /* without a simulation: none runs here */
+    uint64_t revision;         /* of its model, whose numbers the lane has */
     kt_attempt attempt;
     kt_try tried;
     bool steps;       /* within a step */
@@ -102,8 +103,10 @@ kt_status kt_ensemble_init(const kt_model *model, void *memory, size_t size, kt_
     made->shape = model->shape;
     made->n = n;
     made->report.width = n.width;
-    if (made->kernels)
+    if (made->kernels) {
         (void)made->kernels->layout(model, made->work);
+        made->kernels->put_model(model, made->work, kt_lanes_first(n.width));
+    }
     for (size_t i = 0; i < KT_METHOD_STAGES_MAX; i++)
         made->k[i] = made->stages + i * n.width * (n.nq + n.nv);
     *ensemble = made;
@@ -125,23 +128,6 @@ kt_ensemble_report kt_ensemble_report_of(const kt_ensemble *ensemble) {
 }
 
 /* ---- which simulations take part --------------------------------------------------------------------------------- */
-
-static bool are_equal(const void *a, const void *end, const void *b) {
-    return memcmp(a, b, (size_t)((const char *)end - (const char *)a)) == 0;
-}
-
-/* Whether two models of one shape give every state the same motion, bit by bit: of their arrays, which lie in the order of
- * KT_MODEL_FIELDS, those alone may differ that say where they start, and the table of names, which has pointers. */
-static bool moves_alike(const kt_model *a, const kt_model *b) {
-    if (a == b)
-        return true;
-    if (a->bytes != b->bytes || a->kernels != b->kernels || a->forward != b->forward)
-        return false;
-    for (int k = 0; k < 3; k++)
-        if (a->gravity[k] != b->gravity[k])
-            return false;
-    return are_equal(a->link, a->q0, b->link) && are_equal(a->armature, a->index, b->armature);
-}
 
 /* Why a simulation's steps are not computed in lanes; NULL: they are. */
 static const char *why_model(const kt_ensemble *e, const kt_model *model) {
@@ -178,8 +164,8 @@ static const lane *first_lane(const kt_ensemble *e) {
 static bool fits(kt_ensemble *e, const kt_simulation *s) {
     const lane *other = first_lane(e);
     const char *why = why_alone(e, s);
-    if (!why && other && !moves_alike(other->member.simulation->model, s->model))
-        why = "its model differs in more than its initial state";
+    if (!why && other && !kt_lanes_agree(other->member.simulation->model, s->model))
+        why = "its model differs in more than masses, lengths, gravity and where its motion begins";
     if (why) {
         e->report.alone++;
         e->report.why = why;
@@ -191,11 +177,14 @@ static bool fits(kt_ensemble *e, const kt_simulation *s) {
 
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
 
+/* Whether the lane has the numbers of its model, whose parameters a recorder may have set since. */
+static bool is_current(const lane *l) { return l->revision == l->member.simulation->model->revision; }
+
 /* The table of a lane's try, if that is one of lanes: without inputs, by an explicit method. */
 static const kt_method *table_of(const lane *l) {
     const kt_simulation *s = l->member.simulation;
     const kt_method *table = s->integrator->table;
-    return s->tau || s->external || kt_method_family_of(table) != &kt_family_explicit ? NULL : table;
+    return !is_current(l) || s->tau || s->external || kt_method_family_of(table) != &kt_family_explicit ? NULL : table;
 }
 
 /* The lanes that take the same step as the first one of them, whose number is *first. */
@@ -237,7 +226,7 @@ static kt_lane_mask evaluate(kt_ensemble *e, const kt_model *model, double c, kt
     if (e->n.nq == e->n.nv)
         kt_copy(slope, at.v, q * sizeof *slope);
     else
-        e->kernels->rate(model, at.q, at.v, slope);
+        e->kernels->rate(model, e->work, at.q, at.v, slope);
     return kt_lanes_accelerate(e->kernels, model, &at, &work);
 }
 
@@ -411,6 +400,9 @@ static bool read_record(kt_ensemble *e, size_t number, bool *dense) {
     return false;
 }
 
+/* Whether the records of a lane are computed with those of others. */
+static bool shares_now(const lane *l) { return l->member.simulation && l->shares && is_current(l); }
+
 /* Reads the next record of each lane that is due. Returns of which lanes there is one, its state being in e->read. */
 static kt_lane_mask read_records(kt_ensemble *e) {
     const size_t width = e->n.width, N = e->n.nq + e->n.nv;
@@ -418,8 +410,7 @@ static kt_lane_mask read_records(kt_ensemble *e) {
     for (size_t i = 0; i < width; i++) {
         const lane *l = &e->lane[i];
         bool dense = false;
-        const bool is_due =
-            l->member.simulation && l->shares && !l->steps && l->status == KT_OK && read_record(e, i, &dense);
+        const bool is_due = shares_now(l) && !l->steps && l->status == KT_OK && read_record(e, i, &dense);
         due |= (kt_lane_mask)is_due << i;
         sparse |= (kt_lane_mask)(is_due && !dense) << i;
     }
@@ -530,7 +521,9 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
         const kt_status status = together ? kt_simulation_begin_run(member.simulation, &error)
                                           : kt_simulation_run(member.simulation, member.record, member.user, &error);
         if (together && status == KT_OK) {
-            *l = (lane){.member = member, .status = KT_OK, .shares = shares_records(member.simulation)};
+            const kt_model *model = member.simulation->model;
+            *l = (lane){.member = member, .revision = model->revision, .shares = shares_records(member.simulation)};
+            e->kernels->put_model(model, e->work, (kt_lane_mask)1 << (l - e->lane));
             return true;
         }
         from->done(from->user, &member, status, status == KT_OK ? NULL : &error);
@@ -544,13 +537,17 @@ static void fill(kt_ensemble *e, source *from) {
         again = false;
         for (size_t i = 0; i < e->n.width; i++) {
             lane *l = &e->lane[i];
-            if (!l->steps && (l->member.simulation || take(e, from, l)) && !l->shares)
-                l->status = kt_simulation_hand_over(l->member.simulation, l->member.record, l->member.user, &l->error);
+            if (!l->steps && !l->member.simulation)
+                (void)take(e, from, l);
         }
         give_records(e);
         for (size_t i = 0; i < e->n.width; i++) {
             lane *l = &e->lane[i];
-            if (!l->member.simulation || !has_ended(l))
+            if (!l->member.simulation)
+                continue;
+            if (!l->steps && l->status == KT_OK && !shares_now(l))
+                l->status = kt_simulation_hand_over(l->member.simulation, l->member.record, l->member.user, &l->error);
+            if (!has_ended(l))
                 continue;
             again = true;
             end_lane(from, l, l->status, &l->error);

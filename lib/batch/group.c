@@ -6,15 +6,43 @@
 
 #include <stdio.h>
 
-kt_batch_group kt_batch_group_of(const kt_batch *batch, size_t group) {
+/* Gives all lanes the numbers of one model, which they may have. */
+static void put_model(kt_batch_work *w, const kt_model *model) {
+    if (w->put == model && w->revision == model->revision)
+        return;
+    w->batch->kernels->put_model(model, w->lanes, kt_lanes_first(w->batch->n.width));
+    w->put = model;
+    w->revision = model->revision;
+}
+
+/* Gives each lane the numbers of its model. Returns one of the models if they differ in nothing else; NULL: the lanes are
+ * those of the batch's own model, of which rates of positions are. */
+static const kt_model *put_models(kt_batch_work *w, const kt_model *const *own, size_t used) {
+    const kt_batch *batch = w->batch;
+    bool same = true, agree = true;
+    if (!batch->kernels)
+        return NULL;
+    for (size_t i = 1; i < used; i++) {
+        same = same && own[i] == own[0];
+        agree = agree && kt_lanes_agree(own[0], own[i]);
+    }
+    if (same || !agree) {
+        put_model(w, same ? own[0] : batch->model);
+        return same ? own[0] : NULL;
+    }
+    w->put = NULL;
+    for (size_t i = 0; i < batch->n.width; i++)
+        batch->kernels->put_model(i < used ? own[i] : own[0], w->lanes, (kt_lane_mask)1 << i);
+    return own[0];
+}
+
+kt_batch_group kt_batch_group_of(kt_batch_work *w, size_t group) {
+    const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
     const size_t first = group * n->width, left = n->states - first, used = left < n->width ? left : n->width;
     const double *y = batch->y + first * n->N;
-    const kt_model *model = batch->own[first];
-    for (size_t i = first; i < first + used; i++)
-        model = batch->own[i] == model ? model : NULL;
     return (kt_batch_group){.first = first,
-                            .model = model,
+                            .model = put_models(w, batch->own + first, used),
                             .used = used,
                             .live = kt_lanes_first(used),
                             .q = y,

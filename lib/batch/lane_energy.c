@@ -8,17 +8,19 @@
 
 /* From the link's origin to the body's centre of mass, world axes. */
 static kt_real3 arm_of(const kt_body_record *b, const kt_link_motion *m) {
-    return kt_apply_to3(m->axes, kt_pose_apply(b->in_link, b->com));
+    const kt_const_mat3 *r = &b->in_link.rotation;
+    const kt_real3 axes[3] = {r->x, r->y, r->z};
+    return kt_apply3(m->axes, kt_add3(b->in_link.position, kt_apply3(axes, b->com)));
 }
 
 /* The body's angular velocity in its own axes. */
 static kt_real3 turn_of(const kt_body_record *b, const kt_link_motion *m) {
-    const kt_mat3 r = b->in_link.rotation;
-    const kt_real3 x = kt_apply_to3(m->axes, r.x), y = kt_apply_to3(m->axes, r.y), z = kt_apply_to3(m->axes, r.z);
+    const kt_const_mat3 *r = &b->in_link.rotation;
+    const kt_real3 x = kt_apply3(m->axes, r->x), y = kt_apply3(m->axes, r->y), z = kt_apply3(m->axes, r->z);
     return kt_make3(kt_dot3(x, m->omega), kt_dot3(y, m->omega), kt_dot3(z, m->omega));
 }
 
-static kt_real3 apply_sym3(const kt_sym3 *s, kt_real3 u) {
+static kt_real3 apply_sym3(const kt_const_sym3 *s, kt_real3 u) {
     return kt_make3(s->xx * u.x + s->xy * u.y + s->xz * u.z, s->xy * u.x + s->yy * u.y + s->yz * u.z,
                     s->xz * u.x + s->yz * u.y + s->zz * u.z);
 }
@@ -36,14 +38,13 @@ kt_real1 KT_KERNEL(kt_kinetic)(const kt_model *model, const kt_data *data) {
 }
 
 kt_real1 KT_KERNEL(kt_potential)(const kt_model *model, const kt_data *data) {
-    const kt_vec3 g = kt_v4_vec3(model->gravity);
     kt_real1 energy = kt_real1_splat(0.0);
     for (size_t i = 1; i < model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
         if (b->fixed)
             continue;
         const kt_real3 c = kt_add3(data->origin[b->link].position, arm_of(b, &data->motion[b->link]));
-        energy -= b->mass * kt_dot3(kt_from3(g), c);
+        energy -= b->mass * kt_dot3(*data->gravity, c);
     }
     return energy;
 }

@@ -2,6 +2,7 @@
 #include "batch/lanes.h"
 
 #include "base/copy.h"
+#include "batch/interleave.h"
 #include "closure/lane_project.h"
 #include "dynamics/dynamics.h"
 
@@ -21,10 +22,62 @@ static size_t layout(const kt_model *model, void *memory) {
     kt_data *data = memory;
     if (!memory)
         return bytes;
+    data->base = NULL;
     kt_clear(data->rest, kt_where(model->n.group, model->n.v) * sizeof *data->rest);
     spread_angles(model->angle, model->n.angle, data->lane_angle);
     spread_angles(model->force_link_angle, model->n.force_link_angle, data->lane_force_angle);
     return bytes;
+}
+
+/* The model that the recursions read: a copy of the one that is given, with the links, bodies and planes of the lanes. */
+static const kt_model *model_of(const kt_model *model, void *work) {
+    kt_data *data = work;
+    if (data->base == model)
+        return data->model;
+    data->base = model;
+    *data->model = *model;
+    data->model->link = data->link;
+    data->model->rest = data->link_rest;
+    data->model->planar = data->planar_link;
+    data->model->plane = data->plane;
+    data->model->body = data->body;
+    return data->model;
+}
+
+/* Links at rest: as many doubles after a link as the record says. */
+static void place_rests(const kt_model *model, kt_data *data) {
+    const char *links = (const void *)model->link;
+    for (size_t i = 0; i < model->n.link; i++) {
+        kt_link *link = &data->link[i];
+        if (link->rest == 0)
+            continue;
+        const double *own = (const double *)(const void *)(links + i * kt_link_shape.bytes) + link->rest;
+        const double *to =
+            (const double *)(const void *)&data->link_rest[(const kt_link_rest *)(const void *)own - model->rest];
+        link->rest = (int32_t)(to - (const double *)(const void *)link);
+    }
+}
+
+static void put_model(const kt_model *model, void *work, kt_lane_mask lanes) {
+    kt_data *data = work;
+    const kt_vec3 g = kt_v4_vec3(model->gravity);
+    const kt_records records[] = {
+        {&kt_link_shape, model->n.link, KT_LANES, sizeof *data->link, model->link, data->link},
+        {&kt_planar_link_shape, model->n.planar, KT_LANES, sizeof *data->planar_link, model->planar, data->planar_link},
+        {&kt_plane_shape, model->n.plane, KT_LANES, sizeof *data->plane, model->plane, data->plane},
+        {&kt_body_shape, model->n.body, KT_LANES, sizeof *data->body, model->body, data->body}};
+    for (size_t i = 0; i < sizeof records / sizeof *records; i++)
+        kt_records_interleave(&records[i], lanes);
+    kt_copy(data->link_rest, model->rest, model->n.rest * sizeof *data->link_rest);
+    place_rests(model, data);
+    for (int lane = 0; lane < KT_LANES; lane++) {
+        if (!(lanes >> lane & 1U))
+            continue;
+        data->gravity->x[lane] = g.x;
+        data->gravity->y[lane] = g.y;
+        data->gravity->z[lane] = g.z;
+    }
+    data->base = NULL;
 }
 
 /* The lanes that are sound, and whose n numbers are finite: x - x is 0 where x is, and NaN persists in a sum. */
@@ -51,6 +104,7 @@ static kt_lane_mask forward(const kt_model *model, void *work, const double *q, 
     const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *taus = (const void *)tau;
     const kt_external *on_bodies = (const void *)external;
     kt_real1 *as = (void *)a;
+    model = model_of(model, work);
     data->sound = kt_condition_true();
     if (KT_HAS_LOOPS && model->n.group > 0)
         KT_KERNEL(kt_groups_accelerate)(model, data, qs, vs, taus, on_bodies, as);
@@ -63,11 +117,13 @@ static kt_lane_mask project(const kt_model *model, void *work, kt_lane_mask live
     kt_condition lanes = kt_condition_false();
     for (int lane = 0; lane < KT_LANES; lane++)
         lanes[lane] = (live >> lane & 1U) ? -1 : 0;
-    return KT_HAS_LOOPS ? kt_mask_of(KT_KERNEL(kt_project)(model, work, lanes, (void *)q, (void *)v)) : 0;
+    return KT_HAS_LOOPS ? kt_mask_of(KT_KERNEL(kt_project)(model_of(model, work), work, lanes, (void *)q, (void *)v))
+                        : 0;
 }
 
 static kt_lane_mask effects(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external) {
-    return at->live & kt_mask_of(KT_KERNEL(kt_effects_sum)(model, work, at, (void *)tau, (void *)external));
+    return at->live &
+           kt_mask_of(KT_KERNEL(kt_effects_sum)(model_of(model, work), work, at, (void *)tau, (void *)external));
 }
 
 static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, const double *v, const double *a,
@@ -76,6 +132,7 @@ static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, 
     const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *as = (const void *)a;
     const kt_external *on_bodies = (const void *)external;
     kt_real1 *taus = (void *)tau;
+    model = model_of(model, work);
     if (model->sweep != KT_SWEEP_PLANAR)
         KT_KERNEL(kt_inverse)(model, data, qs, vs, as, on_bodies, taus);
     if (model->sweep != KT_SWEEP_SPATIAL)
@@ -89,6 +146,7 @@ static kt_lane_mask energy(const kt_model *model, void *work, const double *q, c
                            double *kinetic, double *potential) {
     kt_data *data = work;
     const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *none = (const void *)zero;
+    model = model_of(model, work);
     data->sound = kt_condition_true();
     if (model->sweep != KT_SWEEP_PLANAR)
         (void)KT_KERNEL(kt_kinematics)(model, data, qs, vs, none);
@@ -99,17 +157,26 @@ static kt_lane_mask energy(const kt_model *model, void *work, const double *q, c
     return kt_mask_of(data->sound);
 }
 
+static void rate(const kt_model *model, void *work, const double *q, const double *v, double *out) {
+    KT_KERNEL(kt_rates)(model_of(model, work), q, v, out);
+}
+
+static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {
+    return KT_KERNEL(kt_units)(model_of(model, work), q);
+}
+
 static kt_lane_mask finite(const double *x, size_t n) { return finite_lanes(kt_condition_true(), (const void *)x, n); }
 
 const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
                                                             .layout = layout,
+                                                            .put_model = put_model,
                                                             .forward = forward,
                                                             .effects = effects,
                                                             .project = project,
                                                             .inverse = inverse,
                                                             .energy = energy,
-                                                            .rate = KT_KERNEL(kt_rates),
-                                                            .make_units = KT_KERNEL(kt_units),
+                                                            .rate = rate,
+                                                            .make_units = make_units,
                                                             .finite = finite,
                                                             .combine = KT_KERNEL(kt_lanes_combine),
                                                             .mean_square = KT_KERNEL(kt_lanes_mean_square),

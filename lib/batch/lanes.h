@@ -42,6 +42,10 @@ typedef struct kt_lane_kernels {
     size_t width;
     /* Bytes of the workspace; if memory is not NULL, it is initialised there, at a multiple of KT_ARENA_ALIGNMENT. */
     size_t (*layout)(const kt_model *model, void *memory);
+    /* Gives some lanes the numbers of links, bodies and planes, and the gravity, of a model. Every lane has to be given
+     * those of some model before anything is computed; the models of lanes agree in all else (kt_lanes_agree), and one of
+     * them, whichever, is given to the functions below. */
+    void (*put_model)(const kt_model *model, void *work, kt_lane_mask lanes);
     /* Forward dynamics of a tree, or of a mechanism with loops that lanes compute (kt_lanes_fit_model): a. external (6 numbers a body, moment and force, or NULL) lies as the others do.
      * Returns the lanes whose accelerations are finite, no joint of which is without inertia and no loop of which is near
      * a singular position; the others' mean nothing. */
@@ -62,10 +66,10 @@ typedef struct kt_lane_kernels {
      * closed; the others' numbers mean nothing. */
     kt_lane_mask (*project)(const kt_model *model, void *work, kt_lane_mask live, double *q, double *v);
     /* Writes the rates of positions. */
-    void (*rate)(const kt_model *model, const double *q, const double *v, double *out);
+    void (*rate)(const kt_model *model, void *work, const double *q, const double *v, double *out);
     /* Makes quaternions units, as kt_position_make_units. Returns the lanes where this could be done; the others are
      * unchanged. */
-    kt_lane_mask (*make_units)(const kt_model *model, double *q);
+    kt_lane_mask (*make_units)(const kt_model *model, void *work, double *q);
     /* out = y + h sum_j weight_j k_j, n numbers of each lane, every lane with an h of its own: the bits of kt_combine. */
     void (*combine)(double *out, const double *y, const double *h, const kt_stage_term *terms, size_t count,
                     double *const *k, size_t n);
@@ -84,6 +88,9 @@ typedef struct kt_lane_kernels {
 /* Whether a model with loops is computed in lanes: it moves in planes, its groups of loops are pins (reduction/pin.h) or
  * dense matrices of some coordinates, and their equations are along directions and do not depend on time. */
 bool kt_lanes_fit_model(const kt_model *model);
+
+/* Whether models of one shape differ in nothing but what put_model has of each lane, where their motions begin, and names. */
+bool kt_lanes_agree(const kt_model *a, const kt_model *b);
 
 /* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback
  * succeeded. Not for effects by formulas. */

@@ -25,7 +25,7 @@ static void rate(kt_batch_work *w, const kt_batch_group *group, double *out) {
         return;
     }
     if (batch->kernels) {
-        batch->kernels->rate(batch->model, group->q, group->v, out);
+        batch->kernels->rate(batch->model, w->lanes, group->q, group->v, out);
         return;
     }
     for (size_t lane = 0; lane < n->width; lane++) {
@@ -178,7 +178,7 @@ static void finish(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_f
     if (batch->model->n.group > 0)
         closed = project(w, group);
     else if (n->nq > n->nv)
-        closed = batch->kernels->make_units(batch->model, w->stage);
+        closed = batch->kernels->make_units(batch->model, w->lanes, w->stage);
     for (size_t lane = 0; lane < n->width; lane++)
         if (kt_lane_is_in(group->live & ~closed, lane))
             close_alone(w, group, lane, h, fault);

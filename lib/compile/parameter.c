@@ -451,6 +451,7 @@ kt_status kt_parameter_check(const kt_model *model, const kt_parameter *paramete
 }
 
 void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const double *values) {
+    copy->revision++;
     switch (parameter->kind) {
     case KT_PARAMETER_GRAVITY:
         set_gravity(copy, values);

@@ -290,7 +290,7 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
         const kt_planar_motion *m = &motion[path[i]];
         kt_real1 *column = a + link->local;
         if (link->revolute) {
-            const double n = sign * link->sign;
+            const kt_const1 n = sign * link->sign;
             for (int r = 0; r < count; r++)
                 column[rows[r].slot * stride] = n * (rows[r].moment + (ax * rows[r].force[1] - ay * rows[r].force[0]));
         } else {

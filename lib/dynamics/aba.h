@@ -100,7 +100,7 @@ KT_INLINE kt_real3 kt_diagonal3(const kt_real3 a[3]) {
 KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, const kt_link_origin *load,
                                     kt_articulated *out) {
     const kt_real3 none = kt_zero3();
-    const kt_real3 h = kt_apply_to3(m->axes, link->moment);
+    const kt_real3 h = kt_const_apply3(m->axes, link->moment);
     kt_symmetric3_rotate(m->axes, &link->inertia, out->j);
     const kt_real1 zero = kt_real1_splat(0.0);
     out->g[0] = kt_make3(zero, -KT_PART3(h, 2), KT_PART3(h, 1)); /* -[h] */
@@ -108,7 +108,7 @@ KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m
     out->g[2] = kt_make3(-KT_PART3(h, 1), KT_PART3(h, 0), zero);
     for (int k = 0; k < 3; k++) {
         out->m[k] = none;
-        kt_set_part3(&out->m[k], k, kt_real1_splat(link->mass));
+        kt_set_part3(&out->m[k], k, kt_const_real1(link->mass));
     }
     out->moment = kt_add3(kt_cross3(m->omega, kt_symmetric3_apply(out->j, m->omega)), load->moment);
     out->force = kt_add3(kt_cross3(m->omega, kt_cross3(m->omega, h)), load->force);
@@ -237,7 +237,7 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
 KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, const kt_link_motion *m,
                                                         const kt_real1 *tau, kt_articulated *x, kt_articulated *kept) {
     const kt_real3 none = kt_zero3(), applied = kt_apply3(m->axes, kt_load3(tau + link->v));
-    const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_same3(link->size));
+    const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_const_same3(link->size));
     kt_condition has_inertia = kt_condition_true();
     kt_real3 l, e;
     if (kt_fails(&has_inertia, kt_factor3(x->j, size, &l, &e)))
@@ -280,7 +280,7 @@ KT_INLINE kt_condition kt_articulated_project_free(const kt_link *link, const kt
     kt_symmetric3_columns(x->j, about);
     for (int i = 0; i < 3; i++)
         about[i] = kt_sub3(about[i], kt_apply_transposed3(x->g, k[i]));
-    const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_same3(link->size));
+    const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_const_same3(link->size));
     if (kt_fails(&has_inertia, kt_invert3(about, size, inverse)))
         return kt_condition_false();
     const kt_real3 f = kt_sub3(force, x->force), n = kt_sub3(moment, x->moment);
@@ -423,7 +423,7 @@ KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const
     const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
     kt_angles_gather(model, data, q, 0, angles, data->sine, data->cosine);
     const bool far = kt_is_far(model);
-    kt_ground_set(kt_splat3(model->gravity), &motion[0]);
+    kt_ground_set(kt_gravity3(model, data), &motion[0]);
     for (size_t i = 1; i < end; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *parent = &motion[link->parent];

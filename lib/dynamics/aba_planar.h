@@ -119,7 +119,7 @@ KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_plan
         *alpha += x;
         a[link->v] = link->sign * x;
     } else {
-        *linear = kt_add2(*linear, kt_scale2(x, kt_planar_sum_of(kt_load2(m->rotation), link->along)));
+        *linear = kt_add2(*linear, kt_scale2(x, kt_planar_const_sum(kt_load2(m->rotation), link->along)));
         a[link->v] = x;
     }
     m->alpha = *alpha;
@@ -194,7 +194,7 @@ kt_planar_pass_prismatic(const kt_planar_link *link, const kt_planar_motion *m, 
 /* Adds the link's own inertia and bias wrench to what the next link has passed on in x, if it has. */
 KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, bool has_child,
                                  kt_planar_carried *x) {
-    const kt_real2 h = kt_across2(kt_load2(m->first)), force = kt_load2(m->force), mass = kt_same2(link->mass);
+    const kt_real2 h = kt_across2(kt_load2(m->first)), force = kt_load2(m->force), mass = kt_const_same2(link->mass);
     if (has_child) {
         x->h = kt_add2(x->h, h);
         x->diagonal = kt_add2(x->diagonal, mass);
@@ -203,7 +203,7 @@ KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_mot
         x->moment += m->moment;
     } else {
         *x = (kt_planar_carried){
-            .h = h, .diagonal = mass, .force = force, .j = kt_real1_splat(link->inertia), .moment = m->moment};
+            .h = h, .diagonal = mass, .force = force, .j = kt_const_real1(link->inertia), .moment = m->moment};
     }
 }
 
@@ -242,7 +242,7 @@ KT_INLINE void kt_planar_fetch(const kt_planar_link *link, const kt_planar_motio
 
 /* The bias wrench of a link that turns at omega. */
 KT_INLINE void kt_planar_wrench_set(const kt_planar_link *link, kt_real1 omega, kt_planar_motion *m) {
-    const kt_real2 first = kt_planar_sum_of(kt_load2(m->rotation), link->moment);
+    const kt_real2 first = kt_planar_const_sum(kt_load2(m->rotation), link->moment);
     kt_store2(m->first, first);
     m->moment = kt_real1_splat(0.0);
     kt_store2(m->force, kt_scale2(-(omega * omega), first));
@@ -294,7 +294,7 @@ static __attribute__((noinline, unused)) kt_elimination
 kt_planar_eliminate_armature(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,
                              kt_planar_carried *x, kt_planar_response *response, void *context) {
     kt_planar_inertia whole = kt_planar_unload(x);
-    if (!(link->armature > 0.0))
+    if (!(kt_const_any1(link->armature) > 0.0))
         return kt_planar_eliminate_joint(link, m, tau, x, response, context);
     const kt_real1 force = link->revolute ? link->sign * tau[link->v] : tau[link->v];
     if (kt_is_refused(context, kt_planar_project_armature(link, m, force, &whole, response)))
@@ -337,12 +337,12 @@ typedef void kt_planar_respond(const kt_planar_link *link, const kt_planar_respo
                                kt_real2 *linear, kt_planar_motion *m, kt_real1 *a, void *context);
 
 KT_INLINE void kt_planar_articulated_forward(const kt_model *model, kt_data *data, const kt_plane *plane,
-                                             const double *gravity, kt_planar_respond *respond, kt_real1 *a,
+                                             const kt_const1 *gravity, kt_planar_respond *respond, kt_real1 *a,
                                              void *context) {
     const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
     const kt_planar_response *response = &data->planar_response[plane->first];
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
-    kt_real2 linear = kt_minus2(kt_from2(gravity));
+    kt_real2 linear = kt_minus2(kt_const_load2(gravity));
     kt_real1 alpha = kt_real1_splat(0.0);
     const bool far = kt_is_far(model);
     kt_store2(motion[0].linear, linear);

@@ -29,9 +29,10 @@ KT_INLINE void to_world(const kt_real3 basis[3], const kt_planar_rest *rest, con
 /* The links of one plane; returns the sum of their excess. posed: the data already hold the poses in the plane. */
 KT_INLINE kt_real3 sweep_plane(const kt_model *model, kt_data *data, const kt_plane *plane, const kt_real1 *q,
                                const kt_real1 *v, const kt_real1 *a, bool posed) {
-    static const double none[2] = {0.0, 0.0};
+    const kt_const1 none[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
     kt_planar_motion *flat = data->planar;
-    const kt_real3 basis[3] = {kt_from3(plane->basis.x), kt_from3(plane->basis.y), kt_from3(plane->basis.z)};
+    const kt_real3 basis[3] = {kt_const_from3(plane->basis.x), kt_const_from3(plane->basis.y),
+                               kt_const_from3(plane->basis.z)};
     kt_real3 sum = kt_zero3();
     kt_planar_ground_set(none, &flat[0]);
     for (int32_t k = plane->first; k < plane->last; k++) {
@@ -47,7 +48,7 @@ KT_INLINE kt_real3 sweep_plane(const kt_model *model, kt_data *data, const kt_pl
         kt_planar_velocity(link, parent, v, &flat[k]);
         kt_planar_acceleration(link, parent, a, &flat[k]);
         to_world(basis, &model->planar_rest[k], &flat[k], m);
-        m->offset = kt_apply_to3(up->axes, model->link[i].at);
+        m->offset = kt_const_apply3(up->axes, model->link[i].at);
         if (!link->revolute)
             m->offset = kt_add3(m->offset, kt_scale3(q[link->q], kt_link_axis(&model->link[i], m)));
         at->position = kt_add3(before->position, m->offset);

@@ -94,7 +94,7 @@ KT_INLINE void kt_free_pose(const kt_link *link, const kt_real3 base[3], const k
 /* Pose of one link from its parent's: axes, offset. */
 KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, const kt_real1 *q,
                             const kt_real1 *cosine, const kt_real1 *sine, kt_link_motion *out) {
-    out->offset = kt_apply_to3(parent->axes, link->at);
+    out->offset = kt_const_apply3(parent->axes, link->at);
     if (kt_link_is_revolute(link) && !link->rest_is_rotated) {
         kt_revolute_pose(link, parent->axes, q, cosine, sine, out);
         return;

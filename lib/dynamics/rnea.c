@@ -16,10 +16,10 @@
 KT_INLINE void inertial_wrench(const kt_link *link, const kt_link_motion *m, kt_link_origin *load) {
     kt_real3 j[3];
     kt_rotate_inertia3(m->axes, &link->inertia, j);
-    const kt_real3 h = kt_apply_to3(m->axes, link->moment);
+    const kt_real3 h = kt_const_apply3(m->axes, link->moment);
     load->moment =
         kt_add3(kt_add3(kt_apply3(j, m->alpha), kt_cross3(m->omega, kt_apply3(j, m->omega))), kt_cross3(h, m->linear));
-    load->force = kt_add3(kt_add3(kt_scale3(kt_real1_splat(link->mass), m->linear), kt_cross3(m->alpha, h)),
+    load->force = kt_add3(kt_add3(kt_scale3(kt_const_real1(link->mass), m->linear), kt_cross3(m->alpha, h)),
                           kt_cross3(m->omega, kt_cross3(m->omega, h)));
 }
 
@@ -46,7 +46,7 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
     const bool far = kt_is_far(model);
     projection p;
     kt_angles_gather(model, data, q, 0, model->n.spatial_angle, data->sine, data->cosine);
-    kt_ground_set(kt_splat3(model->gravity), &motion[0]);
+    kt_ground_set(kt_gravity3(model, data), &motion[0]);
     memset(&load[0], 0, sizeof load[0]);
     for (size_t i = 1; i < count; i++) {
         const kt_link *link = &model->link[i];

@@ -11,10 +11,10 @@
 #include "dynamics/sweep_planar.h"
 
 KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) {
-    const kt_real2 first = kt_planar_sum_of(kt_load2(m->rotation), link->moment); /* m c */
+    const kt_real2 first = kt_planar_const_sum(kt_load2(m->rotation), link->moment); /* m c */
     const kt_real2 h = kt_across2(first), linear = kt_load2(m->linear);
     m->moment = link->inertia * m->alpha + kt_dot2(h, linear);
-    kt_store2(m->force, kt_add2(kt_scale2(kt_real1_splat(link->mass), linear),
+    kt_store2(m->force, kt_add2(kt_scale2(kt_const_real1(link->mass), linear),
                                 kt_sub2(kt_scale2(m->alpha, h), kt_scale2(m->omega * m->omega, first))));
 }
 
@@ -42,7 +42,7 @@ static inline void backward_pass(const kt_model *model, kt_data *data, kt_real1 
         if (link->revolute)
             tau[link->v] = link->sign * m->moment;
         else
-            tau[link->v] = kt_dot2(force, kt_planar_sum_of(kt_load2(m->rotation), link->along));
+            tau[link->v] = kt_dot2(force, kt_planar_const_sum(kt_load2(m->rotation), link->along));
         parent->moment += m->moment + kt_dot2(p, force);
         kt_store2(parent->force, kt_add2(kt_load2(parent->force), force));
     }

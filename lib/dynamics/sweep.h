@@ -78,6 +78,17 @@ KT_INLINE void kt_link_acceleration(const kt_link *link, const kt_link_motion *p
     out->linear = kt_add3(out->linear, kt_add3(kt_add3(parent->linear, kt_cross3(parent->alpha, out->offset)), linear));
 }
 
+/* The gravity of a state's model. */
+KT_OPERATOR kt_real3 kt_gravity3(const kt_model *model, const kt_data *data) {
+#ifdef KT_LANES
+    (void)model;
+    return *data->gravity;
+#else
+    (void)data;
+    return model->gravity;
+#endif
+}
+
 /* The ground: world axes, at rest, with the acceleration -gravity. */
 KT_INLINE void kt_ground_set(kt_real3 gravity, kt_link_motion *ground) {
     const kt_real3 none = kt_zero3();
@@ -95,7 +106,7 @@ KT_INLINE void kt_external_subtract(const kt_model *model, kt_data *data, const 
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];
         kt_link_origin *load = &data->origin[body->link];
-        const kt_real3 arm = kt_apply3(data->motion[body->link].axes, kt_from3(body->in_link.position));
+        const kt_real3 arm = kt_apply3(data->motion[body->link].axes, kt_const_from3(body->in_link.position));
         const kt_real3 force = kt_of_external3(external[b].force);
         load->moment = kt_sub3(load->moment, kt_add3(kt_of_external3(external[b].moment), kt_cross3(arm, force)));
         load->force = kt_sub3(load->force, force);

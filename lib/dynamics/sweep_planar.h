@@ -28,6 +28,11 @@ KT_OPERATOR kt_real2 kt_planar_sum_of(kt_real2 e, const double u[2]) {
     return kt_planar_sum(e, kt_real1_splat(u[0]), kt_real1_splat(u[1]));
 }
 
+/* The same of a vector of a link. */
+KT_OPERATOR kt_real2 kt_planar_const_sum(kt_real2 e, const kt_const1 u[2]) {
+    return kt_planar_sum(e, kt_const_real1(u[0]), kt_const_real1(u[1]));
+}
+
 /* The vector u, given at q = 0, rotated with the link m. */
 KT_INLINE void kt_planar_rotate(const kt_planar_motion *m, const double u[2], kt_real1 out[2]) {
     kt_store2(out, kt_planar_sum_of(kt_load2(m->rotation), u));
@@ -35,7 +40,7 @@ KT_INLINE void kt_planar_rotate(const kt_planar_motion *m, const double u[2], kt
 
 /* The direction of a prismatic joint, which is fixed in its link. */
 KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motion *m, kt_real1 out[2]) {
-    kt_planar_rotate(m, link->along, out);
+    kt_store2(out, kt_planar_const_sum(kt_load2(m->rotation), link->along));
 }
 
 /* Pose of one link (c, s, offset) from its parent's c + i s, which is e. Returns its own c + i s. */
@@ -43,11 +48,11 @@ KT_INLINE kt_real2 kt_planar_pose_after(const kt_planar_link *link, kt_real2 e, 
                                         const kt_real1 *cosine, const kt_real1 *sine, kt_planar_motion *out) {
     if (link->revolute) {
         const kt_real2 own = kt_planar_sum(e, cosine[link->angle], link->sign * sine[link->angle]);
-        kt_store2(out->offset, kt_planar_sum_of(e, link->at));
+        kt_store2(out->offset, kt_planar_const_sum(e, link->at));
         kt_store2(out->rotation, own);
         return own;
     }
-    const kt_real2 at = kt_add2(kt_from2(link->at), kt_scale2(q[link->q], kt_from2(link->along)));
+    const kt_real2 at = kt_add2(kt_const_load2(link->at), kt_scale2(q[link->q], kt_const_load2(link->along)));
     kt_store2(out->offset, kt_planar_sum(e, KT_PART2(at, 0), KT_PART2(at, 1)));
     kt_store2(out->rotation, e);
     return e;
@@ -63,7 +68,7 @@ KT_INLINE kt_real1 kt_planar_velocity_after(const kt_planar_link *link, kt_real1
         kt_store2(out->linear, around);
         return out->omega = w + link->sign * x;
     }
-    const kt_real2 u = kt_planar_sum_of(kt_load2(out->rotation), link->along);
+    const kt_real2 u = kt_planar_const_sum(kt_load2(out->rotation), link->along);
     kt_store2(out->linear, kt_add2(around, kt_scale2(2.0 * (w * x), kt_across2(u))));
     return out->omega = w;
 }
@@ -90,15 +95,15 @@ KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_plana
         out->alpha = alpha + link->sign * x;
         return;
     }
-    const kt_real2 u = kt_planar_sum_of(kt_load2(out->rotation), link->along);
+    const kt_real2 u = kt_planar_const_sum(kt_load2(out->rotation), link->along);
     kt_store2(out->linear, kt_add2(linear, kt_scale2(x, u)));
     out->alpha = alpha;
 }
 
 /* The ground in a plane: at rest, with the acceleration -gravity. */
-KT_INLINE void kt_planar_ground_set(const double gravity[2], kt_planar_motion *ground) {
+KT_INLINE void kt_planar_ground_set(const kt_const1 gravity[2], kt_planar_motion *ground) {
     *ground = (kt_planar_motion){.c = kt_real1_splat(1.0),
-                                 .linear = {kt_real1_splat(-gravity[0]), kt_real1_splat(-gravity[1])}};
+                                 .linear = {kt_const_real1(-gravity[0]), kt_const_real1(-gravity[1])}};
 }
 
 /* Sines and cosines of the planar links. */
@@ -107,7 +112,7 @@ KT_INLINE void kt_planar_gather(const kt_model *model, kt_data *data, const kt_r
                      data->planar_cosine);
 }
 
-KT_OPERATOR kt_real1 kt_external_along(kt_vec3 axis, const kt_external3 *x) {
+KT_OPERATOR kt_real1 kt_external_along(kt_const3 axis, const kt_external3 *x) {
     return axis.x * x->x + axis.y * x->y + axis.z * x->z;
 }
 
@@ -120,14 +125,14 @@ KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motio
             continue;
         const size_t k = (size_t)body->link - model->n.spatial + 1;
         const kt_planar_rest *rest = &model->planar_rest[k];
-        const kt_mat3 *basis = &model->plane[rest->plane].basis;
+        const kt_const_mat3 *basis = &model->plane[rest->plane].basis;
         kt_planar_motion *m = &motion[k];
-        const kt_v4 arm = kt_v4_apply(rest->axes, kt_v4_from(body->in_link.position));
-        const double flat[2] = {arm[0], arm[1]};
+        const kt_real3 axes[3] = {kt_splat3(rest->axes[0]), kt_splat3(rest->axes[1]), kt_splat3(rest->axes[2])};
+        const kt_real3 arm = kt_apply3(axes, kt_const_from3(body->in_link.position));
         const kt_real1 fx = kt_external_along(basis->x, &external[b].force);
         const kt_real1 fy = kt_external_along(basis->y, &external[b].force);
         kt_real1 r[2];
-        kt_planar_rotate(m, flat, r);
+        kt_store2(r, kt_planar_sum(kt_load2(m->rotation), KT_PART3(arm, 0), KT_PART3(arm, 1)));
         m->moment -= kt_external_along(basis->z, &external[b].moment) + (r[0] * fy - r[1] * fx);
         m->force[0] -= fx;
         m->force[1] -= fy;

@@ -208,6 +208,7 @@ struct kt_model {
     struct kt_family *family; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
     uint64_t set;             /* of those that are on in this one */
     uint64_t shape;           /* of the data that belong to it: a hash of their lengths */
+    uint64_t revision;        /* how often parameters have been set */
 };
 
 /* The functions of time of all bodies of variable mass: their number, and the k-th. */
@@ -433,6 +434,13 @@ typedef struct kt_passage {
 
 /* Indices of angles among the positions of all lanes. */
 #define KT_LANE_FIELDS(X)                                                                                              \
+    X(kt_model, model, 1, "that of the lanes: a model's, but for the arrays here")                                     \
+    X(kt_link, link, n->link, "links, with the numbers of each lane's model")                                          \
+    X(kt_link_rest, link_rest, n->rest, "of the links that have one, the same in all lanes")                           \
+    X(kt_planar_link, planar_link, n->planar, "planar links, as links")                                                \
+    X(kt_plane, plane, n->plane, "planes, as links")                                                                   \
+    X(kt_body_record, body, n->body, "bodies, as links")                                                               \
+    X(kt_real3, gravity, 1, "of each lane's model")                                                                    \
     KT_SWEEP_FIELDS(X)                                                                                                 \
     X(int32_t, lane_angle, KT_ANGLES(KT_LANES * n->angle), "positions that are angles, of each lane, and any others")  \
     X(int32_t, lane_force_angle, KT_ANGLES(KT_LANES * n->force_link_angle), "those of links that carry forces")        \
@@ -444,8 +452,9 @@ typedef struct kt_passage {
 
 /* What the recursions write, in code that is compiled for lanes: there these are the data. */
 struct kt_data {
-    bool has_external;  /* as below */
-    kt_condition sound; /* of each lane: no joint is without inertia */
+    bool has_external;    /* as below */
+    kt_condition sound;   /* of each lane: no joint is without inertia */
+    const kt_model *base; /* the model that `model` is a copy of; NULL: none yet */
     KT_ARENA_DECLARE(KT_LANE_FIELDS)
 };
 

@@ -25,21 +25,21 @@
 typedef enum kt_sweep { KT_SWEEP_SPATIAL = 0, KT_SWEEP_PLANAR, KT_SWEEP_MIXED, KT_SWEEP_COUNT } kt_sweep;
 
 typedef struct kt_plane {
-    kt_mat3 basis;       /* e1, e2, n, world */
-    double gravity[2];   /* along e1, e2 */
-    int32_t first, last; /* planar indices of its links: [first, last) */
+    kt_const_mat3 basis;  /* e1, e2, n, world */
+    kt_const1 gravity[2]; /* along e1, e2 */
+    int32_t first, last;  /* planar indices of its links: [first, last) */
 } kt_plane;
 
 /* A link as planar kernels read it. */
 typedef struct kt_planar_link {
-    double at[2];     /* origin of the joint frame relative to the parent's origin, at q = 0 */
-    double along[2];  /* prismatic: direction, at q = 0 */
-    double moment[2]; /* first moment m c, at q = 0 */
-    double inertia;   /* of all bodies on the link, about n through its origin */
-    double mass;
-    double size; /* as in kt_link */
-    double sign; /* revolute: 1 about n, -1 about -n */
-    double armature;
+    kt_const1 at[2];     /* origin of the joint frame relative to the parent's origin, at q = 0 */
+    kt_const1 along[2];  /* prismatic: direction, at q = 0 */
+    kt_const1 moment[2]; /* first moment m c, at q = 0 */
+    kt_const1 inertia;   /* of all bodies on the link, about n through its origin */
+    kt_const1 mass;
+    kt_const1 size; /* as in kt_link */
+    kt_const1 sign; /* revolute: 1 about n, -1 about -n */
+    kt_const1 armature;
     int32_t parent; /* planar index */
     int32_t group;  /* the constraint group that it is part of, or -1 */
     int32_t local;  /* its coordinate among the group's */

@@ -54,13 +54,16 @@ typedef struct kt_link_rest {
     double pitch;
 } kt_link_rest;
 
-/* Every evaluation reads all links several times: what it does not read is elsewhere. */
+/* Every evaluation reads all links several times: what it does not read is elsewhere. The numbers of links, bodies and
+ * planes come first in their records: code that is compiled for lanes has records in which these are lanes
+ * (batch/interleave.h). */
 typedef struct kt_link {
-    kt_vec3 at;      /* origin of the joint frame in the parent link's frame */
-    kt_sym3 inertia; /* of all bodies on the link, about its origin, link axes */
-    kt_vec3 moment;  /* first moment m c, link axes */
-    double mass;
-    double size; /* rounding errors of its articulated inertia along its degrees of freedom are proportional to this */
+    kt_const3 at;          /* origin of the joint frame in the parent link's frame */
+    kt_const_sym3 inertia; /* of all bodies on the link, about its origin, link axes */
+    kt_const3 moment;      /* first moment m c, link axes */
+    kt_const1 mass;
+    kt_const1
+        size; /* rounding errors of its articulated inertia along its degrees of freedom are proportional to this */
     int32_t parent;
     int32_t q, v;         /* first coordinate */
     int32_t angle;        /* its index among the sines and cosines */
@@ -95,11 +98,11 @@ static inline int kt_link_lengths(const kt_link *link) { return kt_link_facts(li
 
 /* A body of the description. */
 typedef struct kt_body_record {
-    kt_pose in_link; /* body frame in its link's frame */
-    kt_pose joint;   /* joint frame in the parent's body frame */
-    kt_sym3 inertia; /* own, about the com, body axes */
-    kt_vec3 com;     /* body frame */
-    double mass;
+    kt_const_pose in_link; /* body frame in its link's frame */
+    kt_const_pose joint;   /* joint frame in the parent's body frame */
+    kt_const_sym3 inertia; /* own, about the com, body axes */
+    kt_const3 com;         /* body frame */
+    kt_const1 mass;
     int32_t link;
     int32_t parent;
     int32_t type;   /* kt_joint_type */

@@ -89,7 +89,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
         w = m->omega;
         p->along[i] = none;
         if (!link->revolute) {
-            p->along[i] = kt_planar_sum_of(kt_load2(m->rotation), link->along);
+            p->along[i] = kt_planar_const_sum(kt_load2(m->rotation), link->along);
             rate = kt_add2(rate, kt_scale2(v[link->v], p->along[i]));
         }
         p->at[i] = at;
@@ -113,7 +113,7 @@ KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int f
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         const double sign = i < first ? -1.0 : 1.0;
         p->c[i] = p->link[i]->revolute
-                      ? kt_mul2(kt_same2(sign * p->link[i]->sign), kt_across2(kt_sub2(two->point, p->at[i])))
+                      ? kt_mul2(kt_const_same2(sign * p->link[i]->sign), kt_across2(kt_sub2(two->point, p->at[i])))
                       : kt_mul2(kt_same2(sign), p->along[i]);
     }
 }
@@ -231,10 +231,10 @@ KT_INLINE void kt_pin_sum_path(const kt_model *model, const kt_data *data, const
 }
 
 KT_INLINE kt_condition kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_pin_group *g,
-                                        const double *gravity, const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
+                                        const kt_const1 *gravity, const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
     const kt_group *group = g->group;
     const int32_t top = g->top;
-    const kt_real2 none = kt_same2(0.0), ground = top ? none : kt_minus2(kt_from2(gravity));
+    const kt_real2 none = kt_same2(0.0), ground = top ? none : kt_minus2(kt_const_load2(gravity));
     const kt_real1 omega = data->planar[top].omega;
     kt_pin p;
     kt_pin_sum sum = {.inertia = kt_real1_splat(0.0), .force = none};

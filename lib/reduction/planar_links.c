@@ -13,7 +13,7 @@
 #include "reduction/kernel.h"
 #endif
 
-static const double none[2] = {0.0, 0.0};
+static const kt_const1 none[2]; /* zero */
 
 void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q) {
     kt_planar_motion *motion = data->planar;
@@ -76,8 +76,8 @@ static __attribute__((noinline)) kt_condition eliminate_dense_armature(const kt_
 
 /* Eliminates a group of one pin, whose equations have not been filled; returns false if it needs the general
  * method. */
-static kt_condition eliminate_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
-                                  const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
+static kt_condition eliminate_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top,
+                                  const kt_const1 *gravity, const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
     const kt_group *group = &model->group[g];
     const int32_t index = model->group_loop[group->loop];
     kt_pin_group pin = {.group = group,
@@ -150,7 +150,7 @@ static bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g, int
 typedef struct closure {
     const kt_model *model;
     kt_data *data;
-    const double *gravity;
+    const kt_const1 *gravity;
     const kt_real1 *v;
     kt_real1 *a;
 } closure;
@@ -234,8 +234,8 @@ static kt_condition eliminate_group(const closure *c, const kt_planar_link *link
     if (c->v && group->form == KT_FORM_PIN)
         return eliminate_pin(model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a);
     kt_group_find(model, c->data, g, c->data->factored[g], &w);
-    kt_planar_group_bias(model, c->data, group, link->parent, kt_real1_splat(-c->gravity[0]),
-                         kt_real1_splat(-c->gravity[1]));
+    kt_planar_group_bias(model, c->data, group, link->parent, kt_const_real1(-c->gravity[0]),
+                         kt_const_real1(-c->gravity[1]));
     return group->has_armature ? eliminate_dense_armature(model, c->data, group, &w, link->parent, tau, c->a)
                                : eliminate_dense(model, c->data, group, &w, link->parent, tau, false, c->a);
 }

@@ -132,7 +132,7 @@ output: {columns: {both: position.upper + position.lower}}
 
 
 def lanes():
-    """Runs that start elsewhere are computed in lanes: each has the bytes that it has as the only one of a part."""
+    """Runs that start elsewhere, or have other masses, are computed in lanes: each has the bytes that it has as the only one of a part."""
     pathlib.Path("pendulum.yaml").write_text(PENDULUM)
     sweep = ["pendulum.yaml", "--vary", "a=0.5:2:6", "--vary", "tolerance=1e-9,1e-4"]
     told = run(*sweep, "--jobs", "1", "--out", "lanes.csv").stderr
@@ -141,7 +141,13 @@ def lanes():
         run(*sweep, "--quiet", "--shard", f"{k + 1}/12", "--out", f"one{k}.csv")
     run("--merge", *(f"one{k}.csv" for k in range(12)), "--out", "ones.csv")
     same("the bytes of single runs", pathlib.Path("lanes.csv").read_bytes() == pathlib.Path("ones.csv").read_bytes(), True)
-    told = run("fall.yaml", "--vary", "m=1,2", "--jobs", "1", "--out", "x.csv").stderr
+    sweep = ["pendulum.yaml", "--vary", "gravity[1]=-1:-9:6", "--vary", "bodies.upper.mass=1,7"]
+    told = run(*sweep, "--jobs", "1", "--out", "lanes.csv").stderr
+    same("all in lanes", "12 of them in lanes" in told and "one by one" not in told, True)
+    run(*sweep, "--quiet", "--shard", "8/12", "--out", "one.csv")
+    same("the bytes of a single run", pathlib.Path("lanes.csv").read_text().split("\n")[8],
+         pathlib.Path("one.csv").read_text().split("\n")[1])
+    told = run("pendulum.yaml", "--vary", "bodies.upper.joint.armature=1,2", "--jobs", "1", "--out", "x.csv").stderr
     same("why others are not", "one by one, not in lanes: its model differs" in told, True)
 
 

@@ -1,0 +1,61 @@
+/* Records in lanes (interleave.h). This is compiled for one state, where the records are those of a model. */
+#include "batch/interleave.h"
+
+#include "batch/lanes.h"
+#include "model/model.h"
+
+#include <string.h>
+
+#define NUMBERS_BEFORE(type, member) (offsetof(type, member) / sizeof(double))
+
+const kt_record_shape kt_link_shape = {sizeof(kt_link), NUMBERS_BEFORE(kt_link, parent)};
+const kt_record_shape kt_planar_link_shape = {sizeof(kt_planar_link), NUMBERS_BEFORE(kt_planar_link, parent)};
+const kt_record_shape kt_plane_shape = {sizeof(kt_plane), NUMBERS_BEFORE(kt_plane, first)};
+const kt_record_shape kt_body_shape = {sizeof(kt_body_record), NUMBERS_BEFORE(kt_body_record, link)};
+
+void kt_records_interleave(const kt_records *r, uint32_t lanes) {
+    const size_t numbers = r->shape->numbers, width = r->width, common = r->shape->bytes - numbers * sizeof(double);
+    for (size_t i = 0; i < r->count; i++) {
+        const char *from = (const char *)r->from + i * r->shape->bytes;
+        const double *x = (const void *)from;
+        char *record = (char *)r->to + i * r->stride;
+        double *to = (void *)record;
+        for (size_t lane = 0; lane < width; lane++)
+            for (size_t k = 0; k < numbers && (lanes >> lane & 1U); k++)
+                to[k * width + lane] = x[k];
+        memcpy(record + numbers * width * sizeof *to, from + numbers * sizeof *x, common);
+    }
+}
+
+bool kt_records_agree(const kt_record_shape *shape, size_t count, const void *a, const void *b) {
+    const size_t numbers = shape->numbers * sizeof(double);
+    for (size_t i = 0; i < count; i++)
+        if (memcmp((const char *)a + i * shape->bytes + numbers, (const char *)b + i * shape->bytes + numbers,
+                   shape->bytes - numbers) != 0)
+            return false;
+    return true;
+}
+
+static bool are_equal(const void *a, const void *end, const void *b) {
+    return memcmp(a, b, (size_t)((const char *)end - (const char *)a)) == 0;
+}
+
+/* What models hold besides arrays. */
+static bool settings_agree(const kt_model *a, const kt_model *b) {
+    return a->bytes == b->bytes && a->shape == b->shape && a->kernels == b->kernels && a->forward == b->forward &&
+           a->sweep == b->sweep;
+}
+
+/* Of the arrays, which lie in the order of KT_MODEL_FIELDS, what lanes do not have of their own: all but the initial state,
+ * markers and limits, which no recursion reads, and the table of names, which has pointers. */
+bool kt_lanes_agree(const kt_model *a, const kt_model *b) {
+    if (a == b)
+        return true;
+    return settings_agree(a, b) && kt_records_agree(&kt_link_shape, a->n.link, a->link, b->link) &&
+           memcmp(a->rest, b->rest, a->n.rest * sizeof *a->rest) == 0 &&
+           kt_records_agree(&kt_plane_shape, a->n.plane, a->plane, b->plane) &&
+           kt_records_agree(&kt_planar_link_shape, a->n.planar, a->planar, b->planar) &&
+           are_equal(a->planar_rest, a->body, b->planar_rest) &&
+           kt_records_agree(&kt_body_shape, a->n.body, a->body, b->body) &&
+           are_equal(a->armature, a->index, b->armature);
+}
