@@ -185,8 +185,8 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
 /* ---- many simulations --------------------------------------------------------------------------------------------- */
 
 /* Several simulations that run at once, each with steps, error control and records of its own, the stages of their steps in
- * lanes. What each gives are the bits of kt_simulation_run, whatever the others are. In lanes: trees with effects that are
- * not by formulas, by explicit methods (auto while the motion is not stiff), without events, corners of functions of time,
+ * lanes. What each gives are the bits of kt_simulation_run, whatever the others are. In lanes: trees, and mechanisms in
+ * planes whose loops a batch has in lanes (their loops are closed after steps state by state), with effects that are not by formulas, by explicit methods (auto while the motion is not stiff), without events, corners of functions of time,
  * contacts or stops to which steps are shortened, inputs, works or own states; and such that their models differ in
  * nothing but the initial state, gravity, masses, centres of mass, inertias and lengths. All else is run one after the other, counted and said why. Simulations end at different
  * times: as soon as one has, its lane takes the next. In records of which nothing but positions, velocities and energies is asked for, `data` may be

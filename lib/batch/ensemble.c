@@ -131,10 +131,10 @@ kt_ensemble_report kt_ensemble_report_of(const kt_ensemble *ensemble) {
 
 /* Why a simulation's steps are not computed in lanes; NULL: they are. */
 static const char *why_model(const kt_ensemble *e, const kt_model *model) {
-    if (!e->kernels || model->n.group > 0)
-        return "it has loops, which are closed state by state";
     if (model->shape != e->shape)
         return "its model has another structure";
+    if (!e->kernels || !kt_lanes_fit_model(model))
+        return "it has loops that are computed state by state";
     if (model->family || kt_own_state_count(model) > 0 || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
         return "it has own states, masses that vary, coordinates without mass, or what is switched";
     if (kt_lanes_have_formulas(model))
@@ -253,6 +253,7 @@ static void scatter(const kt_ensemble *e, size_t number) {
     kt_lane_take(e->stage, width, number, N, it->trial);
     simulation->cached = KT_CACHED_NOTHING;
     it->memory.counts.evaluations += s - 1;
+    simulation->memory.factorizations += (uint64_t)simulation->groups * (s - 1);
 }
 
 /* ---- errors of tries --------------------------------------------------------------------------------------------- */
@@ -348,7 +349,8 @@ static void try_steps(kt_ensemble *e) {
 
 /* Whether records of a simulation hold no more than states and energies of bodies. */
 static bool shares_records(const kt_simulation *s) {
-    return s->record == (s->record & (KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY)) &&
+    return s->model->n.group == 0 &&
+           s->record == (s->record & (KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY)) &&
            (s->record & KT_RECORD_ENERGY) != 0 && !s->places && s->model->n.effect == 0 && !s->model->has_armature;
 }
 
@@ -362,7 +364,7 @@ static bool is_dense(const lane *l) {
     const kt_simulation *s = l->member.simulation;
     const kt_integrator *it = s->integrator;
     return l->holds && it->stages_known && it->gives_end_derivative && it->derivative_slot == (int)it->fresh &&
-           it->table->dense_stages == 0 && s->size.quaternion == 0 && !s->memory.refined;
+           it->table->dense_stages == 0 && s->size.quaternion == 0 && !s->closes_loops && !s->memory.refined;
 }
 
 /* The next record, without a state. What the one before it has in other members gives the next one, too, or is empty. */
