@@ -91,7 +91,8 @@ KT_API KT_CHECKED kt_status kt_batch_get_own_states(const kt_batch *batch, size_
 
 /* Gives a state parameters of its own: those of `model`, a copy of the batch's model in which some have been set
  * (kt_parameter_set of model.h: masses, inertias, gravity, springs, dampers ...), or the batch's model again. The copy
- * must outlive the batch, and is read whenever the state is computed. States in a block (kt_batch_report.width
+ * must outlive the batch, and is read whenever the state is computed; one that is made anew in the same memory has to be
+ * given again. States in a block (kt_batch_report.width
  * neighbours, from 0 on) are computed in lanes if their models are one, or differ in no more than gravity and the numbers
  * of bodies and links (masses, centres of mass, inertias, lengths); others, whose effects or armatures differ, one by one.
  * KT_ERROR_ARGUMENT if there is no such state, or model is another mechanism's. O(1). */

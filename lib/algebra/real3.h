@@ -289,22 +289,6 @@ KT_OPERATOR void kt_symmetric3_subtract_square(kt_real3 a[3], kt_real1 d, kt_rea
 #endif
 }
 
-/* out = R J R', symmetric. */
-KT_INLINE void kt_symmetric3_rotate(const kt_real3 r[3], const kt_const_sym3 *j, kt_real3 out[3]) {
-#ifdef KT_LANES
-    const kt_real3 x = kt_const_apply3(r, (kt_const3){j->xx, j->xy, j->xz});
-    const kt_real3 y = kt_const_apply3(r, (kt_const3){j->xy, j->yy, j->yz});
-    const kt_real3 z = kt_const_apply3(r, (kt_const3){j->xz, j->yz, j->zz});
-    out[0] = kt_add3(kt_add3(kt_scale3(r[0].x, x), kt_scale3(r[1].x, y)), kt_scale3(r[2].x, z));
-    out[1].y = (r[0].y * x.y + r[1].y * y.y) + r[2].y * z.y;
-    out[1].z = (r[0].y * x.z + r[1].y * y.z) + r[2].y * z.z;
-    out[2].z = (r[0].z * x.z + r[1].z * y.z) + r[2].z * z.z;
-#else
-    kt_rotate_inertia3(r, j, out);
-    kt_symmetric3_mirror(out);
-#endif
-}
-
 /* Whether a recursion ends because a condition does not hold: one of one state does; one of several goes on, and *all
  * says afterwards for which of them the conditions held. */
 /* NOLINTNEXTLINE(readability-non-const-parameter): it is written where there are lanes */

@@ -153,11 +153,22 @@ static const char *why_alone(const kt_ensemble *e, const kt_simulation *s) {
     return s->size.n > s->size.work || s->watches_works ? "works are computed with its motion" : NULL;
 }
 
+/* Whether the lane has the numbers of its model, whose parameters a recorder may have set since. */
+static bool is_current(const lane *l) { return l->revision == l->member.simulation->model->revision; }
+
+/* The first lane of which the numbers are those of its model. */
 static const lane *first_lane(const kt_ensemble *e) {
     for (size_t i = 0; i < e->n.width; i++)
-        if (e->lane[i].member.simulation)
+        if (e->lane[i].member.simulation && is_current(&e->lane[i]))
             return &e->lane[i];
     return NULL;
+}
+
+static bool is_empty(const kt_ensemble *e) {
+    for (size_t i = 0; i < e->n.width; i++)
+        if (e->lane[i].member.simulation)
+            return false;
+    return true;
 }
 
 /* Whether a simulation can run with those that do. */
@@ -176,9 +187,6 @@ static bool fits(kt_ensemble *e, const kt_simulation *s) {
 }
 
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
-
-/* Whether the lane has the numbers of its model, whose parameters a recorder may have set since. */
-static bool is_current(const lane *l) { return l->revision == l->member.simulation->model->revision; }
 
 /* The table of a lane's try, if that is one of lanes: without inputs, by an explicit method. */
 static const kt_method *table_of(const lane *l) {
@@ -511,7 +519,7 @@ static void end_lane(const source *from, lane *l, kt_status status, const kt_err
 
 /* Takes simulations until one fits in; the others are run at once. Returns whether one did. */
 static bool take(kt_ensemble *e, source *from, lane *l) {
-    const bool none = first_lane(e) == NULL;
+    const bool none = is_empty(e);
     while (none || from->pause == 0) {
         kt_ensemble_member member = {NULL, NULL, NULL};
         kt_error error = {0};
@@ -525,7 +533,9 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
         if (together && status == KT_OK) {
             const kt_model *model = member.simulation->model;
             *l = (lane){.member = member, .revision = model->revision, .shares = shares_records(member.simulation)};
-            e->kernels->put_model(model, e->work, (kt_lane_mask)1 << (l - e->lane));
+            const bool alone = first_lane(e) == l; /* what is asked of any lane is asked of these numbers */
+            e->kernels->put_model(model, e->work,
+                                  alone ? kt_lanes_first(e->n.width) : (kt_lane_mask)1 << (l - e->lane));
             return true;
         }
         from->done(from->user, &member, status, status == KT_OK ? NULL : &error);

@@ -98,7 +98,7 @@ static kt_lane_mask apply_effects_alone(kt_batch_work *w, const kt_batch_group *
         if (!kt_lane_is_in(group->live, lane))
             continue;
         kt_batch_take(w, group, lane);
-        if (kt_effects_apply(group->model, w->data, &one, NULL) != KT_OK)
+        if (kt_effects_apply(w->batch->own[group->first + lane], w->data, &one, NULL) != KT_OK)
             continue;
         kt_lane_put(one.tau, n->width, lane, n->nv, w->total);
         if (n->body > 0)

@@ -52,7 +52,7 @@ static kt_real1 floor_of(kt_real1 x) {
 
 kt_lane_mask KT_KERNEL(kt_lanes_power)(const double *bases, const double *exponents, double *out) {
     const double ln2 = 0.693147180559945309417;
-    const kt_condition bits = *(const kt_condition *)(const void *)bases, biased = bits >> 52;
+    const kt_condition bits = (kt_condition)(*(const kt_real1 *)(const void *)bases), biased = bits >> 52;
     const kt_real1 p = *(const kt_real1 *)(const void *)exponents;
     kt_real1 exponent = __builtin_convertvector(biased - 1022, kt_real1);
     kt_real1 m = (kt_real1)((bits & INT64_C(0x000fffffffffffff)) | INT64_C(0x3fe0000000000000));

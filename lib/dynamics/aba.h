@@ -101,7 +101,7 @@ KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m
                                     kt_articulated *out) {
     const kt_real3 none = kt_zero3();
     const kt_real3 h = kt_const_apply3(m->axes, link->moment);
-    kt_symmetric3_rotate(m->axes, &link->inertia, out->j);
+    kt_rotate_inertia3(m->axes, &link->inertia, out->j);
     const kt_real1 zero = kt_real1_splat(0.0);
     out->g[0] = kt_make3(zero, -KT_PART3(h, 2), KT_PART3(h, 1)); /* -[h] */
     out->g[1] = kt_make3(KT_PART3(h, 2), zero, -KT_PART3(h, 0));
@@ -110,7 +110,9 @@ KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m
         out->m[k] = none;
         kt_set_part3(&out->m[k], k, kt_const_real1(link->mass));
     }
-    out->moment = kt_add3(kt_cross3(m->omega, kt_symmetric3_apply(out->j, m->omega)), load->moment);
+    /* before it is made symmetric: to the bit the moment of inverse dynamics, whose rounding grows with omega^2 */
+    out->moment = kt_add3(kt_cross3(m->omega, kt_apply3(out->j, m->omega)), load->moment);
+    kt_symmetric3_mirror(out->j);
     out->force = kt_add3(kt_cross3(m->omega, kt_cross3(m->omega, h)), load->force);
 }
 

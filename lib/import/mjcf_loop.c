@@ -162,8 +162,10 @@ static void put_length(const kt_mjcf *m, const side *s, formula_text *to) {
             put_number(to, term->coefficient);
             put(to, "*");
         }
+        const char *name = kt_mjcf_joint_at(m, term->joint)->name;
+        to->whole = to->whole && strlen("position.") + strlen(name) <= KT_EXPRESSION_NAME_MAX;
         put(to, "position.");
-        put(to, kt_mjcf_joint_at(m, term->joint)->name);
+        put(to, name);
     }
     if (s->reference != 0.0) {
         put(to, " + ");
@@ -172,8 +174,8 @@ static void put_length(const kt_mjcf *m, const side *s, formula_text *to) {
     put(to, ")");
 }
 
-/* -a2 (x - x0)^2 - a3 (x - x0)^3 - a4 (x - x0)^4; NULL after telling why not. */
-static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x, const double a[5]) {
+/* -a2 (x - x0)^2 - a3 (x - x0)^3 - a4 (x - x0)^4; NULL after telling why not. `others`: the joints of the other side. */
+static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x, int others, const double a[5]) {
     static const char *const powers[] = {"^2", "^3", "^4"};
     formula_text to = {.whole = true};
     for (int k = 2; k < 5; k++) {
@@ -185,9 +187,13 @@ static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x,
         put_length(m, x, &to);
         put(&to, powers[k - 2]);
     }
-    if (to.whole && x->count < KT_FORMULA_VARIABLE_MAX)
-        return kt_pool_text(&m->r->keep, to.text, to.length);
-    kt_unknown_count(&m->forces, "equality by a polynomial of too many joints", e);
+    if (to.whole && x->count + others <= KT_FORMULA_VARIABLE_MAX) {
+        const char *text = kt_pool_text(&m->r->keep, to.text, to.length);
+        if (text == NULL)
+            (void)kt_reader_out_of_memory(m->r);
+        return text;
+    }
+    kt_unknown_count(&m->forces, "equality by a polynomial of too many joints, or of names that are too long", e);
     return NULL;
 }
 
@@ -201,7 +207,7 @@ static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
         (kt_xml_attribute(e, second) != NULL && !find(m, e, second, &x)))
         return;
     const bool is_linear = x.count == 0 || (a[2] == 0.0 && a[3] == 0.0 && a[4] == 0.0);
-    const char *formula = is_linear ? NULL : write_formula(m, e, &x, a);
+    const char *formula = is_linear ? NULL : write_formula(m, e, &x, y.count, a);
     if (!is_linear && formula == NULL)
         return;
     kt_loop *loop = kt_mjcf_add_loop(m, e, KT_LOOP_COUPLING, is_tendon ? "tendon_equality" : "joint_equality");

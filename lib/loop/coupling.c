@@ -38,9 +38,9 @@ const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = relate};
 static const kt_key keys[] = {
     {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "",
      KT_WORDS("c_i, a mapping of joints of one coordinate to numbers"), KT_WORDS("none"), .needed = false},
-    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", KT_WORDS("what all adds up to"), .needed = false},
     {"formula", KT_KEY_FORMULA, KT_LOOP_AT(formula), "",
      KT_WORDS("f, a formula of `position.JOINT` of such joints, as of a cam"), KT_WORDS("none"), .needed = false},
+    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", KT_WORDS("what all adds up to"), .needed = false},
 };
 const kt_descriptor kt_loop_coupling_descriptor = {
     .name = "coupling",

@@ -44,6 +44,7 @@
     KT_QUANTITIES(KT_QUANTITY_TENSION, KT_QUANTITY_POWER, KT_QUANTITY_LENGTH, KT_QUANTITY_LENGTH_RATE)
 
 /* Keys that several types have. */
+
 /* The rule of impacts of what bounds one side. */
 #define KT_POISSON_KEY(offset, of)                                                                                     \
     {"poisson",                                                                                                        \

@@ -151,15 +151,16 @@ typedef struct kt_loop_record {
     int32_t row, row_count;   /* rows in its group: first, number */
     kt_curve curve;           /* distance: length; motion: position; coupling: offset; rates: rate; curve: arc length */
     double pitch, radius;
-    double angle;  /* screw, homokinetic: relative angle at the start */
-    double tube;   /* surface: of a torus */
-    int32_t form;  /* surface, curve: its type; coupling: 1 where it has a formula */
-    size_t number; /* curve: where the numbers of a spline begin among those of functions of time; coupling:
-                                    where its formula does */
-    int32_t count; /* curve: points of a spline */
-    bool contact;  /* rolling: the wheel also touches the surface; custom: its equations have residuals */
-    bool driven;   /* custom: its equations depend on time */
-    int32_t given; /* custom: kt_loop_given */
+    double angle; /* screw, homokinetic: relative angle at the start */
+    double tube;  /* surface: of a torus */
+    int32_t form; /* surface, curve: its type; coupling: 1 if it has a formula */
+    size_t
+        number; /* curve: where the numbers of a spline begin among those of functions of time; coupling: those of its
+                      formula */
+    int32_t count;               /* curve: points of a spline */
+    bool contact;                /* rolling: the wheel also touches the surface; custom: its equations have residuals */
+    bool driven;                 /* custom: its equations depend on time */
+    int32_t given;               /* custom: kt_loop_given */
     kt_loop_callback *equations; /* custom */
     void *user;                  /* custom: of the callback */
     uint32_t name;               /* offset in the model's text */

@@ -215,7 +215,15 @@ static bool add_terms(kt_reader *r, const joint_names *names, kt_loop *loop) {
     return true;
 }
 
-/* The coefficients have been read before. */
+/* An offset is an angle if some joint turns; coefficients have said so before. */
+static void set_quantity(kt_reader *r, const joint_names *names) {
+    r->joint_quantity = KT_QUANTITY_NUMBER;
+    for (int i = 0; i < names->count; i++)
+        if (kt_joint_quantity(r, names->joint[i]) == KT_QUANTITY_ANGLE)
+            r->joint_quantity = KT_QUANTITY_ANGLE;
+}
+
+/* The coefficients have been read before, the offset is read behind. */
 static bool read_coupling(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const kt_effect none = {.end_count = 0};
     joint_names names = {.r = r, .description = r->description, .all = kt_formula_names_of(r->description, &none)};
@@ -230,6 +238,8 @@ static bool read_coupling(kt_reader *r, const kt_scope *scope, kt_node *node, co
         return false;
     if (names.count == 0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "the formula reads no joint; write position.JOINT");
+    if (((const kt_loop *)object)->term_count == 0)
+        set_quantity(r, &names);
     return add_terms(r, &names, object);
 }
 
