@@ -155,7 +155,7 @@ KT_API size_t kt_motion_work_size(const kt_simulation *simulation);
  * KT_ERROR_UNSUPPORTED where the action of an event is not repeatable, while a contact slips, and for
  * equations of the caller's; KT_ERROR_SINGULAR at an event that has no derivative: its value touches zero and does not
  * cross it, two happen at the same instant, or neighbouring motions come out of it with other contacts closed. A and B are
- * then untouched, and the simulation is at that time. Cost: kt_step_derivatives of every step, and at an event twelve
+ * then untouched, and the simulation is at that time; the event takes effect as it goes on. Cost: kt_step_derivatives of every step, and at an event twelve
  * evaluations of it for each column. */
 KT_API KT_CHECKED kt_status kt_motion_derivatives(kt_simulation *simulation, void *work, size_t work_size, double t_end,
                                                   double *A, double *B, kt_error *error);

@@ -245,11 +245,16 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     return kt_simulation_end_step(simulation, status, &from, error);
 }
 
+/* Events at the present time take effect: those of the last step, or those before which a call has ended. */
+static kt_status fire_pending(kt_simulation *simulation, kt_error *error) {
+    return KT_HAS_EVENTS && simulation->memory.fires && simulation->watch != NULL
+               ? simulation->watch->fire(simulation, NULL, NULL, error)
+               : KT_OK;
+}
+
 static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_error *error) {
     const kt_status status = kt_simulation_take_step(simulation, t_limit, error);
-    return KT_HAS_EVENTS && status == KT_OK && simulation->memory.fires && simulation->watch != NULL
-               ? simulation->watch->fire(simulation, NULL, NULL, error)
-               : status;
+    return status == KT_OK ? fire_pending(simulation, error) : status;
 }
 
 kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error) {
@@ -260,7 +265,9 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "t_limit = %.17g s is not after the current time, %.17g s",
                             t_limit, t);
     simulation->memory.stopped = 0;
-    const kt_status status = step_and_fire(simulation, t_limit, error);
+    kt_status status = fire_pending(simulation, error);
+    if (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0))
+        status = step_and_fire(simulation, t_limit, error);
     kt_simulation_skip_records(simulation);
     return status;
 }
@@ -272,8 +279,8 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
     if (!(t_end >= t) || !isfinite(t_end))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
                             "t_end = %.17g s must be a time not before the current one, %.17g s", t_end, t);
-    kt_status status = KT_OK;
     simulation->memory.stopped = 0;
+    kt_status status = fire_pending(simulation, error);
     while (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0) &&
            kt_integrator_time(simulation->integrator) < t_end)
         status = step_and_fire(simulation, t_end, error);

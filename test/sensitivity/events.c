@@ -383,6 +383,42 @@ KT_TEST(derivatives_through_a_programs_own_event_agree_with_differences) {
     }
 }
 
+/* An event at which derivatives were refused takes effect once the simulation goes on, in the bits of one that was not asked. */
+KT_TEST(an_event_without_derivatives_takes_effect_when_the_simulation_goes_on) {
+    static const char *const names[] = {"advance", "step"};
+    const kt_event table = {
+        .name = "table", .function = height, .action = bounce, .direction = KT_DIRECTION_FALLING, .limit = 1};
+    const double t_end = 0.75;
+    for (int k = 0; k < 2; k++) {
+        kt_body ball;
+        kt_effect floor;
+        kt_description d;
+        kt_error error = {0};
+        motion asked, other;
+        ball_make(&ball, &floor, &d);
+        d.effect_count = 0;
+        if (motion_make(&asked, &d, "rk4", 0.25) && motion_make(&other, &d, "rk4", 0.25) &&
+            kt_tree_fine("added", kt_simulation_event_add(asked.simulation, &table, &error), &error) &&
+            kt_tree_fine("added", kt_simulation_event_add(other.simulation, &table, &error), &error)) {
+            for (int again = 0; again < 2; again++)
+                kt_check_equal_int("refused", derive(&asked, t_end, &error), KT_ERROR_UNSUPPORTED);
+            kt_check_equal_int("has not happened", (long long)kt_simulation_event_count(asked.simulation, "table"), 0);
+            kt_status status = KT_OK;
+            while (status == KT_OK && kt_simulation_time(asked.simulation) < t_end)
+                status = (k == 0 ? kt_simulation_advance : kt_simulation_step)(asked.simulation, t_end, &error);
+            (void)kt_tree_fine(names[k], status, &error);
+            (void)kt_tree_fine("other", kt_simulation_advance(other.simulation, t_end, &error), &error);
+            kt_check_equal_int("happened", (long long)kt_simulation_event_count(asked.simulation, "table"), 1);
+            kt_check_near("q", kt_simulation_positions(asked.simulation)[0],
+                          kt_simulation_positions(other.simulation)[0], 0.0);
+            kt_check_near("v", kt_simulation_velocities(asked.simulation)[0],
+                          kt_simulation_velocities(other.simulation)[0], 0.0);
+        }
+        motion_free(&asked);
+        motion_free(&other);
+    }
+}
+
 static int reach_of(const kt_instant *at, double *value, kt_error *error, void *user) {
     (void)error, (void)user;
     *value = at->q[0] + 0.1 * at->v[0] - 0.2;
