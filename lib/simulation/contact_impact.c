@@ -117,7 +117,7 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
         phase = expansion_of(simulation, u, e, &compression);
         found = solve(simulation, W, &phase);
         *lost = found ? loss_of(u, &compression, &phase, &size) : 0.0;
-        if (!found || *lost >= -1e-12 * size)
+        if (!found || !(*lost < -1e-12 * size) || halving > HALVINGS)
             break;
         counts->reduced += halving == 0;
         for (int i = 0; i < c->meeting; i++)
