@@ -327,6 +327,11 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
         kt_status status = kt_simulation_restore(simulation, m->checkpoint, error);
         if (status == KT_OK)
             status = move_and_fire(m, make_neighbour(m, d, offset[i] * s), error);
+        if (status == KT_ERROR_CONSTRAINT)
+            return refuse(m, k, KT_ERROR_SINGULAR,
+                          "neighbouring motions meet another contact that is nearly closed, or loops that they cannot "
+                          "close, and there is no derivative",
+                          error);
         if (status != KT_OK)
             return status;
         const outcome its = outcome_of(simulation);
