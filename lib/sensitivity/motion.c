@@ -438,8 +438,10 @@ kt_status kt_motion_derivatives(kt_simulation *simulation, void *work, size_t wo
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
                             "t_end = %.17g s must be a time not before the current one, %.17g s", t_end, t);
     kt_status status = begin(&m, simulation, work, work_size, error);
+    if (status != KT_OK)
+        return status;
     simulation->memory.stopped = 0;
-    if (status == KT_OK && simulation->memory.fires) /* a call has ended before events took effect */
+    if (simulation->memory.fires) /* a call has ended before events took effect */
         status = pass_events(&m, error);
     while (status == KT_OK && simulation->memory.stopped == 0 && kt_integrator_time(simulation->integrator) < t_end)
         status = advance(&m, t_end, error);
