@@ -156,13 +156,14 @@ kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *fr
 static kt_status refuse_bend(const kt_simulation *simulation, const kt_error *from, const char *where,
                              kt_error *error) {
     const kt_crossings *seen = &simulation->memory.crossings;
+    const kt_method *method = kt_integrator_method(simulation->integrator);
+    const bool is_other = method != kt_method_find("dopri5") && method != kt_method_find("radau5");
     char bend[64] = "";
     if (seen->bend > 0.0)
         (void)snprintf(bend, sizeof bend, "; the path bends within %.2g s", seen->bend);
     return kt_error_set(error, from->code, where,
-                        "next to a singular position of the loops (a direction has %.2g of its usual size%s), which "
-                        "dopri5 or radau5 may pass: %s",
-                        seen->smallest, bend, from->message);
+                        "next to a singular position of the loops (a direction has %.2g of its usual size%s)%s: %s",
+                        seen->smallest, bend, is_other ? ", which dopri5 or radau5 may pass" : "", from->message);
 }
 
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
