@@ -483,7 +483,8 @@ typedef struct kt_contact_counts {
         shared; /* contacts came to a state in which they wedge a body: their normal forces are not unique, the least
                           ones were taken */
     uint64_t pivots; /* of complementarity problems: at most 50 for each contact that touches; with friction of contacts
-                          combinations that were tried: at most 4 for each to the power of how many touch */
+                          combinations that were tried: at most 4 (6 by Poisson's rule) for each to the power of how
+                          many touch */
     double dissipated; /* by impacts, J */
 } kt_contact_counts;
 

@@ -7,7 +7,8 @@
  * of impulses and rates, or of forces and accelerations. What is known to slip has a given e; what is dry has one row and a
  * limit of its own, |p| <= S. Each item is in one of a few modes, in each of which all is linear but for the directions e of
  * what slips, for which Newton's iteration solves e x u_t = 0. All combinations are tried in turn, with stick and closed
- * contacts first: at most 4^items. So that no solution is missed: friction may have none, or two (Painleve 1895).
+ * contacts first: at most 4^items, or 6^items with least impulses. So that no solution is missed: friction may have none, or two
+ * (Painleve 1895).
  *
  * A contact may have a least normal impulse l > 0 (expansion, by Poisson's rule): 0 <= p - l complementary to u >= 0. It never opens
  * then: while p = l it sticks or slips, too, and there are 6 modes of it.
