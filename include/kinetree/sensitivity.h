@@ -151,12 +151,12 @@ KT_API size_t kt_motion_work_size(const kt_simulation *simulation);
  * (kt_event). The derivatives of the steps are exact; at an event those of the motion are, so that A and B agree with
  * differences of the simulation to the error of its steps; what an event does is differenced, to some 1e-10 of its size. If
  * an event stops the motion, A and B are those of the state at that time. Of methods whose steps depend on earlier ones
- * those of radau5 over the same steps are taken. Errors: as kt_simulation_advance and kt_step_derivatives;
- * KT_ERROR_UNSUPPORTED where the action of an event is not repeatable, while a contact slips, and for
- * equations of the caller's; KT_ERROR_SINGULAR at an event that has no derivative: its value touches zero and does not
- * cross it, two happen at the same instant, or neighbouring motions come out of it with other contacts closed. A and B are
- * then untouched, and the simulation is at that time; the event takes effect as it goes on. Cost: kt_step_derivatives of every step, and at an event twelve
- * evaluations of it for each column. */
+ * those of radau5 over the same steps are taken; of bdf2 and two-step, those of steps that begin anew. Errors: as
+ * kt_simulation_advance and kt_step_derivatives; KT_ERROR_UNSUPPORTED where the action of an event is not repeatable, while
+ * a contact slips, and for equations of the caller's; KT_ERROR_SINGULAR at an event that has no derivative: its value
+ * touches zero and does not cross it, two happen at the same instant, or neighbouring motions come out of it with other
+ * contacts closed. A and B are then untouched, and the simulation is at that time; the event takes effect as it goes on.
+ * Cost: kt_step_derivatives of every step, and at an event twelve evaluations of it for each column. */
 KT_API KT_CHECKED kt_status kt_motion_derivatives(kt_simulation *simulation, void *work, size_t work_size, double t_end,
                                                   double *A, double *B, kt_error *error);
 
