@@ -362,7 +362,8 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * switched on as supplied. Slopes from before are forgotten; checkpoints hold the set. For the actions of events, and
  * between calls. Errors: KT_ERROR_ARGUMENT (a set of others; another formulation is integrated); KT_ERROR_CONSTRAINT
  * (loops of the set are open by more than 1e-6 of a radian or of the mechanism's length; contradictory velocities); the
- * simulation is then as before. Nothing is allocated. Cost: of a projection, and the data are cleared. */
+ * simulation is then as before (but where hard contacts cannot be settled behind it: it cannot go on then). Nothing is
+ * allocated. Cost: of a projection, and the data are cleared. */
 KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
                                                  kt_error *error);
 /* Releases hard stops, contacts and slack ropes (kt_loop_side) whose switches (kt_loop_switch) are in the set, at the present time:
@@ -426,8 +427,8 @@ typedef struct kt_occurrence {
 } kt_occurrence;
 
 /* What an event does. It may read the state, and call kt_simulation_jump, kt_simulation_set_torque,
- * kt_simulation_set_wrenches, kt_simulation_set_parameter and kt_simulation_sense (not where records are handed over,
- * in kt_simulation_run). Returns 0 to go on, > 0 to end the call that stepped (kt_simulation_stopped), < 0 for an
+ * kt_simulation_set_wrenches, kt_simulation_set_parameter, kt_simulation_change, kt_simulation_switch,
+ * kt_simulation_release and kt_simulation_sense (not where records are handed over, in kt_simulation_run). Returns 0 to go on, > 0 to end the call that stepped (kt_simulation_stopped), < 0 for an
  * error, whose message it may write. */
 typedef int kt_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
 
@@ -455,8 +456,8 @@ typedef struct kt_event {
  * room), KT_ERROR_UNSUPPORTED (a library without Jacobians). Cost: four values of the function a step, some ten for each event, and one to three steps repeated. */
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
 
-/* The event that ended the last call of kt_simulation_run, _step, _advance or _tick before its time; NULL: none did. The
- * next call goes on from there. */
+/* The event that ended the last call of kt_simulation_run, _step, _advance or _tick, or of kt_motion_derivatives, before
+ * its time; NULL: none did. The next call goes on from there. */
 KT_API const kt_event *kt_simulation_stopped(const kt_simulation *simulation);
 
 /* How often the event of this name has happened since the start or the last kt_simulation_set_state; 0 if there is none
