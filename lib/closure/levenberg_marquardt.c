@@ -41,7 +41,6 @@ enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 20, STARTS = 4 
 
 static const double scatter[STARTS] = {0.0, 0.1, 0.3, 1.0};
 
-/* A link has two parts, plain positions and a quaternion, which may be held separately. */
 static double gap_of(const kt_group_work *w) {
     kt_violation violation = kt_violation_none;
     kt_group_position_residuals(w, &violation);
