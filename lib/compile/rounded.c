@@ -129,7 +129,7 @@ double kt_group_note_disagreement(kt_model *model, const kt_data *data, size_t g
 /* Fills phi, and A unless it is NULL. */
 static bool fill(const unrounding *u, const double *q, double *a, double *phi) {
     kt_violation violation;
-    if (!kt_reduction_kernels_of(u->model)->residuals(u->model, u->data, 0.0, q, NULL, NULL, &violation))
+    if (!u->model->group_kernels->residuals(u->model, u->data, 0.0, q, NULL, NULL, &violation))
         return false;
     const kt_group_work w = kt_group_matrices(u->model, u->data, u->g, KT_ROWS_CLOSED);
     const double *unit = u->model->unit + u->model->group[u->g].v;
