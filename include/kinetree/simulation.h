@@ -549,7 +549,7 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  * KT_RECORD_MARKER_ACCELERATION, wrenches in joints and
  * loops with KT_RECORD_REACTION, multipliers with that or KT_RECORD_MULTIPLIER, and with `kinematics` the positions,
  * velocities and (with either) accelerations of points, which kt_point_position and its like read from record->data.
- * Its index is -1. All that it points to belongs to the simulation and is valid until the next call that takes a
+ * Its index is KT_INDEX_EVENT. All that it points to belongs to the simulation and is valid until the next call that takes a
  * simulation that is not const. Errors: as for a step; *record is then untouched.
  *
  *     kt_simulation_set_torque, kt_simulation_sense, kt_simulation_advance    in turn

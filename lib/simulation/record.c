@@ -284,7 +284,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
 kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, record))
         return KT_ERROR_ARGUMENT;
-    kt_record now = empty_record(simulation, -1, kt_integrator_time(simulation->integrator));
+    kt_record now = empty_record(simulation, KT_INDEX_EVENT, kt_integrator_time(simulation->integrator));
     kt_error from = {0};
     simulation->cause.code = KT_OK;
     const kt_status status = sense(simulation, &now, &from);
