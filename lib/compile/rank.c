@@ -388,45 +388,52 @@ static bool is_locked(const kt_model *model, size_t g, const samples *found) {
 }
 
 /* Corrects the ends of a group's loops so that their equations repeat each other to the last digit, if such corrections
- * are found and the mechanism then moves. It may be given where bars lie in line; that is tried at a sample. */
-static bool undo_rounding(kt_model *model, kt_data *data, size_t g, samples *found) {
+ * are found and the mechanism then moves: *done. It may be given where bars lie in line; that is tried at a sample.
+ * Returns KT_OK or KT_ERROR_MEMORY. */
+static kt_status undo_rounding(kt_model *model, kt_data *data, size_t g, samples *found, bool *done) {
     const double rounding = model->rounding;
     kt_pose *given = malloc(2 * model->n.loop * sizeof *given);
-    for (size_t i = 0; i < 2 * model->n.loop && given; i++)
+    *done = false;
+    if (!given)
+        return KT_ERROR_MEMORY;
+    for (size_t i = 0; i < 2 * model->n.loop; i++)
         given[i] = model->loop[i / 2].frame[i % 2];
     memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
-    bool done = given && kt_group_unround(model, data, g, found->q);
+    const kt_status status = kt_group_unround(model, data, g, found->q, done);
     model->rounding = rounding;
-    if (done) {
+    if (*done) {
         forget(model, data, g, found);
         find_ranks(model, data, found);
-        done = group_moves(model, data, g, found->q + 2 * model->n.q, found);
-        if (!done) {
+        *done = group_moves(model, data, g, found->q + 2 * model->n.q, found);
+        if (!*done) {
             kt_loops_place_ends(model, given);
             forget(model, data, g, found);
             find_ranks(model, data, found);
         }
     }
-    if (!done)
+    if (!*done)
         forget_disagreement(model, g);
     free(given);
-    return done;
+    return status;
 }
 
 /* Where groups close at no position but for a disagreement below the tolerance: equations that repeat each other, of
  * rounded data. Where no correction of these is found, they count as closed to what motion may make of it, and
- * directions that are not larger do not count. */
-static void accept_disagreement(kt_model *model, kt_data *data, samples *found) {
+ * directions that are not larger do not count. Returns KT_OK or KT_ERROR_MEMORY. */
+static kt_status accept_disagreement(kt_model *model, kt_data *data, samples *found) {
     const double rounding = model->rounding;
+    kt_status status = KT_OK;
     bool any = false;
     note_open(model, data, found);
-    for (size_t g = 0; g < model->n.group && model->tolerance > 0.0; g++) {
+    for (size_t g = 0; status == KT_OK && g < model->n.group && model->tolerance > 0.0; g++) {
+        bool undone = false;
         if (!found->sampled[g] || is_locked(model, g, found))
-            found->open[g] = !undo_rounding(model, data, g, found) && found->open[g];
+            status = undo_rounding(model, data, g, found, &undone);
+        found->open[g] = !undone && found->open[g];
         any |= found->open[g];
     }
-    if (!any)
-        return;
+    if (status != KT_OK || !any)
+        return status;
     const double most = find_disagreement(model, data, found);
     bool accepted = most > 0.0;
     model->disagreement = DISAGREEMENT_GROWTH * most;
@@ -439,7 +446,7 @@ static void accept_disagreement(kt_model *model, kt_data *data, samples *found) 
     for (size_t g = 0; g < model->n.group && accepted; g++)
         accepted = !found->open[g] || group_moves(model, data, g, found->q, found);
     if (accepted)
-        return;
+        return KT_OK;
     model->disagreement = 0.0;
     model->rounding = rounding;
     for (size_t g = 0; g < model->n.group; g++)
@@ -447,6 +454,7 @@ static void accept_disagreement(kt_model *model, kt_data *data, samples *found) 
             forget_disagreement(model, g);
             forget(model, data, g, found);
         }
+    return KT_OK;
 }
 
 /* The least size that the largest direction counts as: KT_RANK_FLOOR of what it could be, or more where the rounding of
@@ -609,7 +617,10 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         memcpy(found.q + 2 * model->n.q, model->q0, model->n.q * sizeof *found.q);
         model->disagreement = model->tolerance; /* searches end where loops disagree by less */
         find_ranks(model, data, &found);
-        accept_disagreement(model, data, &found);
+        if (accept_disagreement(model, data, &found) != KT_OK)
+            status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
+    }
+    if (status == KT_OK) {
         sample_groups(model, data, model->q0, false, &found);
         finish(model, data, &found);
         status = choose_among_delayed(model, &found, error);

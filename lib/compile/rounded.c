@@ -474,7 +474,8 @@ static bool unround_group(unrounding *u, const double *base) {
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static bool try_group(kt_model *model, kt_data *data, size_t g, const double *base, const kt_pose *given) {
+static kt_status try_group(kt_model *model, kt_data *data, size_t g, const double *base, const kt_pose *given,
+                           bool *found) {
     const kt_group *group = &model->group[g];
     unrounding u = {.model = model,
                     .data = data,
@@ -486,14 +487,14 @@ static bool try_group(kt_model *model, kt_data *data, size_t g, const double *ba
     u.rank = u.m - 1;
     if (u.rank < 1 || u.k < u.rank || kt_group_has_fronts(group) || group->loop_count > LOOPS_MAX ||
         u.k + u.m > SIZE_MAX_OF_GROUP)
-        return false;
+        return KT_OK;
     const size_t n = (size_t)u.count, k = (size_t)u.k, m = (size_t)u.m, both = k + m;
     const size_t newton = 5 * both * both + (m + 1) * (k + 1) * (m + 2) + 4 * both + model->n.q;
     double *numbers =
         calloc(n * n + 4 * n + n * k + 4 * both * both + 6 * both + newton + (GENERIC + FLAT + 2) * model->n.q,
                sizeof *numbers);
     if (!numbers)
-        return false;
+        return KT_ERROR_MEMORY;
     u.p = numbers;
     u.step = u.p + n;
     u.row = u.step + n;
@@ -508,20 +509,21 @@ static bool try_group(kt_model *model, kt_data *data, size_t g, const double *ba
     u.before = u.work + k * m;
     u.newton = u.before + m;
     u.q = u.newton + newton;
-    const bool found = unround_group(&u, base);
+    *found = unround_group(&u, base);
     free(numbers);
-    return found;
+    return KT_OK;
 }
 
-bool kt_group_unround(kt_model *model, kt_data *data, size_t g, const double *q) {
+kt_status kt_group_unround(kt_model *model, kt_data *data, size_t g, const double *q, bool *found) {
     kt_pose *given = malloc(2 * model->n.loop * sizeof *given);
+    *found = false;
     if (!given)
-        return false;
+        return KT_ERROR_MEMORY;
     for (size_t i = 0; i < 2 * model->n.loop; i++)
         given[i] = model->loop[i / 2].frame[i % 2];
-    const bool found = try_group(model, data, g, q, given);
-    if (!found)
+    const kt_status status = try_group(model, data, g, q, given, found);
+    if (!*found)
         kt_loops_place_ends(model, given);
     free(given);
-    return found;
+    return status;
 }

@@ -6,9 +6,9 @@
 
 /* Moves the ends of the loops of a group that leaves one degree of freedom by the least amounts with which their
  * equations repeat each other to the last digit, along the motion that leads through a position near q. Stores by
- * how much they disagree. Returns false, with all ends where they were, if there are no such amounts below the
- * model's tolerance, or no memory. O((coordinates + equations + corrections)^3) a position. */
-bool kt_group_unround(kt_model *model, kt_data *data, size_t g, const double *q);
+ * how much they disagree. *found: whether there are such amounts below the model's tolerance; if not, all ends are
+ * where they were. Returns KT_OK or KT_ERROR_MEMORY. O((coordinates + equations + corrections)^3) a position. */
+kt_status kt_group_unround(kt_model *model, kt_data *data, size_t g, const double *q, bool *found);
 
 /* Puts the ends of all loops to given places, two a loop. */
 void kt_loops_place_ends(kt_model *model, const kt_pose *ends);

@@ -1,6 +1,7 @@
 /* Loops that repeat each other, of data that are rounded: they close, move as those of exact data, and what is more than
  * rounding is refused. */
 #include "../check.h"
+#include "../interpose.h"
 #include "../random.h"
 
 #include "kinetree/kinetree.h"
@@ -258,4 +259,27 @@ KT_TEST(held_joints_with_rounded_angles_close) {
         kt_check_equal_int("another angle", start(&m, &error), KT_ERROR_CONSTRAINT);
     }
     finish(&m);
+}
+
+/* Corrections of the ends are not left out where there is no memory to look for them: that would be another model. */
+KT_TEST(a_compilation_of_rounded_data_that_runs_out_of_memory_says_so) {
+    kt_random random = kt_random_of_test();
+    static machine m;
+    int wrong = 0, leaks = 0, failed = 1;
+    long n = 0;
+    make_parallelogram(&m, &random, 1e-8);
+    while (failed && n < 1000) {
+        kt_error error = {0};
+        kt_interpose_start_failing(++n);
+        const kt_status status = kt_model_compile(&m.description, NULL, &m.model, &error);
+        kt_model_free(m.model);
+        const long allocations = kt_interpose_stop();
+        m.model = NULL;
+        failed = kt_interpose_has_failed();
+        wrong += status != (failed ? KT_ERROR_MEMORY : KT_OK);
+        leaks += kt_interpose_frees() != allocations - failed;
+    }
+    kt_check_above("allocations made to fail", (double)(n - 1), 20.0);
+    kt_check_equal_int("calls that did not say so", wrong, 0);
+    kt_check_equal_int("calls that leaked", leaks, 0);
 }
