@@ -95,30 +95,12 @@ KT_INLINE kt_v4 kt_v4_apply_to(const kt_v4 a[3], kt_vec3 u) {
 
 /* out = A', which may be A */
 KT_INLINE void kt_v4_transpose(const kt_v4 a[3], kt_v4 out[3]) {
-#if defined(__SSE2__) && !defined(__AVX__)
-    /* Registers of two lanes, as in kt_v4_cross. */
-    typedef double pair __attribute__((vector_size(16)));
-    typedef union halves {
-        kt_v4 whole;
-        pair half[2];
-    } halves;
-    const halves x = {.whole = a[0]}, y = {.whole = a[1]}, z = {.whole = a[2]};
-    const pair none = {0.0, 0.0};
-    out[0] = ((halves){.half = {__builtin_shufflevector(x.half[0], y.half[0], 0, 2),
-                                __builtin_shufflevector(z.half[0], none, 0, 2)}})
-                 .whole;
-    out[1] = ((halves){.half = {__builtin_shufflevector(x.half[0], y.half[0], 1, 3),
-                                __builtin_shufflevector(z.half[0], none, 1, 2)}})
-                 .whole;
-    out[2] = ((halves){.half = {__builtin_shufflevector(x.half[1], y.half[1], 0, 2), z.half[1]}}).whole;
-#else
     const kt_v4 xz = __builtin_shufflevector(a[0], a[1], 0, 4, 2, 6),
                 y = __builtin_shufflevector(a[0], a[1], 1, 5, 3, 7);
     const kt_v4 last = a[2];
     out[0] = __builtin_shufflevector(xz, last, 0, 1, 4, 7);
     out[1] = __builtin_shufflevector(y, last, 0, 1, 5, 7);
     out[2] = __builtin_shufflevector(xz, last, 2, 3, 6, 7);
-#endif
 }
 
 /* A' u */

@@ -80,6 +80,7 @@ typedef struct kt_link {
     bool branches;        /* some child does not follow it directly */
     bool leads;           /* the next link is its child */
     bool has_armature;    /* its joint has armature */
+    uint8_t none;         /* zero: it fills up the record, since records are compared by their bytes */
 } kt_link;
 
 /* Of a link in a model that has one: the array of these follows that of the links. */
