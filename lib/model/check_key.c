@@ -235,6 +235,14 @@ static void check_form(kt_checked *c, const kt_key *key) {
         check_points(c, key);
 }
 
+static void check_joint(kt_checked *c, const kt_key *key) {
+    const char *joint = *(const char *const *)member(c->object, key);
+    if (KT_HAS_RELATIVE && c->checker->item == KT_ITEM_EFFECT)
+        kt_checker_coordinate(c->checker, key->name, joint);
+    else
+        (void)kt_checker_scalar_joint(c->checker, key->name, -1, joint);
+}
+
 static void check_key(kt_checked *c, const kt_key *key) {
     const void *at = member(c->object, key);
     switch (key->kind) {
@@ -269,10 +277,7 @@ static void check_key(kt_checked *c, const kt_key *key) {
         check_end(c, key, (const kt_end *)at + 1, 1);
         break;
     case KT_KEY_JOINT:
-        if (KT_HAS_RELATIVE && c->checker->item == KT_ITEM_EFFECT)
-            kt_checker_coordinate(c->checker, key->name, *(const char *const *)at);
-        else
-            (void)kt_checker_scalar_joint(c->checker, key->name, -1, *(const char *const *)at);
+        check_joint(c, key);
         break;
     case KT_KEY_TERMS:
         check_terms(c, key);
