@@ -532,8 +532,8 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
                                           : kt_simulation_run(member.simulation, member.record, member.user, &error);
         if (together && status == KT_OK) {
             const kt_model *model = member.simulation->model;
+            const bool alone = first_lane(e) == NULL; /* what is asked of any lane is asked of these numbers then */
             *l = (lane){.member = member, .revision = model->revision, .shares = shares_records(member.simulation)};
-            const bool alone = first_lane(e) == l; /* what is asked of any lane is asked of these numbers */
             e->kernels->put_model(model, e->work,
                                   alone ? kt_lanes_first(e->n.width) : (kt_lane_mask)1 << (l - e->lane));
             return true;
