@@ -6,12 +6,14 @@
 
 #include <string.h>
 
-#define NUMBERS_BEFORE(type, member) (offsetof(type, member) / sizeof(double))
+/* Of a record whose numbers end before `common`, the first of the members that all lanes share; `last` is the last one. */
+#define SHAPE(type, common, last)                                                                                      \
+    { sizeof(type), offsetof(type, common) / sizeof(double), offsetof(type, last) + sizeof(((type *)NULL)->last) }
 
-const kt_record_shape kt_link_shape = {sizeof(kt_link), NUMBERS_BEFORE(kt_link, parent)};
-const kt_record_shape kt_planar_link_shape = {sizeof(kt_planar_link), NUMBERS_BEFORE(kt_planar_link, parent)};
-const kt_record_shape kt_plane_shape = {sizeof(kt_plane), NUMBERS_BEFORE(kt_plane, first)};
-const kt_record_shape kt_body_shape = {sizeof(kt_body_record), NUMBERS_BEFORE(kt_body_record, link)};
+const kt_record_shape kt_link_shape = SHAPE(kt_link, parent, none);
+const kt_record_shape kt_planar_link_shape = SHAPE(kt_planar_link, parent, carries_others);
+const kt_record_shape kt_plane_shape = SHAPE(kt_plane, first, last);
+const kt_record_shape kt_body_shape = SHAPE(kt_body_record, link, on_variable_link);
 
 void kt_records_interleave(const kt_records *r, uint32_t lanes) {
     const size_t numbers = r->shape->numbers, width = r->width, common = r->shape->bytes - numbers * sizeof(double);
@@ -31,7 +33,7 @@ bool kt_records_agree(const kt_record_shape *shape, size_t count, const void *a,
     const size_t numbers = shape->numbers * sizeof(double);
     for (size_t i = 0; i < count; i++)
         if (memcmp((const char *)a + i * shape->bytes + numbers, (const char *)b + i * shape->bytes + numbers,
-                   shape->bytes - numbers) != 0)
+                   shape->end - numbers) != 0)
             return false;
     return true;
 }

@@ -9,9 +9,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A record of one model: its bytes, and how many numbers it begins with. */
+/* A record of one model: its bytes, how many numbers it begins with, and where its last member ends: what is behind that may
+ * be of any value. */
 typedef struct kt_record_shape {
-    size_t bytes, numbers;
+    size_t bytes, numbers, end;
 } kt_record_shape;
 
 extern const kt_record_shape kt_link_shape, kt_planar_link_shape, kt_plane_shape, kt_body_shape;
