@@ -57,9 +57,10 @@ static kt_status derive(motion *m, double t_end, kt_error *error) {
 
 /* The state at t_end of a motion that begins off by s in coordinate j of (xi, dv, tau). */
 static void run_beside(motion *m, double t_end, size_t j, double s, double *q, double *v) {
-    double xi[CHANGES] = {0.0}, tau[MOST] = {0.0}, start_v[MOST];
+    double xi[CHANGES + MOST] = {0.0}, start_v[MOST];
+    const double *tau = xi + 2 * m->nv;
     kt_error error = {0};
-    (j < 2 * m->nv ? xi : tau - 2 * m->nv)[j] = s;
+    xi[j] = s;
     kt_position_add(m->model, m->q, xi, q);
     for (size_t i = 0; i < m->nv; i++)
         start_v[i] = m->v[i] + xi[m->nv + i];
