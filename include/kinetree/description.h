@@ -485,7 +485,7 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   thrust: d(mass)/dt (t) times exhaust, a velocity in the axes of the end's body: of mass that leaves or arrives there
  *     with that velocity, relative to the body (kt_variable_mass);
  *   drag: -(linear + quadratic |v|) v on a point; attraction: strength / distance^2 pulls two points together;
- *   contact: a sphere and the half-space under a plane; at a depth x, a normal force that never pulls,
+ *   contact: a sphere (a hard one: or the rim of a thin disc) and the half-space under a plane; at a depth x, a normal force that never pulls,
  *     stiffness x^exponent (1 + 3/2 dissipation dx/dt) (Hunt and Crossley 1975), and friction times that, at the
  *     sphere's lowest point, against the slip.
  *   expression: forces by formulas (expression.h) of t and of variables (kt_variable): in a joint, formula[0]; along the line between
@@ -539,11 +539,13 @@ typedef struct kt_effect {
     double strength;       /* attraction: N m^2; negative: repulsion */
     kt_vec3 axis;          /* contact: the plane's normal in the second end's frame, out of the half-space; default z */
     double radius;         /* contact: of the sphere, m; default 0, a point */
-    double exponent;       /* contact: 1 or more; default 1.5, Hertz's */
-    double dissipation;    /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
-    double friction;       /* contact: coefficient; default 0. Of a hard one (restitution) friction sticks */
-    double slip;           /* contact: slip speed over which friction builds up, m/s; default 1e-3; of elastic ones */
-    const char *formula[6];                      /* expression: force, moment; NULL: none of that component */
+    kt_vec3 axle;    /* contact: of a thin disc in place of the sphere, whose rim touches: its axis in the first end's
+                              frame; of hard ones. Default 0: a sphere */
+    double exponent; /* contact: 1 or more; default 1.5, Hertz's */
+    double dissipation;     /* contact: s/m; an impact at a slow v comes back with v - dissipation v^2; default 0 */
+    double friction;        /* contact: coefficient; default 0. Of a hard one (restitution) friction sticks */
+    double slip;            /* contact: slip speed over which friction builds up, m/s; default 1e-3; of elastic ones */
+    const char *formula[6]; /* expression: force, moment; NULL: none of that component */
     kt_effect_wrench_callback *wrench;           /* custom: acts at `end_count` ends, */
     int end_count;                               /* custom: 1 or 2; expression: 0 in a joint, 1 on a body, 2 between */
     kt_effect_joint_force_callback *joint_force; /* custom: or acts in `joint` */

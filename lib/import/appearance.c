@@ -1,5 +1,6 @@
 /* What robots look like: the solids and meshes of their links, for pictures alone. */
 #include "import/robot.h"
+#include "model/check.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -7,11 +8,20 @@
 
 /* ---- a body ------------------------------------------------------------------------------------------------------ */
 
-/* A solid is seen if all of its dimensions are above zero. */
+static bool is_number_of_scenes(double x) { return fabs(x) <= KT_NUMBER_MOST; }
+
+static bool is_vector_of_scenes(kt_vec3 v) {
+    return is_number_of_scenes(v.x) && is_number_of_scenes(v.y) && is_number_of_scenes(v.z);
+}
+
+/* A solid is seen if all of its dimensions are above zero, and numbers that a scene may have. */
 static bool has_size(const kt_shape *shape) {
     const bool is_box = shape->type == KT_SHAPE_BOX, is_cylinder = shape->type == KT_SHAPE_CYLINDER;
-    return is_box ? shape->size.x > 0.0 && shape->size.y > 0.0 && shape->size.z > 0.0
-                  : shape->radius > 0.0 && (!is_cylinder || shape->length > 0.0);
+    const bool is_above = is_box ? shape->size.x > 0.0 && shape->size.y > 0.0 && shape->size.z > 0.0
+                                 : shape->radius > 0.0 && (!is_cylinder || shape->length > 0.0);
+    return is_above && is_number_of_scenes(shape->radius) && is_number_of_scenes(shape->length) &&
+           is_vector_of_scenes(shape->size) && is_vector_of_scenes(shape->at) && is_vector_of_scenes(shape->from) &&
+           is_vector_of_scenes(shape->to);
 }
 
 void kt_appearance_begin(kt_appearance *appearance, const char *body) {
@@ -238,7 +248,7 @@ void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance) {
     kt_note_put(notes, &appearance->cones, "cones, which pictures have as cylinders of half their radius: %d",
                 appearance->cones.count);
     kt_note_put(notes, &appearance->sizeless,
-                "shapes that are left out of pictures, since a dimension is not above zero: %d",
+                "shapes that are left out of pictures, since a dimension is not above zero, or above 1e50: %d",
                 appearance->sizeless.count);
     kt_note_put(notes, &appearance->missing,
                 "meshes that are not found, left out of pictures (--search FOLDER:FOLDER, or KINETREE_SEARCH, names "

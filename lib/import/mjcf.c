@@ -1,7 +1,7 @@
 /* Models in MJCF, the XML of MuJoCo: bodies, joints and equalities to a description.
  *
- * In this order: files that it includes; the compiler's settings and the default classes, which decide what all other
- * attributes mean; replicates; bodies, joints and masses; the start; then what the scene has of them.
+ * In this order: files that it includes, models that it attaches, replicates, by the compiler's settings; the default
+ * classes, which with these decide what all other attributes mean; bodies, joints and masses; the start; then what the scene has of them.
  */
 #include "import/mjcf.h"
 
@@ -9,54 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- settings ---------------------------------------------------------------------------------------------------- */
-
-static void read_sequence(kt_mjcf *m, const kt_element *e) {
-    const char *text = kt_xml_attribute(e, "eulerseq");
-    if (text == NULL)
-        return;
-    if (strlen(text) == 3 && strspn(text, "xyzXYZ") == 3)
-        memcpy(m->settings.sequence, text, 4);
-    else
-        (void)kt_mjcf_fault(m, e, "eulerseq: expected three of x, y, z, X, Y, Z, found '%.40s'", text);
-}
-
-static void read_compiler(kt_mjcf *m, const kt_element *e) {
-    static const char *const angles[] = {"degree", "radian", NULL}, *const coordinates[] = {"local", NULL};
-    static const char *const from_geoms[] = {"false", "true", "auto", NULL};
-    kt_mjcf_settings *s = &m->settings;
-    double groups[2] = {s->group_first, s->group_last};
-    if (kt_mjcf_choice(m, e, NULL, "angle", angles, s->angle == 1.0) == 1)
-        s->angle = 1.0;
-    else
-        s->angle = 3.14159265358979323846 / 180.0;
-    (void)kt_mjcf_choice(m, e, NULL, "coordinate", coordinates, 0);
-    read_sequence(m, e);
-    s->autolimits = kt_mjcf_flag(m, e, NULL, "autolimits", s->autolimits);
-    s->total_mass = kt_mjcf_number(m, e, NULL, "settotalmass", s->total_mass);
-    s->balance = kt_mjcf_flag(m, e, NULL, "balanceinertia", s->balance);
-    s->mass_least = kt_mjcf_number(m, e, NULL, "boundmass", s->mass_least);
-    s->least = kt_mjcf_number(m, e, NULL, "boundinertia", s->least);
-    s->from_geom = (kt_mjcf_from_geom)kt_mjcf_choice(m, e, NULL, "inertiafromgeom", from_geoms, (int)s->from_geom);
-    (void)kt_mjcf_numbers(m, e, NULL, "inertiagrouprange", 2, 2, groups);
-    s->group_first = groups[0];
-    s->group_last = groups[1];
-    s->exact_meshes = kt_mjcf_flag(m, e, NULL, "exactmeshinertia", s->exact_meshes);
-    s->strip_path = kt_mjcf_flag(m, e, NULL, "strippath", s->strip_path);
-    const char *folder = kt_xml_attribute(e, "meshdir");
-    folder = folder != NULL ? folder : kt_xml_attribute(e, "assetdir");
-    s->mesh_folder = folder != NULL ? folder : s->mesh_folder;
-}
-
-static void read_settings(kt_mjcf *m) {
-    m->settings = (kt_mjcf_settings){.angle = 3.14159265358979323846 / 180.0,
-                                     .sequence = "xyz",
-                                     .autolimits = true,
-                                     .from_geom = KT_MJCF_AUTO,
-                                     .group_last = 5.0};
-    for (const kt_element *e = kt_xml_child(m->root, "compiler"); e != NULL; e = kt_xml_next(e, "compiler"))
-        read_compiler(m, e);
-}
+/* ---- options ---------------------------------------------------------------------------------------------------- */
 
 /* Gravity, and what of <option> is a medium. */
 static void read_options(kt_mjcf *m) {
@@ -106,11 +59,16 @@ static void note_bodies(kt_notes *n, const kt_mjcf *m) {
         "joints that are not at the origin of their body, on a body of their own, which has the joint's name: %d",
         m->offsets.count);
     kt_note_renamed_joints(n, &m->renamed_joints);
+    kt_note_put(n, &m->attached, "bodies of this model that it attaches again (attach without a model), left out: %d",
+                m->attached.count);
+    kt_note_put(n, &m->incomplete,
+                "tendons, equalities and actuators of attached models, left out since they refer to what is not "
+                "attached, or has copies by a replicate: %d",
+                m->incomplete.count);
     kt_note_put(
-        n, &m->attached,
-        "models that are attached to this one and left out with all their bodies (attach; MuJoCo writes a model "
-        "that has them by mj_saveLastXML): %d",
-        m->attached.count);
+        n, &m->lost_settings,
+        "attached models with settings of the whole (option, settotalmass), in place of which are this model's: %d",
+        m->lost_settings.count);
     kt_note_put(n, &m->mocap, "bodies that a program moves (mocap), fixed to the world: %d", m->mocap.count);
     if (m->source->options->keyframe == NULL)
         kt_note_put(n, &m->keys, "keyframes, of which none is the start (import --keyframe NAME): %d", m->keys.count);
@@ -163,7 +121,7 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
 static bool init_names(kt_mjcf *m) {
-    const size_t count = (size_t)m->elements + 2;
+    const size_t count = 2 * (size_t)m->elements + 2; /* tendons have two names */
     void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
     if (memory == NULL)
         return kt_reader_out_of_memory(m->r);
@@ -177,10 +135,6 @@ static bool init_names(kt_mjcf *m) {
 /* What decides what attributes mean, and replicates. */
 static bool prepare(kt_mjcf *m) {
     kt_mjcf_expand(m);
-    read_settings(m);
-    if (kt_draft_is_wrong(&m->draft))
-        return false;
-    kt_mjcf_replicate(m);
     if (kt_draft_is_wrong(&m->draft) || !init_names(m))
         return false;
     kt_mjcf_classes(m);
@@ -201,6 +155,7 @@ void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
     kt_mjcf_collect(&m);
     if (kt_draft_is_wrong(&m.draft))
         return;
+    kt_mjcf_mark_incomplete(&m);
     kt_mjcf_start(&m);
     kt_mjcf_make_bodies(&m);
     kt_mjcf_passive(&m);

@@ -12,7 +12,7 @@
 typedef struct kt_mjcf_class {
     const char *name;
     const kt_element *element;
-    int outer; /* -1: main, of which there may be several; -2: none */
+    int outer; /* the class around it; -1: the last at the root, of which there may be several; -2: none */
 } kt_mjcf_class;
 
 /* ---- settings ---------------------------------------------------------------------------------------------------- */
@@ -33,6 +33,20 @@ typedef struct kt_mjcf_settings {
     bool exact_meshes; /* volumes with signs: false */
     bool strip_path;
 } kt_mjcf_settings;
+
+/* ---- documents --------------------------------------------------------------------------------------------------- */
+
+/* The model itself (document 0), or one that is attached to it: settings and default classes are those of the document
+ * that an element is of. Files that it includes are part of it. */
+typedef struct kt_mjcf_document {
+    kt_element *root;
+    int parent; /* the document that attaches it; -1: the model itself */
+    const char *path, *prefix;
+    kt_list files; /* const char *: that it has included */
+    kt_mjcf_settings settings;
+    int main;       /* its last class at the root; -2: none */
+    kt_list joints; /* const kt_element *: all that it has, in MuJoCo's order, attached or not */
+} kt_mjcf_document;
 
 /* ---- bodies, joints, sites --------------------------------------------------------------------------------------- */
 
@@ -99,25 +113,37 @@ typedef struct kt_mjcf_mesh {
     kt_enclosed enclosed;
 } kt_mjcf_mesh;
 
-enum { KT_MJCF_CLASSES, KT_MJCF_BODIES, KT_MJCF_JOINTS, KT_MJCF_SITES, KT_MJCF_TENDONS, KT_MJCF_MESHES };
+/* Scopes of names; classes have one for each document, from KT_MJCF_CLASSES on. */
+enum {
+    KT_MJCF_BODIES,
+    KT_MJCF_JOINTS,
+    KT_MJCF_SITES,
+    KT_MJCF_TENDONS,
+    KT_MJCF_COMPLETE_TENDONS, /* those that refer to what exists */
+    KT_MJCF_MESHES,
+    KT_MJCF_CLASSES
+};
+
+/* In place of the class of an element that refers to what is not attached; and of a joint that is not in the whole, but
+ * copies of it are, by a <replicate>. */
+enum { KT_MJCF_INCOMPLETE = -3, KT_MJCF_ORPHAN = -4 };
 
 typedef struct kt_mjcf {
     kt_reader *r;
     const kt_robot_source *source;
     kt_element *root;
-    kt_list files; /* const char *: that have been included */
-    size_t included_bytes;
-    int elements; /* of the whole, with copies of replicates */
+    kt_list documents;                   /* kt_mjcf_document */
+    size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
+    int elements;                        /* of the whole, with copies of replicates */
 
     kt_list classes; /* kt_mjcf_class */
-    int main;        /* the last; -1: none */
-    kt_mjcf_settings settings;
     kt_vec3 gravity;
     kt_names names;
     kt_namer bodies_named, joints_named, effects_named;
 
     kt_list bodies, joints, sites, tendons, terms, meshes; /* bodies[0] is the world */
-    bool geoms_have_mass, has_visuals;                     /* of the body whose geoms are read */
+    const kt_mjcf_settings *body_settings;                 /* of the body whose geoms are read */
+    bool geoms_have_mass, has_visuals;
     int nq, nv;
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is asked for */
     int ctrl_count;
@@ -126,7 +152,7 @@ typedef struct kt_mjcf {
 
     kt_unknown unknown, forces; /* elements; actuators, tendons, equalities that are left out */
     kt_left limits, contacts, pictures, mesh_files, mesh_rules, renamed_joints, offsets, several, mocap, soft, inactive,
-        keys, tied, lost_limits, freed, attached;
+        keys, tied, lost_limits, freed, attached, incomplete, lost_settings;
     kt_appearance appearance;
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
         motors, fixed_bodies;
@@ -164,6 +190,10 @@ bool kt_mjcf_is_limited(kt_mjcf *m, const kt_element *e, const char *tag, const 
 /* `pos`, and the orientation by any of its ways. */
 kt_pose kt_mjcf_pose(kt_mjcf *m, const kt_element *e, const char *tag);
 
+/* Two parts of a name in one, such as a prefix and the name of an element. All such names are bounded, so that a small file
+ * cannot take all memory. NULL after reporting. */
+const char *kt_mjcf_join(kt_mjcf *m, const kt_element *e, const char *first, const char *second);
+
 /* Adds the name of an element, if it has one; reports one that is there already. */
 void kt_mjcf_add_name(kt_mjcf *m, int scope, const kt_element *e, int index);
 
@@ -173,8 +203,10 @@ int kt_mjcf_find(kt_mjcf *m, const kt_element *e, const char *attribute, int sco
 /* Counts elements and attributes that are not known. */
 void kt_mjcf_count_strange(kt_mjcf *m);
 
-/* The element after `last` (NULL: the first) in the sections of a name, such as <equality>; NULL: there is no more. */
+/* The element after `last` (NULL: the first) in the sections of a name, such as <equality>; NULL: there is no more. What
+ * is not complete is passed over, but for kt_mjcf_section_of_all. */
 const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const kt_element *last);
+kt_element *kt_mjcf_section_of_all(const kt_mjcf *m, const char *section, const kt_element *last);
 
 /* Calls `each` for the elements of a name directly in a body, or in frames of it, with the pose of the frame. */
 typedef void kt_mjcf_each(kt_mjcf *m, const kt_element *e, int body, kt_pose frame);
@@ -182,10 +214,39 @@ void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, in
 
 /* ---- mjcf_include.c ---------------------------------------------------------------------------------------------- */
 
-/* Puts the contents of files in place of <include>; then, once the compiler's settings are known, copies in place of
- * <replicate>. */
+/* Puts the contents of files in place of <include>, below a depth; and, once the compiler's settings are known, copies in
+ * place of <replicate>. */
+void kt_mjcf_include(kt_mjcf *m, int document, int depth);
+void kt_mjcf_replicate(kt_mjcf *m, int document);
+
+/* The path of a file that an element of a document names: in the document's folder or, where it has no such file, in that of
+ * the file that has the element, which is MuJoCo's order. NULL after reporting why not. */
+const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, const char *name);
+
+/* Puts the children of `from` (NULL: none) in place of an element that follows `before` (NULL: it is the first); returns
+ * the first of them, or what follows. */
+kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from);
+
+/* Adds an element at the end of another's. */
+void kt_mjcf_hang_below(kt_element *parent, kt_element *e);
+
+/* ---- mjcf_attach.c ----------------------------------------------------------------------------------------------- */
+
+/* Makes the whole tree: files that are included, models that are attached, replicates. */
 void kt_mjcf_expand(kt_mjcf *m);
-void kt_mjcf_replicate(kt_mjcf *m);
+
+/* Tells what of attached models refers to bodies that are not attached, once the names are known. */
+void kt_mjcf_mark_incomplete(kt_mjcf *m);
+
+/* Whether a document is another one, or is attached to it. */
+bool kt_mjcf_is_within(const kt_mjcf *m, int document, int other);
+
+static inline kt_mjcf_document *kt_mjcf_document_at(const kt_mjcf *m, int i) {
+    return (kt_mjcf_document *)m->documents.items + i;
+}
+static inline const kt_mjcf_settings *kt_mjcf_settings_of(const kt_mjcf *m, const kt_element *e) {
+    return &kt_mjcf_document_at(m, e->document)->settings;
+}
 
 /* ---- mjcf_mesh.c ------------------------------------------------------------------------------------------------- */
 
@@ -204,9 +265,12 @@ void kt_mjcf_masses(kt_mjcf *m, int body);
 /* What the compiler's settings make of all masses. */
 void kt_mjcf_settle_masses(kt_mjcf *m);
 
-/* ---- mjcf_body.c, mjcf_force.c, mjcf_loop.c ---------------------------------------------------------------------- */
+/* ---- mjcf_settings.c, mjcf_body.c, mjcf_key.c, mjcf_force.c, mjcf_loop.c -------------------------------------------------- */
 
-void kt_mjcf_collect(kt_mjcf *m);     /* bodies, joints, sites, tendons */
+void kt_mjcf_read_settings(kt_mjcf *m, int document); /* of <compiler> */
+
+void kt_mjcf_collect(kt_mjcf *m); /* bodies, joints, sites, tendons */
+kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint);
 void kt_mjcf_start(kt_mjcf *m);       /* the keyframe that is asked for */
 void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
 void kt_mjcf_passive(kt_mjcf *m);
@@ -224,6 +288,8 @@ static inline kt_mjcf_tendon *kt_mjcf_tendon_at(const kt_mjcf *m, int i) {
     return (kt_mjcf_tendon *)m->tendons.items + i;
 }
 static inline kt_mjcf_term *kt_mjcf_term_at(const kt_mjcf *m, int i) { return (kt_mjcf_term *)m->terms.items + i; }
+static inline int kt_mjcf_nq(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 7 : type == KT_MJCF_BALL ? 4 : 1; }
+static inline int kt_mjcf_nv(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 6 : type == KT_MJCF_BALL ? 3 : 1; }
 static inline bool kt_mjcf_is_scalar(const kt_mjcf_joint *j) { return j->type >= KT_MJCF_SLIDE; }
 
 #endif

@@ -1,5 +1,6 @@
 /* Attributes of MJCF: default classes, numbers, words, orientations, names; and the elements of a body. */
 #include "import/mjcf.h"
+#include "scene/file.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -36,24 +37,24 @@ bool kt_mjcf_fault(kt_mjcf *m, const kt_element *e, const char *format, ...) {
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */
 
-enum { MAIN = -1, NONE = -2 };
+enum { NONE = -2 };
 
 static kt_mjcf_class *class_at(const kt_mjcf *m, int i) { return (kt_mjcf_class *)m->classes.items + i; }
 
-static void add_class(kt_mjcf *m, const kt_element *e, int outer) {
+/* Adds a <default> of the root (is_main), or of a class, and those in it. */
+static void add_class(kt_mjcf *m, const kt_element *e, bool is_main, int outer) {
     const char *name = kt_xml_attribute(e, "class");
-    const int index = m->classes.count;
-    const bool is_main = outer == NONE;
+    const int index = m->classes.count, document = e->document;
     kt_mjcf_class *to = kt_list_add(m->r, &m->r->scratch, &m->classes, sizeof *to);
     if (to == NULL)
         return;
-    *to = (kt_mjcf_class){.name = name, .element = e, .outer = is_main ? (m->main >= 0 ? m->main : NONE) : outer};
+    *to = (kt_mjcf_class){.name = name, .element = e, .outer = outer};
     if (is_main)
-        m->main = index;
+        kt_mjcf_document_at(m, document)->main = index;
     else if (name == NULL)
         (void)kt_mjcf_fault(m, e, "the attribute 'class' is missing");
     for (const kt_element *child = kt_xml_child(e, "default"); child != NULL; child = kt_xml_next(child, "default"))
-        add_class(m, child, is_main ? MAIN : index);
+        add_class(m, child, false, index);
 }
 
 /* The number of a class that an attribute names; that of `around` without one. */
@@ -61,49 +62,62 @@ static int class_of(kt_mjcf *m, const kt_element *e, const char *attribute, int 
     const char *name = kt_xml_attribute(e, attribute);
     if (name == NULL)
         return around;
-    const int found = kt_names_find(&m->names, KT_MJCF_CLASSES, name);
+    const int found = kt_names_find(&m->names, KT_MJCF_CLASSES + e->document, name);
     if (found >= 0)
         return found;
     if (strcmp(name, "main") == 0)
-        return MAIN;
+        return kt_mjcf_document_at(m, e->document)->main;
     (void)kt_mjcf_fault(m, e, "%s %s does not exist", attribute, kt_name_quote(name).text);
     return around;
 }
 
-/* Gives elements their classes: their own, else the childclass of what is around them. A <default> is a class at the
- * model's root alone. */
+/* Gives elements their classes: their own, else the childclass of what is around them in their document. A <default> is
+ * a class at a document's root alone. */
 static void number_elements(kt_mjcf *m, kt_element *within, int around) {
     for (kt_element *e = within->first; e != NULL; e = e->next) {
-        if (within == m->root && strcmp(e->name, "default") == 0)
+        if (within->parent == NULL && strcmp(e->name, "default") == 0)
             continue;
-        e->number = class_of(m, e, "class", around);
-        number_elements(m, e, class_of(m, e, "childclass", around));
+        const int outer = e->document == within->document ? around : kt_mjcf_document_at(m, e->document)->main;
+        e->number = class_of(m, e, "class", outer);
+        number_elements(m, e, class_of(m, e, "childclass", outer));
+    }
+}
+
+/* The classes of a document. The outermost are one, written in any number of places: classes within any of them are
+ * within the last, and that is within those before it. */
+static void add_classes(kt_mjcf *m, int document) {
+    const int first = m->classes.count;
+    const kt_element *root = kt_mjcf_document_at(m, document)->root;
+    for (const kt_element *e = kt_xml_child(root, "default"); e != NULL; e = kt_xml_next(e, "default"))
+        add_class(m, e, true, kt_mjcf_document_at(m, document)->main);
+    const int last = kt_mjcf_document_at(m, document)->main;
+    for (int i = first; i < m->classes.count; i++) {
+        kt_mjcf_class *c = class_at(m, i);
+        const bool is_main = c->element->parent == root;
+        if (!is_main && class_at(m, c->outer)->element->parent == root)
+            c->outer = last;
+        if (c->name == NULL)
+            continue;
+        const int other = kt_names_add(&m->names, KT_MJCF_CLASSES + document, c->name, is_main ? last : i);
+        if (other >= 0 && !is_main)
+            (void)kt_mjcf_fault(m, c->element, "class %s stands in line %u, too", kt_name_quote(c->name).text,
+                                (unsigned)class_at(m, other)->element->line);
     }
 }
 
 void kt_mjcf_classes(kt_mjcf *m) {
-    m->main = NONE;
-    for (const kt_element *e = kt_xml_child(m->root, "default"); e != NULL; e = kt_xml_next(e, "default"))
-        add_class(m, e, NONE);
-    for (int i = 0; i < m->classes.count; i++) {
-        const char *name = class_at(m, i)->name;
-        const bool is_main = class_at(m, i)->outer == NONE || class_at(m, i)->element->parent == m->root;
-        if (name == NULL)
-            continue;
-        const int other = kt_names_add(&m->names, KT_MJCF_CLASSES, name, is_main ? m->main : i);
-        if (other >= 0 && !is_main)
-            (void)kt_mjcf_fault(m, class_at(m, i)->element, "class %s stands in line %u, too", kt_name_quote(name).text,
-                                (unsigned)class_at(m, other)->element->line);
-    }
-    number_elements(m, m->root, MAIN);
+    for (int i = 0; i < m->documents.count; i++)
+        add_classes(m, i);
+    for (int i = 0; i < m->documents.count && !m->r->out_of_memory; i++)
+        number_elements(m, kt_mjcf_document_at(m, i)->root, kt_mjcf_document_at(m, i)->main);
 }
 
 const kt_element *kt_mjcf_class_element(const kt_mjcf *m, int *number) {
-    const int c = *number == MAIN ? m->main : *number;
-    if (c == NONE)
+    if (*number < 0)
         return NULL;
-    *number = class_at(m, c)->outer;
-    return class_at(m, c)->element;
+    const kt_mjcf_class *c = class_at(m, *number);
+    *number = c->outer;
+    return c->element;
 }
 
 const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name) {
@@ -177,7 +191,8 @@ bool kt_mjcf_flag(kt_mjcf *m, const kt_element *e, const char *tag, const char *
 bool kt_mjcf_is_limited(kt_mjcf *m, const kt_element *e, const char *tag, const char *limited, const char *range) {
     static const char *const words[] = {"false", "true", "auto", NULL};
     const int choice = kt_mjcf_choice(m, e, tag, limited, words, 2);
-    return choice == 1 || (choice == 2 && m->settings.autolimits && kt_mjcf_text(m, e, tag, range) != NULL);
+    return choice == 1 ||
+           (choice == 2 && kt_mjcf_settings_of(m, e)->autolimits && kt_mjcf_text(m, e, tag, range) != NULL);
 }
 
 /* ---- orientations ------------------------------------------------------------------------------------------------ */
@@ -215,12 +230,12 @@ static kt_mat3 from_zaxis(kt_vec3 axis) {
 }
 
 /* Small letters: about carried axes, on the right; capital ones: about fixed axes, on the left. */
-static kt_mat3 from_euler(const kt_mjcf *m, const double angles[3]) {
+static kt_mat3 from_euler(const kt_mjcf_settings *settings, const double angles[3]) {
     kt_mat3 r = kt_mat3_identity();
     for (int i = 0; i < 3; i++) {
-        const char c = m->settings.sequence[i];
+        const char c = settings->sequence[i];
         const bool is_fixed = c >= 'X' && c <= 'Z';
-        const kt_mat3 one = kt_matrix_about(is_fixed ? c - 'X' : c - 'x', m->settings.angle * angles[i]);
+        const kt_mat3 one = kt_matrix_about(is_fixed ? c - 'X' : c - 'x', settings->angle * angles[i]);
         r = is_fixed ? kt_mat3_multiply(one, r) : kt_mat3_multiply(r, one);
     }
     return r;
@@ -241,7 +256,8 @@ static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
         if (is_zero(axis))
             (void)kt_mjcf_fault(m, e, "axisangle: the axis is zero");
         else
-            r = kt_matrix_from_euler_vector(kt_vec3_scale(m->settings.angle * v[3], kt_vec3_normalize(axis)));
+            r = kt_matrix_from_euler_vector(
+                kt_vec3_scale(kt_mjcf_settings_of(m, e)->angle * v[3], kt_vec3_normalize(axis)));
     }
     if (kt_mjcf_numbers(m, e, tag, "xyaxes", 6, 6, v) == 6)
         r = from_xyaxes(m, e, v);
@@ -252,7 +268,7 @@ static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
             r = from_zaxis(kt_vec3_make(v[0], v[1], v[2]));
     }
     if (kt_mjcf_numbers(m, e, tag, "euler", 3, 3, v) == 3)
-        r = from_euler(m, v);
+        r = from_euler(kt_mjcf_settings_of(m, e), v);
     return r;
 }
 
@@ -280,6 +296,23 @@ kt_pose kt_mjcf_pose(kt_mjcf *m, const kt_element *e, const char *tag) {
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
+const char *kt_mjcf_join(kt_mjcf *m, const kt_element *e, const char *first, const char *second) {
+    const size_t room = strlen(first) + strlen(second) + 1;
+    m->joined_bytes += room;
+    if (m->joined_bytes > KT_FILE_SIZE_MAX) {
+        if (!kt_draft_is_wrong(&m->draft))
+            (void)kt_mjcf_fault(m, e, "names with prefixes and numbers of copies take more than %d MB",
+                                KT_FILE_SIZE_MAX >> 20);
+        return NULL;
+    }
+    char *whole = kt_pool_take(&m->r->scratch, room, 1);
+    if (whole == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else
+        (void)snprintf(whole, room, "%s%s", first, second);
+    return whole;
+}
+
 void kt_mjcf_add_name(kt_mjcf *m, int scope, const kt_element *e, int index) {
     const char *name = kt_xml_attribute(e, "name");
     if (name != NULL && *name != '\0' && kt_names_add(&m->names, scope, name, index) >= 0)
@@ -298,13 +331,20 @@ int kt_mjcf_find(kt_mjcf *m, const kt_element *e, const char *attribute, int sco
     return found;
 }
 
-const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const kt_element *last) {
+kt_element *kt_mjcf_section_of_all(const kt_mjcf *m, const char *section, const kt_element *last) {
     if (last != NULL && last->next != NULL)
         return last->next;
     const kt_element *s = last == NULL ? kt_xml_child(m->root, section) : kt_xml_next(last->parent, section);
     while (s != NULL && s->first == NULL)
         s = kt_xml_next(s, section);
     return s != NULL ? s->first : NULL;
+}
+
+const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const kt_element *last) {
+    do
+        last = kt_mjcf_section_of_all(m, section, last);
+    while (last != NULL && last->number == KT_MJCF_INCOMPLETE);
+    return last;
 }
 
 /* ---- what is not known ------------------------------------------------------------------------------------------- */
@@ -347,6 +387,7 @@ static const kt_known known[] = {
     {"general", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group "
                 "gaintype biastype dyntype gainprm biasprm user "},
     {"attach", " model body prefix "},
+    {"model", " name file content_type "},
     {"actuator", " "},
     {"asset", " "},
     {"mesh", " name class file scale refpos refquat vertex face inertia "},
@@ -361,7 +402,14 @@ static const kt_known_list all_known = {
     .apart = " visual statistic size custom sensor contact extension deformable material texture ", .closed = " ",
     .read = " "};
 
-void kt_mjcf_count_strange(kt_mjcf *m) { kt_unknown_search(&m->unknown, &all_known, m->root); }
+/* Of attached models, what is not moved to the model: settings and classes. */
+void kt_mjcf_count_strange(kt_mjcf *m) {
+    kt_unknown_search(&m->unknown, &all_known, m->root);
+    for (int i = 1; i < m->documents.count; i++)
+        for (const kt_element *e = kt_mjcf_document_at(m, i)->root->first; e != NULL; e = e->next)
+            if (strcmp(e->name, "worldbody") != 0)
+                kt_unknown_search(&m->unknown, &all_known, e);
+}
 
 /* ---- traversal --------------------------------------------------------------------------------------------------- */
 

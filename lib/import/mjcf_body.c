@@ -17,7 +17,7 @@
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
 static double angle_of(const kt_mjcf *m, const kt_mjcf_joint *j) {
-    return j->type == KT_MJCF_HINGE ? m->settings.angle : 1.0;
+    return j->type == KT_MJCF_HINGE ? kt_mjcf_settings_of(m, j->element)->angle : 1.0;
 }
 
 static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
@@ -47,15 +47,21 @@ static double effort_of(kt_mjcf *m, const kt_element *e, const char *tag) {
     return fmax(fabs(range[0]), fabs(range[1]));
 }
 
-static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint) {
     static const char *const words[] = {"free", "ball", "slide", "hinge", NULL};
+    if (strcmp(joint->name, "freejoint") == 0)
+        return KT_MJCF_FREE;
+    return (kt_mjcf_motion)kt_mjcf_choice(m, joint, "joint", "type", words, KT_MJCF_HINGE);
+}
+
+static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     const bool is_freejoint = strcmp(e->name, "freejoint") == 0;
     const int index = m->joints.count;
     kt_mjcf_joint *j = kt_list_add(m->r, &m->r->scratch, &m->joints, sizeof *j);
     if (j == NULL)
         return;
     *j = (kt_mjcf_joint){.element = e, .tag = is_freejoint ? NULL : "joint", .body = body, .carrier_index = -1};
-    j->type = is_freejoint ? KT_MJCF_FREE : (kt_mjcf_motion)kt_mjcf_choice(m, e, j->tag, "type", words, KT_MJCF_HINGE);
+    j->type = kt_mjcf_motion_of(m, e);
     const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0), z = kt_vec3_make(0.0, 0.0, 1.0);
     j->at = j->type != KT_MJCF_FREE ? kt_pose_apply(frame, kt_mjcf_vector(m, e, j->tag, "pos", zero)) : zero;
     j->axis = kt_mat3_apply(frame.rotation, kt_mjcf_vector(m, e, j->tag, "axis", z));
@@ -69,8 +75,8 @@ static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) 
     read_range(m, j);
     j->position = m->nq;
     j->velocity = m->nv;
-    m->nq += j->type == KT_MJCF_FREE ? 7 : j->type == KT_MJCF_BALL ? 4 : 1;
-    m->nv += j->type == KT_MJCF_FREE ? 6 : j->type == KT_MJCF_BALL ? 3 : 1;
+    m->nq += kt_mjcf_nq(j->type);
+    m->nv += kt_mjcf_nv(j->type);
     kt_mjcf_body_at(m, body)->joint_count++;
     kt_mjcf_add_name(m, KT_MJCF_JOINTS, e, index);
 }
@@ -98,11 +104,6 @@ static void add_site(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
 
 static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame);
 
-static void count_attached(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
-    (void)body, (void)frame;
-    kt_left_count(&m->attached, e);
-}
-
 /* What is directly in a body, then the bodies in it: MuJoCo numbers joints so. */
 static void collect_body(kt_mjcf *m, int body) {
     const kt_element *e = kt_mjcf_body_at(m, body)->element;
@@ -112,7 +113,6 @@ static void collect_body(kt_mjcf *m, int body) {
     check_joints(m, body);
     kt_mjcf_for_each(m, e, "site", body, add_site);
     kt_mjcf_for_each(m, e, "body", body, add_body);
-    kt_mjcf_for_each(m, e, "attach", body, count_attached);
 }
 
 static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame) {
@@ -161,46 +161,6 @@ void kt_mjcf_collect(kt_mjcf *m) {
     kt_mjcf_settle_masses(m);
 }
 
-/* ---- the keyframe ------------------------------------------------------------------------------------------------ */
-
-static double *key_numbers(kt_mjcf *m, const kt_element *key, const char *name, int count) {
-    const char *text = kt_xml_attribute(key, name);
-    if (text == NULL)
-        return NULL;
-    double *values = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *values);
-    if (values == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else if (kt_parse_numbers(text, count, values) != count) {
-        (void)kt_mjcf_fault(m, key, "%s: expected %d numbers, found '%.60s'", name, count, text);
-        values = NULL;
-    }
-    return values;
-}
-
-void kt_mjcf_start(kt_mjcf *m) {
-    const char *wanted = m->source->options->keyframe;
-    const kt_element *found = NULL;
-    for (const kt_element *e = kt_mjcf_section(m, "keyframe", NULL); e != NULL; e = kt_mjcf_section(m, "keyframe", e)) {
-        const char *name = kt_xml_attribute(e, "name");
-        kt_left_count(&m->keys, e);
-        found = found == NULL && wanted != NULL && name != NULL && strcmp(name, wanted) == 0 ? e : found;
-    }
-    if (wanted != NULL && found == NULL)
-        (void)kt_mjcf_fault(m, m->root, "there is no keyframe %s", kt_name_quote(wanted).text);
-    if (found == NULL)
-        return;
-    for (const kt_element *e = kt_mjcf_section(m, "actuator", NULL); e != NULL; e = kt_mjcf_section(m, "actuator", e))
-        m->ctrl_count++;
-    m->qpos = key_numbers(m, found, "qpos", m->nq);
-    m->qvel = key_numbers(m, found, "qvel", m->nv);
-    m->ctrl = key_numbers(m, found, "ctrl", m->ctrl_count);
-    for (int i = 0; i < m->joints.count && m->qpos != NULL; i++) {
-        kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
-        if (kt_mjcf_is_scalar(j))
-            j->start = m->qpos[j->position];
-    }
-}
-
 /* ---- bodies of the scene ----------------------------------------------------------------------------------------- */
 
 static void set_numbers(double *to, int count, const double *from) {
@@ -226,7 +186,7 @@ static void fill_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j
     static const kt_joint_type types[] = {KT_JOINT_FREE, KT_JOINT_SPHERICAL, KT_JOINT_PRISMATIC, KT_JOINT_REVOLUTE};
     const double armature = kt_mjcf_number(m, j->element, j->tag, "armature", 0.0);
     joint->type = types[j->type];
-    for (int i = 0; i < (j->type == KT_MJCF_FREE ? 6 : j->type == KT_MJCF_BALL ? 3 : 1); i++)
+    for (int i = 0; i < kt_mjcf_nv(j->type); i++)
         joint->armature[i] = armature;
     if (j->type == KT_MJCF_FREE) {
         fill_free(m, b, j, joint);
@@ -247,13 +207,12 @@ static void fill_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j
         joint->limits.upper = j->upper;
     }
     joint->limits.effort = j->effort;
-    const int nq = j->type == KT_MJCF_BALL ? 4 : 1, nv = j->type == KT_MJCF_BALL ? 3 : 1;
     if (j->type != KT_MJCF_BALL)
         joint->position[0] = j->start;
     else if (m->qpos != NULL)
-        set_numbers(joint->position, nq, m->qpos + j->position);
+        set_numbers(joint->position, kt_mjcf_nq(j->type), m->qpos + j->position);
     if (m->qvel != NULL)
-        set_numbers(joint->velocity, nv, m->qvel + j->velocity);
+        set_numbers(joint->velocity, kt_mjcf_nv(j->type), m->qvel + j->velocity);
 }
 
 static bool is_zero(kt_vec3 v) { return v.x == 0.0 && v.y == 0.0 && v.z == 0.0; }

@@ -98,7 +98,7 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
         return;
     }
     const line l = {j->element, j->tag, j->name, 1.0};
-    const double angle = j->type == KT_MJCF_HINGE ? m->settings.angle : 1.0;
+    const double angle = j->type == KT_MJCF_HINGE ? kt_mjcf_settings_of(m, j->element)->angle : 1.0;
     add_spring(m, &l, kt_mjcf_number(m, j->element, j->tag, "stiffness", 0.0),
                angle * kt_mjcf_number(m, j->element, j->tag, "springref", 0.0));
     add_damping(m, &l);

@@ -68,7 +68,7 @@ static double volume_of(const geom *g) {
 /* Whether a geom is one of those that have mass. */
 static bool counts(kt_mjcf *m, const kt_element *e) {
     const double group = kt_mjcf_number(m, e, "geom", "group", 0.0);
-    return m->geoms_have_mass && group >= m->settings.group_first && group <= m->settings.group_last;
+    return m->geoms_have_mass && group >= m->body_settings->group_first && group <= m->body_settings->group_last;
 }
 
 static void set_moments(geom *g, double volume) {
@@ -192,7 +192,8 @@ static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
 void kt_mjcf_masses(kt_mjcf *m, int body) {
     kt_mjcf_body *b = kt_mjcf_body_at(m, body);
     const kt_element *inertial = body > 0 ? kt_xml_child(b->element, "inertial") : NULL;
-    const kt_mjcf_from_geom how = m->settings.from_geom;
+    m->body_settings = kt_mjcf_settings_of(m, b->element);
+    const kt_mjcf_from_geom how = m->body_settings->from_geom;
     m->geoms_have_mass = body > 0 && (how == KT_MJCF_ALWAYS || (how == KT_MJCF_AUTO && inertial == NULL));
     m->has_visuals = false;
     kt_mjcf_for_each(m, b->element, "geom", body, find_visual);
@@ -208,10 +209,9 @@ void kt_mjcf_masses(kt_mjcf *m, int body) {
 /* ---- the compiler's settings ------------------------------------------------------------------------------------- */
 
 /* Principal moments below the least become the least. */
-static void bound_inertia(kt_mjcf *m, kt_mjcf_body *b) {
+static void bound_inertia(kt_mjcf *m, double least, kt_mjcf_body *b) {
     const kt_mat3 axes = kt_principal_axes(b->inertia);
     const kt_sym3 d = kt_sym3_rotate(kt_mat3_transpose(axes), b->inertia);
-    const double least = m->settings.least;
     if (d.xx >= least && d.yy >= least && d.zz >= least)
         return;
     b->inertia = kt_sym3_rotate(axes, kt_sym3_make(fmax(d.xx, least), fmax(d.yy, least), fmax(d.zz, least), 0, 0, 0));
@@ -231,19 +231,21 @@ void kt_mjcf_settle_masses(kt_mjcf *m) {
     double total = 0.0;
     for (int i = 1; i < m->bodies.count; i++) {
         kt_mjcf_body *b = kt_mjcf_body_at(m, i);
-        if (b->mass < m->settings.mass_least) {
-            b->mass = m->settings.mass_least;
+        const kt_mjcf_settings *s = kt_mjcf_settings_of(m, b->element);
+        if (b->mass < s->mass_least) {
+            b->mass = s->mass_least;
             kt_left_count(&m->bounded, b->element);
         }
-        if (m->settings.least > 0.0)
-            bound_inertia(m, b);
-        if (m->settings.balance)
+        if (s->least > 0.0)
+            bound_inertia(m, s->least, b);
+        if (s->balance)
             balance(m, b);
         total += b->mass;
     }
-    if (!(m->settings.total_mass > 0.0) || !(total > 0.0))
+    const double wanted = kt_mjcf_settings_of(m, m->root)->total_mass; /* of the whole: no attached model's */
+    if (!(wanted > 0.0) || !(total > 0.0))
         return;
-    const double scale = m->settings.total_mass / total;
+    const double scale = wanted / total;
     for (int i = 1; i < m->bodies.count; i++) {
         kt_mjcf_body *b = kt_mjcf_body_at(m, i);
         b->mass *= scale;

@@ -1,6 +1,6 @@
 /* Files that a model in MJCF includes, and replicates.
  *
- * A file is included once, so that there are no circles. Copies of replicates are counted, so that a small file cannot
+ * A file is included once by a document, so that there are no circles. Copies of replicates are counted, so that a small file cannot
  * stand for a large one. */
 #include "import/mjcf.h"
 
@@ -10,53 +10,19 @@
 
 enum { ELEMENTS_MOST = 1 << 20 /* copies included */ };
 
-/* ---- include ----------------------------------------------------------------------------------------------------- */
+/* ---- elements ---------------------------------------------------------------------------------------------------- */
 
-/* Whether a file has been included before; adds it. */
-static bool is_repeated(kt_mjcf *m, const char *path) {
-    const char *const *files = m->files.items;
-    for (int i = 0; i < m->files.count; i++)
-        if (strcmp(files[i], path) == 0)
-            return true;
-    const char **added = kt_list_add(m->r, &m->r->scratch, &m->files, sizeof *added);
-    if (added != NULL)
-        *added = path;
-    return false;
+void kt_mjcf_hang_below(kt_element *parent, kt_element *e) {
+    e->parent = parent;
+    e->next = NULL;
+    if (parent->last == NULL)
+        parent->first = e;
+    else
+        parent->last->next = e;
+    parent->last = e;
 }
 
-/* In the model's folder or, where it has no such file, in that of the file that has the element: MuJoCo's order. NULL
- * after reporting why not. */
-static const char *find_file(kt_mjcf *m, const kt_element *e, const char *name) {
-    const char *path = kt_include_path(m->r, m->source, e, name);
-    if (path == NULL || e->file == NULL || kt_include_exists(path, false))
-        return path;
-    const char *near = kt_include_relative(m->r, m->source, e, name);
-    near = near != NULL ? kt_include_path(m->r, m->source, e, near) : NULL;
-    return near != NULL && kt_include_exists(near, false) ? near : path;
-}
-
-static kt_element *include(kt_mjcf *m, const kt_element *e) {
-    const char *name = kt_xml_attribute(e, "file");
-    if (name == NULL) {
-        (void)kt_mjcf_fault(m, e, "the attribute 'file' is missing");
-        return NULL;
-    }
-    const char *path = find_file(m, e, name);
-    if (path == NULL)
-        return NULL;
-    if (is_repeated(m, path)) {
-        (void)kt_mjcf_fault(m, e, "the file has been included before; each is included once");
-        return NULL;
-    }
-    kt_element *root = kt_include_read(m->r, e, path, &m->included_bytes);
-    if (root == NULL || strcmp(root->name, "mujocoinclude") == 0 || strcmp(root->name, "mujoco") == 0)
-        return root;
-    (void)kt_mjcf_fault(m, e, "%.200s begins with <%.40s>, not with <mujocoinclude> or <mujoco>", path, root->name);
-    return NULL;
-}
-
-/* Puts the children of `from` in place of an element; returns the first of them, or what follows. */
-static kt_element *splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from) {
+kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from) {
     kt_element *next = e->next;
     for (kt_element *child = from != NULL ? from->first : NULL; child != NULL; child = child->next)
         child->parent = parent;
@@ -73,11 +39,61 @@ static kt_element *splice(kt_element *parent, kt_element *before, kt_element *e,
     return first;
 }
 
-static void expand_includes(kt_mjcf *m, kt_element *parent, int depth) {
+/* ---- include ----------------------------------------------------------------------------------------------------- */
+
+/* Whether a document has included a file before; adds it. */
+static bool is_repeated(kt_mjcf *m, int document, const char *path) {
+    kt_list *list = &kt_mjcf_document_at(m, document)->files;
+    const char *const *files = list->items;
+    for (int i = 0; i < list->count; i++)
+        if (strcmp(files[i], path) == 0)
+            return true;
+    const char **added = kt_list_add(m->r, &m->r->scratch, list, sizeof *added);
+    if (added != NULL)
+        *added = path;
+    return false;
+}
+
+/* A name in the folder of the file that has an element. */
+static const char *path_near(kt_mjcf *m, const kt_element *of, const kt_element *e, const char *name) {
+    const char *path = kt_include_relative(m->r, m->source, of, name);
+    return path != NULL ? kt_include_path(m->r, m->source, e, path) : NULL;
+}
+
+const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, const char *name) {
+    const kt_element *root = kt_mjcf_document_at(m, document)->root;
+    const char *path = path_near(m, root, e, name);
+    if (path == NULL || e->file == root->file || kt_include_exists(path, false))
+        return path;
+    const char *near = path_near(m, e, e, name);
+    return near != NULL && kt_include_exists(near, false) ? near : path;
+}
+
+static kt_element *include(kt_mjcf *m, const kt_element *e, int document) {
+    const char *name = kt_xml_attribute(e, "file");
+    if (name == NULL) {
+        (void)kt_mjcf_fault(m, e, "the attribute 'file' is missing");
+        return NULL;
+    }
+    const char *path = kt_mjcf_find_file(m, document, e, name);
+    if (path == NULL)
+        return NULL;
+    if (is_repeated(m, document, path)) {
+        (void)kt_mjcf_fault(m, e, "the file has been included before; each is included once");
+        return NULL;
+    }
+    kt_element *root = kt_include_read(m->r, e, path, &m->included_bytes);
+    if (root == NULL || strcmp(root->name, "mujocoinclude") == 0 || strcmp(root->name, "mujoco") == 0)
+        return root;
+    (void)kt_mjcf_fault(m, e, "%.200s begins with <%.40s>, not with <mujocoinclude> or <mujoco>", path, root->name);
+    return NULL;
+}
+
+static void expand_includes(kt_mjcf *m, int document, kt_element *parent, int depth) {
     kt_element *before = NULL;
     for (kt_element *e = parent->first; e != NULL && !m->r->out_of_memory;) {
         if (strcmp(e->name, "include") == 0) {
-            e = splice(parent, before, e, include(m, e));
+            e = kt_mjcf_splice(parent, before, e, include(m, e, document));
             continue;
         }
         if (depth == KT_XML_DEPTH_MAX) {
@@ -85,41 +101,40 @@ static void expand_includes(kt_mjcf *m, kt_element *parent, int depth) {
             e->first = e->last = NULL;
         }
         m->elements++;
-        expand_includes(m, e, depth + 1);
+        e->document = document;
+        expand_includes(m, document, e, depth + 1);
         before = e;
         e = e->next;
     }
 }
 
-/* ---- replicate --------------------------------------------------------------------------------------------------- */
-
-static void hang_below(kt_element *parent, kt_element *e) {
-    e->parent = parent;
-    e->next = NULL;
-    if (parent->last == NULL)
-        parent->first = e;
-    else
-        parent->last->next = e;
-    parent->last = e;
+void kt_mjcf_include(kt_mjcf *m, int document, int depth) {
+    const char *path = kt_mjcf_document_at(m, document)->path;
+    kt_element *root = kt_mjcf_document_at(m, document)->root;
+    if (path != NULL)
+        (void)is_repeated(m, document, path);
+    root->document = document;
+    expand_includes(m, document, root, depth);
 }
 
-/* Attributes with `suffix` at the name, and with childclass left as it is. */
-static const char *const *copy_attributes(kt_mjcf *m, const char *const *attributes, const char *suffix) {
+/* ---- replicate --------------------------------------------------------------------------------------------------- */
+
+/* Attributes with `suffix` at the name, and with childclass left as it is; NULL after reporting. */
+static const char *const *copy_attributes(kt_mjcf *m, const kt_element *e, const char *suffix) {
     size_t count = 0;
-    while (attributes[count] != NULL)
+    while (e->attributes[count] != NULL)
         count++;
     const char **copy = kt_pool_take(&m->r->scratch, count + 1, sizeof *copy);
-    for (size_t i = 0; i < count && copy != NULL; i += 2) {
-        copy[i] = attributes[i];
-        copy[i + 1] = attributes[i + 1];
-        if (strcmp(attributes[i], "name") != 0)
-            continue;
-        const size_t room = strlen(attributes[i + 1]) + strlen(suffix) + 1;
-        char *name = kt_pool_take(&m->r->scratch, room, 1);
-        if (name == NULL)
+    if (copy == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    for (size_t i = 0; i < count; i += 2) {
+        const char *value = e->attributes[i + 1];
+        copy[i] = e->attributes[i];
+        copy[i + 1] = strcmp(copy[i], "name") == 0 ? kt_mjcf_join(m, e, value, suffix) : value;
+        if (copy[i + 1] == NULL)
             return NULL;
-        (void)snprintf(name, room, "%s%s", attributes[i + 1], suffix);
-        copy[i + 1] = name;
     }
     return copy;
 }
@@ -134,10 +149,10 @@ static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, co
             return kt_reader_out_of_memory(m->r);
         *copy = *e;
         copy->first = copy->last = copy->next = NULL;
-        copy->attributes = copy_attributes(m, e->attributes, suffix);
+        copy->attributes = copy_attributes(m, e, suffix);
         if (copy->attributes == NULL)
-            return kt_reader_out_of_memory(m->r);
-        hang_below(to, copy);
+            return false;
+        kt_mjcf_hang_below(to, copy);
         if (!copy_children(m, e, copy, suffix))
             return false;
     }
@@ -180,8 +195,8 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
                     .position = kt_mjcf_vector(m, e, NULL, "offset", kt_vec3_make(0.0, 0.0, 0.0))};
     kt_pose at = kt_pose_identity();
     *copies = (kt_element){.name = "frame", .attributes = none};
-    if (m->elements > ELEMENTS_MOST)
-        return; /* which has been reported */
+    if (kt_draft_is_wrong(&m->draft))
+        return;
     if (!(count >= 1.0 && count <= ELEMENTS_MOST && count == floor(count))) {
         (void)kt_mjcf_fault(m, e, "count: expected a whole number from 1 to %d", (int)ELEMENTS_MOST);
         return;
@@ -197,11 +212,11 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
         if (frame == NULL)
             return;
         if (++m->elements > ELEMENTS_MOST || !copy_children(m, e, frame, suffix)) {
-            if (!m->r->out_of_memory)
+            if (!kt_draft_is_wrong(&m->draft))
                 (void)kt_mjcf_fault(m, e, "copies make more than %d elements of the model", (int)ELEMENTS_MOST);
             return;
         }
-        hang_below(copies, frame);
+        kt_mjcf_hang_below(copies, frame);
         at = kt_pose_compose(at, step);
     }
 }
@@ -209,12 +224,12 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
 /* From the inside out, since copies have copies. */
 static void expand_replicates(kt_mjcf *m, kt_element *parent) {
     kt_element *before = NULL;
-    for (kt_element *e = parent->first; e != NULL && !m->r->out_of_memory && m->elements <= ELEMENTS_MOST;) {
+    for (kt_element *e = parent->first; e != NULL && !kt_draft_is_wrong(&m->draft);) {
         expand_replicates(m, e);
         if (strcmp(e->name, "replicate") == 0) {
             kt_element copies, *next = e->next;
             replicate(m, e, &copies);
-            (void)splice(parent, before, e, &copies);
+            (void)kt_mjcf_splice(parent, before, e, &copies);
             before = copies.last != NULL ? copies.last : before;
             e = next;
             continue;
@@ -224,10 +239,4 @@ static void expand_replicates(kt_mjcf *m, kt_element *parent) {
     }
 }
 
-void kt_mjcf_expand(kt_mjcf *m) {
-    if (m->source->folder != NULL)
-        (void)is_repeated(m, m->source->path);
-    expand_includes(m, m->root, 0);
-}
-
-void kt_mjcf_replicate(kt_mjcf *m) { expand_replicates(m, m->root); }
+void kt_mjcf_replicate(kt_mjcf *m, int document) { expand_replicates(m, kt_mjcf_document_at(m, document)->root); }

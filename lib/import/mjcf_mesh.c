@@ -11,7 +11,7 @@
 /* The file's name, without the folder where the compiler strips paths. */
 static const char *file_of(const kt_mjcf *m, const kt_element *e) {
     const char *file = kt_xml_attribute(e, "file");
-    const char *slash = file != NULL && m->settings.strip_path ? strrchr(file, '/') : NULL;
+    const char *slash = file != NULL && kt_mjcf_settings_of(m, e)->strip_path ? strrchr(file, '/') : NULL;
     return slash != NULL ? slash + 1 : file;
 }
 
@@ -35,14 +35,15 @@ static bool is_there(kt_mjcf *m, const char *path) {
     return whole != NULL && kt_include_exists(whole, false);
 }
 
-/* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. Where the model's folder has
- * no such file, that of the file that names it is asked, as MuJoCo does. */
+/* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. It is in the folder of the
+ * mesh's document or, where that has no such file, in that of the file that names it, as in MuJoCo. */
 static const char *path_of(kt_mjcf *m, const kt_element *e, const char *file) {
-    const char *path = path_in(m, m->settings.mesh_folder, file);
-    if (path == NULL || e->file == NULL || path[0] == '/' || is_there(m, path))
+    const char *path = path_in(m, kt_mjcf_settings_of(m, e)->mesh_folder, file);
+    if (path == NULL || e->file == NULL || path[0] == '/')
         return path;
+    const char *first = kt_include_relative(m->r, m->source, kt_mjcf_document_at(m, e->document)->root, path);
     const char *near = kt_include_relative(m->r, m->source, e, path);
-    return near != NULL && is_there(m, near) ? near : path;
+    return first == NULL || near == NULL || is_there(m, first) || !is_there(m, near) ? first : near;
 }
 
 /* Counts a mesh that cannot be read, with the reason of the first. */
@@ -97,7 +98,7 @@ static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh
 /* How its volume is summed; the mesh's own setting comes before the compiler's. */
 static kt_volume_rule rule_of(kt_mjcf *m, const kt_element *e) {
     static const char *const words[] = {"legacy", "exact", "convex", "shell", NULL};
-    const int rule = kt_mjcf_choice(m, e, "mesh", "inertia", words, m->settings.exact_meshes);
+    const int rule = kt_mjcf_choice(m, e, "mesh", "inertia", words, kt_mjcf_settings_of(m, e)->exact_meshes);
     if (rule > 1)
         kt_left_count(&m->mesh_rules, e);
     return rule == 1 ? KT_VOLUME_SIGNED : KT_VOLUME_ABSOLUTE;
@@ -129,6 +130,8 @@ static const char *name_of(kt_mjcf *m, const kt_element *e) {
     name = kt_pool_text(&m->r->scratch, start, dot != NULL ? (size_t)(dot - start) : strlen(start));
     if (name == NULL)
         (void)kt_reader_out_of_memory(m->r);
+    for (int d = e->document; d > 0 && name != NULL; d = kt_mjcf_document_at(m, d)->parent)
+        name = kt_mjcf_join(m, e, kt_mjcf_document_at(m, d)->prefix, name);
     return name;
 }
 

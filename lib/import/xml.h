@@ -11,7 +11,7 @@ typedef struct kt_element {
     const char *text;              /* without the blanks around it; NULL: none */
     struct kt_element *first, *last, *next, *parent;
     uint32_t line, column; /* of its tag, from 1, in characters */
-    int number;            /* for the format's reader; 0 */
+    int number, document;  /* for the format's reader; 0 */
 
     const char *file;                  /* where it stands, if another file includes that; NULL: in the file itself */
     const struct kt_element *included; /* then the element that includes it, in the file itself */

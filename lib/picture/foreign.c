@@ -1,18 +1,22 @@
 /* Surfaces in formats that assimp reads. Only the file's contents are handed over, so that no other file is opened for
- * it; its own units count, and the direction that it calls up does not: robots name theirs. */
+ * it; its own units count, and the direction that it calls up does not: robots name theirs. assimp ends at some damaged
+ * files, and so it has a process of its own. */
 #include "picture/foreign.h"
 
 #include <string.h>
 
 #ifdef KT_HAS_ASSIMP
+#include "picture/apart.h"
 #include <assimp/cimport.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+
 #include <limits.h>
 #include <stdlib.h>
 
-enum { MOST = 1 << 24 }; /* vertices, and triangles */
+enum { MOST = KT_TRIANGLES_MOST }; /* vertices, and triangles */
+static const double seconds_most = 60.0;
 
 static kt_status count(const struct aiScene *scene, size_t *vertices, size_t *triangles, kt_error *error) {
     *vertices = *triangles = 0;
@@ -90,13 +94,9 @@ static bool announces_too_much(const char *text, size_t size) {
     return false;
 }
 
-kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
+static kt_status read_by_assimp(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
     const char *dot = strrchr(path, '.');
-    if (announces_too_much(text, size))
-        return kt_error_set(error, KT_ERROR_SCENE, "", "the file announces more numbers (count) than it has bytes");
-    if (size == 0) /* at which assimp ends the program */
-        return kt_error_set(error, KT_ERROR_SCENE, "", "the file is empty");
-    struct aiPropertyStore *how = size <= UINT_MAX ? aiCreatePropertyStore() : NULL;
+    struct aiPropertyStore *how = aiCreatePropertyStore();
     if (how == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
     aiSetImportPropertyInteger(how, AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, 1);
@@ -108,6 +108,16 @@ kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_t
     aiReleaseImport(scene);
     aiReleasePropertyStore(how);
     return status;
+}
+
+kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
+    if (size == 0)
+        return kt_error_set(error, KT_ERROR_SCENE, "", "the file is empty");
+    if (size > UINT_MAX)
+        return kt_error_set(error, KT_ERROR_SCENE, "", "the file is too large for assimp");
+    if (announces_too_much(text, size))
+        return kt_error_set(error, KT_ERROR_SCENE, "", "the file announces more numbers (count) than it has bytes");
+    return kt_mesh_read_apart(read_by_assimp, seconds_most, path, text, size, mesh, error);
 }
 #else
 kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {

@@ -102,13 +102,35 @@ static const kt_body *source_of(const maker *m, int body) {
 
 /* ---- lists ------------------------------------------------------------------------------------------------------- */
 
+static bool is_coupled(const maker *m, int body) {
+    const char *name = kt_joint_name(m->model, body);
+    for (int i = 0; i < m->description->loop_count; i++) {
+        const kt_loop *loop = &m->description->loops[i];
+        for (int k = 0; k < loop->term_count && loop->type == KT_LOOP_COUPLING; k++)
+            if (strcmp(loop->terms[k].joint, name) == 0)
+                return true;
+    }
+    return false;
+}
+
+/* Whether a slider of the world stands for a number alone, such as the length of a tendon: a coupling moves it, and it
+ * has neither mass nor shape and carries nothing. */
+static bool is_number(const maker *m, int body) {
+    const kt_body *source = source_of(m, body);
+    bool carries = false;
+    for (int i = body + 1; i < m->picture->body_count; i++)
+        carries = carries || kt_body_parent(m->model, i) == body;
+    return source->joint.type == KT_JOINT_PRISMATIC && kt_body_parent(m->model, body) == 0 && !(source->mass > 0.0) &&
+           source->shape.type == KT_SHAPE_NONE && source->shape_count == 0 && !carries && is_coupled(m, body);
+}
+
 static void list_joints(maker *m) {
     kt_picture *p = m->picture;
     for (int body = 1; body < p->body_count; body++) {
         const kt_joint *joint = &source_of(m, body)->joint;
         const int parent = kt_body_parent(m->model, body);
         p->part[body] = joint->type == KT_JOINT_FIXED ? p->part[parent] : body;
-        if (joint->type == KT_JOINT_FIXED)
+        if (joint->type == KT_JOINT_FIXED || is_number(m, body))
             continue;
         const bool has_axis = joint->type != KT_JOINT_SPHERICAL && joint->type != KT_JOINT_FREE;
         const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
@@ -232,12 +254,13 @@ static void list_effects(maker *m) {
         const kt_effect *effect = &m->description->effects[i];
         const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
         const bool is_contact = effect->type == KT_EFFECT_CONTACT;
+        const bool is_sphere = is_contact && kt_vec3_norm_wide(effect->axle) == 0.0;
         kt_picture_effect *shown = &p->effects[p->effect_count++];
         *shown = (kt_picture_effect){.type = effect->type,
                                      .effect = i,
                                      .joint = -1,
                                      .end_count = end_count_of(effect),
-                                     .radius = is_contact ? effect->radius : 0.0,
+                                     .radius = is_sphere ? effect->radius : 0.0,
                                      .lower = effect->lower,
                                      .upper = effect->upper,
                                      .has_stiffness = effect->stiffness > 0.0,
@@ -500,7 +523,7 @@ static void imply_mass(maker *m, int body) {
                           slides ? kt_vec3_make(2.0 * r, 2.0 * r, 3.5 * r) : kt_vec3_make(2.4 * r, 2.4 * r, 2.4 * r)};
     solid.pose.rotation = slides ? kt_triad_from_axis(kt_vec3_normalize(source->joint.axis), 2) : kt_mat3_identity();
     solid.pose.position = slides ? kt_vec3_make(0.0, 0.0, 0.0) : source->com;
-    if (!has_own(m, body) && !has_mesh_near(m, body) && (source->mass > 0.0 || slides))
+    if (!has_own(m, body) && !has_mesh_near(m, body) && (source->mass > 0.0 || (slides && !is_number(m, body))))
         add_solid(m, solid);
 }
 

@@ -83,10 +83,26 @@ typedef struct fixture {
     kt_floquet_options floquet_options;
     kt_batch *batch;
     kt_ensemble *ensemble;
-    kt_data *data_list[2];
-    void *memory_list[2];
-    kt_rollout_task task;
+    kt_data *data_list[2], *other_list[2];
+    void *memory_list[2], *no_list[2];
+    kt_rollout_task task, bad_task;
+    kt_step_task step_task, bad_step_task;
+    kt_batch_job job, bad_job;
+    kt_function of_time, bad_of_time;
+    kt_symbols symbols, bad_symbols;
+    kt_loop_motion loop_motion;
+    kt_scene_options scene_options, bad_scene_options;
+    kt_scene_call scene_call;
+    kt_scene_watch *scene_watch;
+    kt_parameter_change parameter_changes[2];
+    kt_event event, bad_event;
+    kt_accuracy_baseline baseline;
+    size_t used;
+    double no_numbers[NUMBERS];
     kt_batch_options batch_options;
+    kt_batch_frame frame;
+    kt_frame_motion frame_motion[3];
+    kt_batch_sensors sensors;
     ptrdiff_t place;
     kt_plan_step steps[256];
     const double *slope;
@@ -191,6 +207,28 @@ static void done(void *user, const kt_ensemble_member *member, kt_status status,
     (void)user, (void)member, (void)status, (void)error;
 }
 
+static bool find_symbol(void *user, const char *name, kt_symbol *symbol) {
+    (void)user;
+    *symbol = (kt_symbol){.index = 0};
+    return strcmp(name, "x") == 0;
+}
+
+static const char *list_symbol(void *user, int k) {
+    (void)user;
+    return k == 0 ? "x" : NULL;
+}
+
+static int event_value(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)at, (void)error, (void)user;
+    *value = 1.0;
+    return 0;
+}
+
+static int event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    (void)simulation, (void)what, (void)error, (void)user;
+    return 0;
+}
+
 static int recorder(const kt_record *record, void *user) {
     (void)user;
     return record->index > 3;
@@ -275,7 +313,10 @@ static void describe(kt_description *d, int which) {
 
 static bool make_models(fixture *f, int which) {
     kt_description other;
+    static const kt_state lag = {.name = "lag", .rate = "1 - lag"};
     describe(&other, which == 1 ? 0 : 1);
+    other.states = &lag;
+    other.state_count = 1;
     if (kt_model_compile(&other, NULL, &f->other_model, &f->error) != KT_OK ||
         kt_data_create(f->other_model, &f->other_data, &f->error) != KT_OK ||
         kt_parameter_find(f->other_model, which == 1 ? "c.armature" : "effect c.torque", &f->other_parameter,
@@ -310,12 +351,34 @@ static bool make_objects(fixture *f) {
     f->rollout = (kt_rollout){.method = f->method, .h = 0.01, .steps = 3};
     f->data_list[0] = f->data_list[1] = f->data;
     f->memory_list[0] = f->memory_list[1] = f->memory;
-    f->task = (kt_rollout_task){.rollout = f->rollout, .q = f->q, .v = f->v};
+    f->other_list[0] = f->other_list[1] = f->other_data;
+    f->task =
+        (kt_rollout_task){.rollout = f->rollout, .q = f->q, .v = f->v, .by_start = f->out[0], .by_inputs = f->out[1]};
+    f->step_task = (kt_step_task){.step = f->step,
+                                  .q = f->q,
+                                  .v = f->v,
+                                  .x = f->any,
+                                  .next_q = f->out[0],
+                                  .next_v = f->out[1],
+                                  .next_x = f->out[2],
+                                  .A = f->out[3],
+                                  .B = f->out[4]};
+    f->job = (kt_batch_job){.task = KT_BATCH_STEP, .h = 0.01, .steps = 1};
+    f->of_time = kt_function_constant(0.5);
+    f->symbols = (kt_symbols){.find = find_symbol, .list = list_symbol};
+    f->scene_call = (kt_scene_call){.name = "a", .action = event_action};
+    f->event = (kt_event){.name = "a", .function = event_value, .action = event_action};
+    for (int i = 0; i < 2; i++)
+        f->parameter_changes[i] = (kt_parameter_change){.parameter = f->parameter, .values = {0.1, 0.2, 0.3}};
+    for (int i = 0; i < NUMBERS; i++)
+        f->no_numbers[i] = (double)NAN;
     f->integrator_options = kt_integrator_options_default();
     f->integrator_options.step = 0.01;
     f->callbacks = (kt_integrator_callbacks){.rhs = decay};
     const size_t size = kt_integrator_size(f->method, 2);
-    if (kt_simulation_create(f->copy, &f->run, NULL, &f->simulation, e) != KT_OK ||
+    f->simulation_options.events = 1;
+    if (kt_simulation_create(f->copy, &f->run, &f->simulation_options, &f->simulation, e) != KT_OK ||
+        kt_scene_watch_create(&f->scene, f->copy, f->simulation, NULL, -1, &f->scene_watch, e) != KT_OK ||
         kt_mass_factor_create(f->model, &f->factor, e) != KT_OK ||
         kt_mass_inverse_create(f->model, 3, &f->inverse, e) != KT_OK ||
         kt_linearization_create(f->model, NULL, &f->linearization, e) != KT_OK ||
@@ -341,6 +404,8 @@ static bool make_objects(fixture *f) {
     f->floquet_options = kt_floquet_options_default(0.02);
     f->floquet_options.steps = 2;
     f->batch_options = (kt_batch_options){.states = 3, .method = kt_method_find("rk4")};
+    f->frame = (kt_batch_frame){.body = 1, .marker = -1};
+    f->sensors = (kt_batch_sensors){.frames = &f->frame, .count = 1, .motion = f->frame_motion};
     f->variant = kt_variant_default(&f->run);
     if (kt_model_nv(f->model) > 0 && kt_dynamics_mass(f->model, f->data, f->q, f->identity, e) == KT_OK)
         (void)!kt_mass_factor_compute(f->factor, f->identity, e);

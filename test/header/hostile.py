@@ -39,7 +39,9 @@ BY_NAME = {
     "kt_integrator_save.previous_y": "f->out[0]", "kt_integrator_save.history": "f->out[1]", "kt_integrator_save.memory": "&f->integrator_memory",
     "kt_mass_factor_compute.mass": "f->identity", "kt_mass_inverse_init.rows": "2", "kt_run_method.model": "f->model",
     "kt_simulation_set_parameter.copy": "f->copy", "kt_parameter_set.copy": "f->copy", "kt_integrator_init.size": "MEMORY",
-    "kt_batch_set_acceleration.a": "f->v", "kt_batch_step.steps": "2", "kt_batch_step.h": "0.01", "kt_rollout_run.threads": "1", "kt_rollout_run.count": "1", "state": "1", "kt_actuation_evaluate.a": "NULL", "kt_actuation_evaluate.v": "NULL", "kt_reduction_method_of.reduction": "KT_REDUCTION_QR",
+    "kt_batch_set_acceleration.a": "f->v", "kt_batch_step.steps": "2", "kt_batch_step.h": "0.01", "kt_batch_compute_block.thread": "0", "kt_batch_compute_block.block": "0", "kt_batch_run.threads": "1",
+    "kt_scene_parse_with.text": "\"kinetree: 1\\n\"", "kt_scene_parse_with.size": "12", "kt_expression_parse.text": "\"1 + x\"", "kt_scene_watch_create.model": "f->copy", "kt_simulation_change.model": "f->copy",
+    "kt_rollout_run.threads": "1", "kt_rollout_run.count": "1", "kt_step_run.threads": "1", "kt_step_run.count": "1", "state": "1", "kt_actuation_evaluate.a": "NULL", "kt_actuation_evaluate.v": "NULL", "kt_reduction_method_of.reduction": "KT_REDUCTION_QR",
 }
 BY_TYPE = {
     "const kt_model *": "f->model", "kt_model *": "f->copy", "kt_data *": "f->data", "const kt_data *": "f->data",
@@ -59,7 +61,7 @@ BY_TYPE = {
     "kt_energy_watch *": "&f->energy", "const kt_energy_watch *": "&f->energy", "const kt_record *": "&f->record", "kt_record *": "&f->record",
     "const kt_parameter *": "&f->parameter", "kt_parameter *": "&f->parameter_out", "kt_coordinate_list": "(kt_coordinate_list){f->index, f->dofs}",
     "kt_residual *": "&f->residual", "kt_power *": "&f->power", "kt_effect_load *": "&f->load", "kt_initial_change *": "f->changes",
-    "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "kt_data *const *": "f->data_list", "void *const *": "f->memory_list", "kt_rollout_task *": "&f->task", "kt_ensemble *": "f->ensemble", "const kt_ensemble *": "f->ensemble", "kt_ensemble_next *": "next_none", "kt_ensemble_done *": "done", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
+    "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "const kt_batch_sensors *": "&f->sensors", "kt_data *const *": "f->data_list", "void *const *": "f->memory_list", "kt_rollout_task *": "&f->task", "kt_ensemble *": "f->ensemble", "const kt_ensemble *": "f->ensemble", "kt_ensemble_next *": "next_none", "kt_ensemble_done *": "done", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",
     "const kt_body *": "&f->body", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
     "kt_mechanism *": "&f->mechanism", "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "const kt_robot_options *": "NULL", "const char *": "\"a\"",
@@ -71,12 +73,25 @@ BY_TYPE = {
     "kt_dae *": "f->dae", "const kt_dae *": "f->dae", "const kt_dae_options *": "&f->dae_options",
     "kt_floquet *": "f->floquet", "const kt_floquet *": "f->floquet", "const kt_floquet_options *": "&f->floquet_options",
     "kt_accuracy_point *": "&f->point", "const kt_expression *": "f->formula", "const kt_expression **": "&f->formula_out",
+    "const kt_function *": "&f->of_time", "const kt_symbols *": "&f->symbols", "kt_loop_motion *": "&f->loop_motion", "const kt_scene_options *": "&f->scene_options",
+    "const kt_scene_call *": "&f->scene_call", "kt_scene_watch *": "f->scene_watch", "kt_parameter_change *": "f->parameter_changes", "const kt_event *": "&f->event",
+    "size_t *": "&f->used", "kt_step_task *": "&f->step_task", "const kt_batch_job *": "&f->job", "kt_accuracy_baseline *": "&f->baseline",
     "const kt_variable *": "&f->variable", "kt_variable *": "&f->variable_out",
 }
 # Those that names tell more of than the type does.
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
-           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch", "kt_ensemble"]
+           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch", "kt_ensemble", "kt_scene_watch"]
+# What is wrong in one of the structs above: the fixture's right one, and assignments to a copy of it.
+SPOILT = {
+    "kt_step_task *": ("step_task", ("q = NULL", "v = NULL", "q = f->no_numbers", "v = f->no_numbers", "step.tau = f->no_numbers", "step.method = NULL", "step.h = (double)NAN")),
+    "kt_rollout_task *": ("task", ("q = NULL", "v = NULL", "q = f->no_numbers", "v = f->no_numbers", "rollout.inputs = f->no_numbers", "rollout.method = NULL", "rollout.steps = -1", "rollout.h = (double)NAN")),
+    "const kt_batch_job *": ("job", ("task = (kt_batch_task)1000", "task = (kt_batch_task)-1", "task = KT_BATCH_SENSE", "h = (double)NAN", "steps = -1")),
+    "const kt_function *": ("of_time", ("type = (kt_function_type)1000", "value = (double)NAN", "type = KT_FUNCTION_SUM", "type = KT_FUNCTION_TABLE", "type = KT_FUNCTION_EXPRESSION", "part_count = -1", "number_count = -1")),
+    "const kt_symbols *": ("symbols", ("find = NULL", "list = NULL")),
+    "const kt_scene_options *": ("scene_options", ("setting_count = 1", "setting_count = -1", "variable_count = 1", "variable_count = -1")),
+    "const kt_event *": ("event", ("function = NULL", "name = NULL", "direction = (kt_direction)1000")),
+}
 ENUMS = r"kt_(joint|loop|effect|shape|surface|track|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|robot_format|status|key_kind|interpolation|effect_quantity)"
 
 
@@ -125,8 +140,6 @@ def right(function, kind, name, outputs):
         return BY_NAME[name]
     if BY_TYPE.get(kind) is not None:
         return BY_TYPE[kind]
-    if kind.endswith("*"):
-        return "NULL"
     raise SystemExit(f"hostile.py: {function}: no right argument for '{kind}' {name} in BY_TYPE")
 
 
@@ -141,6 +154,16 @@ def wrong(function, kind, name, value):
     if kind == "const kt_parameter *":
         yield "of another model", "&f->other_parameter", ""
         yield "of none", "&f->no_parameter", ""
+    if kind == "const kt_model *" and function in ("kt_step_run", "kt_rollout_run"):
+        yield "another", "f->other_model", ""  # which has own states
+    if kind == "kt_data *const *":
+        yield "of another model", "f->other_list", ""
+    if kind in ("kt_data *const *", "void *const *"):
+        yield "of none", f"({kind})f->no_list", ""
+    if kind in SPOILT:
+        name_right, assignments = SPOILT[kind]
+        for assignment in assignments:
+            yield assignment, f"&f->bad_{name_right}", f"f->bad_{name_right} = f->{name_right}; f->bad_{name_right}.{assignment};"
     if kind == "const double *" and value not in ("NULL",):
         for what in ("NAN", "INFINITY", "-INFINITY", "1e308", "-1e160", "1e160"):
             for place in (0, 1):
@@ -162,7 +185,7 @@ def wrong(function, kind, name, value):
     if kind in ("kt_mat3", "kt_sym3", "kt_quat"):
         yield "NaN", {"kt_mat3": "f->no_matrix", "kt_sym3": "f->no_inertia", "kt_quat": "(kt_quat){(double)NAN, 0.0, 0.0, 0.0}"}[kind], ""
     if kind == "int":
-        counts = name in ("columns", "steps") or function in ("kt_loop_jacobian", "kt_stability_grid")  # of arrays that the caller has, which nothing tells
+        counts = name in ("columns", "steps", "call_count") or function in ("kt_loop_jacobian", "kt_stability_grid", "kt_simulation_change")  # of arrays that the caller has, which nothing tells
         for what in ("-1", "INT_MIN", "0") + (() if counts else ("INT_MAX", "1000", "f->bodies", "f->bodies - 1")):
             yield what, what, ""
     if kind == "size_t" and value == "MEMORY":

@@ -359,7 +359,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
     static const model_file files[] = {
         {MODELS "/mjcf/tree.xml", 4e-14},   {MODELS "/mjcf/masses.xml", 4e-14},  {MODELS "/mjcf/ties.xml", 4e-14},
         {MODELS "/arm.urdf", 4e-14},        {MODELS "/mjcf/tendons.xml", 4e-14}, {MODELS "/mjcf/meshes.xml", 1e-6},
-        {MODELS "/mjcf/servos.xml", 4e-14},
+        {MODELS "/mjcf/servos.xml", 4e-14}, {MODELS "/mjcf/attach.xml", 4e-14},
     };
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
     if (read >= 0)

@@ -1,0 +1,52 @@
+/* What <compiler> says of a model in MJCF, or of one that is attached to it: what decides what all other attributes mean. */
+#include "import/mjcf.h"
+
+#include <string.h>
+
+static void read_sequence(kt_mjcf *m, const kt_element *e, char sequence[4]) {
+    const char *text = kt_xml_attribute(e, "eulerseq");
+    if (text == NULL)
+        return;
+    if (strlen(text) == 3 && strspn(text, "xyzXYZ") == 3)
+        memcpy(sequence, text, 4);
+    else
+        (void)kt_mjcf_fault(m, e, "eulerseq: expected three of x, y, z, X, Y, Z, found '%.40s'", text);
+}
+
+static void read_compiler(kt_mjcf *m, const kt_element *e) {
+    static const char *const angles[] = {"degree", "radian", NULL}, *const coordinates[] = {"local", NULL};
+    static const char *const from_geoms[] = {"false", "true", "auto", NULL};
+    kt_mjcf_settings *s = &kt_mjcf_document_at(m, e->document)->settings;
+    double groups[2] = {s->group_first, s->group_last};
+    if (kt_mjcf_choice(m, e, NULL, "angle", angles, s->angle == 1.0) == 1)
+        s->angle = 1.0;
+    else
+        s->angle = 3.14159265358979323846 / 180.0;
+    (void)kt_mjcf_choice(m, e, NULL, "coordinate", coordinates, 0);
+    read_sequence(m, e, s->sequence);
+    s->autolimits = kt_mjcf_flag(m, e, NULL, "autolimits", s->autolimits);
+    s->total_mass = kt_mjcf_number(m, e, NULL, "settotalmass", s->total_mass);
+    s->balance = kt_mjcf_flag(m, e, NULL, "balanceinertia", s->balance);
+    s->mass_least = kt_mjcf_number(m, e, NULL, "boundmass", s->mass_least);
+    s->least = kt_mjcf_number(m, e, NULL, "boundinertia", s->least);
+    s->from_geom = (kt_mjcf_from_geom)kt_mjcf_choice(m, e, NULL, "inertiafromgeom", from_geoms, (int)s->from_geom);
+    (void)kt_mjcf_numbers(m, e, NULL, "inertiagrouprange", 2, 2, groups);
+    s->group_first = groups[0];
+    s->group_last = groups[1];
+    s->exact_meshes = kt_mjcf_flag(m, e, NULL, "exactmeshinertia", s->exact_meshes);
+    s->strip_path = kt_mjcf_flag(m, e, NULL, "strippath", s->strip_path);
+    const char *folder = kt_xml_attribute(e, "meshdir");
+    folder = folder != NULL ? folder : kt_xml_attribute(e, "assetdir");
+    s->mesh_folder = folder != NULL ? folder : s->mesh_folder;
+}
+
+void kt_mjcf_read_settings(kt_mjcf *m, int document) {
+    kt_mjcf_document *d = kt_mjcf_document_at(m, document);
+    d->settings = (kt_mjcf_settings){.angle = 3.14159265358979323846 / 180.0,
+                                     .sequence = "xyz",
+                                     .autolimits = true,
+                                     .from_geom = KT_MJCF_AUTO,
+                                     .group_last = 5.0};
+    for (const kt_element *e = kt_xml_child(d->root, "compiler"); e != NULL; e = kt_xml_next(e, "compiler"))
+        read_compiler(m, e);
+}

@@ -1,0 +1,26 @@
+/* Meshes that a library reads in a process of its own, so that what ends the library does not end the program. */
+#ifndef KT_PICTURE_APART_H
+#define KT_PICTURE_APART_H
+
+#include "mesh/mesh.h"
+
+/* A sanitizer of addresses reserves terabytes. */
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define KT_LIMITS_NO_ADDRESSES 1
+#endif
+#endif
+#if !defined(__SANITIZE_ADDRESS__) && !defined(KT_LIMITS_NO_ADDRESSES)
+#define KT_LIMITS_ADDRESSES 1
+#endif
+
+/* Reads the contents of a file of a path. */
+typedef kt_status kt_mesh_reader(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error);
+
+/* Calls a reader in a child process, which has a limited time in seconds and 4 GiB of addresses (KT_LIMITS_ADDRESSES), and returns what it
+ * returns. It writes nothing to the standard streams. On failure *mesh is untouched. Errors: those of the reader;
+ * KT_ERROR_SCENE if the process ends without an answer, or in time has none; KT_ERROR_MEMORY. */
+kt_status kt_mesh_read_apart(kt_mesh_reader *reader, double seconds, const char *path, const char *text, size_t size,
+                             kt_triangles *mesh, kt_error *error);
+
+#endif
