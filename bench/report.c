@@ -2,6 +2,7 @@
 #include "report.h"
 
 #include "bench-build.h"
+#include "kinetree/batch.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -131,11 +132,12 @@ void kt_bench_heading(const char *title, kt_isa isa, const char *csv) {
            "library    kinetree %s\n"
            "compiler   %s\n"
            "flags      %s\n"
-           "kernels    %s (built: %s)\n"
+           "kernels    %s (built: %s)%s\n"
            "processor  %s\n"
            "figures    %s\n\n",
            title, kt_version(), KT_BENCH_COMPILER, KT_BENCH_FLAGS, kt_bench_isa_name(isa), KT_BENCH_ISAS,
-           kt_bench_processor(), csv ? csv : "in this table only (--csv FILE)");
+           kt_batch_is_fused() ? ", fused in lanes" : "", kt_bench_processor(),
+           csv ? csv : "in this table only (--csv FILE)");
 }
 
 int kt_bench_tell(const kt_error *error) {

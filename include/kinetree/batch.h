@@ -19,12 +19,13 @@
  *
  * Equal bits. What is computed of a state are the bits of the call for one state that is named at each function, on
  * every instruction set, whatever the other states are. A state whose computation fails fails alone: the others' are
- * computed, and kt_batch_status tells which have failed.
+ * computed, and kt_batch_status tells which have failed. The one exception is a library whose lanes are fused
+ * (kt_batch_is_fused), which no build is unless it is asked for.
  *
  * What is computed in lanes: the recursions over trees, in space and in the plane, with every joint and with armature;
  * effects, of which bushings, thrusts and a caller's own are evaluated lane by lane within a group (those by formulas make
  * all effects be evaluated state by state, as are the rates of own states, and their forces enter the lanes); the stages of
- * explicit methods, the rates of quaternions and their norms. Of mechanisms that move in planes and whose loops hold
+ * explicit methods, the rates of quaternions and their norms; motion and Jacobians of frames. Of mechanisms that move in planes and whose loops hold
  * points together, or to lines, that nothing drives (linkages of pins and sliders), in groups of fewer than 40
  * coordinates, accelerations and the closing of loops after steps: in closed form or by QR with pivots of each state's
  * own. A state next to a singular position, or whose loops need more than the usual iterations, is computed by itself.
@@ -44,6 +45,12 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Returns whether this library was built with -Dfused=enabled, for those who want speed before bits: in lanes a product and
+ * a sum have one rounding where the processor has such operations. Then states and simulations in lanes have the results of
+ * single ones to rounding, not to the bit, and depend on the instruction set; what is computed state by state is the same
+ * in every build. */
+KT_API bool kt_batch_is_fused(void);
 
 /* Many states of one model, and what computing them takes. */
 typedef struct kt_batch kt_batch;
@@ -138,21 +145,54 @@ KT_API KT_CHECKED kt_status kt_batch_step(kt_batch *batch, double h, int steps, 
  * x). Errors as above. */
 KT_API KT_CHECKED kt_status kt_batch_step_semi_implicit(kt_batch *batch, double h, int steps, kt_error *error);
 
+/* A frame on a body: that of a marker, by its index on the body (kt_marker_find), or with marker -1 the body's own. */
+typedef struct kt_batch_frame {
+    int body;   /* by index */
+    int marker; /* of this body; -1: none */
+} kt_batch_frame;
+
+/* The motion of such a frame, world axes. */
+typedef struct kt_frame_motion {
+    kt_pose pose;          /* in the world */
+    kt_twist velocity;     /* angular, rad/s, and of its origin, m/s */
+    kt_twist acceleration; /* angular, rad/s^2, and the classical one of its origin, m/s^2 */
+} kt_frame_motion;
+
+/* What is asked of each state. All arrays are the caller's; the results of a state lie one after the other, frame by frame,
+ * those of state i from i * count on. */
+typedef struct kt_batch_sensors {
+    const kt_batch_frame *frames; /* which frames */
+    size_t count;                 /* how many */
+    kt_frame_motion *motion;      /* states * count of these; NULL: not asked for */
+    double *jacobian;             /* states * count Jacobians, 6 x nv each, column-major; NULL: not asked for */
+} kt_batch_sensors;
+
+/* Sensor values: the motion of frames at the positions and velocities of every state, and its accelerations as last computed
+ * or set (kt_batch_forward); and their Jacobians, with KT_TWIST_ALIGNED. The bits of kt_body_pose or kt_marker_pose, of
+ * kt_body_twist and kt_point_velocity, kt_body_acceleration and kt_point_acceleration, and kt_point_jacobian or
+ * kt_marker_jacobian, after kt_kinematics_update. Accelerations are those of the motion, zero at rest: a gyroscope measures
+ * velocity.angular, and an accelerometer acceleration.linear minus kt_model_gravity, both in the frame's axes, by
+ * kt_mat3_apply_transposed(pose.rotation, ...). Errors as above, and KT_ERROR_ARGUMENT if there is no such body or marker;
+ * the results of states that failed are unchanged. O(bodies + frames * (nv + depth)) a state. */
+KT_API KT_CHECKED kt_status kt_batch_sense(kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error);
+
 /* ---- all states, by several threads ------------------------------------------------------------------------------- */
 
 /* What is done with the states. */
 typedef enum kt_batch_task {
-    KT_BATCH_FORWARD,           /* kt_batch_forward */
-    KT_BATCH_INVERSE,           /* kt_batch_inverse */
-    KT_BATCH_STEP,              /* kt_batch_step */
-    KT_BATCH_SEMI_IMPLICIT_STEP /* kt_batch_step_semi_implicit */
+    KT_BATCH_FORWARD,            /* kt_batch_forward */
+    KT_BATCH_INVERSE,            /* kt_batch_inverse */
+    KT_BATCH_STEP,               /* kt_batch_step */
+    KT_BATCH_SEMI_IMPLICIT_STEP, /* kt_batch_step_semi_implicit */
+    KT_BATCH_SENSE               /* kt_batch_sense */
 } kt_batch_task;
 
 /* One of the above. */
 typedef struct kt_batch_job {
-    kt_batch_task task; /* what is done */
-    double h;           /* of steps, s */
-    int steps;          /* how many */
+    kt_batch_task task;              /* what is done */
+    double h;                        /* of steps, s */
+    int steps;                       /* how many */
+    const kt_batch_sensors *sensors; /* of KT_BATCH_SENSE */
 } kt_batch_job;
 
 /* Does a job for all states: one of the calls above. Errors as there; KT_ERROR_ARGUMENT if there is no such task. */

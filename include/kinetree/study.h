@@ -53,7 +53,27 @@ extern "C" {
 KT_API KT_CHECKED kt_status kt_batch_run(kt_batch *batch, const kt_batch_job *job, size_t threads, size_t *used,
                                          kt_error *error);
 
-/* ---- gradients of many motions ------------------------------------------------------------------------------------ */
+/* ---- derivatives of many motions ---------------------------------------------------------------------------------- */
+
+/* A step, and what its derivatives are written to: as of kt_step_derivatives. */
+typedef struct kt_step_task {
+    kt_step step;            /* with inputs of its own */
+    const double *q, *v, *x; /* state before it; x: own states (kt_own_state_count); NULL: the initial ones */
+    double *next_q, *next_v; /* results, or NULL */
+    double *next_x;          /* result, or NULL */
+    double *A, *B;           /* results, or NULL */
+    kt_status status;        /* result */
+} kt_step_task;
+
+/* Takes `count` steps with their derivatives (kt_step_derivatives, forward mode) by `threads` threads, this one among them,
+ * each of which takes one step after the other: of many motions at once, or of one at all nodes of multiple shooting.
+ * Every one has the bits that it has alone, whatever the number of threads. data and work have an entry for each thread,
+ * work of work_size bytes, the most that kt_step_work_size returns for these steps. A step that fails fails alone, and its
+ * outputs stay as they were. *used (may be NULL): how many threads there were. Errors: that of the first step that failed;
+ * KT_ERROR_ARGUMENT as of kt_rollout_run. */
+KT_API KT_CHECKED kt_status kt_step_run(const kt_model *model, kt_data *const *data, void *const *work,
+                                        size_t work_size, size_t threads, kt_step_task *tasks, size_t count,
+                                        size_t *used, kt_error *error);
 
 /* A motion, and what its gradient is written to: as of kt_rollout_gradient. */
 typedef struct kt_rollout_task {

@@ -237,4 +237,7 @@ KT_INLINE kt_euler_parameters kt_euler_parameters_of(const kt_vector r[3]) {
 
 #endif
 
+/* The larger of two numbers; the second one where one is NaN. */
+KT_OPERATOR kt_real1 kt_larger(kt_real1 a, kt_real1 b) { return KT_CHOOSE(a > b, a, b); }
+
 #endif

@@ -94,6 +94,8 @@ static kt_batch_counts count(const kt_model *model, const kt_batch_options *opti
     return n;
 }
 
+bool kt_batch_is_fused(void) { return kt_lane_kernels_baseline.is_fused; }
+
 size_t kt_batch_size(const kt_model *model, const kt_batch_options *options) {
     if (!model || !options || options->states == 0 || (options->method && !is_explicit(options->method)))
         return 0;

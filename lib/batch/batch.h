@@ -125,6 +125,11 @@ void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *
 /* Computes the joint forces of the live lanes by inverse dynamics of the tree, into w->result, likewise. */
 void kt_batch_invert(kt_batch_work *w, kt_batch_group *group, kt_batch_fault *fault);
 
+/* Sensors of the live lanes of a group (sense.c), and KT_OK, or what is wrong with them. */
+void kt_batch_sense_group(kt_batch_work *w, kt_batch_group *group, const kt_batch_sensors *sensors,
+                          kt_batch_fault *fault);
+kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error);
+
 /* Steps of a group (step.c), by the method or semi-implicit ones. */
 void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_job *job, kt_batch_fault *fault);
 

@@ -32,6 +32,9 @@ static void compute_group(kt_batch_work *w, const kt_batch_job *job, size_t numb
         kt_batch_invert(w, &group, fault);
         commit(w, &group, batch->tau);
         break;
+    case KT_BATCH_SENSE:
+        kt_batch_sense_group(w, &group, job->sensors, fault);
+        break;
     case KT_BATCH_STEP:
     case KT_BATCH_SEMI_IMPLICIT_STEP:
         kt_batch_advance(w, &group, job, fault);
@@ -40,10 +43,12 @@ static void compute_group(kt_batch_work *w, const kt_batch_job *job, size_t numb
 }
 
 static kt_status check_job(const kt_batch *batch, const kt_batch_job *job, kt_error *error) {
-    if ((unsigned)job->task > KT_BATCH_SEMI_IMPLICIT_STEP)
+    if ((unsigned)job->task > KT_BATCH_SENSE)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "job.task", "there is no task %d", (int)job->task);
     if (job->task == KT_BATCH_FORWARD || job->task == KT_BATCH_INVERSE)
         return KT_OK;
+    if (job->task == KT_BATCH_SENSE)
+        return kt_batch_check_sensors(batch, job->sensors, error);
     return kt_batch_check_step(batch, job, error);
 }
 
@@ -95,4 +100,8 @@ kt_status kt_batch_step(kt_batch *batch, double h, int steps, kt_error *error) {
 
 kt_status kt_batch_step_semi_implicit(kt_batch *batch, double h, int steps, kt_error *error) {
     return kt_batch_compute(batch, &(kt_batch_job){.task = KT_BATCH_SEMI_IMPLICIT_STEP, .h = h, .steps = steps}, error);
+}
+
+kt_status kt_batch_sense(kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error) {
+    return kt_batch_compute(batch, &(kt_batch_job){.task = KT_BATCH_SENSE, .sensors = sensors}, error);
 }

@@ -10,7 +10,7 @@
 #define SHAPE(type, common, last)                                                                                      \
     { sizeof(type), offsetof(type, common) / sizeof(double), offsetof(type, last) + sizeof(((type *)NULL)->last) }
 
-const kt_record_shape kt_link_shape = SHAPE(kt_link, parent, none);
+const kt_record_shape kt_link_shape = SHAPE(kt_link, parent, has_armature);
 const kt_record_shape kt_planar_link_shape = SHAPE(kt_planar_link, parent, carries_others);
 const kt_record_shape kt_plane_shape = SHAPE(kt_plane, first, last);
 const kt_record_shape kt_body_shape = SHAPE(kt_body_record, link, on_variable_link);

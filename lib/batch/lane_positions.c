@@ -34,7 +34,7 @@ void KT_KERNEL(kt_rates)(const kt_model *model, const double *q, const double *v
     kt_real1 *rates = (void *)out;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             rates[link->q + k] = vs[link->v + k];
         if (motion.quaternions)
@@ -44,14 +44,16 @@ void KT_KERNEL(kt_rates)(const kt_model *model, const double *q, const double *v
 }
 
 /* The quaternion of a link. */
-static kt_real1 *quaternion_of(const kt_link *link, kt_real1 *q) { return q + link->q + kt_link_facts(link).plain; }
+static kt_real1 *quaternion_of(const kt_link *link, kt_real1 *q) {
+    return q + link->q + kt_motion_facts_of(link->motion).plain;
+}
 
 kt_lane_mask KT_KERNEL(kt_units)(const kt_model *model, double *q) {
     kt_real1 *qs = (void *)q;
     kt_condition off = kt_condition_false(), usual = kt_condition_true();
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        if (!kt_link_facts(link).quaternions)
+        if (!kt_motion_facts_of(link->motion).quaternions)
             continue;
         const kt_real1 n2 = norm_squared(load(quaternion_of(link, qs)));
         off |= ~(kt_abs(n2 - 1.0) <= 4.0 * DBL_EPSILON);
@@ -59,7 +61,7 @@ kt_lane_mask KT_KERNEL(kt_units)(const kt_model *model, double *q) {
     }
     for (size_t i = 1; i < model->n.link && kt_is_anywhere(off & usual); i++) {
         const kt_link *link = &model->link[i];
-        if (!kt_link_facts(link).quaternions)
+        if (!kt_motion_facts_of(link->motion).quaternions)
             continue;
         kt_real1 *p = quaternion_of(link, qs);
         const kt_real1 s = 1.0 / kt_sqrt(norm_squared(load(p)));

@@ -142,19 +142,34 @@ static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, 
     return finite_lanes(kt_condition_true(), taus, model->n.v);
 }
 
-static kt_lane_mask energy(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
-                           double *kinetic, double *potential) {
+static kt_lane_mask kinematics(const kt_model *model, void *work, const double *q, const double *v, const double *a) {
     kt_data *data = work;
-    const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *none = (const void *)zero;
+    const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *as = (const void *)a;
     model = model_of(model, work);
     data->sound = kt_condition_true();
     if (model->sweep != KT_SWEEP_PLANAR)
-        (void)KT_KERNEL(kt_kinematics)(model, data, qs, vs, none);
+        (void)KT_KERNEL(kt_kinematics)(model, data, qs, vs, as);
     if (model->sweep != KT_SWEEP_SPATIAL)
-        (void)KT_KERNEL(kt_planar_kinematics)(model, data, qs, vs, none);
+        (void)KT_KERNEL(kt_planar_kinematics)(model, data, qs, vs, as);
+    return kt_mask_of(data->sound);
+}
+
+static void frame(const kt_model *model, void *work, const kt_lane_frame *at, double *motion) {
+    KT_KERNEL(kt_frame_motion)(model_of(model, work), work, at, (void *)motion);
+}
+
+static void jacobian(const kt_model *model, void *work, const kt_lane_frame *at, double *const *out) {
+    KT_KERNEL(kt_frame_columns)(model_of(model, work), work, at, out);
+}
+
+static kt_lane_mask energy(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
+                           double *kinetic, double *potential) {
+    kt_data *data = work;
+    const kt_lane_mask done = kinematics(model, work, q, v, zero);
+    model = model_of(model, work);
     *(kt_real1 *)(void *)kinetic = KT_KERNEL(kt_kinetic)(model, data);
     *(kt_real1 *)(void *)potential = KT_KERNEL(kt_potential)(model, data);
-    return kt_mask_of(data->sound);
+    return done;
 }
 
 static void rate(const kt_model *model, void *work, const double *q, const double *v, double *out) {
@@ -167,13 +182,23 @@ static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {
 
 static kt_lane_mask finite(const double *x, size_t n) { return finite_lanes(kt_condition_true(), (const void *)x, n); }
 
+#ifdef KT_FUSED
+enum { IS_FUSED = true };
+#else
+enum { IS_FUSED = false };
+#endif
+
 const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
+                                                            .is_fused = IS_FUSED,
                                                             .layout = layout,
                                                             .put_model = put_model,
                                                             .forward = forward,
                                                             .effects = effects,
                                                             .project = project,
                                                             .inverse = inverse,
+                                                            .kinematics = kinematics,
+                                                            .frame = frame,
+                                                            .jacobian = jacobian,
                                                             .energy = energy,
                                                             .rate = rate,
                                                             .make_units = make_units,

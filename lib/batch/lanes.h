@@ -1,7 +1,7 @@
 /* The recursions over trees, compiled for several states at once (algebra/real3.h), and their workspace.
  *
  * Numbers of a group of `width` states lie coordinate by coordinate: x[coordinate * width + lane]. What is computed for a
- * lane has the bits of the same state computed alone, whatever the other lanes hold.
+ * lane has the bits of the same state computed alone, whatever the other lanes hold; but for a build with -Dfused=enabled.
  */
 #ifndef KT_BATCH_LANES_H
 #define KT_BATCH_LANES_H
@@ -38,8 +38,17 @@ typedef struct kt_lane_step {
     const double *h, *y0, *y1;
 } kt_lane_step;
 
+/* A frame on a body: the body's own, turned and shifted as the marker of each lane's model is, of which these are the
+ * numbers of kt_pose; and those of kt_frame_motion (batch.h). */
+enum { KT_POSE_NUMBERS = 12, KT_FRAME_NUMBERS = 24 };
+typedef struct kt_lane_frame {
+    int body;
+    const double *marker; /* NULL: the body's own frame */
+} kt_lane_frame;
+
 typedef struct kt_lane_kernels {
     size_t width;
+    bool is_fused; /* -Dfused=enabled: products and sums have one rounding where the processor has such operations */
     /* Bytes of the workspace; if memory is not NULL, it is initialised there, at a multiple of KT_ARENA_ALIGNMENT. */
     size_t (*layout)(const kt_model *model, void *memory);
     /* Gives some lanes the numbers of links, bodies and planes, and the gravity, of a model. Every lane has to be given
@@ -57,6 +66,13 @@ typedef struct kt_lane_kernels {
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,
                             const double *external, double *tau);
+    /* Motion of all links, without gravity, into the workspace: that of kt_kinematics_update. Returns the lanes whose motion
+     * is finite. */
+    kt_lane_mask (*kinematics)(const kt_model *model, void *work, const double *q, const double *v, const double *a);
+    /* After it, of a frame on a body its motion, and the columns of its Jacobian that are not zero, into out[lane] of the
+     * lanes that have one. */
+    void (*frame)(const kt_model *model, void *work, const kt_lane_frame *frame, double *motion);
+    void (*jacobian)(const kt_model *model, void *work, const kt_lane_frame *frame, double *const *out);
     /* Kinetic and potential energy of the bodies, a number of each lane: those of kt_kinetic_energy and kt_potential_energy
      * of models without armature, after kt_kinematics_update without accelerations; zero: as many zeros as velocities.
      * Returns the lanes whose motion is finite. */
@@ -107,6 +123,11 @@ kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, con
 /* The energies of the motion that data hold. */
 kt_real1 KT_KERNEL(kt_kinetic)(const kt_model *model, const kt_data *data);
 kt_real1 KT_KERNEL(kt_potential)(const kt_model *model, const kt_data *data);
+
+/* The motion and the Jacobian of a frame, as above. */
+void KT_KERNEL(kt_frame_motion)(const kt_model *model, const kt_data *data, const kt_lane_frame *frame, kt_real1 *out);
+void KT_KERNEL(kt_frame_columns)(const kt_model *model, const kt_data *data, const kt_lane_frame *frame,
+                                 double *const *out);
 
 void KT_KERNEL(kt_rates)(const kt_model *model, const double *q, const double *v, double *out);
 kt_lane_mask KT_KERNEL(kt_units)(const kt_model *model, double *q);

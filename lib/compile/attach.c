@@ -242,6 +242,8 @@ static kt_status place_effect(kt_attach *a, const kt_model *m, const kt_effect *
     }
     if (kt_effect_aligns_second_end(effect))
         kt_attach_align_axis(&r->frame[1], effect->axis);
+    if (kt_effect_has_axle(effect))
+        kt_attach_align_axis(&r->frame[0], effect->axle);
     return KT_OK;
 }
 
@@ -257,6 +259,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
 #undef ATTACH_NUMBER
 #if KT_HAS_SWITCHES
         r->hard = kt_effect_is_hard(effect);
+        r->disc = kt_effect_has_axle(effect);
 #endif
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);

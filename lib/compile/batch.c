@@ -18,7 +18,7 @@ static int key_of(int type, int ends) {
 
 enum { KEYS = 3 * (KT_EFFECT_TYPE_COUNT + 1) };
 
-static bool turns(const kt_link *link) { return kt_link_facts(link).angles > 0; }
+static bool turns(const kt_link *link) { return kt_motion_facts_of(link->motion).angles > 0; }
 
 /* Marks the links from that of a body, on which an effect has an end, to the ground. */
 static void mark(kt_attach *a, kt_counts *n, const char *body) {

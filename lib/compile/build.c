@@ -246,9 +246,9 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         link->axis = (uint8_t)e->axis;
         link->q = q;
         link->v = v;
-        q += kt_link_facts(link).positions;
-        v += kt_link_facts(link).velocities;
-        if (kt_link_facts(link).angles) {
+        q += kt_motion_facts_of(link->motion).positions;
+        v += kt_motion_facts_of(link->motion).velocities;
+        if (kt_motion_facts_of(link->motion).angles) {
             m->angle[*angle] = link->q;
             link->angle = (int32_t)(*angle)++;
         }

@@ -107,7 +107,8 @@ static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from
 /* The effect whose friction sticks by the loop of switch k; -1: none. */
 static int effect_of_stick(const compilation *c, int k) {
     const kt_loop *loop = c->item[k].loop >= 0 ? &c->loops[c->item[k].loop] : NULL;
-    const bool may = loop && (loop->type == KT_LOOP_RATES || loop->type == KT_LOOP_ROLLING);
+    const bool may =
+        loop && loop->side == KT_SIDE_NONE && (loop->type == KT_LOOP_RATES || loop->type == KT_LOOP_ROLLING);
     const int effect = may ? loop->equation_count - 1 : -1;
     if (effect < 0 || effect >= c->description.effect_count)
         return -1;
@@ -119,7 +120,7 @@ static int effect_of_stick(const compilation *c, int k) {
 static void set_contact(const compilation *c, int32_t stick, int effect, kt_model *model) {
     for (int32_t i = 0; i < c->description.loop_count; i++) {
         kt_loop_record *loop = &model->loop[i];
-        if (c->loops[i].type != KT_LOOP_INPLANE || c->loops[i].equation_count != effect + 1)
+        if (c->loops[i].side == KT_SIDE_NONE || c->loops[i].equation_count != effect + 1)
             continue;
         loop->rubs = effect + 1;
         loop->slips = !kt_loop_is_off(loop) && kt_loop_is_off(&model->loop[stick]) ? effect + 1 : 0;

@@ -2,9 +2,10 @@
  *
  *     joint_limit    q - lower >= 0, q - upper <= 0            couplings of one joint
  *     contact        n . (c - p - r n) >= 0                    inplane, its plane moved by the sphere's radius r
+ *                    n . (c - p) - r |n x a| >= 0              of a disc with the axle a: the third row of rolling
  *
  *     joint_friction q' = 0, that sticks                     rates of one joint
- *     contact        s = 0, whose friction sticks              rolling of a ball, without its contact equation
+ *     contact        s = 0, whose friction sticks              rolling of a ball, or of the disc, without its contact equation
  *
  * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and keeps its index.
  * One that is switched off in its description is released at first: it says so by `holonomic`, which its type does not read.
@@ -109,37 +110,60 @@ static kt_vec3 point_of(const kt_description *d, const kt_end *end) {
     return end->at;
 }
 
-/* The loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. It and the loop of
- * the contact know their effect, from 1, by a member that their types do not read (family.c). */
-static void add_contact_stick(hard_parts *p, const kt_effect *effect, const char *of, int index) {
-    kt_loop *loop = add_loop(p, effect, of, ".stick");
+/* A loop of a contact that is a rolling one: of a ball, which its type knows by a surface that a disc does not have, or of a disc. */
+static kt_loop *add_rolling(hard_parts *p, const kt_effect *effect, const char *of, const char *suffix) {
+    kt_loop *loop = add_loop(p, effect, of, suffix);
     loop->type = KT_LOOP_ROLLING;
     loop->between[0] = effect->between[0];
     loop->between[1] = effect->between[1];
     loop->axis2 = effect->axis;
     loop->radius = effect->radius;
+    if (kt_effect_has_axle(effect))
+        loop->axis = effect->axle;
+    else
+        loop->surface.type = KT_SURFACE_SPHERE;
+    return loop;
+}
+
+/* The loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. It and the loop of
+ * the contact know their effect, from 1, by a member that their types do not read (family.c). */
+static void add_contact_stick(hard_parts *p, const kt_effect *effect, const char *of, int index) {
+    kt_loop *loop = add_rolling(p, effect, of, ".stick");
     loop->holonomic = false;
     loop->switching = KT_SWITCHED_OFF;
     loop->equation_count = index + 1;
     loop->restitution = 0.0;
 }
 
-static kt_status add_contact(hard_parts *p, const kt_description *d, int index, kt_error *error) {
-    const kt_effect *effect = &d->effects[index];
-    const kt_end *centre = &effect->between[0], *plane = &effect->between[1];
-    char of[NAME_SIZE];
+/* The plane of a sphere, moved by its radius, in which its centre stays. */
+static kt_status add_plane(hard_parts *p, const kt_description *d, const kt_effect *effect, const char *of,
+                           kt_loop **added, kt_error *error) {
+    const kt_end *plane = &effect->between[1];
     kt_mat3 axes;
-    (void)snprintf(of, sizeof of, "%.90s%s%.90s", centre->body != NULL ? centre->body : "world",
-                   centre->marker != NULL ? "." : "", centre->marker != NULL ? centre->marker : "");
     const kt_status status = kt_rotation_evaluate(&plane->rotation, &axes, error);
-    kt_loop *loop = add_loop(p, effect, of, "");
+    kt_loop *loop = *added = add_loop(p, effect, of, "");
     const double norm = kt_vec3_norm(effect->axis), up = norm > 0.0 ? effect->radius / norm : 0.0;
     loop->type = KT_LOOP_INPLANE;
     loop->between[0] = *plane;
     loop->between[0].marker = NULL;
     loop->between[0].at = kt_vec3_add(point_of(d, plane), kt_vec3_scale(up, kt_mat3_apply(axes, effect->axis)));
-    loop->between[1] = *centre;
+    loop->between[1] = effect->between[0];
     loop->axis = effect->axis;
+    return status;
+}
+
+static kt_status add_contact(hard_parts *p, const kt_description *d, int index, kt_error *error) {
+    const kt_effect *effect = &d->effects[index];
+    const kt_end *centre = &effect->between[0];
+    char of[NAME_SIZE];
+    kt_loop *loop = NULL;
+    kt_status status = KT_OK;
+    (void)snprintf(of, sizeof of, "%.90s%s%.90s", centre->body != NULL ? centre->body : "world",
+                   centre->marker != NULL ? "." : "", centre->marker != NULL ? centre->marker : "");
+    if (kt_effect_has_axle(effect))
+        loop = add_rolling(p, effect, of, "");
+    else
+        status = add_plane(p, d, effect, of, &loop, error);
     loop->side = KT_SIDE_ABOVE;
     if (effect->friction > 0.0) {
         loop->equation_count = index + 1;

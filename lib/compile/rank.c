@@ -161,7 +161,7 @@ static void note_chosen(const kt_model *model, const kt_group *group, const kt_g
 static void keep_position(const kt_model *model, const kt_group *group, const double *q, double *to) {
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         const size_t count = (size_t)motion.plain + 4 * (size_t)motion.quaternions;
         memcpy(to + link->q, q + link->q, count * sizeof *to);
     }

@@ -40,7 +40,7 @@ kt_status kt_coriolis_evaluate(const kt_model *model, kt_data *data, void *work,
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const size_t first = (size_t)link->v + (size_t)kt_link_lengths(link);
-        if (kt_link_facts(link).quaternions)
+        if (kt_motion_facts_of(link->motion).quaternions)
             add_turned((const double *)w.dtau, nv, first, v + first, c);
     }
     for (size_t k = 0; k < nv * nv; k++)

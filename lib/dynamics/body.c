@@ -1,10 +1,7 @@
-/* Frames and points of bodies, from the kinematics of their links. A body is fixed in its link:
- *   p = p_l + R_l d
- *   v = v_l + w x R_l d
- *   a = a_l + alpha x R_l d + w x (w x R_l d)
- */
+/* Frames and points of bodies, from the kinematics of their links (point.h). */
+#include "dynamics/point.h"
+
 #include "dynamics/dynamics.h"
-#include "dynamics/motion.h"
 #include "kinetree/dynamics.h"
 
 #include <string.h>
@@ -14,29 +11,25 @@ typedef struct carried {
     const kt_link_kinematics *link; /* the link that carries it */
 } carried;
 
-KT_INLINE kt_v4 rotate(const kt_link_kinematics *link, kt_vec3 x) {
-    kt_v4 axes[3];
-    kt_v4_from_mat3(link->axes, axes);
-    return kt_v4_apply(axes, kt_v4_from(x));
-}
-
 /* A point given in the body frame; links: kinematics of all links. */
-static carried carry(const kt_model *model, const kt_link_kinematics *links, int body, kt_vec3 at) {
+KT_INLINE carried carry(const kt_model *model, const kt_link_kinematics *links, int body, kt_vec3 at) {
     const kt_body_record *b = &model->body[body];
     const kt_link_kinematics *link = &links[b->link];
-    return (carried){.arm = rotate(link, kt_pose_apply(b->in_link, at)), .link = link};
+    kt_v4 axes[3];
+    kt_v4_from_mat3(link->axes, axes);
+    return (carried){.arm = kt_point_arm(b, axes, kt_v4_from(at)), .link = link};
 }
 
 static const kt_vec3 origin = {0.0, 0.0, 0.0};
 
 static kt_vec3 velocity(const carried *c) {
-    return kt_v4_vec3(kt_v4_from(c->link->velocity) + kt_v4_cross(kt_v4_from(c->link->omega), c->arm));
+    return kt_v4_vec3(kt_point_transport(kt_v4_from(c->link->velocity), kt_v4_from(c->link->omega), c->arm));
 }
 
 kt_vec3 kt_links_acceleration(const kt_model *model, const kt_link_kinematics *links, int body, kt_vec3 at) {
     const carried c = carry(model, links, body, at);
     const kt_v4 w = kt_v4_from(c.link->omega), alpha = kt_v4_from(c.link->alpha);
-    return kt_v4_vec3(kt_v4_from(c.link->linear) + kt_v4_cross(alpha, c.arm) + kt_v4_cross(w, kt_v4_cross(w, c.arm)));
+    return kt_v4_vec3(kt_point_accelerate(kt_v4_from(c.link->linear), alpha, w, c.arm));
 }
 
 kt_twist kt_links_twist(const kt_model *model, const kt_link_kinematics *links, int body) {
@@ -92,28 +85,11 @@ kt_twist kt_body_acceleration(const kt_model *model, const kt_data *data, int bo
     return twist;
 }
 
-/* Where the columns of a link begin, and the arm from its origin to the point. */
-typedef struct columns {
-    double *first;
-    kt_v4 arm;
-} columns;
-
-/* (w, u + w x arm) for the degree of freedom (w, u). */
-static inline void write_column(const kt_dof *dof, void *context) {
-    const columns *c = context;
-    const kt_v4 w = kt_dof_angular(dof), linear = kt_dof_linear(dof) + kt_v4_cross(w, c->arm);
-    double *column = c->first + 6 * dof->index;
-    for (int k = 0; k < 3; k++) {
-        column[k] = w[k];
-        column[3 + k] = linear[k];
-    }
-}
-
 void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, double *jacobian) {
     if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !jacobian)
         return;
     memset(jacobian, 0, 6 * model->n.v * sizeof *jacobian);
-    columns c = {.arm = carry(model, data->kinematics, body, at).arm};
+    kt_point_columns c = {.arm = carry(model, data->kinematics, body, at).arm};
     kt_v4 axes[3], parent[3] = {{0.0}};
     for (int32_t i = model->body[body].link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];
@@ -122,7 +98,7 @@ void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_
         if (kt_link_dofs(link) > 1) /* one degree of freedom has its axis, and does not ask for the parent's */
             kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
         c.first = jacobian + 6 * (size_t)link->v;
-        kt_dofs_visit(link, parent, axes, write_column, &c);
+        kt_dofs_visit(link, parent, axes, kt_point_column, &c);
         c.arm += kt_v4_from(m->offset);
     }
 }

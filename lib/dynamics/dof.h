@@ -49,7 +49,7 @@ KT_INLINE void kt_dof_motion_set(const kt_carried *c, kt_v4 omega, kt_v4 velocit
 
 /* How many translations of a link are a node before its rotations. */
 KT_INLINE int kt_link_first_node(const kt_link *link) {
-    const kt_motion_facts motion = kt_link_facts(link);
+    const kt_motion_facts motion = kt_motion_facts_of(link->motion);
     return motion.lengths < motion.velocities ? motion.lengths : 0;
 }
 

@@ -67,10 +67,10 @@ typedef struct judgement {
 } judgement;
 
 /* A link that can move in every direction passes none. */
-static bool passes_inertia(const kt_link *link) { return kt_link_facts(link).velocities < KT_DOF_MAX; }
+static bool passes_inertia(const kt_link *link) { return kt_motion_facts_of(link->motion).velocities < KT_DOF_MAX; }
 
 /* Whether a link can rotate about every axis: nothing of J remains then. */
-static bool rotates_freely(const kt_link *link) { return kt_link_facts(link).quaternions > 0; }
+static bool rotates_freely(const kt_link *link) { return kt_motion_facts_of(link->motion).quaternions > 0; }
 
 /* Adds the sizes of what link i passes to its parent. */
 static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {

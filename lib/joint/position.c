@@ -25,7 +25,7 @@ void kt_position_rate(const kt_model *model, const double *q, const double *v, d
         return;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             qdot[link->q + k] = v[link->v + k];
         if (!motion.quaternions)
@@ -40,7 +40,7 @@ void kt_position_add(const kt_model *model, const double *q, const double *dv, d
         return;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             out[link->q + k] = q[link->q + k] + dv[link->v + k];
         if (!motion.quaternions)
@@ -53,7 +53,7 @@ void kt_position_add(const kt_model *model, const double *q, const double *dv, d
 void kt_position_move(const kt_model *model, const bool *held, const double *q, const double *dv, double *out) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         const int v = link->v, rotation = v + motion.plain, first = link->q + motion.plain;
         bool moves = false;
         for (int k = 0; k < motion.velocities; k++)
@@ -73,7 +73,7 @@ void kt_position_subtract(const kt_model *model, const double *end, const double
         return;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             dv[link->v + k] = end[link->q + k] - q[link->q + k];
         if (!motion.quaternions)
@@ -90,7 +90,7 @@ bool kt_position_normalize(const kt_model *model, double *q) {
         return false;
     for (int pass = 0; pass < 2; pass++) /* the first pass checks, so that a failure changes nothing */
         for (size_t i = 1; i < model->n.link; i++) {
-            const kt_motion_facts motion = kt_link_facts(&model->link[i]);
+            const kt_motion_facts motion = kt_motion_facts_of(model->link[i].motion);
             if (!motion.quaternions)
                 continue;
             double *p = q + model->link[i].q + motion.plain;

@@ -28,7 +28,7 @@ static kt_vec3 rotation_rate(kt_vec3 xi, kt_vec3 w) {
 void kt_dae_tangent_rate(const kt_model *model, const double *xi, const double *u, double *rate) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         const int turning = link->v + motion.plain;
         for (int k = 0; k < motion.plain; k++)
             rate[link->v + k] = u[link->v + k];

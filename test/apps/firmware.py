@@ -39,6 +39,9 @@ def main():
     far = max(abs(q - wanted) for q, wanted in zip(reached, TARGET))
     note(f"after 500 steps joints are within {far:.3g} rad of the end of the path, bound 0.02, ratio {far / 0.02:.3g}")
     claim("arm_follows_the_path_to_its_end", [] if len(reached) == 7 and far < 0.02 else [here.stdout])
+    left = abs(struct.unpack(">d", bytes.fromhex(lines.get("swing", "7ff8000000000000")))[0])
+    note(f"after a swing to a stop the velocity is {left:.3g} m/s, bound 1e-3, ratio {left / 1e-3:.3g}")
+    claim("stop_that_no_stage_meets_is_seen", [] if left < 1e-3 else [here.stdout])
 
     newlib = run("arm-none-eabi-gcc", "-print-file-name=rdimon.specs").stdout.strip()
     if not pathlib.Path(newlib).is_file():

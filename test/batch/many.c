@@ -4,12 +4,14 @@
 
 #include "joint/joint.h"
 #include "kinetree/closure.h"
+#include "kinetree/control.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"
 #include "kinetree/sensitivity.h"
 #include "kinetree/study.h"
 #include "model/model.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -104,7 +106,20 @@ static void set(kt_many *many) {
         kt_check_true("all states are set", false);
 }
 
+/* Where lanes are fused, to rounding of the largest number. */
+static bool differ_by_rounding(const double *a, const double *b, size_t n) {
+    double difference = 0.0, scale = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        const double d = fabs(a[i] - b[i]), larger = fmax(fabs(a[i]), fabs(b[i]));
+        difference = d > difference || isnan(d) ? d : difference;
+        scale = larger > scale ? larger : scale;
+    }
+    return !(difference <= KT_MANY_ROUNDING * scale);
+}
+
 static bool differ(const double *a, const double *b, size_t n) {
+    if (kt_batch_is_fused())
+        return differ_by_rounding(a, b, n);
     for (size_t i = 0; i < n; i++)
         if (memcmp(&a[i], &b[i], sizeof *a) != 0 && !(a[i] != a[i] && b[i] != b[i])) /* a NaN is a NaN */
             return true;
@@ -177,6 +192,89 @@ int kt_many_compare_forward(kt_many *many, kt_data *data) {
 int kt_many_compare_inverse(kt_many *many, kt_data *data) {
     return compare(many, data, &(computation){kt_batch_inverse, kt_batch_get_torque, inverse_alone, many->tau});
 }
+
+/* ---- sensors ----------------------------------------------------------------------------------------------------- */
+
+enum { FRAMES_MOST = 64, MOTION = sizeof(kt_frame_motion) / sizeof(double) };
+
+/* What Jacobians hold before they are computed. */
+static const double UNTOUCHED = 7.0;
+
+/* The frames of all bodies, and of the first marker of each that has one. */
+static size_t choose_frames(const kt_model *model, kt_batch_frame *frames) {
+    size_t count = 0;
+    for (int body = 0; body < kt_model_body_count(model) && count + 2 <= FRAMES_MOST; body++) {
+        frames[count++] = (kt_batch_frame){body, -1};
+        if (kt_marker_count(model, body) > 0)
+            frames[count++] = (kt_batch_frame){body, 0};
+    }
+    return count;
+}
+
+/* Of the last kt_kinematics_update. */
+static void sense_alone(const kt_model *model, const kt_data *data, kt_batch_frame frame, kt_frame_motion *motion,
+                        double *jacobian) {
+    kt_vec3 at = kt_vec3_make(0.0, 0.0, 0.0);
+    motion->pose = kt_body_pose(model, data, frame.body);
+    kt_point_jacobian(model, data, frame.body, at, jacobian);
+    if (frame.marker >= 0) {
+        at = kt_marker_at(model, frame.body, frame.marker);
+        motion->pose = kt_marker_pose(model, data, frame.body, frame.marker);
+        kt_marker_jacobian(model, data, frame.body, frame.marker, KT_TWIST_ALIGNED, jacobian);
+    }
+    motion->velocity =
+        (kt_twist){kt_body_twist(model, data, frame.body).angular, kt_point_velocity(model, data, frame.body, at)};
+    motion->acceleration = (kt_twist){kt_body_acceleration(model, data, frame.body).angular,
+                                      kt_point_acceleration(model, data, frame.body, at)};
+}
+
+/* Of one state: of one that cannot be computed, that nothing was written. */
+static bool sensors_differ(const kt_many *many, kt_data *data, const kt_batch_sensors *seen, size_t i,
+                           kt_status *status) {
+    const size_t size = 6 * many->nv;
+    double *jacobian = calloc(size + 1, sizeof *jacobian);
+    bool different = false;
+    *status = kt_kinematics_update(many->own[i], data, many->q + i * many->nq, many->v + i * many->nv,
+                                   many->a + i * many->nv, NULL);
+    for (size_t k = 0; k < seen->count; k++) {
+        kt_frame_motion motion = {.velocity = {.angular = {0.0, 0.0, 0.0}}};
+        for (size_t j = 0; j < size; j++)
+            jacobian[j] = UNTOUCHED;
+        if (*status == KT_OK)
+            sense_alone(many->own[i], data, seen->frames[k], &motion, jacobian);
+        const size_t place = i * seen->count + k;
+        different |= differ(&seen->motion[place].pose.rotation.x.x, &motion.pose.rotation.x.x, MOTION) ||
+                     differ(seen->jacobian + place * size, jacobian, size);
+    }
+    free(jacobian);
+    return different || kt_batch_status(many->batch, i) != *status;
+}
+
+int kt_many_compare_sensors(kt_many *many, kt_data *data) {
+    kt_batch_frame frames[FRAMES_MOST];
+    kt_batch_sensors sensors = {.frames = frames, .count = choose_frames(many->model, frames)};
+    kt_error error;
+    first_failure first = {KT_OK, 0};
+    int different = 0;
+    sensors.motion = calloc(KT_MANY_STATES * sensors.count + 1, sizeof *sensors.motion);
+    sensors.jacobian = calloc(KT_MANY_STATES * sensors.count * 6 * many->nv + 1, sizeof *sensors.jacobian);
+    for (size_t j = 0; j < KT_MANY_STATES * sensors.count * 6 * many->nv; j++)
+        sensors.jacobian[j] = UNTOUCHED;
+    set(many);
+    const kt_batch_job job = {.task = KT_BATCH_SENSE, .sensors = &sensors};
+    const kt_status all = kt_batch_run(many->batch, &job, many->threads, NULL, &error);
+    for (size_t i = 0; i < KT_MANY_STATES; i++) {
+        kt_status alone;
+        different += sensors_differ(many, data, &sensors, i, &alone);
+        note(&first, alone, i);
+    }
+    different += told_wrong(all, first.status, &error, first.state);
+    free(sensors.motion);
+    free(sensors.jacobian);
+    return different;
+}
+
+/* ---- steps ------------------------------------------------------------------------------------------------------- */
 
 /* A state that takes steps alone. */
 typedef struct single {

@@ -8,6 +8,10 @@
 enum { KT_MANY_STATES = 13 }; /* whole groups and a part of one, whatever the width */
 enum { KT_MANY_THREADS = 3 };
 
+/* Where lanes are fused (kt_batch_is_fused), results agree to this part of the largest number of a state. */
+#define KT_MANY_ROUNDING 1e-12
+#define KT_FUSED "lanes of this build are fused (-Dfused=enabled) and have not the bits of single states"
+
 typedef struct kt_many {
     const kt_model *model;
     kt_batch *batch;
@@ -29,10 +33,11 @@ void kt_many_free(kt_many *many);
  * a copy each. False: it failed, and the test does. */
 bool kt_many_vary(kt_many *many, kt_random *random);
 
-/* How many states differ: in a bit of their results, in their status, or in what a failed state leaves. Inverse dynamics
+/* How many states differ: in a bit of their results (or by more than rounding where lanes are fused), in their status, or in what a failed state leaves. Inverse dynamics
  * are those of the accelerations in many->a; steps are so many of h, by the method or semi-implicit ones. */
 int kt_many_compare_forward(kt_many *many, kt_data *data);
 int kt_many_compare_inverse(kt_many *many, kt_data *data);
+int kt_many_compare_sensors(kt_many *many, kt_data *data); /* of all bodies and markers */
 int kt_many_compare_steps(kt_many *many, kt_data *data, double h, int steps);
 int kt_many_compare_semi_implicit(kt_many *many, kt_data *data, double h, int steps);
 

@@ -1,8 +1,8 @@
 """No multiplication is fused with an addition: with its one rounding it would give other bits than two instructions do
 on a lower level. -ffp-contract=off is not enough: gcc 12 makes vfmaddsub of a product less and another product more a
-number, where these are stored side by side.
+number, where these are stored side by side. Where lanes are fused (-Dfused=enabled), the libraries are those of the code for one state.
 
-fused.py OBJDUMP LIBRARY
+fused.py OBJDUMP LIBRARY...
 """
 import pathlib
 import re
@@ -12,8 +12,8 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
-objdump, library = sys.argv[1:]
-run = subprocess.run([objdump, "-d", "--no-show-raw-insn", library], capture_output=True, text=True, check=True)
+objdump, *libraries = sys.argv[1:]
+run = subprocess.run([objdump, "-d", "--no-show-raw-insn", *libraries], capture_output=True, text=True, check=True)
 function, instructions, fused = "", 0, []
 for line in run.stdout.splitlines():
     start = re.match(r"[0-9a-f]+ <(.*)>:", line)

@@ -50,7 +50,8 @@ typedef struct kt_keep_words {
     size_t name_count;
     void (*values)(const void *user, int64_t run, double *values); /* theirs */
     const void *user;
-    const char *only; /* NULL: a dataset runs/N for each run; else the name of the dataset of the only one */
+    const char *lanes; /* NULL, or how all runs were computed: an attribute of their group */
+    const char *only;  /* NULL: a dataset runs/N for each run; else the name of the dataset of the only one */
 } kt_keep_words;
 
 /* Makes the HDF5 file where the fate is KT_OUTPUT_WHOLE, or KT_OUTPUT_PART: then under a name as of kt_part_name; and removes

@@ -56,9 +56,9 @@ const kt_usage kt_usage_sweep = {
         "run ended (done, scene, assembly, integration) and why, its cost, the error of its energy, and the last, "
         "least\n"
         "and greatest value of each column of its records. A run that fails is a line. Lines are in the order of the\n"
-        "runs and have the same bytes whatever --jobs, --shard or a break. Results are written to FILE.partial and\n"
-        "renamed at the end; a sweep that was killed leaves that file, and --resume goes on with it. Built with MPI,\n"
-        "mpirun kinetree sweep ... computes by its processes.\n",
+        "runs and have the same bytes whatever --jobs, --shard or a break, but for a library built with fused lanes.\n"
+        "Results are written to FILE.partial and renamed at the end; a sweep that was killed leaves that file, and\n"
+        "--resume goes on with it. Built with MPI, mpirun kinetree sweep ... computes by its processes.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -101,12 +101,22 @@ static int write_result(void *user, int64_t run, const kt_sweep_result *result) 
     return 0;
 }
 
+/* Bytes of a line up to its status: of a build with fused lanes the digits behind it are those of no other company of
+ * runs. Else all. */
+static size_t compared_bytes(const kt_sweep *sweep, const char *line) {
+    size_t count = 0;
+    for (int commas = sweep->plan.count + 2; kt_batch_is_fused() && line[count] != '\0'; count++)
+        if (line[count] == ',' && --commas == 0)
+            return count + 1;
+    return strlen(line) + 1;
+}
+
 /* Whether a line of an earlier sweep is what this one computes. */
 static int check_line(const kt_sweep *sweep, const char *name, int64_t run, const char *line) {
     kt_sweep_worker worker = {.has_scene = false};
     kt_sweep_result own = kt_sweep_one(sweep, &worker, run);
     kt_sweep_worker_free(&worker);
-    const bool same = own.line != NULL && strcmp(own.line, line) == 0;
+    const bool same = own.line != NULL && strncmp(own.line, line, compared_bytes(sweep, own.line)) == 0;
     if (own.line == NULL)
         kt_say("sweep: there is not enough memory");
     else if (!same)
@@ -115,6 +125,17 @@ static int check_line(const kt_sweep *sweep, const char *name, int64_t run, cons
                (long long)run, name);
     kt_sweep_result_free(&own);
     return same ? -1 : KT_EXIT_USAGE;
+}
+
+/* Why lines with one header do not belong to those with another one, and what is to be done. */
+static void say_columns(const char *name, const char *header, const char *own, const char *than, const char *remedy) {
+    const bool is_fused = strstr(header, KT_SWEEP_LANES ",why\n") != NULL;
+    if (is_fused != (strstr(own, KT_SWEEP_LANES ",why\n") != NULL))
+        kt_say(
+            "sweep: %s has lines of a kinetree that was built %s -Dfused=enabled, whose digits are not those of %s; %s",
+            name, is_fused ? "with" : "without", than, remedy);
+    else
+        kt_say("sweep: %s has other columns than %s; %s", name, than, remedy);
 }
 
 /* Reads what a broken sweep has left: *next is the first run that has no line, or `end`, and the file ends before it. */
@@ -129,7 +150,7 @@ static int take_up(const kt_sweep *sweep, FILE *file, const char *name, int64_t 
                             line[length - 1] == '\n';
          lines++) {
         if (lines == 0 && strcmp(line, header) != 0) {
-            kt_say("sweep: %s has other columns than this sweep; leave --resume out, or name another --out", name);
+            say_columns(name, line, header, "this sweep", "leave --resume out, or name another --out");
             code = KT_EXIT_USAGE;
         } else if (lines > 0 && strtoll(line, NULL, 10) != *next) {
             kt_say("sweep: %s has run %s where run %lld belongs; it is of another sweep", name, strtok(line, ","),
@@ -166,7 +187,8 @@ static void report(const sink *s, const kt_sweep_worker *all, const char *out, i
     if (before > 0)
         fprintf(stderr, "; %lld more were there already", (long long)before);
     if (all->together > 0)
-        fprintf(stderr, "\n  %lld of them in lanes, %zu at once by each thread", (long long)all->together, all->width);
+        fprintf(stderr, "\n  %lld of them in lanes%s, %zu at once by each thread", (long long)all->together,
+                kt_batch_is_fused() ? ", fused (their bits are not those of single runs)" : "", all->width);
     if (all->alone != NULL)
         fprintf(stderr, "\n  %s one by one, not in lanes: %s", all->together > 0 ? "others" : "all", all->alone);
     if (all->why[0] != '\0')
@@ -261,7 +283,8 @@ static int end_keep(kt_keep *keep, kt_sweep *sweep, int code) {
                                  .names = names,
                                  .name_count = (size_t)sweep->plan.count,
                                  .values = values_of_run,
-                                 .user = &sweep->plan};
+                                 .user = &sweep->plan,
+                                 .lanes = kt_batch_is_fused() ? "fused" : NULL};
     const int failed =
         kt_keep_end(keep, &words, code == KT_EXIT_DONE && columns != NULL ? KT_OUTPUT_WHOLE : KT_OUTPUT_AS_IS);
     free(columns);
@@ -397,8 +420,10 @@ static int open_parts(part *parts, int count, char **names) {
         p->file = fopen(names[i], "r");
         if (p->file == NULL || getline(&p->line, &p->room, p->file) <= 0)
             return say_part(p, p->file == NULL ? strerror(errno) : "it is empty");
-        if (i > 0 && strcmp(p->line, parts[0].line) != 0)
-            return say_part(p, "it has other columns than the first part");
+        if (i > 0 && strcmp(p->line, parts[0].line) != 0) {
+            say_columns(p->name, p->line, parts[0].line, "the first part", "leave it out, or compute it anew");
+            return KT_EXIT_USAGE;
+        }
     }
     return code;
 }

@@ -343,7 +343,7 @@ char *kt_sweep_header(const kt_sweep *sweep) {
         add(&line, ",event.%s", sweep->events[i]);
     for (size_t i = 0; i < sweep->column_count; i++)
         add(&line, ",%s.end,%s.min,%s.max", sweep->columns[i], sweep->columns[i], sweep->columns[i]);
-    add(&line, ",why");
+    add(&line, "%s,why", kt_batch_is_fused() ? KT_SWEEP_LANES : "");
     return end_line(&line);
 }
 
@@ -369,6 +369,8 @@ static char *write_line(const made *m, kt_status status, const kt_error *error) 
     add_number(&line, m->energy.records > 0 ? kt_energy_watch_error(&m->energy) : (double)NAN);
     add_events(&line, sweep, m);
     add_columns(&line, m);
+    if (kt_batch_is_fused())
+        add(&line, ",fused");
     if (status == KT_OK)
         add(&line, ",");
     else

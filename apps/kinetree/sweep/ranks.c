@@ -6,9 +6,10 @@
  * and is not written yet is bounded.
  *
  * A block that takes far longer than any before is handed out once more to a rank that has nothing to do (backup tasks;
- * Dean, Ghemawat 2004): what a lost rank had is done again. Whichever comes first is taken, for the bytes are equal. Where no
- * rank is left, rank 0 computes. MPI itself ends all ranks with the first that is lost, unless it is told otherwise
- * (mpirun --enable-recovery of Open MPI); then --resume goes on.
+ * Dean, Ghemawat 2004): what a lost rank had is done again. Whichever comes first is taken, for the bytes are equal; with
+ * -Dfused=enabled they may differ by rounding, and either will do. Where no rank is left, rank 0 computes. MPI itself ends
+ * all ranks with the first that is lost, unless it is told otherwise (mpirun --enable-recovery of Open MPI); then --resume
+ * goes on.
  */
 #include "sweep/ranks.h"
 #include "subcommands/run.h"

@@ -1,6 +1,7 @@
-/* Runs over several threads. Each takes the next run that nobody has, and computes as many at once as an ensemble has lanes
- * (kinetree/batch.h); the calling thread hands the lines over in the order of the runs. So that those that wait for a slow run do not fill memory, no thread is further than a window of
- * runs ahead. */
+/* Runs over several threads, the calling one among them. Each takes the next run that nobody has, and computes as many at
+ * once as an ensemble has lanes (kinetree/batch.h). A thread that has the line that is due hands it over, and those that
+ * are there behind it, in the order of the runs: none waits for lines, and nobody has to be woken for one. So that those
+ * that wait for a slow run do not fill memory, no thread is further than a window of runs ahead. */
 #include "sweep/sweep.h"
 
 #include <pthread.h>
@@ -16,10 +17,13 @@ typedef struct shared {
     int64_t window;
     int64_t threads;                 /* that were asked for */
     kt_sweep_result results[WINDOW]; /* of run k in k % WINDOW; without a line: not there yet */
-    bool failed, stops;
+    bool failed, stops;              /* memory has run out; the sink wants no more */
+    bool is_writing;                 /* a thread hands lines over */
+    kt_sweep_sink *sink;
+    void *user;
     kt_sweep_worker *all;
     pthread_mutex_t mutex;
-    pthread_cond_t line, room; /* there is a new line; there is room for one */
+    pthread_cond_t room; /* there is room for another line */
 } shared;
 
 static void add_counts(kt_sweep_worker *all, const kt_sweep_worker *worker) {
@@ -41,12 +45,32 @@ typedef struct runner {
     int64_t live;          /* simulations that are running */
 } runner;
 
+/* Hands over the lines that are there, from the one that is due on. Called, and left, with the mutex. */
+static void hand_over(shared *s) {
+    s->is_writing = true;
+    while (!s->stops && !s->failed && s->results[s->written % WINDOW].line != NULL) {
+        const int64_t run = s->written;
+        kt_sweep_result result = s->results[run % WINDOW];
+        s->results[run % WINDOW] = (kt_sweep_result){.line = NULL};
+        (void)pthread_mutex_unlock(&s->mutex);
+        const bool stops = s->sink(s->user, run, &result) != 0;
+        kt_sweep_result_free(&result);
+        (void)pthread_mutex_lock(&s->mutex);
+        s->stops = stops;
+        s->written = run + 1;
+        (void)pthread_cond_broadcast(&s->room);
+    }
+    s->is_writing = false;
+}
+
 static void store(shared *s, int64_t number, const kt_sweep_result *result) {
     (void)pthread_mutex_lock(&s->mutex);
     s->results[number % WINDOW] = *result;
     s->failed = s->failed || result->line == NULL;
-    if (number == s->written || s->failed) /* the one that is waited for */
-        (void)pthread_cond_signal(&s->line);
+    if (!s->is_writing)
+        hand_over(s);
+    if (s->failed)
+        (void)pthread_cond_broadcast(&s->room);
     (void)pthread_mutex_unlock(&s->mutex);
 }
 
@@ -102,7 +126,7 @@ static void end_member(void *user, const kt_ensemble_member *member, kt_status s
 static void fail(shared *s) {
     (void)pthread_mutex_lock(&s->mutex);
     s->failed = true;
-    (void)pthread_cond_signal(&s->line);
+    (void)pthread_cond_broadcast(&s->room);
     (void)pthread_mutex_unlock(&s->mutex);
 }
 
@@ -135,66 +159,38 @@ static void *work(void *user) {
     return NULL;
 }
 
-/* Hands lines over until the last one, or the first that fails. */
-static int hand_over(shared *s, int64_t first, kt_sweep_sink *sink, void *user) {
-    int failed = 0;
-    (void)pthread_mutex_lock(&s->mutex);
-    for (int64_t run = first; run < s->end && failed == 0; run++) {
-        while (s->results[run % WINDOW].line == NULL && !s->failed)
-            (void)pthread_cond_wait(&s->line, &s->mutex);
-        kt_sweep_result result = s->results[run % WINDOW];
-        s->results[run % WINDOW] = (kt_sweep_result){.line = NULL};
-        if (result.line == NULL) {
-            kt_sweep_result_free(&result);
-            kt_say("sweep: there is not enough memory");
-            failed = -1;
-            break;
-        }
-        s->written = run + 1;
-        (void)pthread_cond_broadcast(&s->room);
-        (void)pthread_mutex_unlock(&s->mutex);
-        failed = sink(user, run, &result) != 0 ? -1 : 0;
-        kt_sweep_result_free(&result);
-        (void)pthread_mutex_lock(&s->mutex);
-    }
-    s->stops = true;
-    (void)pthread_cond_broadcast(&s->room);
-    (void)pthread_mutex_unlock(&s->mutex);
-    return failed;
-}
-
 int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user,
                      kt_sweep_worker *all) {
     pthread_t thread[THREADS_MAX];
     shared *s = calloc(1, sizeof *s);
-    int count = 0, failed = -1;
+    int count = 1;
     if (s == NULL) {
         kt_say("sweep: there is not enough memory");
         return -1;
     }
     s->sweep = sweep;
+    s->sink = sink;
+    s->user = user;
     s->all = all;
     s->next = s->written = first;
     s->end = end;
     s->window = sweep->arguments->keep != NULL ? WINDOW_OF_RECORDS : WINDOW;
     (void)pthread_mutex_init(&s->mutex, NULL);
-    (void)pthread_cond_init(&s->line, NULL);
     (void)pthread_cond_init(&s->room, NULL);
     threads = threads < THREADS_MAX ? threads : THREADS_MAX;
     s->threads = threads;
     while (count < threads && pthread_create(&thread[count], NULL, work, s) == 0)
         count++;
-    if (count == 0)
-        kt_say("sweep: no thread can be started");
-    else
-        failed = hand_over(s, first, sink, user);
-    for (int i = 0; i < count; i++)
+    (void)work(s);
+    for (int i = 1; i < count; i++)
         (void)pthread_join(thread[i], NULL);
+    const bool failed = s->failed || s->stops;
+    if (s->failed)
+        kt_say("sweep: there is not enough memory");
     for (int i = 0; i < WINDOW; i++)
         kt_sweep_result_free(&s->results[i]);
     (void)pthread_cond_destroy(&s->room);
-    (void)pthread_cond_destroy(&s->line);
     (void)pthread_mutex_destroy(&s->mutex);
     free(s);
-    return failed;
+    return failed ? -1 : 0;
 }

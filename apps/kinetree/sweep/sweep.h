@@ -101,6 +101,9 @@ typedef struct kt_sweep_result {
 
 void kt_sweep_result_free(kt_sweep_result *result);
 
+/* A column that lines of a build with fused lanes (kt_batch_is_fused) have before the last one: ",fused". */
+#define KT_SWEEP_LANES ",lanes"
+
 /* The first line, which the caller frees; NULL: not enough memory. */
 char *kt_sweep_header(const kt_sweep *sweep);
 
@@ -124,7 +127,7 @@ void kt_sweep_free(kt_sweep *sweep);
 
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
 
-/* Takes what a run gives; returns 0 to go on. */
+/* Takes what a run gives, by whichever thread, one at a time; returns 0 to go on. */
 typedef int kt_sweep_sink(void *user, int64_t run, const kt_sweep_result *result);
 
 /* Computes the runs first, first + 1, ... before `end` by so many threads, and hands their lines over in this order; *all

@@ -1,0 +1,140 @@
+/* Sensors of many states: motion and Jacobians of frames, in lanes, and of states that lanes cannot compute by the calls
+ * for one state. */
+#include "batch/batch.h"
+
+#include "kinetree/control.h"
+#include "kinetree/dynamics.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* The place of a state's results of one frame; NULL: they are not asked for. */
+static kt_frame_motion *motion_of(const kt_batch_sensors *s, size_t state, size_t frame) {
+    return s->motion ? s->motion + state * s->count + frame : NULL;
+}
+
+static double *jacobian_of(const kt_batch *batch, const kt_batch_sensors *s, size_t state, size_t frame) {
+    return s->jacobian ? s->jacobian + (state * s->count + frame) * 6 * batch->n.nv : NULL;
+}
+
+/* Lanes are copied over them, number by number. */
+_Static_assert(sizeof(kt_pose) == KT_POSE_NUMBERS * sizeof(double), "a pose is its numbers");
+_Static_assert(sizeof(kt_frame_motion) == KT_FRAME_NUMBERS * sizeof(double), "a frame's motion is its numbers");
+
+/* ---- one state --------------------------------------------------------------------------------------------------- */
+
+/* From the kinematics that data hold. */
+static kt_frame_motion frame_motion(const kt_model *model, const kt_data *data, const kt_batch_frame *frame) {
+    const int body = frame->body;
+    kt_frame_motion out = {.pose = kt_body_pose(model, data, body),
+                           .velocity = kt_body_twist(model, data, body),
+                           .acceleration = kt_body_acceleration(model, data, body)};
+    if (frame->marker >= 0) {
+        const kt_vec3 at = kt_marker_at(model, body, frame->marker);
+        out.pose = kt_marker_pose(model, data, body, frame->marker);
+        out.velocity.linear = kt_point_velocity(model, data, body, at);
+        out.acceleration.linear = kt_point_acceleration(model, data, body, at);
+    }
+    return out;
+}
+
+static void sense_alone(kt_batch_work *w, kt_batch_group *group, const kt_batch_sensors *s, size_t lane,
+                        kt_batch_fault *fault) {
+    const kt_batch *batch = w->batch;
+    const size_t state = group->first + lane, nv = batch->n.nv;
+    const kt_model *model = batch->own[state];
+    kt_error made;
+    kt_batch_take(w, group, lane);
+    kt_lane_take(batch->a + group->first * nv, batch->n.width, lane, nv, w->one_a);
+    w->alone_count++;
+    if (kt_kinematics_update(model, w->data, w->one_q, w->one_v, w->one_a, &made) != KT_OK) {
+        kt_batch_fail(w, state, &made, fault);
+        return;
+    }
+    for (size_t i = 0; i < s->count; i++) {
+        const kt_batch_frame *frame = &s->frames[i];
+        const kt_vec3 at = kt_vec3_make(0.0, 0.0, 0.0);
+        if (s->motion)
+            *motion_of(s, state, i) = frame_motion(model, w->data, frame);
+        if (s->jacobian)
+            kt_point_jacobian(model, w->data, frame->body,
+                              frame->marker < 0 ? at : kt_marker_at(model, frame->body, frame->marker),
+                              jacobian_of(batch, s, state, i));
+    }
+}
+
+/* ---- in lanes ---------------------------------------------------------------------------------------------------- */
+
+/* Markers of one index may be elsewhere in the models of other lanes. */
+static void take_markers(const kt_batch *batch, const kt_batch_group *group, const kt_batch_frame *frame, double *out) {
+    for (size_t lane = 0; lane < batch->n.width; lane++) {
+        const kt_model *model = batch->own[group->first + lane];
+        const kt_pose *pose = &model->marker[model->body[frame->body].marker + frame->marker].frame;
+        kt_lane_put(&pose->rotation.x.x, batch->n.width, lane, KT_POSE_NUMBERS, out);
+    }
+}
+
+static void sense_frame(kt_batch_work *w, const kt_batch_group *group, const kt_batch_sensors *s, size_t i,
+                        kt_lane_mask lanes) {
+    const kt_batch *batch = w->batch;
+    const size_t width = batch->n.width;
+    const kt_batch_frame *frame = &s->frames[i];
+    _Alignas(KT_ALIGNMENT) double marker[KT_POSE_NUMBERS * KT_LANES_MOST], motion[KT_FRAME_NUMBERS * KT_LANES_MOST];
+    const kt_lane_frame at = {.body = frame->body, .marker = frame->marker < 0 ? NULL : marker};
+    double *out[KT_LANES_MOST] = {NULL};
+    if (at.marker)
+        take_markers(batch, group, frame, marker);
+    if (s->motion)
+        batch->kernels->frame(group->model, w->lanes, &at, motion);
+    for (size_t lane = 0; lane < width; lane++) {
+        if (!kt_lane_is_in(lanes, lane))
+            continue;
+        if (s->motion)
+            kt_lane_take(motion, width, lane, KT_FRAME_NUMBERS, (double *)motion_of(s, group->first + lane, i));
+        out[lane] = jacobian_of(batch, s, group->first + lane, i);
+        if (out[lane])
+            memset(out[lane], 0, 6 * batch->n.nv * sizeof *out[lane]);
+    }
+    if (s->jacobian)
+        batch->kernels->jacobian(group->model, w->lanes, &at, out);
+}
+
+/* The motion of all links. A number that is not finite may not show in it, as the velocity of a joint about its own axis:
+ * the call for one state refuses it nevertheless. */
+static kt_lane_mask move(kt_batch_work *w, const kt_batch_group *group, const double *a) {
+    const kt_lane_kernels *kernels = w->batch->kernels;
+    const kt_batch_counts *n = &w->batch->n;
+    if (!kernels || !group->model)
+        return 0;
+    return group->live & kernels->finite(group->q, n->nq + n->nv) & kernels->finite(a, n->nv) &
+           kernels->kinematics(group->model, w->lanes, group->q, group->v, a);
+}
+
+void kt_batch_sense_group(kt_batch_work *w, kt_batch_group *group, const kt_batch_sensors *sensors,
+                          kt_batch_fault *fault) {
+    const kt_lane_mask done = move(w, group, w->batch->a + group->first * w->batch->n.nv);
+    for (size_t i = 0; i < sensors->count && done; i++)
+        sense_frame(w, group, sensors, i, done);
+    for (size_t lane = 0; lane < group->used; lane++) {
+        if (kt_lane_is_in(done, lane))
+            w->in_lanes++;
+        else
+            sense_alone(w, group, sensors, lane, fault);
+    }
+}
+
+kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error) {
+    if (KT_IS_MISSING(error, sensors, sensors->frames || sensors->count == 0))
+        return KT_ERROR_ARGUMENT;
+    for (size_t i = 0; i < sensors->count; i++) {
+        const kt_batch_frame *frame = &sensors->frames[i];
+        char where[KT_WHERE_SIZE];
+        if (KT_IS_INDEX(frame->body, batch->model->n.body) &&
+            (frame->marker == -1 || KT_IS_INDEX(frame->marker, batch->model->body[frame->body].marker_count)))
+            continue;
+        (void)snprintf(where, sizeof where, "sensors.frames[%zu]", i);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, where, "there is no marker %d of a body %d", frame->marker,
+                            frame->body);
+    }
+    return KT_OK;
+}
