@@ -437,7 +437,8 @@ typedef struct kt_event {
     const char *name;            /* must outlive the simulation */
     kt_event_function *function; /* the value */
     kt_event_action *action;     /* NULL: none */
-    void *user;                  /* for both */
+    kt_corner_callback *corner;  /* when the value, as a function of time, has corners or turns; NULL: never */
+    void *user;                  /* for all three */
     kt_direction direction;      /* which changes of sign count */
     bool record;                 /* kt_simulation_run hands over a record of the state before the action */
     bool stop;                   /* it ends the run, after such a record */
@@ -450,10 +451,12 @@ typedef struct kt_event {
  * four units of rounding of the time, with the order of the method. Events within 1e-12 s (or eight units of rounding)
  * happen together, in the order in which they were added. A value that is zero at the start, or that an action has set
  * to zero, is on neither side: the first side that it comes to is no event. Of two changes of sign within one step, both
- * are found where five values along it, or parabolas through three of them, show the change; max_step bounds what they
- * miss. Where events accumulate (a ball that bounces ever lower), so that all that remain lie within 1e-9 of the interval
+ * are found where five values along it, or parabolas through three of them, show the change: along each part of it in
+ * which no joint turns by more than half a turn, by its rates at both ends of the step, and that ends at the next corner; max_step bounds
+ * what they miss. Where events accumulate (a ball that bounces ever lower), so that all that remain lie within 1e-9 of the interval
  * between records, or 64 in a row follow each other so closely, the call fails with KT_ERROR_STEP. Nothing is allocated. Errors: KT_ERROR_ARGUMENT (no name, no function), KT_ERROR_MEMORY (no
- * room), KT_ERROR_UNSUPPORTED (a library without Jacobians). Cost: four values of the function a step, some ten for each event, and one to three steps repeated. */
+ * room), KT_ERROR_UNSUPPORTED (a library without Jacobians). Cost: four values of the function a step (a part of it, where joints turn by more than half a turn), some ten for each event, and one to
+ * three steps repeated; `corner` is called once for each corner that is passed. */
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
 
 /* The event that ended the last call of kt_simulation_run, _step, _advance or _tick, or of kt_motion_derivatives, before

@@ -2,12 +2,13 @@
 #ifndef KT_EXPRESSION_CORNER_H
 #define KT_EXPRESSION_CORNER_H
 
+#include "base/inner.h"
 #include "expression/jet.h"
 
 /* The first time after t at which a branch changes (*order: the lowest derivative that may jump there, 0 the value), or
  * at which f', f'' or f''' change their sign (4), or up to which this is known (4 or more); HUGE_VAL: there is none up to
  * `until`. Costs some hundred evaluations of the formula. */
-double kt_expression_next_corner(const kt_expression *expression, double t, double until, int *order);
+KT_INNER double kt_expression_next_corner(const kt_expression *expression, double t, double until, int *order);
 
 /* The size of the terms of the first derivative at t, as far as it is known from what they lose by rounding. */
 double kt_expression_speed(const kt_expression *expression, double t);

@@ -2,6 +2,7 @@
 #ifndef KT_EXPRESSION_PART_H
 #define KT_EXPRESSION_PART_H
 
+#include "base/inner.h"
 #include "expression/expression.h"
 
 /* Is given the terms of a part, in postfix order. */
@@ -9,10 +10,10 @@ typedef void kt_part(void *user, const kt_expression_term *term, size_t count);
 
 /* Hands over the largest parts of a formula whose only symbol is this one, in the order of the text; the symbol itself is
  * none. They have no terms in common. O(length). */
-void kt_expression_parts(const kt_expression *expression, int32_t symbol, kt_part *found, void *user);
+KT_INNER void kt_expression_parts(const kt_expression *expression, int32_t symbol, kt_part *found, void *user);
 
 /* The bytes of such a part as a formula of one symbol, and the formula. memory: aligned to kt_expression. */
-size_t kt_expression_part_size(size_t count);
-void kt_expression_part_copy(const kt_expression_term *term, size_t count, void *memory);
+KT_INNER size_t kt_expression_part_size(size_t count);
+KT_INNER void kt_expression_part_copy(const kt_expression_term *term, size_t count, void *memory);
 
 #endif

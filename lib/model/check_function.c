@@ -18,17 +18,25 @@ static bool check_sine(kt_checker *checker, const char *field, const kt_function
     return kt_checker_value(checker, field, -1, ".sine.offset", -1, f->offset) && fine;
 }
 
-static bool check_ramp(kt_checker *checker, const char *field, const kt_function *f) {
-    bool fine = kt_checker_value(checker, field, -1, ".ramp.from", -1, f->from);
-    fine = kt_checker_value(checker, field, -1, ".ramp.to", -1, f->to) && fine;
-    fine = kt_checker_value(checker, field, -1, ".ramp.start", -1, f->start) && fine;
-    fine = kt_checker_value(checker, field, -1, ".ramp.end", -1, f->end) && fine;
+/* Of a ramp or a bump, `form`, which start and end. */
+static bool check_times(kt_checker *checker, const char *field, const char *form, const kt_function *f) {
+    char start[16], end[16];
+    snprintf(start, sizeof start, ".%s.start", form);
+    snprintf(end, sizeof end, ".%s.end", form);
+    bool fine = kt_checker_value(checker, field, -1, start, -1, f->start);
+    fine = kt_checker_value(checker, field, -1, end, -1, f->end) && fine;
     if (fine && !(f->end - f->start >= least_step)) {
-        kt_checker_fault(checker, field, -1, "%s.ramp starts at %.17g and ends at %.17g; it must end later", field,
+        kt_checker_fault(checker, field, -1, "%s.%s starts at %.17g and ends at %.17g; it must end later", field, form,
                          f->start, f->end);
         fine = false;
     }
     return fine;
+}
+
+static bool check_ramp(kt_checker *checker, const char *field, const kt_function *f) {
+    bool fine = kt_checker_value(checker, field, -1, ".ramp.from", -1, f->from);
+    fine = kt_checker_value(checker, field, -1, ".ramp.to", -1, f->to) && fine;
+    return check_times(checker, field, "ramp", f) && fine;
 }
 
 static bool check_polynomial(kt_checker *checker, const char *field, const kt_function *f) {
@@ -73,15 +81,8 @@ static bool check_table(kt_checker *checker, const char *field, const kt_functio
 }
 
 static bool check_bump(kt_checker *checker, const char *field, const kt_function *f) {
-    bool fine = kt_checker_value(checker, field, -1, ".bump.height", -1, f->amplitude);
-    fine = kt_checker_value(checker, field, -1, ".bump.start", -1, f->start) && fine;
-    fine = kt_checker_value(checker, field, -1, ".bump.end", -1, f->end) && fine;
-    if (fine && !(f->end - f->start >= least_step)) {
-        kt_checker_fault(checker, field, -1, "%s.bump starts at %.17g and ends at %.17g; it must end later", field,
-                         f->start, f->end);
-        fine = false;
-    }
-    return fine;
+    const bool fine = kt_checker_value(checker, field, -1, ".bump.height", -1, f->amplitude);
+    return check_times(checker, field, "bump", f) && fine;
 }
 
 static bool check_expression(kt_checker *checker, const char *field, const kt_function *f) {

@@ -27,9 +27,11 @@ static const char *list_time(void *user, int k) {
     return k == 0 ? "t" : NULL;
 }
 
+kt_symbols kt_time_symbols(void) { return (kt_symbols){.find = find_time, .list = list_time}; }
+
 kt_status kt_formula_of_time(const char *text, void *memory, size_t size, const kt_expression **expression, int *column,
                              kt_error *error) {
-    const kt_symbols symbols = {.find = find_time, .list = list_time};
+    const kt_symbols symbols = kt_time_symbols();
     return kt_expression_parse(text, &symbols, memory, size, expression, column, error);
 }
 

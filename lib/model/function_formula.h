@@ -2,6 +2,7 @@
 #ifndef KT_MODEL_FUNCTION_FORMULA_H
 #define KT_MODEL_FUNCTION_FORMULA_H
 
+#include "base/inner.h"
 #include "kinetree/expression.h"
 #include "model/function.h"
 
@@ -17,7 +18,8 @@ void kt_curve_formula_evaluate(const kt_curve *curve, const double *numbers, dou
 double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, double t);
 kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t, double until);
 
-/* Reads a formula whose only name is t. */
+/* The symbols of kt_expression_parse of which t is the only one, and a formula that it reads with them. */
+KT_INNER kt_symbols kt_time_symbols(void);
 KT_CHECKED kt_status kt_formula_of_time(const char *text, void *memory, size_t size, const kt_expression **expression,
                                         int *column, kt_error *error);
 

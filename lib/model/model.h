@@ -367,13 +367,19 @@ typedef struct kt_front_count {
     X(kt_real1, cosine, kt_lanes8(n->angle), "of all angles")                                                          \
     X(kt_real1, sine, kt_lanes8(n->angle), "of all angles")
 
+/* Where friction of a hard contact acts: the plane's axes, and the point from the origins of the sphere's body and the plane's. */
+typedef struct kt_slip_frame {
+    kt_vec3 axis[2], arm[2];
+} kt_slip_frame;
+
 /* Arrays of data of models in which hard contacts slip. */
 #if KT_HAS_SWITCHES
 #define KT_DATA_SLIP_FIELDS(X)                                                                                         \
     X(double, slip, 2 * n->slip, "directions in which they began to, an input; 0: none (mechanism/slip.c)")            \
     X(double, slip_velocity, 2 * n->slip, "slip velocities of the last evaluation")                                    \
     X(double, slip_normal, n->slip, "normal forces of the last evaluation")                                            \
-    X(kt_wrench, slip_unit, 2 * n->slip, "wrenches of friction on both bodies for one N of normal force")              \
+    X(double, slip_direction, 2 * n->slip, "likewise directions against which friction acts")                          \
+    X(kt_slip_frame, slip_frame, n->slip, "where friction acts")                                                       \
     X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "wrenches on bodies: external ones, effects and friction")   \
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
     X(double, slip_matrix, n->slip *(n->slip + 1), "of the equations of normal forces, and their right-hand sides")

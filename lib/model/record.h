@@ -80,7 +80,6 @@ typedef struct kt_link {
     bool branches;        /* some child does not follow it directly */
     bool leads;           /* the next link is its child */
     bool has_armature;    /* its joint has armature */
-    uint8_t none;         /* zero: it fills up the record, since records are compared by their bytes */
 } kt_link;
 
 /* Of a link in a model that has one: the array of these follows that of the links. */
@@ -91,11 +90,9 @@ static inline const kt_link_rest *kt_link_rest_of(const kt_link *link) {
 /* The advance of a screw along its axis for each radian. */
 static inline double kt_link_pitch(const kt_link *link) { return link->rest ? kt_link_rest_of(link)->pitch : 0.0; }
 
-static inline kt_motion_facts kt_link_facts(const kt_link *link) { return kt_motion_facts_of((kt_motion)link->motion); }
-
-static inline int kt_link_dofs(const kt_link *link) { return kt_link_facts(link).velocities; }
+static inline int kt_link_dofs(const kt_link *link) { return kt_motion_facts_of(link->motion).velocities; }
 /* How many of its velocities are rates of lengths; these come first. */
-static inline int kt_link_lengths(const kt_link *link) { return kt_link_facts(link).lengths; }
+static inline int kt_link_lengths(const kt_link *link) { return kt_motion_facts_of(link->motion).lengths; }
 
 /* A body of the description. */
 typedef struct kt_body_record {
@@ -237,9 +234,6 @@ typedef struct kt_group {
     kt_front_plan front;
 } kt_group;
 
-/* Whether a group has the plan of fronts: its matrices are those of the fronts, in whichever of their forms. */
-static inline bool kt_group_has_fronts(const kt_group *group) { return group->form >= KT_FORM_FRONT; }
-
 /* Numbers that are copied from a kt_effect to its record, under the same names. */
 #define KT_EFFECT_NUMBERS(X)                                                                                           \
     X(stiffness)                                                                                                       \
@@ -303,6 +297,7 @@ typedef struct kt_effect_record {
     bool in_body;      /* force, torque: components in the end's axes */
 #if KT_HAS_SWITCHES
     bool hard;        /* joint_limit, contact: loops are in its place */
+    bool disc;        /* contact: of the rim of a disc, not of a sphere */
     double direction; /* joint_friction that sticks: 1 or -1, in which it slips; 0: it is smoothed */
 #endif
     kt_relative_record relative;

@@ -149,6 +149,16 @@ static const char *fill_in(kt_reader *r, const char *text, const kt_expression *
     return kept;
 }
 
+/* Whether an expression is of the quantity that is expected; if not, it reports that. */
+static bool is_expected(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_expression *expression,
+                        bool angle) {
+    if (angle || !kt_expression_is_angle(expression))
+        return true;
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                       "expected a number, found the angle %s; divide by 1 rad where its number in radians is meant",
+                       kt_name_quote(node->of.text).text);
+}
+
 bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, bool angle,
                      const char **text) {
     kt_formula_names names = {.r = r, .variables = variables};
@@ -159,11 +169,8 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
         node->faulty = true;
         return false;
     }
-    if (kt_expression_is_angle(expression) && !angle)
-        return kt_fault_at(
-            r, KT_ERROR_SCENE, scope, node,
-            "expected a number, found the angle %s; divide by 1 rad where its number in radians is meant",
-            kt_name_quote(node->of.text).text);
+    if (!is_expected(r, scope, node, expression, angle))
+        return false;
     const char *filled = fill_in(r, node->of.text, expression);
     if (filled == NULL)
         return r->out_of_memory ? false
@@ -210,11 +217,8 @@ bool kt_read_expression(kt_reader *r, const kt_scope *scope, kt_node *node, bool
         node->faulty = true; /* a fault of the parameter has been reported */
         return false;
     }
-    if (kt_expression_is_angle(expression) && !angle)
-        return kt_fault_at(
-            r, KT_ERROR_SCENE, scope, node,
-            "expected a number, found the angle %s; divide by 1 rad where its number in radians is meant",
-            kt_name_quote(node->of.text).text);
+    if (!is_expected(r, scope, node, expression, angle))
+        return false;
     kt_varying_note(r, node, expression);
     return kt_expression_value(r, scope, node, expression, out);
 }

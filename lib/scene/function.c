@@ -1,6 +1,7 @@
 /* Functions of time: a number, a formula of t, {sine: ...}, {ramp: ...}, {bump: ...}, {polynomial: [...]},
  * {table: [...], interpolation: ...}, {sum: [...]} or {product: [...]}. */
 #include "base/decimal.h"
+#include "model/function_formula.h"
 #include "scene/expression.h"
 #include "scene/number.h"
 #include "scene/part.h"
@@ -147,17 +148,6 @@ static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
-static bool find_time(void *user, const char *name, kt_symbol *symbol) {
-    (void)user;
-    *symbol = (kt_symbol){.index = 0};
-    return strcmp(name, "t") == 0;
-}
-
-static const char *list_time(void *user, int k) {
-    (void)user;
-    return k == 0 ? "t" : NULL;
-}
-
 /* "30 degrees", "2 N m": a number with a unit that there is not, whose message is that of numbers. */
 static bool has_unit(const char *text) {
     const char *end = kt_decimal_end(text), *unit = end + strspn(end, " \t");
@@ -173,7 +163,7 @@ static bool is_formula(const kt_node *node) {
 }
 
 static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
-    const kt_symbols time = {.find = find_time, .list = list_time};
+    const kt_symbols time = kt_time_symbols();
     out->type = KT_FUNCTION_EXPRESSION;
     return kt_read_formula(r, scope, node, &time, quantity == KT_QUANTITY_ANGLE, &out->text);
 }

@@ -3,7 +3,9 @@
  * A comparison a < b is watched as the difference b - a, which rises through zero where it comes to hold.
  */
 #include "base/require.h"
+#include "expression/corner.h"
 #include "expression/expression.h"
+#include "expression/part.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -11,6 +13,7 @@
 #include "scene/pool.h"
 #include "scene/reset.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,7 +33,9 @@ typedef struct formula {
     bound *variables;
     double *values;
     int count;
-    bool moves; /* a marker is among them: kinematics are needed */
+    bool moves;            /* a marker is among them: kinematics are needed */
+    kt_expression **parts; /* those that depend on time alone */
+    int part_count;
 } formula;
 
 /* What an event's functions are given. */
@@ -69,6 +74,11 @@ static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
     *symbol = (kt_symbol){.index = n->count};
     if (n->variables == NULL)
         return true;
+    for (int k = 0; k < n->count; k++) /* time is one symbol, however often it is named: its parts are asked for */
+        if (variable.type == KT_VARIABLE_TIME && n->variables[k].type == KT_VARIABLE_TIME) {
+            symbol->index = k;
+            return true;
+        }
     if (n->count == n->room)
         return false;
     n->variables[n->count++] = variable;
@@ -120,6 +130,58 @@ static kt_status bind(const kt_description *description, const kt_model *model, 
     return KT_OK;
 }
 
+/* ---- parts that depend on time alone ------------------------------------------------------------------------------ */
+
+typedef struct parts {
+    kt_pool *pool;
+    formula *formula;
+    bool failed;
+} parts;
+
+static void count_part(void *user, const kt_expression_term *term, size_t count) {
+    (void)term;
+    (void)count;
+    ((formula *)user)->part_count++;
+}
+
+static void keep_part(void *user, const kt_expression_term *term, size_t count) {
+    parts *to = user;
+    kt_expression *part = kt_pool_take(to->pool, kt_expression_part_size(count), 1);
+    to->failed = to->failed || part == NULL;
+    if (part != NULL)
+        kt_expression_part_copy(term, count, part);
+    to->formula->parts[to->formula->part_count++] = part;
+}
+
+/* Keeps the parts of a formula that depend on time alone: between their corners they are monotone. */
+static kt_status keep_parts(kt_pool *pool, formula *f, kt_error *error) {
+    int32_t time = -1;
+    for (int k = 0; k < f->count; k++)
+        if (f->variables[k].type == KT_VARIABLE_TIME)
+            time = k;
+    kt_expression_parts(f->expression, time, count_part, f);
+    parts to = {.pool = pool, .formula = f};
+    f->parts = kt_pool_take(pool, (size_t)f->part_count + 1, sizeof *f->parts);
+    f->part_count = 0;
+    if (f->parts != NULL)
+        kt_expression_parts(f->expression, time, keep_part, &to);
+    return f->parts == NULL || to.failed
+               ? kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory")
+               : KT_OK;
+}
+
+/* The first corner after t of the parts that depend on time alone (kt_event.corner). */
+static double next_corner(void *user, double t) {
+    const formula *f = &((const watched *)user)->formula;
+    double next = HUGE_VAL;
+    int order;
+    for (int k = 0; k < f->part_count; k++)
+        next = fmin(next, kt_expression_next_corner(f->parts[k], t, next, &order));
+    return next;
+}
+
+/* ---- formulas of events ------------------------------------------------------------------------------------------- */
+
 /* Reads the formula of an event, and binds its variables to the model; of a comparison that is watched its difference. */
 static kt_status make_formula(kt_pool *pool, const kt_scene *scene, const kt_model *model, const char *text,
                               bool is_watched, formula *to, kt_error *error) {
@@ -148,7 +210,7 @@ static kt_status make_formula(kt_pool *pool, const kt_scene *scene, const kt_mod
         to->moves = to->moves || to->variables[k].type == KT_VARIABLE_MARKER ||
                     to->variables[k].type == KT_VARIABLE_MARKER_VELOCITY;
     }
-    return status;
+    return status == KT_OK && is_watched ? keep_parts(pool, to, error) : status;
 }
 
 static double value_of(const kt_instant *at, const bound *variable) {
@@ -337,6 +399,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
     const kt_event added = {.name = name,
                             .function = evaluate,
                             .action = to->call_count > 0 || acts ? act : NULL,
+                            .corner = to->formula.part_count > 0 ? next_corner : NULL,
                             .user = to,
                             .direction = event->direction,
                             .record = event->record || acts,

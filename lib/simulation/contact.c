@@ -409,9 +409,12 @@ static kt_status press_with_friction(kt_simulation *simulation, double t, const 
     return status == KT_OK ? kt_contacts_press(simulation, t, W, u, leaving, on, error) : status;
 }
 
-static void count_changes(kt_simulation *simulation, uint64_t before, uint64_t after) {
+/* Switches and jumps open all contacts first: what is closed again behind them has not closed. */
+static void count_changes(kt_simulation *simulation, uint64_t after) {
     const struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
+    const uint64_t before = simulation->memory.counted;
+    simulation->memory.counted = after;
     for (int k = 0; k < c->n; k++) {
         const bool was = (before & c->item[k].bit) != 0, is = (after & c->item[k].bit) != 0;
         counts->closings += k < c->sides && is && !was;
@@ -427,7 +430,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
     const bool balanced = kt_simulation_is_balanced(simulation), accounts = balanced || simulation->watches_works;
-    const uint64_t before_set = simulation->model->set & c->mask, set = (simulation->model->set & ~c->mask) | on;
+    const uint64_t set = (simulation->model->set & ~c->mask) | on;
     kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
     kt_status status = KT_OK;
     bool changed = false;
@@ -459,7 +462,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_
     }
     simulation->memory.set = set;
     simulation->memory.contacts.dissipated += lost;
-    count_changes(simulation, before_set, on);
+    count_changes(simulation, on);
     return KT_OK;
 }
 
@@ -496,6 +499,8 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     kt_status status = kt_contacts_find_equations(c, model, t, y, c->v, true, error);
     if (status == KT_OK)
         status = find_touching(simulation, t, error);
+    if (status == KT_OK && c->touching == 0)
+        count_changes(simulation, 0);
     if (status != KT_OK || c->touching == 0)
         return status;
     simulation->cached = KT_CACHED_NOTHING;

@@ -316,7 +316,7 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     simulation->corners.fixed = !adapts && corners;
     simulation->watches_gaps = adapts && simulation->size.gap > 0;
     if (KT_HAS_GAP && simulation->size.gap > 0)
-        (void)kt_gap_list(simulation->model, simulation->gap_effect);
+        (void)kt_gap_list(simulation->model, simulation->gap_source);
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
 }

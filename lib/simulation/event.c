@@ -3,7 +3,10 @@
  * After a step from t0 to t1, g is looked at on the dense output in t0, t1 and three times between them. Where two
  * neighbours differ in sign there is a root; where the middle one of three of one sign is nearest to zero, the vertex of
  * the parabola through them is looked at, too, so that two roots between two neighbours are found where the parabola
- * shows them. (Two roots closer than that are seen by no step: max_step bounds what can be missed.) The first root in
+ * shows them. (Two roots closer than that are seen by no step: max_step bounds what can be missed.) A step is long where
+ * the motion is simple (a crank that is driven, a wheel that turns by itself), and g need not be: such a step is divided
+ * into panels, in which no joint turns by more than half a turn (by its rates at the ends of the step), and which end at
+ * the corners of g as a function of time; each is looked at so, until one has a root. The first root in
  * the event's direction is enclosed by ITP (Oliveira, Takahashi 2021, "An enhancement of the bisection method average
  * performance preserving minmax optimality"), to four units of rounding of the time.
  *
@@ -17,6 +20,7 @@
  * or they sink, as forces have changed before they parted: that is an event, too. Roots that lie within `together` of each other are one instant, at which the events
  * take effect in the order in which they were added.
  */
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "integrator/integrator.h"
@@ -30,6 +34,12 @@
 
 /* Looks at the step: at both ends and between them; of these, besides, the vertices of parabolas. */
 enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, ROOT_STEPS = 128 };
+_Static_assert(KT_EVENT_VALUES == LOOKS + 1, "the last row of values is that of the beginning of the step");
+
+/* What a joint turns by in a panel at most, by the rates at both ends of the step; into how many panels of equal length a
+ * step is divided at most. */
+static const double half_turn = 3.14159265358979323846;
+static const double panels_most = 1e6;
 
 /* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
 static double together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
@@ -159,7 +169,7 @@ static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *ti
         knots[j] = base[j];
     }
     /* A step that ended at the root may have left a value of rounding on the side from which it came. */
-    const int from = (int)simulation->event_memory[k].side;
+    const int from = simulation->event_search[k].side;
     if (from != 0 && sign_of(base[0].g) != from)
         knots[0].g = base[0].g = from * DBL_MIN;
     *count = LOOKS;
@@ -209,14 +219,15 @@ static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, 
     return KT_OK;
 }
 
-/* The first root of event k in its direction, and to which side; HUGE_VAL if there is none. */
+/* The first root of event k in a panel in its direction, and to which side; HUGE_VAL if there is none: then the side that
+ * g has behind the panel is kept. */
 static kt_status find_root(kt_simulation *simulation, size_t k, const double *times, double *root, int *side,
                            kt_error *error) {
     knot knots[KNOTS];
-    int count, from = (int)simulation->event_memory[k].side;
+    int count, from = simulation->event_search[k].side;
     const kt_status status = lay_knots(simulation, k, times, knots, &count, error);
-    const double margin = kt_simulation_contact_margin(simulation),
-                 depth = fmin(knots[0].g + 0.5 * margin, 0.0) - margin;
+    const double begin = simulation->event_value[LOOKS * simulation->size.event + k]; /* of the step */
+    const double margin = kt_simulation_contact_margin(simulation), depth = fmin(begin + 0.5 * margin, 0.0) - margin;
     *root = HUGE_VAL;
     for (int i = 1; status == KT_OK && i < count; i++) {
         const int to = sign_of(knots[i].g);
@@ -235,37 +246,21 @@ static kt_status find_root(kt_simulation *simulation, size_t k, const double *ti
         *side = to;
         return enclose(simulation, k, 0.0, knots[i - 1], knots[i], root, error);
     }
+    simulation->event_search[k].side = from;
     return status;
 }
 
-/* ---- a step ------------------------------------------------------------------------------------------------------ */
+/* ---- a panel ----------------------------------------------------------------------------------------------------- */
 
-/* g at the present time, where that is not known; the sides that are not. */
-static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
-    const double t = kt_integrator_time(simulation->integrator);
-    if (simulation->event_time == t)
-        return KT_OK;
-    const kt_status status =
-        evaluate_all(simulation, t, kt_integrator_state(simulation->integrator), simulation->event_value, error);
-    if (status != KT_OK)
-        return status;
-    simulation->event_time = t;
-    for (size_t k = 0; k < simulation->event_count; k++)
-        if (simulation->event_memory[k].side == 0 && is_armed(simulation, k))
-            simulation->event_memory[k].side = sign_of(simulation->event_value[k]);
-    return KT_OK;
-}
-
-/* g along the last step: at its ends, and between them where it is not of rounding's length. */
-static kt_status sample_step(kt_simulation *simulation, double *times, kt_error *error) {
-    const double t0 = kt_integrator_previous_time(simulation->integrator);
+/* g along a panel, whose first values are known: at its end, and three times between. */
+static kt_status sample_panel(kt_simulation *simulation, double from, double to, double *times, kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);
     kt_status status = KT_OK;
     for (int j = 0; j < LOOKS; j++)
-        times[j] = j + 1 < LOOKS ? t0 + (t1 - t0) * j / (LOOKS - 1) : t1;
+        times[j] = j + 1 < LOOKS ? from + (to - from) * j / (LOOKS - 1) : to;
     for (int j = 1; status == KT_OK && j < LOOKS; j++) {
         const double *y = kt_integrator_state(simulation->integrator);
-        if (j + 1 < LOOKS) {
+        if (j + 1 < LOOKS || to != t1) {
             status = kt_simulation_between(simulation, times[j], error);
             y = simulation->y;
         }
@@ -276,19 +271,23 @@ static kt_status sample_step(kt_simulation *simulation, double *times, kt_error 
     return status;
 }
 
-/* The roots of all events in the last step, to `root` and `side`; *first: the earliest, HUGE_VAL for none. */
-static kt_status find_roots(kt_simulation *simulation, double *first, kt_error *error) {
-    double times[LOOKS];
-    kt_status status = sample_step(simulation, times, error);
-    *first = HUGE_VAL;
+/* The roots of all events in a panel, to `root` and `side`; *first: the earliest known. */
+static kt_status find_roots_in(kt_simulation *simulation, const double *times, double *first, kt_error *error) {
+    const double t1 = kt_integrator_time(simulation->integrator);
+    kt_status status = KT_OK;
     for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++) {
         kt_event_root *found = &simulation->event_root[k];
+        kt_event_search *search = &simulation->event_search[k];
         double root = HUGE_VAL;
         int side = 0;
+        if (found->due && found->time <= times[0]) /* in a panel before */
+            continue;
+        for (size_t j = 0; j < LOOKS; j++)
+            search->size = fmax(search->size, fabs(simulation->event_value[j * simulation->size.event + k]));
         if (is_armed(simulation, k))
             status = find_root(simulation, k, times, &root, &side, error);
         /* One that the step was to end at, and that its state has not quite reached, is there all the same. */
-        found->due = root < HUGE_VAL || (found->due && found->time == times[LOOKS - 1]);
+        found->due = root < HUGE_VAL || (found->due && found->time == t1);
         if (root < HUGE_VAL) {
             found->time = root;
             found->side = side;
@@ -296,6 +295,107 @@ static kt_status find_roots(kt_simulation *simulation, double *first, kt_error *
         if (found->due)
             *first = fmin(*first, found->time);
     }
+    return status;
+}
+
+/* The first corner of an event after t. One that is known is not sought again before it is passed: that costs more than a
+ * step. */
+static double next_corner(kt_simulation *simulation, double t) {
+    double next = HUGE_VAL;
+    for (size_t k = 0; k < simulation->event_count; k++) {
+        const kt_event *event = &simulation->event[k];
+        double *corner = &simulation->event_search[k].corner;
+        if (event->corner == NULL || !is_armed(simulation, k))
+            continue;
+        if (!(t < *corner))
+            *corner = event->corner(event->user, t);
+        if (*corner > t)
+            next = fmin(next, *corner);
+    }
+    return next;
+}
+
+/* ---- a step ------------------------------------------------------------------------------------------------------ */
+
+/* The largest rate at which a joint turns in the state y, rad/s. */
+static double largest_rate(kt_simulation *simulation, double t, const double *y) {
+    const kt_model *model = simulation->user_model;
+    const double *q, *v, *shown;
+    double most = 0.0;
+    kt_simulation_export(simulation, t, y, NULL, &q, &v, &shown);
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        double square = 0.0;
+        for (int k = kt_link_lengths(link); k < kt_link_dofs(link); k++)
+            square += v[link->v + k] * v[link->v + k];
+        most = fmax(most, square);
+    }
+    return sqrt(most);
+}
+
+static bool any_is_armed(const kt_simulation *simulation) {
+    for (size_t k = 0; k < simulation->event_count; k++)
+        if (is_armed(simulation, k))
+            return true;
+    return false;
+}
+
+/* g at the present time, where that is not known; the sides that are not. */
+static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
+    const double t = kt_integrator_time(simulation->integrator);
+    const double *y = kt_integrator_state(simulation->integrator);
+    if (simulation->event_time == t)
+        return KT_OK;
+    const kt_status status = evaluate_all(simulation, t, y, simulation->event_value, error);
+    if (status != KT_OK)
+        return status;
+    simulation->event_time = t;
+    simulation->event_rate = largest_rate(simulation, t, y);
+    for (size_t k = 0; k < simulation->event_count; k++)
+        if (simulation->event_memory[k].side == 0 && is_armed(simulation, k))
+            simulation->event_memory[k].side = sign_of(simulation->event_value[k]);
+    return KT_OK;
+}
+
+/* The values that a search along the last step begins with. */
+static void begin_search(kt_simulation *simulation) {
+    const size_t n = simulation->size.event;
+    simulation->event_rate_end = largest_rate(simulation, kt_integrator_time(simulation->integrator),
+                                              kt_integrator_state(simulation->integrator));
+    kt_copy(simulation->event_value + LOOKS * n, simulation->event_value, n * sizeof(double));
+    for (size_t k = 0; k < simulation->event_count; k++)
+        simulation->event_search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
+                                                        .corner = simulation->event_memory[k].corner};
+}
+
+/* The roots of all events in the first panel of the last step that has any, and of one instant with these; *first: the
+ * earliest, HUGE_VAL for none. */
+static kt_status find_roots(kt_simulation *simulation, double *first, kt_error *error) {
+    const size_t n = simulation->size.event;
+    const double t0 = kt_integrator_previous_time(simulation->integrator);
+    const double t1 = kt_integrator_time(simulation->integrator);
+    double *value = simulation->event_value;
+    double times[LOOKS], from = t0, i = 1.0;
+    kt_status status = KT_OK;
+    *first = HUGE_VAL;
+    begin_search(simulation);
+    if (!any_is_armed(simulation))
+        return KT_OK;
+    const double turn = (t1 - t0) * fmax(simulation->event_rate, simulation->event_rate_end);
+    const double count = fmax(1.0, fmin(ceil(turn / half_turn), panels_most));
+    while (status == KT_OK && from < t1 && from <= *first + together(*first)) {
+        const double even = i < count ? t0 + (t1 - t0) * (i / count) : t1;
+        const double to = fmin(even, next_corner(simulation, from));
+        if (from > t0)
+            kt_copy(value, value + (LOOKS - 1) * n, n * sizeof(double));
+        status = sample_panel(simulation, from, to, times, error);
+        if (status == KT_OK)
+            status = find_roots_in(simulation, times, first, error);
+        from = to;
+        i += to == even;
+    }
+    kt_copy(value, value + LOOKS * n, n * sizeof(double));
+    simulation->event_reach = from;
     return status;
 }
 
@@ -317,13 +417,12 @@ static double instant_of(kt_simulation *simulation, double first) {
 static void pass(kt_simulation *simulation, bool fires) {
     const size_t n = simulation->size.event;
     for (size_t k = 0; k < simulation->event_count; k++) {
-        double size = 0.0;
-        for (size_t j = 0; j < LOOKS; j++)
-            size = fmax(size, fabs(simulation->event_value[j * n + k]));
-        simulation->event_memory[k].size = size;
+        simulation->event_memory[k].size = simulation->event_search[k].size;
+        simulation->event_memory[k].corner = simulation->event_search[k].corner;
     }
-    memmove(simulation->event_value, simulation->event_value + (LOOKS - 1) * n, n * sizeof(double));
+    kt_copy(simulation->event_value, simulation->event_value + (LOOKS - 1) * n, n * sizeof(double));
     simulation->event_time = kt_integrator_time(simulation->integrator);
+    simulation->event_rate = simulation->event_rate_end;
     for (size_t k = 0; k < simulation->event_count; k++) {
         const int side = sign_of(simulation->event_value[k]);
         const bool due = fires && simulation->event_root[k].due;
@@ -340,19 +439,19 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     *again = false;
     for (size_t k = 0; repetition == 0 && k < simulation->event_count; k++)
         simulation->event_root[k].due = false;
-    const kt_status status = find_roots(simulation, &first, error);
+    kt_status status = find_roots(simulation, &first, error);
+    const double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
+    const bool fires = instant < HUGE_VAL && (t1 - instant <= least_width(t1) || repetition == REPETITIONS);
+    if (fires && simulation->event_reach != t1) /* the end of the step is not that of the panel */
+        status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
+                              simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
     if (status != KT_OK) {
         simulation->cause = *error; /* it names the event, or what the dense output needs */
         kt_integrator_retreat(simulation->integrator, t1 - t0);
         return status;
     }
-    if (!(first < HUGE_VAL)) {
-        pass(simulation, false);
-        return KT_OK;
-    }
-    const double instant = instant_of(simulation, first);
-    if (t1 - instant <= least_width(t1) || repetition == REPETITIONS) {
-        pass(simulation, true);
+    if (fires || !(instant < HUGE_VAL)) {
+        pass(simulation, fires);
         return KT_OK;
     }
     kt_integrator_retreat(simulation->integrator, instant - t0);
@@ -490,7 +589,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
                             simulation->size.event);
     const size_t k = simulation->event_count++;
     simulation->event[k] = *event;
-    simulation->event_memory[k] = (kt_event_memory){.side = 0, .count = 0};
+    simulation->event_memory[k] = (kt_event_memory){.corner = (double)NAN};
     simulation->event_root[k] = (kt_event_root){.due = 0};
     simulation->event_time = (double)NAN;
     simulation->watch = &watch;

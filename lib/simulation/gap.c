@@ -15,7 +15,8 @@
  * otherwise it is halved again, as it is while the bodies turn by more than a radian. Dense output whose own stages meet
  * the effect (dop853) is wrong by metres: from knot to knot w is at least |d1 - d0| / h. At a boundary, d is where the
  * effect acts at twice the depth that it has at the ends of the step, which the stages next to them have seen; the
- * depth of rounding does not count.
+ * depth of rounding does not count. Where d is a coordinate (a stop; the centre of a free body above a plane on the
+ * ground, which its rotations do not move), u is d' and r is 0.
  *
  * A step that went deeper in between is taken back and repeated up to the time that was found: its last stage sees the
  * effect, and the control of the error does the rest.
@@ -96,7 +97,7 @@ static double error_of_cubic(const search *s, const knot *a, const knot *m, cons
 
 /* The gaps in the state y, to `gaps`; swept: data hold the motion of links there. */
 static void gaps_in(kt_simulation *simulation, const double *y, bool swept, kt_gap *gaps) {
-    kt_gaps_evaluate(simulation->model, simulation->data, simulation->gap_effect, simulation->size.gap, y,
+    kt_gaps_evaluate(simulation->model, simulation->data, simulation->gap_source, simulation->size.gap, y,
                      y + simulation->size.nq, swept, gaps);
 }
 
@@ -266,7 +267,7 @@ static void name_effect(const kt_model *model, const kt_effect_record *effect, c
 
 static kt_status refuse(const kt_simulation *simulation, size_t k, double t, double depth, kt_error *error) {
     char name[KT_WHERE_SIZE];
-    const kt_effect_record *effect = simulation->gap_effect[k];
+    const kt_effect_record *effect = simulation->gap_source[k].effect;
     name_effect(simulation->model, effect, name, sizeof name);
     return kt_error_set(
         error, KT_ERROR_STEP, name,

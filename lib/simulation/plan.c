@@ -3,6 +3,7 @@
  * Nothing is decided here. What a scene does not name has no entries in the model's arrays, over which the kernels'
  * loops run, and whole passes are skipped when a count is zero; this file reads the same counts.
  */
+#include "constraint/group.h"
 #include "integrator/integrator.h"
 #include "model/model.h"
 #include "simulation/simulation.h"

@@ -53,7 +53,7 @@ static double fastest_rotation(const kt_simulation *simulation) {
     double fastest = 0.0;
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts facts = kt_motion_facts_of((kt_motion)link->motion);
+        const kt_motion_facts facts = kt_motion_facts_of(link->motion);
         for (int k = facts.lengths; k < facts.velocities; k++)
             fastest = fmax(fastest, fabs(v[link->v + k]));
     }

@@ -18,18 +18,21 @@ kt_run kt_run_default(void) {
 static bool not_negative(double x) { return isfinite(x) && x >= 0.0; }
 
 /* The times of a run reach the duration; a smaller step would be lost in their rounding (integrator/step.c). */
-static double least_step(double duration) { return 16.0 * DBL_EPSILON * duration; }
+static kt_status check_length(const kt_run *run, const char *where, double step, kt_error *error) {
+    const double least = 16.0 * DBL_EPSILON * run->duration;
+    if (step > 0.0 && step <= least)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, where,
+                            "%g s: is lost in the rounding of times up to %g s; take one above %.3g s, or a shorter "
+                            "duration",
+                            step, run->duration, least);
+    return KT_OK;
+}
 
 static kt_status check_step(const kt_run *run, kt_error *error) {
     if (!not_negative(run->step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%g s: must be above zero, or zero for an adaptive step",
                             run->step);
-    if (run->step > 0.0 && run->step <= least_step(run->duration))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "step",
-                            "%g s: is lost in the rounding of times up to %g s; take one above %.3g s, or a shorter "
-                            "duration",
-                            run->step, run->duration, least_step(run->duration));
-    return KT_OK;
+    return check_length(run, "step", run->step, error);
 }
 
 /* It bounds the steps that a method chooses; a fixed one does not read it. */
@@ -37,12 +40,7 @@ static kt_status check_max_step(const kt_run *run, kt_error *error) {
     if (!not_negative(run->max_step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "max_step", "%g s: must be above zero, or zero for no limit",
                             run->max_step);
-    if (run->step == 0.0 && run->max_step > 0.0 && run->max_step <= least_step(run->duration))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "max_step",
-                            "%g s: is lost in the rounding of times up to %g s; take one above %.3g s, or a shorter "
-                            "duration",
-                            run->max_step, run->duration, least_step(run->duration));
-    return KT_OK;
+    return run->step == 0.0 ? check_length(run, "max_step", run->max_step, error) : KT_OK;
 }
 
 static kt_status check_tolerances(const kt_run *run, kt_error *error) {

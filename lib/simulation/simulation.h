@@ -70,6 +70,7 @@ typedef struct kt_simulation_memory {
     double closes_at[KT_SWITCH_MAX]; /* likewise, the gaps at which open ones close: 0, or less */
     uint64_t released;               /* contacts that do not act: of the set */
     uint64_t held;                   /* friction that slips in joints that contacts hold: of the set */
+    uint64_t counted;                /* contacts that are closed, and friction that sticks, as `contacts` counts */
 #endif
     int64_t fires; /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
@@ -79,6 +80,7 @@ typedef struct kt_event_memory {
     int64_t side;   /* the sign that its value had last; 0: not known */
     uint64_t count; /* how often it has happened */
     double size;    /* the largest |value| along the last step */
+    double corner;  /* its first corner after the last step that began where none was known; NaN: not known */
 } kt_event_memory;
 
 /* A root of an event in the last step. */
@@ -88,6 +90,16 @@ typedef struct kt_event_root {
     int64_t side;     /* the sign behind it */
     double time;      /* s */
 } kt_event_root;
+
+/* Of an event, while its roots are looked for along a step. */
+typedef struct kt_event_search {
+    int side;      /* the sign of its value where the next panel begins; 0: not known */
+    double size;   /* the largest |value| so far */
+    double corner; /* the next corner; NaN: not known */
+} kt_event_search;
+
+/* Values of an event that are kept: five along a panel, and that where the step begins. */
+enum { KT_EVENT_VALUES = 6 };
 
 /* The results of the present state that data hold, so that they need not be computed again. */
 typedef enum kt_cached {
@@ -158,7 +170,7 @@ struct kt_contacts; /* contact.c */
 
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
-    X(const kt_effect_record *, gap_effect, size->gap, "those that act on one side of a boundary")                     \
+    X(kt_gap_source, gap_source, size->gap, "effects that act on one side of a boundary")                              \
     X(kt_gap, gap_begin, size->gap, "gaps of effects at gap_time, where the next step begins")                         \
     X(kt_gap, gap_end, size->gap, "scratch: where a step ends")                                                        \
     X(kt_gap, gap_middle, size->gap, "scratch: in its middle")                                                         \
@@ -166,7 +178,8 @@ struct kt_contacts; /* contact.c */
     X(kt_event, event, size->event, "in the order in which they were added")                                           \
     X(kt_event_memory, event_memory, size->event, "part of a checkpoint")                                              \
     X(kt_event_root, event_root, size->event, "in the last step; part of a checkpoint")                                \
-    X(double, event_value, 5 * size->event, "at event_time, and along the last step")                                  \
+    X(kt_event_search, event_search, size->event, "scratch")                                                           \
+    X(double, event_value, KT_EVENT_VALUES * size->event, "at event_time, and along a panel of the last step")         \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
     X(double, rate, size->rate, "velocities that positions follow, of the caller's right-hand side")                   \
@@ -273,8 +286,10 @@ struct kt_simulation {
     uint64_t contact_released; /* of these, those that are released at first */
     double contact_margin;     /* gaps that become smaller than this below zero have not parted */
 #endif
-    double event_time; /* of event_value; NaN: not known */
-    double step;       /* fixed, or 0 */
+    double event_time;                 /* of event_value; NaN: not known */
+    double event_reach;                /* up to where the last step was looked at */
+    double event_rate, event_rate_end; /* the largest rate of a turn there and at the end of the step, rad/s */
+    double step;                       /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */

@@ -325,7 +325,7 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
 /* Events begin anew: none has happened, and their sides are those of the new state. */
 static void forget_events(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->event_count; k++)
-        simulation->event_memory[k] = (kt_event_memory){.side = 0, .count = 0};
+        simulation->event_memory[k] = (kt_event_memory){.corner = (double)NAN};
     simulation->event_time = (double)NAN;
     simulation->memory.fires = false;
     simulation->memory.event_instants = simulation->memory.event_row = simulation->memory.event_shrinking = 0;
@@ -342,6 +342,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
         simulation->contact_calls->open(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->contact_count};
     simulation->memory.released = simulation->contact_released;
+    simulation->memory.counted = 0;
 #endif
     if (simulation->transformation != NULL) {
         status = kt_state_project(simulation->user_model, simulation->user_data, t, q, v, &changed, error);

@@ -1,10 +1,12 @@
 /* Values and derivatives of formulas, against the same formulas written in C, in long double, and their differences. */
+#include "expression/third.h"
 #include "kinetree/expression.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdalign.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
@@ -131,6 +133,30 @@ KT_TEST(derivatives_along_a_curve_are_those_of_differences) {
     kt_check_worst(&value);
     kt_check_worst(&one);
     kt_check_worst(&two);
+}
+
+/* Along a line, against differences of the eighth order of the second derivative. */
+KT_TEST(third_derivatives_are_differences_of_the_second) {
+    static const double first[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0}, rates[] = {0.7, -0.4};
+    const double h = 2e-3;
+    kt_worst worst = kt_worst_make("third");
+    for (int k = 0; k < COUNT; k++) {
+        const kt_expression *formula = read_formula(texts[k]);
+        for (int i = 0; formula != NULL && i < POINTS; i++) {
+            double expected = 0.0, scale = 1.0;
+            for (int n = -4; n <= 4; n++) {
+                const double at[] = {points[i][0] + n * h * rates[0], points[i][1] + n * h * rates[1]};
+                double out[3];
+                kt_expression_taylor(formula, at, rates, NULL, out);
+                expected += n == 0 ? 0.0 : (n > 0 ? 1.0 : -1.0) * first[abs(n) - 1] * out[2] / h;
+                scale = fmax(scale, fmax(fabs(out[0]), fabs(out[2])));
+            }
+            scale = fmax(scale, fabs(expected));
+            kt_worst_near(&worst, kt_expression_third(formula, points[i], rates), expected, 4e-12 * scale, "'%s' at %d",
+                          texts[k], i);
+        }
+    }
+    kt_check_worst(&worst);
 }
 
 /* What does not change passes nothing on, however steep the function is there. */

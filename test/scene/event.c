@@ -113,6 +113,86 @@ KT_TEST(a_run_has_the_events_of_its_scene) {
     kt_model_free(model);
 }
 
+/* ---- long steps -------------------------------------------------------------------------------------------------- */
+
+/* A scene that is simulated with its events. */
+typedef struct told_run {
+    kt_model *model;
+    kt_simulation *simulation;
+    kt_scene_watch *watch;
+} told_run;
+
+static bool open_run(const char *text, told_run *r) {
+    kt_scene scene;
+    kt_error error = {0};
+    if (!kt_check_true("the scene is read", parse(text, &scene)))
+        return false;
+    kt_simulation_options options = kt_simulation_options_default();
+    options.events = kt_scene_event_room(&scene);
+    kt_status status = kt_model_compile(&scene.description, NULL, &r->model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(r->model, &scene.run, &options, &r->simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&scene, r->model, r->simulation, NULL, 0, &r->watch, &error);
+    kt_scene_free(&scene);
+    kt_check_text("is made", status == KT_OK ? "" : error.message, "");
+    return status == KT_OK;
+}
+
+static void close_run(told_run *r) {
+    kt_scene_watch_free(r->watch);
+    kt_simulation_free(r->simulation);
+    kt_model_free(r->model);
+}
+
+/* A crank turns by itself, so that steps grow to many of its turns: its tip passes y = 0 at 0.1 + t/2 = k pi, a cosine
+ * its level in each of its periods, a spike of 2 ms is one. */
+KT_TEST(events_of_a_crank_are_found_in_long_steps) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "gravity: [0, 0, 0]\n"
+        "bodies:\n"
+        "  - {name: crank, joint: {type: revolute, position: 0.1, velocity: 0.5}, mass: 1, inertia: [1, 1, 1],\n"
+        "     markers: {tip: [1, 0, 0]}}\n"
+        "events:\n"
+        "  - {name: turn, when: marker.crank.tip.y, then: record}\n"
+        "  - {name: crest, when: cos(40*t) > 0.9999, then: record}\n"
+        "  - {name: spike, when: abs(t - 41.123) < 1e-3, then: record}\n"
+        "simulate: {duration: 50}\n";
+    told_run r = {.model = NULL};
+    if (open_run(text, &r)) {
+        kt_error error = {0};
+        kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
+        kt_check_equal_int("turns", (long)kt_simulation_event_count(r.simulation, "turn"), 7);
+        kt_check_equal_int("crests", (long)kt_simulation_event_count(r.simulation, "crest"), 318);
+        kt_check_equal_int("spike", (long)kt_simulation_event_count(r.simulation, "spike"), 1);
+    }
+    close_run(&r);
+}
+
+/* Three events at t = 2, of which the first ends a part of the step and the second is its corner: they happen in the order of the
+ * file, so that x becomes 123. */
+KT_TEST(events_at_a_corner_happen_together_in_order) {
+    static const char text[] = "kinetree: 1\n"
+                               "gravity: [0, 0, 0]\n"
+                               "bodies:\n"
+                               "  - {name: slide, joint: {type: prismatic, velocity: 1}, mass: 1}\n"
+                               "states:\n"
+                               "  x: {rate: 0}\n"
+                               "events:\n"
+                               "  - {name: a, when: t > 2, then: {set: {x: 10*x + 1}}}\n"
+                               "  - {name: b, when: step(t - 2) > 0.5, then: {set: {x: 10*x + 2}}}\n"
+                               "  - {name: c, when: position.slide > 2, then: {set: {x: 10*x + 3}}}\n"
+                               "simulate: {duration: 50}\n";
+    told_run r = {.model = NULL};
+    if (open_run(text, &r)) {
+        kt_error error = {0};
+        kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
+        kt_check_near("x", kt_simulation_own_states(r.simulation)[0], 123.0, 1e-9);
+    }
+    close_run(&r);
+}
+
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
 /* The text that a scene is written as; the caller frees it. */

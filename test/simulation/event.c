@@ -250,6 +250,58 @@ KT_TEST(two_roots_in_one_step_are_found_where_a_parabola_shows_them) {
     kt_model_free(model);
 }
 
+static int sine(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)error;
+    (void)user;
+    *value = sin(at->q[0]);
+    return 0;
+}
+
+static int square_wave(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)error;
+    *value = fabs(at->t - *(const double *)user) < 1e-3 ? 1.0 : -1.0;
+    return 0;
+}
+
+static double edge_of_wave(void *user, double t) {
+    const double middle = *(const double *)user;
+    return t < middle ? middle : HUGE_VAL;
+}
+
+/* A wheel that turns by itself at 7 rad/s passes multiples of pi at 0.1 + 7 t = k pi, however long the steps are; a pulse of
+ * 2 ms, whose middle is told as its corner, is seen. */
+KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
+    static const char *const methods[] = {"auto", "dopri5", "bs32", "dop853", "rkc2", "radau5", "rodas5p"};
+    static const double pi = 3.14159265358979323846;
+    double middle = 13.37;
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_REVOLUTE, 1.0);
+    lone.description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+    lone.body.joint.position[0] = 0.1;
+    lone.body.joint.velocity[0] = 7.0;
+    kt_model *model = kt_scene_compile(&lone.description);
+    for (size_t m = 0; model != NULL && m < sizeof methods / sizeof methods[0]; m++) {
+        kt_error error = {0};
+        told t = {.level = 0.0};
+        kt_run run = kt_run_default();
+        run.integrator = methods[m];
+        run.duration = run.interval = 28.0;
+        kt_simulation *simulation = kt_method_find(methods[m]) != NULL ? simulate(model, &run, 2, 0) : NULL;
+        if (simulation == NULL)
+            continue;
+        kt_note("%s", methods[m]);
+        add(simulation, &(kt_event){.name = "turn", .function = sine, .action = count, .user = &t});
+        add(simulation, &(kt_event){.name = "pulse", .function = square_wave, .corner = edge_of_wave, .user = &middle});
+        (void)kt_fine("runs", kt_simulation_advance(simulation, 28.0, &error), &error);
+        kt_check_equal_int("turns", t.count, 62);
+        for (int k = 0; k < t.count && k < 62; k += 20)
+            kt_check_near("turn, s", t.time[k], ((k + 1) * pi - 0.1) / 7.0, 1e-12);
+        kt_check_equal_int("pulse, both edges", (long)kt_simulation_event_count(simulation, "pulse"), 2);
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
 /* Two levels that are crossed at one time, up to rounding; the first that was added comes first, whatever the signs. */
 KT_TEST(events_at_one_time_happen_in_the_order_in_which_they_were_added) {
     kt_lone lone;

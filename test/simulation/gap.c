@@ -153,17 +153,28 @@ KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
 
 /* A mass swings on a spring, without damping, 0.1 mm further than to its stop: it touches that for 10 ms of a period of
  * 6.3 s. The oracle: two harmonic motions in turn, so that it is at rest again after ten periods; where no touch is seen,
- * at 0.15 m/s. At each kink of the force a method is off by some 1e-6 m/s. */
-static void check_swing(kt_effect touched) {
+ * at 0.15 m/s. At each kink of the force a method is off by some 1e-6 m/s. The mass slides along x, or it is free and rotates
+ * ten times as fast as it swings, held by a spring whose other end is far away. */
+static void check_swing(kt_joint_type type, kt_effect touched) {
     static const double k = 1.0, stop = 1e5, reach = 0.5001, at = 0.5;
     kt_lone lone;
     kt_error error = {0};
     kt_effect effects[2] = {kt_effect_default(), touched};
-    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
-    lone.body.joint.position[0] = reach;
-    effects[0].type = KT_EFFECT_JOINT_SPRING;
-    effects[0].joint = lone.body.name;
+    kt_lone_make(&lone, type, 1.0);
     effects[0].stiffness = k;
+    if (type == KT_JOINT_FREE) {
+        lone.body.joint.at = kt_vec3_make(0.125, -1.0, 0.25);
+        lone.body.joint.velocity[3] = 10.0;
+        lone.body.joint.velocity[5] = 1.0;
+        effects[0].type = KT_EFFECT_SPRING;
+        effects[0].between[0].body = lone.body.name;
+        effects[0].between[1].at = kt_vec3_make(-10.0, -1.0, 0.25);
+        effects[0].length = 10.0;
+    } else {
+        effects[0].type = KT_EFFECT_JOINT_SPRING;
+        effects[0].joint = lone.body.name;
+    }
+    lone.body.joint.position[0] = reach - lone.body.joint.at.x;
     effects[1].stiffness = stop;
     lone.description.effects = effects;
     lone.description.effect_count = 2;
@@ -192,10 +203,11 @@ KT_TEST(swing_that_touches_a_stop_is_seen) {
     stop.type = KT_EFFECT_JOINT_LIMIT;
     stop.joint = "block";
     stop.lower = -0.5;
-    check_swing(stop);
+    check_swing(KT_JOINT_PRISMATIC, stop);
 }
 
-/* A sphere at a corner of the mass, on a linear spring at a plane of the ground, is such a stop. */
+/* A sphere at a corner of the mass, on a linear spring at a plane of the ground, is such a stop; so is one about the centre
+ * of a mass that is free. */
 KT_TEST(swing_that_touches_the_ground_is_seen) {
     kt_effect contact = kt_effect_default();
     contact.type = KT_EFFECT_CONTACT;
@@ -204,7 +216,10 @@ KT_TEST(swing_that_touches_the_ground_is_seen) {
     contact.radius = 0.05;
     contact.axis = kt_vec3_make(1.0, 0.0, 0.0);
     contact.exponent = 1.0;
-    check_swing(contact);
+    check_swing(KT_JOINT_PRISMATIC, contact);
+    contact.between[0].at = kt_vec3_make(0.0, 0.0, 0.0);
+    contact.between[1].at.x = -0.55;
+    check_swing(KT_JOINT_FREE, contact);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
