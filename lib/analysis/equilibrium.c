@@ -66,13 +66,6 @@ typedef struct search {
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
 
-static double dot(const double *a, const double *b, size_t n) {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
 static void find_dependents(search *s) {
     s->dependents = 0;
     for (size_t i = 0; i < s->l->size.v; i++)
@@ -328,7 +321,7 @@ static bool is_better(const search *s, double length) {
         return false;
     if (s->nearest) /* in the freedoms of the start, in which the step is Newton's, |g| falls at first */
         return square_of_force(s, l->behind) < square_of_force(s, l->force);
-    const double work = dot(l->force, l->step, (size_t)s->dofs) + dot(l->behind, l->step, (size_t)s->dofs);
+    const double work = kt_dense_dot(l->force, l->step, s->dofs) + kt_dense_dot(l->behind, l->step, s->dofs);
     return work > 0.0;
 }
 

@@ -124,7 +124,7 @@ static void reduce_to_states(kt_linearization *l, const kt_system_arrays *out, c
 static void add_rotation_rate(const kt_linearization *l, const double *dq, double *x) {
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         if (!motion.quaternions)
             continue;
         const int first = link->v + motion.plain;

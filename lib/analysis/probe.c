@@ -73,7 +73,7 @@ static void positions_floor(const kt_linearization *l, double *floor) {
         const kt_link *link = &l->model->link[i];
         for (int k = 0; k < kt_link_dofs(link); k++)
             floor[link->v + k] =
-                k < kt_link_facts(link).plain ? fmax(fabs(l->q0[link->q + k]), l->unit[link->v + k]) : 1.0;
+                k < kt_motion_facts_of(link->motion).plain ? fmax(fabs(l->q0[link->q + k]), l->unit[link->v + k]) : 1.0;
     }
 }
 

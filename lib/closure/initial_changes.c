@@ -44,7 +44,7 @@ static void note(kt_initial_change *part, double change, double unit) {
 
 static void note_link(const kt_model *model, const kt_link *link, const double *q, const double *v, double speed,
                       parts *p) {
-    const int plain = kt_link_facts(link).plain;
+    const int plain = kt_motion_facts_of(link->motion).plain;
     for (int k = 0; k < kt_link_dofs(link); k++) {
         const double unit = unit_of(model, link, k);
         const bool angular = plain > 0 && k >= plain;

@@ -126,7 +126,7 @@ static void damped_step(const kt_model *model, kt_data *data, size_t g, double m
 void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
-        memcpy(to + link->q, from + link->q, (size_t)kt_link_facts(link).positions * sizeof *to);
+        memcpy(to + link->q, from + link->q, (size_t)kt_motion_facts_of(link->motion).positions * sizeof *to);
     }
 }
 

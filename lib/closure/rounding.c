@@ -1,33 +1,14 @@
-/* How far velocity equations are violated, by the entries of A or, in a group with fronts, by its kernel; and what of
- * a violation rounding may leave. */
+/* What of a violation rounding may leave. */
 #include "closure/rounding.h"
 
 #include "model/function.h"
-
-void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const double *v,
-                                 kt_violation *violation) {
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (!kt_group_has_fronts(&model->group[g])) {
-        kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
-        return;
-    }
-    model->group_kernels->apply(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
-    kt_group_violation(&w, w.multiplier, violation);
-}
-
-void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v, kt_violation *violation) {
-    violation->velocity = violation->slip = 0.0;
-    violation->speed = KT_SPEED_LEAST;
-    for (size_t g = 0; g < model->n.group; g++)
-        kt_group_velocity_violation(model, data, g, v, violation);
-}
 
 double kt_group_rounding(const kt_model *model, size_t g, const double *q) {
     const kt_group *group = &model->group[g];
     double most = 1.0;
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             most = fmax(most, fabs(q[link->q + k]) / (k < motion.lengths ? model->length : 1.0));
     }

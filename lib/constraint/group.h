@@ -38,8 +38,6 @@
     X(wrench, n ? 0 : 2 * KT_FRONT_SPACE * k, "of a unit multiplier on both ends' links, about their origins")         \
     X(front, group->front.count, "of the elimination by fronts (front.h)")
 
-KT_INLINE kt_real1 kt_larger(kt_real1 a, kt_real1 b) { return KT_CHOOSE(a > b, a, b); }
-
 typedef struct kt_group_work {
     int m, k;
     kt_index1 *pivot;
@@ -110,6 +108,9 @@ KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *gr
 /* Copies numbers of a group's first `count` slots to the order of all equations, that of the loops; or back. */
 void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations);
 void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots);
+
+/* Whether a group has the plan of fronts: its matrices are those of the fronts, in whichever of their forms. */
+static inline bool kt_group_has_fronts(const kt_group *group) { return group->form >= KT_FORM_FRONT; }
 
 /* Whether a group is planar. */
 static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {

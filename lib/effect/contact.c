@@ -20,6 +20,13 @@
 static void check(kt_checker *checker, const kt_effect *effect) {
     if (KT_HAS_SWITCHES)
         kt_effect_check_hard(checker, effect, "contact");
+    if (kt_effect_has_axle(effect) && !kt_effect_is_hard(effect))
+        kt_checker_fault(
+            checker, "axle", -1,
+            "an elastic contact is that of a sphere; give a restitution in place of the stiffness, or leave "
+            "`axle` out");
+    else if (kt_effect_has_axle(effect) && !(effect->radius > 0.0))
+        kt_checker_fault(checker, "radius", -1, "radius is %g; that of a disc must be above 0", effect->radius);
     if (kt_number_is_fine(effect->exponent) && !(effect->exponent >= 1.0))
         kt_checker_fault(checker, "exponent", -1,
                          "exponent is %g; it must be 1 or more: below, contact would begin with an infinite stiffness",
@@ -150,15 +157,32 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 #endif
 
 #if KT_HAS_GAP
-/* -x, and how the sphere's centre moves in the frame of the plane; of a plane on the ground, in the world's axes. */
+/* How far the lowest point is below the centre: r, of a disc r |n x a|. */
+static double reach_of(const kt_effect_record *effect, const kt_effect_end *end) {
+#if KT_HAS_SWITCHES
+    if (effect->disc)
+        return effect->radius * kt_vec3_norm(kt_vec3_cross(end[1].axes.z, end[0].axes.z));
+#else
+    (void)end;
+#endif
+    return effect->radius;
+}
+
+/* -x, and how the sphere's centre moves in the frame of the plane; of a plane on the ground, in the world's axes. A disc's contact
+ * is hard, and of it the distance alone is asked for. */
 static kt_gap find_gap(const kt_effect_record *effect, const kt_effect_end *end) {
     const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point), n = end[1].axes.z;
-    const double distance = kt_vec3_dot(n, from_plane) - effect->radius;
+    const double distance = kt_vec3_dot(n, from_plane) - reach_of(effect, end);
     if (effect->force_link[1] == 0)
         return (kt_gap){distance, kt_vec3_dot(n, end[0].velocity), end[0].velocity, kt_vec3_norm(end[0].omega)};
     const kt_vec3 carried = kt_vec3_add(end[1].velocity, kt_vec3_cross(end[1].omega, from_plane));
     const kt_vec3 u = kt_mat3_apply_transposed(end[1].axes, kt_vec3_sub(end[0].velocity, carried));
     return (kt_gap){distance, u.z, u, kt_vec3_norm(kt_vec3_sub(end[0].omega, end[1].omega))};
+}
+
+/* Where the height n . (c - p) is a coordinate. */
+static kt_gap find_joint_gap(const kt_effect_record *effect, double height, double rate) {
+    return (kt_gap){.distance = height - effect->radius, .rate = rate, .velocity = {0.0, 0.0, rate}};
 }
 #endif
 
@@ -166,12 +190,18 @@ const kt_effect_kind KT_EFFECT(kt_effect_contact) = {.check = check,
                                                      .energetics = energetics,
                                                      .wrench = evaluate_wrench,
                                                      .gap = KT_GAP(find_gap),
+                                                     .joint_gap = KT_GAP(find_joint_gap),
                                                      .jacobian = KT_IF_JACOBIAN(write_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     {"point", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the centre of the sphere"), .needed = true},
     {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m", KT_WORDS("r; 0: a point"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"axle", KT_KEY_AXIS, KT_EFFECT_AT(axle), "",
+     KT_WORDS(
+         "of a thin disc in place of the sphere, whose rim touches: its axis, in the frame of the point; of a hard "
+         "contact"),
+     "a sphere", .needed = false},
     {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "", KT_WORDS("a frame in the plane"), .needed = true},
     {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "",
      KT_WORDS("n, the normal of the plane, in that frame, out of the half-space"), .needed = false},

@@ -64,6 +64,12 @@ typedef struct kt_gap {
     double turn;      /* rad/s; at which these axes turn relative to what approaches */
 } kt_gap;
 
+/* Such an effect. */
+typedef struct kt_gap_source {
+    const kt_effect_record *effect;
+    const kt_link *link; /* whose coordinates alone its gap depends on; NULL: the gap is that of frames */
+} kt_gap_source;
+
 /* A type is one file, compiled for values and once more for derivatives: const kt_effect_kind
  * KT_EFFECT(kt_effect_spring). Its descriptor, which is compiled once, has its keys; which ends, joint and functions of
  * time it reads follows from them. */
@@ -96,7 +102,8 @@ typedef struct kt_effect_kind {
     void (*formula_wrench)(const kt_effect_record *effect, const double values[6], const kt_effect_end *end,
                            kt_wrench *wrench, kt_effect_balance *balance);
     /* Of effects that act on one side of a boundary alone; NULL: all others. Of the first end the axes are not set, nor are
-     * the velocities of a second one on the ground. */
+     * the velocities of a second one on the ground. joint_gap: q is the effect's coordinate, or of a contact the height of
+     * its centre, where that is a sum of coordinates. */
     kt_gap (*gap)(const kt_effect_record *effect, const kt_effect_end *end);
     kt_gap (*joint_gap)(const kt_effect_record *effect, double q, double v);
     /* The highest derivative of its functions of time that the force depends on; 0: their values alone. */
@@ -118,9 +125,8 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #define KT_IF_JACOBIAN(function) function
 #endif
 
-/* The same for what derivatives do not need. A library without Jacobians, which is meant to be small and whose steps are
- * fixed in control loops, does not look for contacts between stages (3.7 kB on a Cortex-M7). */
-#if defined(KT_DUAL) || defined(KT_LANES) || defined(KT_NO_JACOBIAN)
+/* The same for what derivatives and lanes do not need. */
+#if defined(KT_DUAL) || defined(KT_LANES)
 #define KT_HAS_GAP 0
 #define KT_GAP(function) NULL
 #else
@@ -143,6 +149,25 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
 /* Of a contact of these: whether it has friction. */
 static inline bool kt_effect_rubs(const kt_effect *effect) {
     return effect->type == KT_EFFECT_CONTACT && kt_effect_is_hard(effect) && effect->friction > 0.0;
+}
+/* Whether a contact is that of a disc's rim, not of a sphere. */
+static inline bool kt_effect_has_axle(const kt_effect *effect) {
+    return effect->type == KT_EFFECT_CONTACT &&
+           (effect->axle.x != 0.0 || effect->axle.y != 0.0 || effect->axle.z != 0.0);
+}
+/* From the centre of a contact's sphere, -r n, or of a disc with the axle a, -r a x (n x a) / |n x a|, to the lowest point: of a
+ * disc that lies flat any one of its rim. */
+static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 axes, kt_vec3 n) {
+#if KT_HAS_SWITCHES
+    const kt_vec3 across = kt_vec3_cross(n, axes.z);
+    const double s = kt_vec3_norm(across);
+    if (effect->disc)
+        return s > 0.0 ? kt_vec3_scale(-effect->radius / s, kt_vec3_cross(axes.z, across))
+                       : kt_vec3_scale(-effect->radius, axes.x);
+#else
+    (void)axes;
+#endif
+    return kt_vec3_scale(-effect->radius, n);
 }
 /* Of friction that sticks: a constraint while it does (compile/hard.c). */
 static inline bool kt_effect_sticks(const kt_effect *effect) {

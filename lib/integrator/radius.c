@@ -19,6 +19,8 @@
  */
 #include "integrator/stabilised.h"
 
+#include "linear/cholesky.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -29,13 +31,6 @@ typedef struct hessenberg {
     double h[N][N]; /* row-major */
 } hessenberg;
 
-static double product(const double *a, const double *b, size_t n) {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
 /* The spectral radius of the leading k rows and columns. The norm is divided out before each squaring, and its root is
  * multiplied back. */
 static double radius_of(const hessenberg *matrix, int k) {
@@ -44,7 +39,7 @@ static double radius_of(const hessenberg *matrix, int k) {
     for (int p = 0; p <= SQUARINGS; p++) {
         double norm = 0.0;
         for (int i = 0; i < k; i++)
-            norm += product(b.h[i], b.h[i], (size_t)k);
+            norm += kt_dense_dot(b.h[i], b.h[i], k);
         norm = sqrt(norm);
         if (!(norm > 0.0) || !isfinite(norm))
             return norm;
@@ -71,7 +66,7 @@ static void first_direction(double *v, size_t n, uint64_t step) {
         const double x = 0.61803398874989485 * (double)(i + 1 + step % 4096);
         v[i] = x - floor(x) - 0.5;
     }
-    const double length = sqrt(product(v, v, n));
+    const double length = sqrt(kt_dense_dot(v, v, (int)n));
     for (size_t i = 0; i < n; i++)
         v[i] /= length;
 }
@@ -86,14 +81,14 @@ static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double
         return result->result;
     for (size_t i = 0; i < n; i++)
         w[i] = (it->k[1][i] - it->k[0][i]) / delta;
-    const double before = sqrt(product(w, w, n));
+    const double before = sqrt(kt_dense_dot(w, w, (int)n));
     for (int l = 0; l <= j; l++) {
-        const double *u = v - (size_t)(j - l) * n, part = product(u, w, n);
+        const double *u = v - (size_t)(j - l) * n, part = kt_dense_dot(u, w, (int)n);
         matrix->h[l][j] = part;
         for (size_t i = 0; i < n; i++)
             w[i] -= part * u[i];
     }
-    const double length = sqrt(product(w, w, n));
+    const double length = sqrt(kt_dense_dot(w, w, (int)n));
     *left = before > 0.0 ? length / before : 0.0;
     if (j + 1 < N)
         matrix->h[j + 1][j] = length;
@@ -105,7 +100,7 @@ static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double
 /* The size of y; a small part of it is the step delta of the differences. Near y = 0 their rounding error eps |f| /
  * delta would exceed them, so the size is at least 1e-6, and 1 at y = 0. */
 static double size_of(const double *y, size_t n) {
-    const double size = sqrt(product(y, y, n));
+    const double size = sqrt(kt_dense_dot(y, y, (int)n));
     return size > 0.0 ? fmax(size, 1e-6) : 1.0;
 }
 

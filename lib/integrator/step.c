@@ -116,8 +116,10 @@ static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try 
         result->code = code;
         return fail(result, code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, "the projection", t);
     }
-    if (*changed && (result->component = kt_first_not_finite(it->trial, it->sizes.n)) < it->sizes.n)
+    if (*changed && !kt_all_finite(it->trial, it->sizes.n)) {
+        result->component = kt_first_not_finite(it->trial, it->sizes.n);
         return fail(result, KT_TRY_NOT_FINITE, "the projected state", t);
+    }
     return KT_TRY_PASSED;
 }
 

@@ -427,16 +427,10 @@ static inline void kt_coulomb_rotate(const kt_coulomb *c, kt_coulomb_solution *t
     }
 }
 
-/* Solves one combination of modes, from directions that are turned from the guess: Newton's iteration, whose steps are halved until the residual falls. */
-static inline bool kt_coulomb_try(const kt_coulomb *c, double turned, kt_coulomb_solution *to) {
+/* Newton's iteration for the directions of one combination of modes, from those in `to`. Its steps are halved until the residual falls. */
+static inline bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to) {
     double angle[KT_COULOMB_ROWS], next[KT_COULOMB_ROWS], residual, last = HUGE_VAL, part = 1.0;
     kt_coulomb_system s;
-    if (!kt_coulomb_is_unique(c, to))
-        return false;
-    for (int i = 0; i < c->n; i++)
-        if (c->item[i].type == KT_COULOMB_SLIPS)
-            memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
-    kt_coulomb_guess(c, turned, to);
     for (int k = 0; k < KT_COULOMB_ITERATIONS; k++) {
         kt_coulomb_linear(c, to, &s);
         kt_coulomb_turn(c, to, &s, next, &residual);
@@ -453,6 +447,17 @@ static inline bool kt_coulomb_try(const kt_coulomb *c, double turned, kt_coulomb
         kt_coulomb_rotate(c, to, angle, part);
     }
     return false;
+}
+
+/* Solves one combination of modes, from directions that are turned from the guess. */
+static inline bool kt_coulomb_try(const kt_coulomb *c, double turned, kt_coulomb_solution *to) {
+    if (!kt_coulomb_is_unique(c, to))
+        return false;
+    for (int i = 0; i < c->n; i++)
+        if (c->item[i].type == KT_COULOMB_SLIPS)
+            memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
+    kt_coulomb_guess(c, turned, to);
+    return kt_coulomb_iterate(c, to);
 }
 
 /* The next mode of an item behind another, or behind -1; false: there is none. */

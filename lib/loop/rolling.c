@@ -19,7 +19,8 @@
  *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r)
  *     W' = alpha1 - alpha2 - w2 x W
  *     drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t'))
- * A ball that rolls, of a hard contact with friction (compile/hard.c), has t = n, s = 1 and t' = 0 in place of these.
+ * A ball that rolls, of a hard contact with friction (compile/hard.c), has t = n, s = 1 and t' = 0 in place of these. Of a disc that
+ * may leave the plane the rim alone, the third row, is the loop that bounds a side.
  * A disc that lies flat (s = 0) touches everywhere: t is then taken along its x axis, and t' as that of s = 1e-6.
  */
 #include "loop/relative.h"
@@ -28,7 +29,7 @@
 
 #ifndef KT_NO_LOOPS
 static const double FLAT = 1e-6;
-enum { BALL = 1 };
+enum { BALL = 1, RIM };
 
 typedef struct contact {
     kt_real c, s;
@@ -59,26 +60,27 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     const kt_vector carried = kt_cross(w2, r), u = end[0].velocity - end[1].velocity - carried;
     const kt_vector bias = kt_scale(rho, kt_cross(kt_cross(w2, turning), at.t) - kt_cross(turning, at.rate)) -
                            kt_cross(w2, u + u + carried);
-    const int count = loop->contact ? 3 : 2;
+    const bool is_rim = KT_HAS_SWITCHES && loop->form == RIM, touches = is_rim || loop->contact;
+    const int first = is_rim ? 2 : 0, count = touches ? 3 - first : 2;
     for (int k = 0; k < count; k++) {
-        const kt_vector direction = end[1].axes[k];
+        const kt_vector direction = end[1].axes[first + k];
         rows[k] =
             (kt_loop_row){.moment = kt_cross(direction, point), .force = -direction, .drift = kt_dot(direction, bias)};
     }
-    if (loop->contact) {
-        rows[2].residual = kt_dot(n, r) - rho * at.s;
-        rows[2].holonomic = true;
+    if (touches) {
+        rows[count - 1].residual = kt_dot(n, r) - rho * at.s;
+        rows[count - 1].holonomic = true;
     }
     return count;
 }
 
-static int row_count(const kt_loop *loop) { return loop->holonomic ? 3 : 2; }
+static int row_count(const kt_loop *loop) { return loop->side != KT_SIDE_NONE ? 1 : loop->holonomic ? 3 : 2; }
 
 #if KT_HAS_SWITCHES
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
 static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
-    record->form = loop->equation_count > 0 ? BALL : 0;
+    record->form = loop->side != KT_SIDE_NONE ? RIM : loop->surface.type == KT_SURFACE_SPHERE ? BALL : 0;
 }
 #else
 #define choose_form NULL

@@ -174,14 +174,35 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
 
 /* ---- gaps -------------------------------------------------------------------------------------------------------- */
 
-size_t kt_gap_list(const kt_model *model, const kt_effect_record **effects) {
+/* The link of a body that moves freely and ends in a plane on the ground with its centre of mass, which is the origin of its
+ * joint; NULL: of any other. Rotations of such a body do not move the point: forces alone do. */
+static const kt_link *free_link_of(const kt_model *model, const kt_effect_record *effect) {
+    const kt_link *link = &model->link[model->force_link[effect->force_link[0]].link];
+    const kt_vec3 at = effect->frame[0].position, moment = link->moment;
+    const bool is_free = link->motion == KT_MOTION_FREE && link->parent == 0 && !link->rest_is_rotated &&
+                         link->group < 0 && !link->leads && !link->branches;
+    const bool is_centre = kt_vec3_dot(at, at) == 0.0 && kt_vec3_dot(moment, moment) == 0.0;
+    return is_free && is_centre && !model->body[effect->body[0]].on_variable_link ? link : NULL;
+}
+
+/* Whether its second end is on the ground. */
+static bool ends_on_ground(const kt_effect_record *effect) {
+    return effect->ends == 2 && effect->force_link[1] == 0 && !effect->relative.type;
+}
+
+size_t kt_gap_list(const kt_model *model, kt_gap_source *sources) {
     size_t count = 0;
     for (size_t i = 0; i < model->n.batch; i++) {
         const kt_effect_batch *batch = &model->batch[i];
         if (!kt_effect_has_gap(batch->type))
             continue;
-        for (int32_t j = 0; j < batch->count && effects != NULL; j++)
-            effects[count + (size_t)j] = &model->effect[batch->first + j];
+        for (int32_t j = 0; j < batch->count && sources != NULL; j++) {
+            const kt_effect_record *effect = &model->effect[batch->first + j];
+            const kt_link *link = effect->ends == 0        ? &model->link[effect->link[0]]
+                                  : ends_on_ground(effect) ? free_link_of(model, effect)
+                                                           : NULL;
+            sources[count + (size_t)j] = (kt_gap_source){effect, link};
+        }
         count += (size_t)batch->count;
     }
     return count;
@@ -209,20 +230,31 @@ KT_INLINE kt_gap gap_to_ground(const kt_data *data, const kt_effect_record *effe
     return kt_effect_kind_of(effect->type)->gap(effect, end);
 }
 
-void kt_gaps_evaluate(const kt_model *model, kt_data *data, const kt_effect_record *const *effects, size_t count,
-                      const double *q, const double *v, bool swept, kt_gap *gaps) {
-    if (!swept && count > 0 && effects[count - 1]->ends > 0) /* effects in joints come first */
-        kt_force_frames_sweep(model, data, q, v);
+/* Of an effect in a joint, or of a free body's centre (free_link_of), whose coordinate is the height above the plane. */
+KT_INLINE kt_gap gap_in_coordinates(const kt_gap_source *from, const double *q, const double *v) {
+    const kt_effect_record *effect = from->effect;
+    const double *at = q + from->link->q, *rate = v + from->link->v;
+    if (effect->ends == 0)
+        return kt_effect_kind_of(effect->type)->joint_gap(effect, at[0], rate[0]);
+    const kt_vec3 n = effect->frame[1].rotation.z;
+    const kt_vec3 plane = kt_vec3_sub(effect->frame[1].position, from->link->at);
+    const kt_vec3 from_plane = kt_vec3_sub(kt_vec3_make(at[0], at[1], at[2]), plane);
+    return kt_effect_kind_of(effect->type)
+        ->joint_gap(effect, kt_vec3_dot(n, from_plane), kt_vec3_dot(n, kt_vec3_make(rate[0], rate[1], rate[2])));
+}
+
+void kt_gaps_evaluate(const kt_model *model, kt_data *data, const kt_gap_source *sources, size_t count, const double *q,
+                      const double *v, bool swept, kt_gap *gaps) {
     for (size_t k = 0; k < count; k++) {
-        const kt_effect_record *effect = effects[k];
-        if (effect->ends == 0) {
-            const kt_link *link = &model->link[effect->link[0]];
-            gaps[k] = kt_effect_kind_of(effect->type)->joint_gap(effect, q[link->q], v[link->v]);
-        } else if (effect->ends == 2 && effect->force_link[1] == 0 && !effect->relative.type) {
-            gaps[k] = gap_to_ground(data, effect);
-        } else {
-            gaps[k] = gap_of_moving_ends(model, data, effect, q);
+        if (sources[k].link != NULL) {
+            gaps[k] = gap_in_coordinates(&sources[k], q, v);
+            continue;
         }
+        if (!swept)
+            kt_force_frames_sweep(model, data, q, v);
+        swept = true;
+        gaps[k] = ends_on_ground(sources[k].effect) ? gap_to_ground(data, sources[k].effect)
+                                                    : gap_of_moving_ends(model, data, sources[k].effect, q);
     }
 }
 

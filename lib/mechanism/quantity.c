@@ -157,9 +157,10 @@ static double along_line(const reading *r, kt_vec3 vector) {
 static double excess_of(const reading *r) {
 #if KT_HAS_GAP
     const kt_effect_kind *kind = kt_effect_kind_of(r->effect->type);
-    if (kind->joint_gap != NULL)
+    const bool in_coordinate = r->effect->ends == 0 || (KT_HAS_RELATIVE && r->effect->relative.type);
+    if (in_coordinate && kind->joint_gap != NULL)
         return fmax(-kind->joint_gap(r->effect, r->q, r->v).distance, 0.0);
-    if (kind->gap != NULL)
+    if (!in_coordinate && kind->gap != NULL)
         return fmax(-kind->gap(r->effect, r->end).distance, 0.0);
 #else
     (void)r;
@@ -174,7 +175,7 @@ static kt_vec3 tangential(const reading *r, kt_vec3 vector) {
 }
 
 static kt_vec3 lowest_point(const reading *r) {
-    return kt_vec3_sub(r->end[0].point, kt_vec3_scale(r->effect->radius, r->end[1].axes.z));
+    return kt_vec3_add(r->end[0].point, kt_contact_lowest(r->effect, r->end[0].axes, r->end[1].axes.z));
 }
 
 static kt_vec3 velocity_at(const kt_effect_end *end, kt_vec3 point) {

@@ -1,5 +1,5 @@
 /* Hard contacts that slip, by Coulomb's friction. The contact is a loop of the mechanism, whose multiplier is the normal force N.
- * With s the velocity of the sphere's lowest point against the plane, the force
+ * With s the velocity of the sphere's (or disc's) lowest point against the plane, the force
  *
  *     T = -mu N e,   e = s / |s|
  *
@@ -8,7 +8,8 @@
  *
  *     (1 - G) N = N0
  *
- * and with these N the accelerations are evaluated once more: k + 2 evaluations where k contacts slip. Where a contact's
+ * and with these N the accelerations are evaluated once more: k + 2 evaluations where k contacts slip, 2 k + 2 where
+ * that is slow (below). Where a contact's
  * 1 - G_ii is not positive friction wedges it in its own direction of slip, and the force has no value, or two (Painleve 1895): this
  * is an error.
  *
@@ -17,11 +18,21 @@
  * slow e follows s at a rate of mu N / (m |s|), without bound where slip begins: what s has across d there is rounding, and is left
  * out up to `still`, as is slip as slow as that.
  *
+ * Where slip is slow and grows, e is that of a moment later, so that this rate is bounded: with s' the rate of s under these forces
+ *
+ *     s + tau s' = sigma e,   sigma >= 0,   tau = tau0 (1 - |s| / s0)^2,   |s| <= s0
+ *
+ * which is an implicit step of length tau, and at s = 0 the direction in which slip begins. Across e it makes an error of the
+ * acceleration of tau times that of s along e, times the rate at which e turns: all in all tau0 s0 times this rate, of the velocity. s'
+ * is affine in the forces at all contacts that slip, and linear/coulomb.h has the iteration for the directions.
+ *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results on
  * Painleve paradoxes, Eur. J. Mech. A 18, 1999.
  */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "kinetree/joint.h"
+#include "linear/coulomb.h"
 #include "mechanism/evaluate.h"
 
 #include <math.h>
@@ -31,6 +42,8 @@
 static const double wedged = 1e-9;
 /* A slip velocity that is nothing, m/s. */
 static const double still = 1e-14;
+/* tau0, s; and s0, m/s. */
+static const double ahead = 4e-7, slow = 4e-6;
 
 void kt_slip_add(kt_model *model) {
     model->n.slip++;
@@ -75,35 +88,44 @@ static void direction_of(const double s[2], const double d[2], double e[2]) {
     e[1] = norm > 0.0 ? y / norm : 0.0;
 }
 
-/* The slip velocity of a contact, and what its friction exerts on both bodies for one N of normal force. */
-static void find_unit(const kt_model *model, kt_data *data, const kt_link_kinematics *links, size_t k) {
+/* The slip velocity of a contact; frame, unless it is NULL: where its friction acts. */
+static void find_slip(const kt_model *model, const kt_link_kinematics *links, size_t k, double s[2],
+                      kt_slip_frame *frame) {
     const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k)->slips - 1);
     const slip_end centre = end_of(links, effect, 0), plane = end_of(links, effect, 1);
-    const kt_vec3 down = kt_vec3_scale(-effect->radius, plane.axes.z);
+    const kt_vec3 down = kt_contact_lowest(effect, centre.axes, plane.axes.z);
     const kt_vec3 lever = kt_vec3_sub(kt_vec3_add(centre.point, down), plane.point);
     const kt_vec3 on_sphere = kt_vec3_add(centre.velocity, kt_vec3_cross(centre.omega, down));
     const kt_vec3 on_plane = kt_vec3_add(plane.velocity, kt_vec3_cross(plane.omega, lever));
     const kt_vec3 slip = kt_vec3_sub(on_sphere, on_plane);
-    double *s = data->slip_velocity + 2 * k, e[2];
     s[0] = kt_vec3_dot(plane.axes.x, slip);
     s[1] = kt_vec3_dot(plane.axes.y, slip);
-    direction_of(s, data->slip + 2 * k, e);
-    const kt_vec3 force = kt_vec3_scale(
-        -effect->friction, kt_vec3_add(kt_vec3_scale(e[0], plane.axes.x), kt_vec3_scale(e[1], plane.axes.y)));
-    const kt_vec3 back = kt_vec3_scale(-1.0, force);
-    data->slip_unit[2 * k] = (kt_wrench){.moment = kt_vec3_cross(kt_vec3_add(centre.arm, down), force), .force = force};
-    data->slip_unit[2 * k + 1] =
-        (kt_wrench){.moment = kt_vec3_cross(kt_vec3_add(plane.arm, lever), back), .force = back};
+    if (frame)
+        *frame = (kt_slip_frame){.axis = {plane.axes.x, plane.axes.y},
+                                 .arm = {kt_vec3_add(centre.arm, down), kt_vec3_add(plane.arm, lever)}};
+}
+
+/* Adds a force on the sphere, in the plane's axes, and its opposite on the plane. */
+static void add_force(const kt_model *model, kt_data *data, size_t k, double x, double y) {
+    const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k)->slips - 1);
+    const kt_slip_frame *frame = &data->slip_frame[k];
+    for (int end = 0; end < 2; end++) {
+        const double sign = end == 0 ? 1.0 : -1.0;
+        const kt_vec3 force =
+            kt_vec3_add(kt_vec3_scale(sign * x, frame->axis[0]), kt_vec3_scale(sign * y, frame->axis[1]));
+        kt_wrench *body = &data->slip_loaded[effect->body[end]];
+        body->moment = kt_vec3_add(body->moment, kt_vec3_cross(frame->arm[end], force));
+        body->force = kt_vec3_add(body->force, force);
+    }
+}
+
+static double friction_of(const kt_model *model, size_t k) {
+    return kt_effect_record_find(model, loop_of(model, k)->slips - 1)->friction;
 }
 
 static void add_friction(const kt_model *model, kt_data *data, size_t k, double normal) {
-    const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k)->slips - 1);
-    for (int end = 0; end < 2; end++) {
-        kt_wrench *body = &data->slip_loaded[effect->body[end]];
-        const kt_wrench *unit = &data->slip_unit[2 * k + (size_t)end];
-        body->moment = kt_vec3_add(body->moment, kt_vec3_scale(normal, unit->moment));
-        body->force = kt_vec3_add(body->force, kt_vec3_scale(normal, unit->force));
-    }
+    const double *e = data->slip_direction + 2 * k, force = -friction_of(model, k) * normal;
+    add_force(model, data, k, force * e[0], force * e[1]);
 }
 
 static void load(const kt_model *model, kt_data *data, const kt_wrench *external) {
@@ -166,14 +188,11 @@ static kt_status solve(const kt_model *model, kt_data *data, double t, kt_error 
     return KT_OK;
 }
 
-kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                          kt_error *error) {
+/* N by the directions e. */
+static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                              kt_error *error) {
     const size_t n = model->n.slip;
     double *A = data->slip_matrix, *N0 = A + n * n, scale = 0.0;
-    kt_link_kinematics *links = kt_links_scratch(data);
-    kt_links_sweep(model, data, at->q, at->v, links);
-    for (size_t k = 0; k < n; k++)
-        find_unit(model, data, links, k);
     load(model, data, at->external);
     kt_status status = evaluate(model, data, at, a, N0, error);
     for (size_t k = 0; k < n; k++)
@@ -186,12 +205,165 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
         for (size_t i = 0; i < n; i++)
             A[k * n + i] = (i == k ? 1.0 : 0.0) - (A[k * n + i] - N0[i]) / scale;
     }
+    return status == KT_OK ? solve(model, data, at->t, error) : status;
+}
+
+/* ---- slow slip --------------------------------------------------------------------------------------------------- */
+
+enum { SLIPS = KT_COULOMB_ITEMS / 2, RATES = 2 * SLIPS };
+
+/* Directions of slip and normal forces of all contacts. Rows of each: N, in `unit`, and (s + tau s') / tau along both axes. */
+typedef struct slow_slip {
+    kt_coulomb c;
+    kt_coulomb_solution to;
+    double W[9 * SLIPS * SLIPS], unit;
+} slow_slip;
+
+/* tau; 0 of a contact that is not slow, or has not begun to slip in a direction that is known. */
+static double time_ahead(const kt_data *data, size_t k) {
+    const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
+    const double part = 1.0 - hypot(s[0], s[1]) / slow;
+    const bool has_begun = (d[0] != 0.0 || d[1] != 0.0) && s[0] * d[0] + s[1] * d[1] >= 0.0;
+    return has_begun && part > 0.0 ? ahead * part * part : 0.0;
+}
+
+/* Slip velocities of all contacts. */
+static void find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s) {
+    kt_link_kinematics *links = kt_links_scratch(data);
+    kt_links_sweep(model, data, q, v, links);
+    for (size_t k = 0; k < model->n.slip; k++)
+        find_slip(model, links, k, s + 2 * k, NULL);
+}
+
+/* The part of s' that is not due to accelerations: s' = J a + J' v. `step` is for nv numbers. */
+static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step, double *drift) {
+    for (size_t i = 0; i < model->n.v; i++)
+        step[i] = ahead * at->v[i];
+    kt_position_add(model, at->q, step, data->moved_q);
+    find_rates(model, data, data->moved_q, at->v, drift);
+    for (size_t i = 0; i < 2 * model->n.slip; i++)
+        drift[i] = (drift[i] - data->slip_velocity[i]) / ahead;
+}
+
+/* Normal forces and J a under the wrenches in slip_loaded. */
+static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *normal,
+                         double *rates, kt_error *error) {
+    const kt_status status = evaluate(model, data, at, a, normal, error);
     if (status == KT_OK)
-        status = solve(model, data, at->t, error);
+        find_rates(model, data, at->q, a, rates);
+    return status;
+}
+
+/* W and b: without friction, and for a unit of force along each axis of each contact. */
+static kt_status find_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                               slow_slip *p, kt_error *error) {
+    const size_t n = model->n.slip, rows = 3 * n;
+    double N0[SLIPS], N[SLIPS], rate0[RATES], rate[RATES], drift[RATES];
+    find_drift(model, data, at, a, drift);
+    load(model, data, at->external);
+    kt_status status = respond(model, data, at, a, N0, rate0, error);
+    for (size_t k = 0; status == KT_OK && k < n; k++)
+        p->unit = fmax(p->unit, fabs(N0[k]));
+    p->unit = p->unit > 0.0 ? p->unit : 1.0;
+    for (size_t j = 0; status == KT_OK && j < 2 * n; j++) {
+        load(model, data, at->external);
+        add_force(model, data, j / 2, j % 2 == 0 ? p->unit : 0.0, j % 2 == 1 ? p->unit : 0.0);
+        status = respond(model, data, at, a, N, rate, error);
+        double *column = p->W + 3 * (j / 2) + 1 + j % 2;
+        for (size_t i = 0; status == KT_OK && i < rows; i++)
+            column[i * rows] = i % 3 == 0 ? (N0[i / 3] - N[i / 3]) / p->unit
+                                          : rate[2 * (i / 3) + i % 3 - 1] - rate0[2 * (i / 3) + i % 3 - 1];
+    }
+    for (size_t k = 0; status == KT_OK && k < n; k++) {
+        p->W[3 * k * rows + 3 * k] = 1.0;
+        p->c.b[3 * k] = -N0[k] / p->unit;
+        for (size_t i = 0; i < 2; i++)
+            p->c.b[3 * k + 1 + i] = rate0[2 * k + i] + drift[2 * k + i];
+    }
+    return status;
+}
+
+/* All contacts that slip, in the directions that they have; those that are slow look ahead. */
+static void set_items(const kt_model *model, const kt_data *data, slow_slip *p) {
+    p->c.n = (int)model->n.slip;
+    p->c.rows = p->c.stride = 3 * p->c.n;
+    p->c.W = p->W;
+    for (int i = 0; i < p->c.rows; i++)
+        p->c.line[i] = i;
+    for (size_t k = 0; k < model->n.slip; k++) {
+        const double tau = time_ahead(data, k), *e = data->slip_direction + 2 * k;
+        p->to.mode[k] = KT_COULOMB_SLIP;
+        memcpy(p->to.e[k], e, sizeof p->to.e[k]);
+        p->c.item[k] = (kt_coulomb_item){.type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS,
+                                         .row = (int)(3 * k),
+                                         .across = (int)(3 * k + 1),
+                                         .friction = friction_of(model, k)};
+        for (size_t i = 0; i < 2 && tau > 0.0; i++)
+            p->c.b[3 * k + 1 + i] += data->slip_velocity[2 * k + i] / tau;
+    }
+    for (int i = 0; i < p->c.rows; i++)
+        p->c.size = fmax(p->c.size, fabs(p->c.b[i]));
+}
+
+/* Gives those that do not grow, sigma <= |s|, the directions that they have. Returns whether there are any. */
+static bool hold_shrinking(const kt_data *data, slow_slip *p) {
+    bool some = false;
+    for (int k = 0; k < p->c.n; k++) {
+        const double *s = data->slip_velocity + 2 * k, *u = p->to.u + 3 * k + 1, *e = p->to.e[k];
+        if (p->c.item[k].type != KT_COULOMB_CONE ||
+            (u[0] * e[0] + u[1] * e[1]) * time_ahead(data, (size_t)k) > hypot(s[0], s[1]))
+            continue;
+        p->c.item[k].type = KT_COULOMB_SLIPS;
+        memcpy(p->to.e[k], data->slip_direction + 2 * k, sizeof p->to.e[k]);
+        some = true;
+    }
+    return some;
+}
+
+/* N where some slip is slow, and directions e of this. */
+static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                           kt_error *error) {
+    const size_t n = model->n.slip;
+    slow_slip p = {.unit = 0.0};
+    const kt_status status = find_response(model, data, at, a, &p, error);
+    if (status != KT_OK)
+        return status;
+    set_items(model, data, &p);
+    bool found;
+    do
+        found = kt_coulomb_iterate(&p.c, &p.to);
+    while (hold_shrinking(data, &p));
+    if (found)
+        for (size_t k = 0; k < n; k++)
+            memcpy(data->slip_direction + 2 * k, p.to.e[k], sizeof p.to.e[k]);
+    for (size_t k = 0; k < n; k++) {
+        const double *e = data->slip_direction + 2 * k, mu = friction_of(model, k);
+        for (size_t i = 0; i < n; i++) {
+            const double *G = p.W + 3 * i * 3 * n + 3 * k + 1;
+            data->slip_matrix[k * n + i] = (i == k ? 1.0 : 0.0) - mu * (G[0] * e[0] + G[1] * e[1]);
+        }
+        data->slip_matrix[n * n + k] = -p.c.b[3 * k] * p.unit;
+    }
+    return solve(model, data, at->t, error);
+}
+
+/* ---- accelerations ----------------------------------------------------------------------------------------------- */
+
+kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                          kt_error *error) {
+    kt_link_kinematics *links = kt_links_scratch(data);
+    bool is_slow = false;
+    kt_links_sweep(model, data, at->q, at->v, links);
+    for (size_t k = 0; k < model->n.slip; k++) {
+        find_slip(model, links, k, data->slip_velocity + 2 * k, &data->slip_frame[k]);
+        direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
+        is_slow = is_slow || time_ahead(data, k) > 0.0;
+    }
+    const kt_status status = (is_slow ? find_slow : find_normals)(model, data, at, a, error);
     if (status != KT_OK)
         return status;
     load(model, data, at->external);
-    for (size_t k = 0; k < n; k++)
+    for (size_t k = 0; k < model->n.slip; k++)
         add_friction(model, data, k, data->slip_normal[k]);
     return evaluate(model, data, at, a, NULL, error);
 }
@@ -209,11 +381,8 @@ kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *err
 double kt_slip_power(const kt_model *model, const kt_data *data) {
     double sum = 0.0;
     for (size_t k = 0; k < model->n.slip; k++) {
-        const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k)->slips - 1);
-        const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
-        double e[2];
-        direction_of(s, d, e);
-        sum += effect->friction * data->slip_normal[k] * (e[0] * s[0] + e[1] * s[1]);
+        const double *s = data->slip_velocity + 2 * k, *e = data->slip_direction + 2 * k;
+        sum += friction_of(model, k) * data->slip_normal[k] * (e[0] * s[0] + e[1] * s[1]);
     }
     return sum;
 }

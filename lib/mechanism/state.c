@@ -10,9 +10,9 @@
 #include <string.h>
 
 bool kt_unit_quaternions(const kt_model *model, double *q) {
-    for (size_t i = 1; i < model->n.link && model->n.q > model->n.v; i++) {
+    for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         if (!motion.quaternions)
             continue;
         double *p = q + link->q + motion.plain;
@@ -53,7 +53,7 @@ kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double 
     data->dead = false;
     kt_copy(new_q, q, model->n.q * sizeof *q);
     kt_copy(new_v, v, model->n.v * sizeof *v);
-    if (!kt_unit_quaternions(model, new_q))
+    if (model->n.q > model->n.v && !kt_unit_quaternions(model, new_q))
         return kt_input_refuse_not_finite(model, t, &input, error);
     if (KT_HAS_LOOPS && model->n.group) {
         const kt_status status = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);

@@ -255,8 +255,11 @@ static double size_of(const kt_step_work *w, kt_coupled c, const double *correct
     double most = 0.0, sum = 0.0;
     if (m == 0) /* nothing moves */
         return 0.0;
-    for (size_t l = 0; l < N; l++)
-        most = fmax(most, fmax(fabs(w->y[l]), fabs(w->step->h * w->slope[(c.end - 1) * N + l])));
+    for (size_t l = 0; l < N; l++) { /* fmax would be a call */
+        const double y = fabs(w->y[l]), change = fabs(w->step->h * w->slope[(c.end - 1) * N + l]);
+        most = y > most ? y : most;
+        most = change > most ? change : most;
+    }
     most = most > 0.0 ? most : 1.0;
     for (size_t l = 0; l < (c.end - c.first) * m; l++) {
         const double y = w->y[N - m + l % m];

@@ -126,7 +126,7 @@ static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
 }
 
 /* dK of the columns first .. end - 1, at most KT_LANES. */
-static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns, size_t first, size_t end) {
+static void solve_lanes(kt_step_work *w, kt_coupled c, size_t columns, size_t first, size_t end) {
     const size_t u = (c.end - c.first) * w->unknowns, n = w->model->n.v;
     const bool begin = begins(w, c);
     for (size_t j = first; j < end; j++) {
@@ -148,19 +148,28 @@ static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns, size_t 
     }
 }
 
-kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
+static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns) {
+    for (size_t j = 0; j < columns; j += KT_LANES)
+        solve_lanes(w, c, columns, j, j + KT_LANES < columns ? j + KT_LANES : columns);
+}
+
+kt_status kt_coupled_change(kt_step_work *w, const double *q, const double *v, size_t held, kt_coupled_columns *solve,
+                            kt_error *error) {
     const kt_method *method = w->step->method;
-    const size_t columns = w->states + held;
     kt_status status = kt_coupled_stages(w, q, v, error);
     for (kt_coupled c = {0, 0}; c.end < w->stages && status == KT_OK;) {
         c = kt_coupled_at(method, c.end);
         if (!kt_coupled_counts(method, c))
             continue;
         status = kt_coupled_differentiate(w, c, held, error);
-        for (size_t j = 0; j < columns && status == KT_OK; j += KT_LANES)
-            solve_columns(w, c, columns, j, j + KT_LANES < columns ? j + KT_LANES : columns);
+        if (status == KT_OK)
+            solve(w, c, w->states + held);
     }
     return status;
+}
+
+kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
+    return kt_coupled_change(w, q, v, held, solve_columns, error);
 }
 
 /* ---- the adjoint ------------------------------------------------------------------------------------------------- */

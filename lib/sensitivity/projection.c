@@ -13,8 +13,8 @@
  * changes. Of velocities r + A x = A v+ - b' at the new velocities.
  *
  * Next to a singular position the manifold bends as x y = d (mechanism/singular_crossing.c): at the size s of the
- * smallest direction a residual c turns its tangent by c / s^2, and what projects velocities changes with q by c / s^3 a
- * unit of speed more or less. Derivatives that are not known to KT_KNOWN of the largest are refused.
+ * smallest direction a residual c turns its tangent by c / s^2, and what projects velocities, whose change is the
+ * curvature 2 d / s^3 of the path, changes with q by 2 c / s^3 a unit of speed more or less. Derivatives that are not known to KT_KNOWN of the largest are refused.
  *
  * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (gradient.h); d(M
  * x)/dq is the derivative of inverse dynamics at rest with the accelerations x and without gravity. */
@@ -312,7 +312,7 @@ kt_status kt_projection_refuse_unknown(const kt_projection_work *w, const double
         speed = fmax(speed, fabs(v[w->model->group_v[k]]) / w->model->unit[k]);
     const double s = w->smallest, off = LEFT / (s * s);
     const kt_status status = kt_derivatives_refuse_unknown(w->t, off, by_q, error);
-    return status == KT_OK ? kt_derivatives_refuse_unknown(w->t, off * speed / s, v_by_q, error) : status;
+    return status == KT_OK ? kt_derivatives_refuse_unknown(w->t, 2.0 * off * speed / s, v_by_q, error) : status;
 }
 
 kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error) {

@@ -74,7 +74,7 @@ static kt_status change_stages(kt_step_work *w, size_t held, kt_error *error) {
     return status;
 }
 
-/* dK of a column at stages that are solved together (implicit_changes.c). */
+/* dK of a column at stages that are solved together (implicit.h). */
 static void solve_column(kt_step_work *w, kt_coupled c, size_t column, size_t columns) {
     const size_t n = w->model->n.v, N = kt_state_numbers(w->model);
     for (size_t i = c.first; i < c.end; i++) {
@@ -88,20 +88,9 @@ static void solve_column(kt_step_work *w, kt_coupled c, size_t column, size_t co
         kt_copy(w->own.rate + (i * columns + column) * N, w->correction + (i - c.first) * N, N * sizeof(double));
 }
 
-static kt_status change_coupled_stages(kt_step_work *w, const double *q, const double *v, size_t held,
-                                       kt_error *error) {
-    const kt_method *method = w->step->method;
-    const size_t columns = w->states + held;
-    kt_status status = kt_coupled_stages(w, q, v, error);
-    for (kt_coupled c = {0, 0}; c.end < w->stages && status == KT_OK;) {
-        c = kt_coupled_at(method, c.end);
-        if (!kt_coupled_counts(method, c))
-            continue;
-        status = kt_coupled_differentiate(w, c, held, error);
-        for (size_t k = 0; k < columns && status == KT_OK; k++)
-            solve_column(w, c, k, columns);
-    }
-    return status;
+static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns) {
+    for (size_t k = 0; k < columns; k++)
+        solve_column(w, c, k, columns);
 }
 
 /* dy+, from the increments of a linearly implicit method or the slopes of another one; (dq, dv) to where the projection
@@ -123,7 +112,7 @@ kt_status kt_own_step_tangents(kt_step_work *w, const double *q, const double *v
     kt_step_start(w, q, v);
     begin_columns(w, w->states + held);
     const kt_status status = w->linear    ? kt_rosenbrock_tangents(w, q, v, held, error)
-                             : w->coupled ? change_coupled_stages(w, q, v, held, error)
+                             : w->coupled ? kt_coupled_change(w, q, v, held, solve_columns, error)
                                           : change_stages(w, held, error);
     if (status == KT_OK)
         conclude(w, w->states + held);

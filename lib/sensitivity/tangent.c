@@ -19,7 +19,7 @@ void kt_tangent_lift(const kt_model *model, const double *q, const double *xi, d
 void kt_tangent_drop(const kt_model *model, const double *q, const double *dq, double *xi) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             xi[link->v + k] = dq[link->q + k];
         if (!motion.quaternions)
@@ -34,7 +34,7 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
     kt_position_rate(model, q, dv, rate);
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         if (!motion.quaternions)
             continue;
         double *p = rate + link->q + motion.plain;
@@ -59,7 +59,7 @@ static kt_vec3 jacobian(kt_vec3 x, kt_vec3 dx) {
 void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             out[link->v + k] = xi[link->v + k] + dx[link->v + k];
         if (!motion.quaternions)
@@ -96,7 +96,7 @@ static kt_vec3 lift_transposed(kt_quat p, kt_quat y) {
 void kt_tangent_lift_transposed(const kt_model *model, const double *q, const double *by_q, double *by_xi) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             by_xi[link->v + k] = by_q[link->q + k];
         const int at = link->q + motion.plain;
@@ -108,7 +108,7 @@ void kt_tangent_lift_transposed(const kt_model *model, const double *q, const do
 void kt_tangent_drop_transposed(const kt_model *model, const double *q, const double *by_xi, double *by_q) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             by_q[link->q + k] += by_xi[link->v + k];
         const int at = link->q + motion.plain;
@@ -121,7 +121,7 @@ void kt_tangent_rate_transposed(const kt_model *model, const double *q, const do
                                 double *by_q, double *by_v) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             by_v[link->v + k] += by_rate[link->q + k];
         if (!motion.quaternions)
@@ -137,7 +137,7 @@ void kt_tangent_add_transposed(const kt_model *model, const double *x, const dou
                                double *by_dx) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_link_facts(link);
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
         for (int k = 0; k < motion.plain; k++)
             by_xi[link->v + k] = by_dx[link->v + k] = by_out[link->v + k];
         if (!motion.quaternions)

@@ -126,6 +126,21 @@ KT_TEST(scenes_that_may_change_their_energy_are_not_warned_of) {
     kt_check_contains("a balance with dampers", ran.err, "the balance of energies");
 }
 
+/* Of the table in scene-files.md, the scenes that take least time, to the digit that it gives. */
+KT_TEST(resolution_of_the_watch_is_what_the_page_says) {
+    static const struct {
+        const char *scene;
+        double resolution;
+    } cases[] = {{"andrews", 6e-5}, {"slider-crank-spring", 3e-3}, {"shot", 6e-3}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        kt_ran ran = kt_shell("$K run " KT_SCENES "/%s.yaml --out /dev/null --summary -", cases[i].scene);
+        json_t *root = kt_json(ran.out);
+        const double found = kt_json_at(root, "energy_watch.uncertainty") / kt_json_at(root, "energy_watch.scale");
+        kt_check_near(cases[i].scene, found / cases[i].resolution, 1.0, 0.15);
+        json_decref(root);
+    }
+}
+
 /* The four-bar with a damper, and with a motor: its energy changes, and is watched all the same; not where a loop drives
  * it, which is told. */
 KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {

@@ -125,7 +125,7 @@ kt_loop_record moving_loop(kt_random *random, int type, double numbers[MOVING_NU
     loop.curve = kt_curve_compile(&length, numbers, 0);
     loop.tube = kt_random_uniform(random, 0.1, 0.25);
     loop.form = type == KT_LOOP_SURFACE   ? kt_random_int(random, KT_SURFACE_PLANE, KT_SURFACE_TORUS)
-                : type == KT_LOOP_ROLLING ? kt_random_int(random, 0, 1) /* a disc; a ball */
+                : type == KT_LOOP_ROLLING ? kt_random_int(random, 0, 2) /* a disc; a ball; a rim */
                                           : kt_random_int(random, KT_TRACK_LINE, KT_TRACK_HELIX);
     if (type == KT_LOOP_SURFACE || (type == KT_LOOP_CURVE && loop.form != KT_TRACK_HELIX))
         loop.pitch = 0.0;
@@ -301,7 +301,9 @@ int moving_equations(const kt_loop_record *loop, double t, const moving *first, 
     if (loop->type == KT_LOOP_ROLLING) {
         const moving wheel = moving_relative(second, first);
         rolling(loop, &wheel, phi);
-        return loop->contact ? 3 : 2;
+        if (loop->form == 2)
+            phi[0] = phi[2];
+        return loop->form == 2 ? 1 : loop->contact ? 3 : 2;
     }
     if (loop->type == KT_LOOP_CURVE)
         return curve(loop, t, &r, phi);

@@ -2,6 +2,7 @@
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 
+#include "constraint/group.h"
 #include "model/model.h"
 
 #include <float.h>

@@ -11,13 +11,14 @@
 #include "check.h"
 #include "interpose.h"
 #include "scenes.h"
+#include "stepper.h"
 
 enum { POINTS = 5 };
 static const double g = 9.81;
 
 /* A body with points that touch planes of the world or of a second body. */
 typedef struct scene {
-    kt_body body[3];
+    kt_body body[4];
     kt_marker marker[POINTS];
     kt_effect effect[POINTS + 2];
     char name[POINTS][8];
@@ -26,7 +27,7 @@ typedef struct scene {
 
 static void scene_make(scene *s, kt_joint_type joint) {
     *s = (scene){.description = kt_description_default()};
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 4; i++)
         s->body[i] = kt_body_default();
     for (int i = 0; i < POINTS + 2; i++)
         s->effect[i] = kt_effect_default();
@@ -86,7 +87,7 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
     run.step = step;
     run.duration = 100.0;
     run.relative = run.absolute = 1e-11;
-    options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY;
+    options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_ACCELERATION;
     return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
 }
 
@@ -128,6 +129,31 @@ KT_TEST(sliding_ball_rolls_at_five_sevenths) {
         }
         kt_simulation_free(simulation);
     }
+    kt_model_free(model);
+}
+
+/* A disc inclined by alpha slides across its slope: from N (1 / m + r^2 cos^2(alpha) / A) = g on all follows by hand. */
+KT_TEST(inclined_disc_slides_with_its_force_at_the_rim) {
+    const double alpha = 0.7, r = 0.1, m = 2.0, mu = 0.2, A = 0.25 * m * r * r, c = cos(alpha);
+    const double N = m * g / (1.0 + 4.0 * c * c);
+    const double expected[] = {-mu * N / m, 0.0, N / m - g, -c * r * N / A, 0.0, -0.5 * mu * r * N / A};
+    kt_record record = {0};
+    kt_error error = {0};
+    scene s;
+    scene_make(&s, KT_JOINT_FREE);
+    s.body[0].joint.position[2] = r * sin(alpha);
+    s.body[0].joint.position[3] = cos(0.5 * alpha);
+    s.body[0].joint.position[4] = sin(0.5 * alpha);
+    s.body[0].joint.velocity[0] = 1.5;
+    s.body[0].inertia.xx = s.body[0].inertia.yy = A;
+    s.body[0].inertia.zz = 2.0 * A;
+    scene_touch(&s, kt_vec3_make(0.0, 0.0, 0.0), r, mu, 0.0)->axle = kt_vec3_make(0.0, 0.0, 1.0);
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = start(model, "dopri5", 0.0);
+    if (simulation != NULL && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
+        for (int k = 0; k < 6; k++)
+            kt_check_near("acceleration", record.a[k], expected[k], 1e-12 * g / r);
+    kt_simulation_free(simulation);
     kt_model_free(model);
 }
 
@@ -364,6 +390,78 @@ KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
     kt_model_free(model);
 }
 
+/* A point on a turntable of inertia I, whose speed grows from zero: implicit steps, whose friction is that of their end, in closed form. */
+static void ride(double mu, double m, double torque, double I, double T, int steps, double *y) {
+    const double h = T / steps;
+    double x[2] = {0.5, 0.0}, v[2] = {0.0, 0.0}, rate = 0.0, moment = 0.0;
+    for (int n = 0; n < steps; n++) {
+        for (int i = 0; i < 2; i++)
+            x[i] += 0.5 * h * v[i];
+        rate += h * (torque + moment) / I;
+        const double plate[2] = {-rate * x[1], rate * x[0]}, w[2] = {v[0] - plate[0], v[1] - plate[1]};
+        const double size = hypot(w[0], w[1]), left = fmax(0.0, 1.0 - h * mu * g / size);
+        double force[2];
+        for (int i = 0; i < 2; i++) {
+            const double next = plate[i] + left * w[i];
+            force[i] = m * (next - v[i]) / h;
+            v[i] = next;
+            x[i] += 0.5 * h * v[i];
+        }
+        moment = -(x[0] * force[1] - x[1] * force[0]);
+    }
+    memcpy(y, x, sizeof x);
+    memcpy(y + 2, v, sizeof v);
+}
+
+/* A point on a turntable that is spun up sticks until r sqrt(w'^2 + w^4) = mu g, and slip begins at no speed, in a direction that turns
+ * from then on: it follows its forces at a rate without bound at first. */
+KT_TEST(slip_begins_on_a_turntable_in_a_direction_that_turns) {
+    enum { STEPS = 100000 };
+    static const char *const joints[3] = {"a", "b", "body"}, *const methods[] = {"dopri5", "radau5"};
+    const double mu = 0.1, T = 1.6, I = 1e6;
+    double coarse[4], y[4];
+    scene s;
+    scene_make(&s, KT_JOINT_PRISMATIC);
+    for (int i = 0; i < 3; i++) {
+        kt_body *body = &s.body[i < 2 ? i + 1 : 0];
+        body->name = joints[i];
+        body->parent = i > 0 ? joints[i - 1] : NULL;
+        body->joint.type = KT_JOINT_PRISMATIC;
+        body->joint.axis = kt_vec3_make(i == 0, i == 1, i == 2);
+        body->joint.position[0] = i == 0 ? 0.5 : 0.0;
+    }
+    s.body[3].name = "table";
+    s.body[3].joint.type = KT_JOINT_REVOLUTE;
+    s.body[3].joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
+    s.body[3].inertia.xx = s.body[3].inertia.yy = s.body[3].inertia.zz = I;
+    s.description.body_count = 4;
+    scene_touch(&s, kt_vec3_make(0.0, 0.0, 0.0), 0.0, mu, 0.0)->between[1].body = "table";
+    kt_model *model = kt_scene_compile(&s.description);
+    ride(mu, 2.0, I, I, T, STEPS, coarse);
+    ride(mu, 2.0, I, I, T, 2 * STEPS, y);
+    for (int i = 0; i < 4; i++)
+        y[i] += y[i] - coarse[i]; /* extrapolated */
+    for (size_t m = 0; model != NULL && m < sizeof methods / sizeof *methods; m++) {
+        kt_simulation *simulation = start(model, methods[m], 0.0);
+        kt_error error = {0};
+        double tau[4] = {0.0};
+        tau[kt_body_coordinates(model, kt_body_find(model, "table")).v] = I;
+        kt_status status = simulation != NULL ? kt_simulation_set_torque(simulation, tau, &error) : KT_ERROR_ARGUMENT;
+        if (status == KT_OK)
+            status = kt_simulation_advance(simulation, T, &error);
+        if (kt_fine(methods[m], status, &error)) {
+            for (int i = 0; i < 2; i++) {
+                const int at = kt_body_coordinates(model, kt_body_find(model, joints[i])).v;
+                kt_check_near("position", kt_simulation_positions(simulation)[at], y[i], 1e-9);
+                kt_check_near("velocity", kt_simulation_velocities(simulation)[at], y[2 + i], 1e-9);
+            }
+            kt_check_equal_int("slips", (long long)kt_simulation_contacts(simulation).slips, 1);
+        }
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
 /* ---- impacts ----------------------------------------------------------------------------------------------------- */
 
 /* A ball with an oblique speed and no spin: the impulse along the plane is 2/7 m v, or mu times the normal one where that is less. */
@@ -537,87 +635,20 @@ KT_TEST(rocking_block_loses_what_housner_says) {
 
 /* ---- against time-stepping --------------------------------------------------------------------------------------- */
 
-/* A free body whose com is its origin, in world axes, by Moreau's time-stepping: positions and contacts at mid-step, then
- * velocities with the impulses of all contacts that are closed there, which sweeps of Gauss and Seidel find, a contact at a time,
- * onto Coulomb's disc. It shares nothing with the library. */
-typedef struct stepper {
-    double x[3], R[9], v[3], w[3]; /* v, w in world axes */
-    double m, I;                   /* a ball of inertia: I the same about all axes */
-    double at[POINTS][3];
-    int count;
-    double friction, restitution;
-} stepper;
-
-static void turn(double R[9], const double w[3], double h) {
-    const double angle = h * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    const double s = angle > 1e-12 ? sin(angle) / angle * h : h,
-                 c = angle > 1e-12 ? (1.0 - cos(angle)) / (angle * angle) * h * h : 0.0;
-    double next[9];
-    for (int column = 0; column < 3; column++) {
-        double a[3] = {R[column], R[3 + column], R[6 + column]}, b[3], d[3];
-        for (int i = 0; i < 3; i++)
-            b[i] = w[(i + 1) % 3] * a[(i + 2) % 3] - w[(i + 2) % 3] * a[(i + 1) % 3];
-        for (int i = 0; i < 3; i++)
-            d[i] = w[(i + 1) % 3] * b[(i + 2) % 3] - w[(i + 2) % 3] * b[(i + 1) % 3];
-        for (int i = 0; i < 3; i++)
-            next[3 * i + column] = a[i] + s * b[i] + c * d[i];
-    }
-    memcpy(R, next, sizeof next);
-}
-
-/* One step: every contact that is closed at its middle has its point's velocity u, and u+ + e u- is what its laws are about. */
-static void stepper_step(stepper *s, double h) {
-    double arm[POINTS][3], before[POINTS][3], p[POINTS][3] = {{0.0}};
-    bool closed[POINTS];
-    for (int i = 0; i < 3; i++)
-        s->x[i] += 0.5 * h * s->v[i];
-    turn(s->R, s->w, 0.5 * h);
-    for (int k = 0; k < s->count; k++) {
-        for (int i = 0; i < 3; i++)
-            arm[k][i] = s->R[3 * i] * s->at[k][0] + s->R[3 * i + 1] * s->at[k][1] + s->R[3 * i + 2] * s->at[k][2];
-        for (int i = 0; i < 3; i++)
-            before[k][i] = s->v[i] + s->w[(i + 1) % 3] * arm[k][(i + 2) % 3] - s->w[(i + 2) % 3] * arm[k][(i + 1) % 3];
-        closed[k] = s->x[2] + arm[k][2] <= 0.0;
-    }
-    s->v[2] -= h * g;
-    for (int sweep = 0; sweep < 200; sweep++)
-        for (int k = 0; k < s->count; k++) {
-            const double *r = arm[k], rate = 1.0 / s->m + (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]) / s->I;
-            double u[3], old[3], to[3];
-            if (!closed[k])
-                continue;
-            for (int i = 0; i < 3; i++)
-                u[i] = s->v[i] + s->w[(i + 1) % 3] * r[(i + 2) % 3] - s->w[(i + 2) % 3] * r[(i + 1) % 3];
-            memcpy(old, p[k], sizeof old);
-            to[2] = fmax(0.0, old[2] - (u[2] + s->restitution * fmin(before[k][2], 0.0)) / rate);
-            to[0] = old[0] - u[0] / rate;
-            to[1] = old[1] - u[1] / rate;
-            const double size = hypot(to[0], to[1]), most = s->friction * to[2];
-            for (int i = 0; i < 2 && size > most; i++)
-                to[i] *= most / size;
-            for (int i = 0; i < 3; i++) {
-                const double d[3] = {to[0] - old[0], to[1] - old[1], to[2] - old[2]};
-                s->v[i] += d[i] / s->m;
-                s->w[i] += (r[(i + 1) % 3] * d[(i + 2) % 3] - r[(i + 2) % 3] * d[(i + 1) % 3]) / s->I;
-            }
-            memcpy(p[k], to, sizeof to);
-        }
-    for (int i = 0; i < 3; i++)
-        s->x[i] += 0.5 * h * s->v[i];
-    turn(s->R, s->w, 0.5 * h);
-}
-
 /* Bodies on three feet that are thrown onto a plane, at which they slide, tilt, roll over and come to rest: the place after 0.6 s
- * agrees with time-stepping, whose error is of the order of its step. KT_THROWS bodies, or 6. */
+ * agrees with time-stepping, whose error is of the order of its step. KT_THROWS bodies, in steps of KT_STEP; or 4, of which two
+ * pivot on one foot as that begins to slip. */
 KT_TEST(thrown_bodies_agree_with_time_stepping) {
     kt_random random = kt_random_named("thrown");
-    const char *asked = getenv("KT_THROWS");
-    const int count = asked != NULL ? atoi(asked) : 6;
-    const double T = 0.6, h = asked != NULL ? 2e-5 : 1e-4;
+    const char *asked = getenv("KT_THROWS"), *step = getenv("KT_STEP");
+    const int count = asked != NULL ? atoi(asked) : 67;
+    const double T = 0.6, h = step != NULL ? atof(step) : 1e-4;
     double sum = 0.0;
+    int thrown = 0;
     for (int n = 0; n < count; n++) {
         scene s;
         stepper o = {.m = 2.0,
+                     .g = g,
                      .I = 0.03,
                      .count = 3,
                      .R = {1, 0, 0, 0, 1, 0, 0, 0, 1},
@@ -637,6 +668,8 @@ KT_TEST(thrown_bodies_agree_with_time_stepping) {
         }
         o.w[2] = s.body[0].joint.velocity[5] = kt_random_uniform(&random, -3.0, 3.0);
         o.x[2] = s.body[0].joint.position[2] = 0.15;
+        if (asked == NULL && n > 1 && n != 19 && n != 66)
+            continue;
         kt_model *model = kt_scene_compile(&s.description);
         kt_simulation *simulation = start(model, "dopri5", 0.0);
         kt_error error = {0};
@@ -649,12 +682,13 @@ KT_TEST(thrown_bodies_agree_with_time_stepping) {
                 gap = fmax(gap, fabs(q[i] - o.x[i]));
             kt_note("%d: %.3g m apart, %llu impacts", n, gap,
                     (unsigned long long)kt_simulation_contacts(simulation).impacts);
-            sum += gap / count;
+            sum += gap;
+            thrown++;
         }
         kt_simulation_free(simulation);
         kt_model_free(model);
     }
-    kt_check_below("mean distance, over the step of the oracle, m/s", sum / h, 2.0);
+    kt_check_below("mean distance, over the step of the oracle, m/s", sum / thrown / h, 2.0);
 }
 
 /* ---- what cannot be decided -------------------------------------------------------------------------------------- */

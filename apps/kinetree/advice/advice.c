@@ -58,32 +58,32 @@ bool kt_closes_holding(const kt_scene *scene, int out, const char *in) {
     return closed;
 }
 
-/* Tests the assembly with another axis in one loop, or (axis NULL) without that loop. */
-static bool closes_with(const kt_scene *scene, int loop, const kt_vec3 *axis) {
+/* Tests the assembly with one loop changed, or (changed NULL) without that loop. */
+static bool closes_with_loop(const kt_scene *scene, int loop, const kt_loop *changed) {
     kt_description d = scene->description;
     kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
     if (loops == NULL)
         return false;
     memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
-    if (axis != NULL)
-        loops[loop].axis = *axis;
+    if (changed != NULL)
+        loops[loop] = *changed;
     else
         memmove(loops + loop, loops + loop + 1, (size_t)(d.loop_count - loop - 1) * sizeof *loops);
     d.loops = loops;
-    d.loop_count -= axis == NULL;
+    d.loop_count -= changed == NULL;
     const bool closed = closes(scene, &d);
     free(loops);
     return closed;
 }
 
-/* Tests the assembly with another axis of a body's joint. */
-static bool closes_with_joint(const kt_scene *scene, int body, kt_vec3 axis) {
+/* Tests the assembly with the joint of a body changed. */
+static bool closes_with_joint(const kt_scene *scene, int body, const kt_joint *changed) {
     kt_description d = scene->description;
     kt_body *bodies = malloc((size_t)d.body_count * sizeof *bodies);
     if (bodies == NULL)
         return false;
     memcpy(bodies, d.bodies, (size_t)d.body_count * sizeof *bodies);
-    bodies[body].joint.axis = axis;
+    bodies[body].joint = *changed;
     d.bodies = bodies;
     const bool closed = closes(scene, &d);
     free(bodies);
@@ -240,31 +240,17 @@ static int list_lengths(const kt_description *d, int loop, length *list) {
 
 /* Tests the assembly with the origin of a joint at `to`. */
 static bool closes_with_joint_at(const kt_scene *scene, int child, kt_vec3 to) {
-    kt_description d = scene->description;
-    kt_body *bodies = malloc((size_t)d.body_count * sizeof *bodies);
-    if (bodies == NULL)
-        return false;
-    memcpy(bodies, d.bodies, (size_t)d.body_count * sizeof *bodies);
-    bodies[child].joint.at = to;
-    d.bodies = bodies;
-    const bool closed = closes(scene, &d);
-    free(bodies);
-    return closed;
+    kt_joint joint = scene->description.bodies[child].joint;
+    joint.at = to;
+    return closes_with_joint(scene, child, &joint);
 }
 
 /* Tests the assembly with an end of a loop at `to`. Other loops may use its marker, so it gets a position of its own. */
 static bool closes_with_end_at(const kt_scene *scene, int loop, int end, kt_vec3 to) {
-    kt_description d = scene->description;
-    kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
-    if (loops == NULL)
-        return false;
-    memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
-    loops[loop].between[end].marker = NULL;
-    loops[loop].between[end].at = to;
-    d.loops = loops;
-    const bool closed = closes(scene, &d);
-    free(loops);
-    return closed;
+    kt_loop changed = scene->description.loops[loop];
+    changed.between[end].marker = NULL;
+    changed.between[end].at = to;
+    return closes_with_loop(scene, loop, &changed);
 }
 
 /* Tests the assembly with a length that is longer by `change` m. */
@@ -441,7 +427,9 @@ static int advise_on_axis(const kt_scene *scene, int loop) {
     int found = 0;
     for (int k = 0; k < 3 && kt_descriptor_key(kt_loop_descriptor(given->type), "axis"); k++) {
         const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(given->axis), axes[k].axis);
-        if (kt_vec3_norm(across) > 1e-6 && closes_with(scene, loop, &axes[k].axis)) {
+        kt_loop changed = *given;
+        changed.axis = axes[k].axis;
+        if (kt_vec3_norm(across) > 1e-6 && closes_with_loop(scene, loop, &changed)) {
             fprintf(stderr, "  they close with 'axis: %s' in loop '%s'\n", axes[k].name, given->name);
             found++;
         }
@@ -466,7 +454,9 @@ static int advise_on_joints(const kt_scene *scene, int loop) {
             tried++;
             for (int k = 0; k < 3; k++) {
                 const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(body->joint.axis), axes[k].axis);
-                if (kt_vec3_norm(across) <= 1e-6 || !closes_with_joint(scene, path[i], axes[k].axis))
+                kt_joint changed = body->joint;
+                changed.axis = axes[k].axis;
+                if (kt_vec3_norm(across) <= 1e-6 || !closes_with_joint(scene, path[i], &changed))
                     continue;
                 fprintf(stderr, "  they close with 'axis: %s' in the joint of '%s'\n", axes[k].name, body->name);
                 found++;
@@ -568,7 +558,7 @@ static void advise(const kt_scene *scene, const reached *r, const int *open, con
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_places(scene, r, open[i], gap[i]);
     for (int i = 0; i < count && found == 0 && d->loop_count > 1; i++)
-        if (closes_with(scene, open[i], NULL)) {
+        if (closes_with_loop(scene, open[i], NULL)) {
             fprintf(stderr, "  the others close without loop '%s'\n", d->loops[open[i]].name);
             found++;
         }

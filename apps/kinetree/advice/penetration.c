@@ -32,16 +32,23 @@ static kt_vec3 point_of(const kt_model *model, const kt_data *data, const kt_end
     return kt_point_position(model, data, body, marker >= 0 ? kt_marker_at(model, body, marker) : end->at);
 }
 
-static kt_vec3 plane_normal(const kt_model *model, const kt_data *data, const kt_effect *effect) {
-    const kt_end *plane = &effect->between[1];
-    const int body = body_of(model, plane);
+/* An axis in the frame of an end, of length 1, in the world's axes. */
+static kt_vec3 direction_of(const kt_model *model, const kt_data *data, const kt_end *end, kt_vec3 axis) {
+    const int body = body_of(model, end);
     kt_mat3 turn = kt_mat3_identity();
-    if (kt_rotation_evaluate(&plane->rotation, &turn, NULL) != KT_OK)
+    if (kt_rotation_evaluate(&end->rotation, &turn, NULL) != KT_OK)
         return kt_vec3_make(0.0, 0.0, 0.0); /* not reached: the description has been checked */
-    if (plane->marker != NULL)
-        turn = kt_mat3_multiply(kt_marker_rotation(model, body, kt_marker_find(model, body, plane->marker)), turn);
-    return kt_mat3_apply(kt_body_pose(model, data, body).rotation,
-                         kt_mat3_apply(turn, kt_vec3_normalize(effect->axis)));
+    if (end->marker != NULL)
+        turn = kt_mat3_multiply(kt_marker_rotation(model, body, kt_marker_find(model, body, end->marker)), turn);
+    return kt_mat3_apply(kt_body_pose(model, data, body).rotation, kt_mat3_apply(turn, kt_vec3_normalize(axis)));
+}
+
+/* How far below its centre a sphere reaches, or a disc, which has an axle. */
+static double reach_of(const kt_model *model, const kt_data *data, const kt_effect *effect, kt_vec3 normal) {
+    if (kt_vec3_norm_wide(effect->axle) == 0.0)
+        return effect->radius;
+    const kt_vec3 axle = direction_of(model, data, &effect->between[0], effect->axle);
+    return effect->radius * kt_vec3_norm(kt_vec3_cross(normal, axle));
 }
 
 bool kt_effect_can_penetrate(const kt_effect *effect) {
@@ -56,8 +63,8 @@ kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, con
     if (effect->type == KT_EFFECT_CONTACT) {
         const kt_vec3 apart =
             kt_vec3_sub(point_of(model, data, &effect->between[0]), point_of(model, data, &effect->between[1]));
-        penetration.normal = plane_normal(model, data, effect);
-        penetration.depth = effect->radius - kt_vec3_dot(penetration.normal, apart);
+        penetration.normal = direction_of(model, data, &effect->between[1], effect->axis);
+        penetration.depth = reach_of(model, data, effect, penetration.normal) - kt_vec3_dot(penetration.normal, apart);
         exponent = effect->exponent;
     } else if (effect->type == KT_EFFECT_JOINT_LIMIT) {
         const double x = kt_effect_coordinate(model, data, q, index);

@@ -270,19 +270,6 @@ static void paint_gravity(const kt_sheet *sheet, kt_spot at) {
     }
 }
 
-static void paint_heading(cairo_t *c, const kt_drawing *d, const kt_palette *palette) {
-    kt_paper_use(c, palette->paper);
-    cairo_paint(c);
-    kt_paper_use(c, palette->ink);
-    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
-    cairo_set_font_size(c, kt_title_size);
-    kt_paper_text_within(c, 20.0, 28.0, WIDTH - 110.0, d->title);
-    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(c, kt_text_size);
-    kt_paper_use(c, palette->quiet);
-    kt_paper_text_within(c, 20.0, 48.0, WIDTH - 110.0, d->subtitle);
-}
-
 static void paint_caption(const kt_sheet *sheet, const layout *l, int state) {
     char text[48];
     snprintf(text, sizeof text, "%.4g s", sheet->drawing->times[state]);
@@ -307,7 +294,7 @@ static void paint(cairo_t *c, const void *what) {
     const int last = d->state_count - 1;
     kt_sheet sheet = sheet_of(c, d, &p->layout, last);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
-    paint_heading(c, d, sheet.palette);
+    kt_paper_head(c, sheet.palette, 20.0, WIDTH - 110.0, d->title, d->subtitle);
     for (int i = 0; i < d->state_count; i++) {
         sheet = sheet_of(c, d, &p->layout, i);
         sheet.fade = d->is_strobe ? 0.25 * (last > 0) * (i < last) + 0.7 * (last - i) / fmax(last, 1.0) : 0.0;

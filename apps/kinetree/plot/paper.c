@@ -101,6 +101,20 @@ static double width_at(cairo_t *c, double size, const char *text) {
     return kt_paper_width(c, text);
 }
 
+void kt_paper_head(cairo_t *c, const kt_palette *palette, double x, double width, const char *title,
+                   const char *subtitle) {
+    kt_paper_use(c, palette->paper);
+    cairo_paint(c);
+    kt_paper_use(c, palette->ink);
+    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
+    cairo_set_font_size(c, kt_title_size);
+    kt_paper_text_within(c, x, 28.0, width, title);
+    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(c, kt_text_size);
+    kt_paper_use(c, palette->quiet);
+    kt_paper_text_within(c, x, 48.0, width, subtitle);
+}
+
 void kt_paper_quantity(cairo_t *c, double x, double y, kt_anchor anchor, const char *title, const char *unit,
                        int exponent) {
     char text[256], power[16] = "", tail[64] = "";

@@ -16,6 +16,9 @@ double kt_paper_width(cairo_t *c, const char *text);
 void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text);
 /* Draws text left-aligned at x; text wider than `width` is cut and ends with dots. */
 void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *title);
+/* Fills the page and draws title and subtitle from x on, which may be `width` wide. */
+void kt_paper_head(cairo_t *c, const kt_palette *palette, double x, double width, const char *title,
+                   const char *subtitle);
 /* Draws ten to the power `exponent`. */
 void kt_paper_power(cairo_t *c, double x, double y, kt_anchor anchor, const char *exponent, double size);
 /* Draws "Energy drift, 10^-9 J" with the exponent raised. */

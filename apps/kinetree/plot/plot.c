@@ -65,17 +65,8 @@ static void draw_column(cairo_t *c, const kt_plot *plot, const kt_palette *palet
 
 static void draw_all(cairo_t *c, const kt_plot *plot) {
     const kt_palette *palette = kt_palette_choose(plot->is_dark);
-    kt_paper_use(c, palette->paper);
-    cairo_paint(c);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
-    kt_paper_use(c, palette->ink);
-    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
-    cairo_set_font_size(c, kt_title_size);
-    kt_paper_text_within(c, LEFT - 50.0, 28.0, width_of(plot) - LEFT, plot->title);
-    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(c, kt_text_size);
-    kt_paper_use(c, palette->quiet);
-    kt_paper_text_within(c, LEFT - 50.0, 48.0, width_of(plot) - LEFT, plot->subtitle);
+    kt_paper_head(c, palette, LEFT - 50.0, width_of(plot) - LEFT, plot->title, plot->subtitle);
     (plot->is_row ? draw_row : draw_column)(c, plot, palette);
 }
 

@@ -79,16 +79,7 @@ static void draw_legend(cairo_t *c, const kt_palette *palette, double y) {
 static void draw(cairo_t *c, const void *what) {
     const kt_shape_plot *plot = what;
     const kt_palette *palette = kt_palette_choose(plot->is_dark);
-    kt_paper_use(c, palette->paper);
-    cairo_paint(c);
-    kt_paper_use(c, palette->ink);
-    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
-    cairo_set_font_size(c, kt_title_size);
-    kt_paper_text_within(c, 20.0, 26.0, WIDTH - 40.0, plot->title);
-    cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(c, kt_text_size);
-    kt_paper_use(c, palette->quiet);
-    kt_paper_text_within(c, 20.0, 45.0, WIDTH - 40.0, plot->subtitle);
+    kt_paper_head(c, palette, 20.0, WIDTH - 40.0, plot->title, plot->subtitle);
     for (int i = 0; i < plot->panel_count; i++)
         draw_panel(c, palette, plot, i);
     draw_legend(c, palette, height_of(plot) - 12.0);

@@ -1,0 +1,150 @@
+/* Dynamics and closure of mechanisms with loops, in space and in the plane: the recursion over links (links.h), in which
+ * each constraint group is one step (groups.h).
+ *
+ * KT_PLANAR: the kernels for models some or all links of which are planar (planar_driver.c) and those that treat all
+ * links as spatial (driver.c) are made from the same lines. Reactions have components out of the plane; they are left
+ * to the spatial kernels (reaction.c).
+ */
+#ifndef KT_PLANAR
+#error "KT_PLANAR must be true or false"
+#endif
+
+#include "constraint/loop_wrenches.h"
+#include "constraint/spatial_rows.h"
+#include "reduction/front.h"
+#include "reduction/groups.h"
+#include "reduction/kernel.h"
+#include "reduction/links.h"
+#include "reduction/planar_group.h"
+#include "reduction/spatial_group.h"
+
+/* The links 1 to end - 1 are treated as spatial ones. */
+KT_INLINE size_t spatial_end(const kt_model *model) { return KT_PLANAR ? model->n.spatial : model->n.link; }
+
+KT_INLINE void set_pose(const kt_model *model, kt_data *data, const double *q) {
+    if (KT_PLANAR)
+        KT_KERNEL(kt_planar_links_pose)(model, data, q);
+    const size_t end = spatial_end(model);
+    if (end > 1)
+        KT_KERNEL(kt_spatial_links_pose)(model, data, q, end);
+}
+
+KT_INLINE void set_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
+                          const kt_wrench *external) {
+    if (KT_PLANAR)
+        KT_KERNEL(kt_planar_links_motion)(model, data, q, v, external);
+    const size_t end = spatial_end(model);
+    if (end > 1)
+        KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
+}
+
+KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
+                          double t) {
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    const bool in_plane = KT_PLANAR && kt_group_is_planar(model, &model->group[g]);
+    if (kt_group_has_fronts(&model->group[g]))
+        KT_KERNEL(kt_front_fill)(model, data, g, in_plane, moving, q, v, t);
+    else if (in_plane)
+        kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
+    else
+        kt_rows_fill(model, data, g, &w, moving, q, v, t);
+}
+
+/* ---- accelerations ----------------------------------------------------------------------------------------------- */
+
+/* `special`: groups of one pin are solved in closed form (in the plane), those of few equations by delassus.h, those of
+ * fronts of four parameters by front4.h (in the plane). */
+KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular,
+                             bool special, double *a) {
+    const size_t end = spatial_end(model);
+    size_t failed = 0;
+    set_motion(model, data, at->q, at->v, at->external);
+    for (size_t g = 0; g < model->n.group; g++) {
+        if (KT_PLANAR && special && model->group[g].form == KT_FORM_PIN)
+            continue;
+        fill_group(model, data, g, true, at->q, at->v, at->t);
+        if (!KT_KERNEL(kt_group_prepare)(model, data, g, KT_ROWS_ALL, regular, special, KT_PLANAR && special))
+            failed = (size_t)model->group_link[model->group[g].link];
+    }
+    if (!failed && end > 1)
+        failed = KT_KERNEL(kt_spatial_links_accelerate)(model, data, at->tau, end, special && model->has_delassus, a);
+    if (!failed && KT_PLANAR)
+        failed = KT_KERNEL(kt_planar_links_accelerate)(model, data, special ? at->v : NULL, at->tau, false, a);
+    return failed;
+}
+
+/* If one of the special forms fails, for whatever reason, the general method decides. */
+KT_INLINE size_t forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular, double *a) {
+    if (!regular && (KT_PLANAR || model->has_delassus) && try_forward(model, data, at, false, true, a) == 0)
+        return 0;
+    return try_forward(model, data, at, regular, false, a);
+}
+
+/* ---- closure ----------------------------------------------------------------------------------------------------- */
+
+KT_INLINE bool residuals(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                         const bool *held, kt_violation *violation) {
+    *violation = kt_violation_none;
+    set_pose(model, data, q);
+    for (size_t g = 0; g < model->n.group; g++) {
+        fill_group(model, data, g, false, q, v, t);
+        KT_KERNEL(kt_group_residuals)(model, data, g, v, held, violation);
+    }
+    return isfinite(violation->position + violation->velocity);
+}
+
+KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+    if (KT_PLANAR) {
+        set_motion(model, data, q, v, NULL);
+    } else {
+        set_pose(model, data, q);
+        KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);
+    }
+    for (size_t g = 0; g < model->n.group; g++)
+        fill_group(model, data, g, true, q, v, t);
+}
+
+/* Fronts of four parameters know no coordinates that count as constants. */
+KT_INLINE bool has_fixed(const kt_data *data, const kt_group *group) {
+    return group->form == KT_FORM_FRONT4 && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
+}
+
+KT_INLINE bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+    bool fine = true;
+    for (size_t g = 0; g < model->n.group; g++)
+        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true,
+                                            KT_PLANAR && !has_fixed(data, &model->group[g]));
+    return fine;
+}
+
+/* min dv' M dv / 2 - force' dv with A dv = right: the equations of motion at rest without gravity, with dv in place of
+ * the accelerations. */
+KT_INLINE bool try_step_of_mass(const kt_model *model, kt_data *data, const double *force, double *step) {
+    const size_t end = spatial_end(model);
+    if (KT_PLANAR)
+        KT_KERNEL(kt_planar_links_move)(model, data, model->zero);
+    if (end > 1) {
+        KT_KERNEL(kt_spatial_links_move)(model, data, model->zero, end);
+        KT_KERNEL(kt_spatial_links_clear)(model, data, end);
+        data->motion[0].linear = kt_v4_splat(0.0);
+        if (KT_KERNEL(kt_spatial_links_accelerate)(model, data, force, end, model->has_delassus, step))
+            return false;
+    }
+    return !KT_PLANAR || KT_KERNEL(kt_planar_links_accelerate)(model, data, NULL, force, true, step) == 0;
+}
+
+KT_INLINE bool least_step(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
+    if (metric != KT_METRIC_MASS)
+        return KT_KERNEL(kt_groups_least_step)(model, data, step);
+    while (!try_step_of_mass(model, data, force, step))
+        if (!KT_KERNEL(kt_groups_refactor)(model, data))
+            return false;
+    return true;
+}
+
+/* ---- kernels ----------------------------------------------------------------------------------------------------- */
+
+#define KT_DRIVER_KERNELS                                                                                              \
+    .forward = forward, .residuals = residuals, .fill = fill, .prepare = prepare, .least_step = least_step,            \
+    .apply = KT_KERNEL(kt_front_apply), .measure = KT_KERNEL(kt_damped_measure), .damp = KT_KERNEL(kt_damped_solve),   \
+    .nullspace = KT_KERNEL(kt_front_nullspace), .factor = KT_KERNEL(kt_groups_factor)
