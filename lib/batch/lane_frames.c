@@ -59,7 +59,7 @@ void KT_KERNEL(kt_frame_motion)(const kt_model *model, const kt_data *data, cons
 void KT_KERNEL(kt_frame_columns)(const kt_model *model, const kt_data *data, const kt_lane_frame *frame,
                                  double *const *out) {
     const kt_body_record *b = &model->body[frame->body];
-    kt_real1 column[6 * KT_DOF_MAX] = {0.0};
+    kt_real1 column[6 * KT_DOF_MAX] = {{0.0}};
     kt_point_columns c = {.first = column, .arm = kt_point_arm(b, data->motion[b->link].axes, origin_of(frame))};
     for (int32_t i = b->link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];
