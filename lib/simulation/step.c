@@ -534,7 +534,8 @@ static kt_status check_own_states(const kt_simulation *simulation, const double 
         if (!isfinite(x[i])) {
             char where[KT_WHERE_SIZE];
             snprintf(where, sizeof where, "state '%.100s'", kt_own_state_name(simulation->model, (int)i));
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "it is %g; give a finite number", x[i]);
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "'%.100s' is %g; give a finite number",
+                                kt_own_state_name(simulation->model, (int)i), isnan(x[i]) ? fabs(x[i]) : x[i]);
         }
     return KT_OK;
 }

@@ -299,3 +299,21 @@ KT_TEST(a_value_that_cannot_be_ends_the_run_in_words) {
     kt_check_near("the state", kt_simulation_own_states(r.simulation)[0], 5.0, 0.0);
     stop(&r);
 }
+
+/* It names the parameter, and a NaN has no sign. */
+KT_TEST(a_value_that_is_no_number_ends_the_run_in_words) {
+    static const char root[] = "kinetree: 1\n"
+                               "parameters: {k: 5}\n"
+                               "bodies: [{name: a, joint: {type: prismatic, position: 1}, mass: 1}]\n"
+                               "effects: [{type: joint_spring, joint: a, stiffness: =k}]\n"
+                               "events: [{name: soften, when: t - 0.5, then: {set: {k: sqrt(2 - k)}}}]\n"
+                               "simulate: {duration: 1}\n";
+    running r;
+    kt_error error = {0};
+    if (!start(root, NULL, &r))
+        return;
+    kt_check_true("ends", kt_simulation_advance(r.simulation, 1.0, &error) != KT_OK);
+    kt_check_contains("where", error.where, "event 'soften' at t = 0.5 s");
+    kt_check_text("words", error.message, "'k' is nan; give a finite number");
+    stop(&r);
+}

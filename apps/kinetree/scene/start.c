@@ -126,20 +126,26 @@ static void say_half_held(const char *path, const kt_scene *scene, const kt_mode
     free(given);
 }
 
-int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q,
-                       const double *v) {
+/* What changes values that the scene gives. */
+static const char *cause_of_changes(const kt_model *model, bool is_struck) {
+    if (is_struck)
+        return "impacts at the start, and assembly where loops were open,";
+    if (kt_massless_count(model) == 0)
+        return "to close the loops, assembly";
+    return kt_loop_count(model) > 0
+               ? "to close the loops and to balance the forces on joints that move no mass, assembly"
+               : "the balance of forces on joints that move no mass";
+}
+
+int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q, const double *v,
+                       bool is_struck) {
     int count;
     kt_initial_change *changes = list_changes(model, q, v, &count);
     double *given = count > 0 ? given_state(model) : NULL;
-    const bool closes = kt_loop_count(model) > 0;
-    const char *const why = kt_massless_count(model) == 0 ? "to close the loops, assembly"
-                            : closes
-                                ? "to close the loops and to balance the forces on joints that move no mass, assembly"
-                                : "the balance of forces on joints that move no mass";
     if (given != NULL)
         fprintf(stderr, "%s%s: %s moved initial values that the scene gives", path != NULL ? path : "kinetree",
-                path != NULL ? ": warning" : "", why);
-    if (given != NULL && closes)
+                path != NULL ? ": warning" : "", cause_of_changes(model, is_struck));
+    if (given != NULL && kt_loop_count(model) > 0 && !is_struck)
         say_holdable(scene, model, changes, count);
     if (given != NULL)
         fputs(":\n", stderr);
@@ -192,7 +198,7 @@ int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *dat
         status = kt_massless_balance(model, data, 0.0, q, v, NULL, NULL, &error);
     if (status == KT_OK) {
         (void)kt_say_disagreement(scene, model);
-        (void)kt_start_say_moved(NULL, scene, model, q, v);
+        (void)kt_start_say_moved(NULL, scene, model, q, v, false);
         return KT_EXIT_DONE;
     }
     kt_say_error(&error);

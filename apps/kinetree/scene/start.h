@@ -13,9 +13,10 @@ int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *dat
 int kt_start_report(const kt_scene *scene, const kt_model *model);
 
 /* Reports the given values that differ in the assembled state: as a warning about the file at `path` (NULL: as a
- * message of the command). Returns their number. */
-int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q,
-                       const double *v);
+ * message of the command). `is_struck`: hard contacts, stops or ropes that touch at the start had impacts. Returns their
+ * number. */
+int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q, const double *v,
+                       bool is_struck);
 
 /* Returns the same changes as a list of {joint, part, from, to}. */
 json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);

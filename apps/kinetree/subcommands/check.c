@@ -280,7 +280,7 @@ static int check_start(check *c) {
     if (code != KT_EXIT_DONE)
         return code;
     c->warnings += kt_say_disagreement(c->scene, c->model) > 0;
-    c->warnings += kt_start_say_moved(c->path, c->scene, c->model, c->q, c->v) > 0;
+    c->warnings += kt_start_say_moved(c->path, c->scene, c->model, c->q, c->v, false) > 0;
     c->warnings += warn_of_double_motions(c);
     check_mobility(c);
     check_gravity(c);

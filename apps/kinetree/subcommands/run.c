@@ -579,7 +579,8 @@ static void report_start(kt_outcome *outcome, bool quiet) {
     if (!quiet)
         (void)kt_say_disagreement(outcome->scene, outcome->model);
     if (!quiet)
-        (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v);
+        (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v,
+                                 kt_simulation_contacts(outcome->simulation).impacts > 0);
 }
 
 /* "BASE.csv". The caller frees it. */
