@@ -225,13 +225,16 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
 
 /* ---- many simulations --------------------------------------------------------------------------------------------- */
 
-/* Several simulations that run at once, each with steps, error control and records of its own, the stages of their steps in
- * lanes. What each gives are the bits of kt_simulation_run, whatever the others are. In lanes: trees, and mechanisms in
- * planes whose loops a batch has in lanes (their loops are closed after steps state by state), with effects that are not by formulas, by explicit methods (auto while the motion is not stiff), without events, corners of functions of time,
- * contacts or stops to which steps are shortened, inputs, works or own states; and such that their models differ in
- * nothing but the initial state, gravity, masses, centres of mass, inertias and lengths. All else is run one after the other, counted and said why. Simulations end at different
- * times: as soon as one has, its lane takes the next. In records of which nothing but positions, velocities and energies is asked for, `data` may be
- * NULL. One thread may use an ensemble at a time. */
+/* Several simulations that run at once, each with steps, error control, events and records of its own, the stages of their
+ * steps in lanes. What each gives are the bits of kt_simulation_run, whatever the others are. In lanes: trees, and
+ * mechanisms in planes whose loops a batch has in lanes (their loops are closed after steps state by state), with effects
+ * and own states, by explicit methods (auto while the motion is not stiff), without works, and such that their models
+ * differ in nothing but the initial state, gravity, masses, centres of mass, inertias and lengths. All else is run one
+ * after the other, counted and said why. Events are sought after each step of a lane, on its dense output; a step in which
+ * one happens is repeated in lanes up to it. A lane under inputs, or whose model has come to differ from the others',
+ * takes its steps by itself as long as that lasts. Simulations end at different times: as soon as one has, its lane takes
+ * the next. In records of which nothing but positions, velocities and energies is asked for, `data` may be NULL. One thread
+ * may use an ensemble at a time. */
 typedef struct kt_ensemble kt_ensemble;
 
 /* A simulation, and who takes its records. */
@@ -272,6 +275,9 @@ typedef struct kt_ensemble_report {
     uint64_t together; /* simulations in lanes */
     uint64_t alone;    /* simulations one after the other */
     const char *why;   /* the last of these was, or NULL; static storage */
+    uint64_t in_lanes; /* of those in lanes, tries of steps that were computed with those of others */
+    uint64_t
+        left; /* tries that were not: of implicit methods, under inputs, that fail, or with no other lane to share */
 } kt_ensemble_report;
 
 /* Returns the report of an ensemble; zeros of NULL. */

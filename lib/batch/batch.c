@@ -2,8 +2,8 @@
  *
  * States are in groups of as many as a vector of the instruction set has lanes. The recursions over trees, effects and
  * the loops of linkages in planes (kt_lanes_fit_model) are computed for a group at once (lanes.c). All else is computed
- * state by state, by the calls for one state: effects by formulas, whose forces then enter the lanes; other models with
- * loops; and a lane that cannot be computed, for the error that names the joint.
+ * state by state, by the calls for one state: other models with loops; and a lane that cannot be computed, for the error
+ * that names the joint.
  */
 #include "batch/batch.h"
 
@@ -37,7 +37,19 @@ static bool group_fits(const kt_model *model, const kt_group *group) {
     return true;
 }
 
+/* Whether an effect acts in a coordinate of a loop, which is not computed in lanes. */
+static bool has_relative_effects(const kt_model *model) {
+    for (size_t i = 0; i < model->n.effect && KT_HAS_RELATIVE; i++)
+        if (model->effect[i].relative.type)
+            return true;
+    return false;
+}
+
 bool kt_lanes_fit_model(const kt_model *model) {
+    if (model->n.loop == 0)
+        return true;
+    if (has_relative_effects(model))
+        return false;
     if (model->n.group == 0)
         return true;
     if (!KT_HAS_LOOPS || model->sweep != KT_SWEEP_PLANAR || model->forward != kt_closed_forward ||
@@ -50,7 +62,7 @@ bool kt_lanes_fit_model(const kt_model *model) {
 }
 
 const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model) {
-    if (model->n.group > 0 && !kt_lanes_fit_model(model))
+    if (!kt_lanes_fit_model(model))
         return NULL;
 #ifdef KT_ISAS
     if (model->isa == KT_ISA_V4)
@@ -59,15 +71,6 @@ const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model) {
         return &kt_lane_kernels_v3;
 #endif
     return &kt_lane_kernels_baseline;
-}
-
-bool kt_lanes_have_formulas(const kt_model *model) {
-    if (KT_OWN_STATES(&model->n) > 0)
-        return true;
-    for (size_t i = 0; i < model->n.batch; i++)
-        if (model->batch[i].type == KT_EFFECT_EXPRESSION)
-            return true;
-    return false;
 }
 
 static bool is_explicit(const kt_method *method) {
@@ -146,10 +149,11 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     made->kernels = kt_lane_kernels_of(model);
     made->method = options->method;
     made->n = n;
-    made->has_formulas = kt_lanes_have_formulas(model);
-    made->why = made->kernels
-                    ? NULL
-                    : "it has loops in space, driven ones or large groups of them: these are computed state by state";
+    made->why =
+        made->kernels
+            ? NULL
+            : "it has loops in space, driven ones, large groups of them or effects in their coordinates: these are "
+              "computed state by state";
     for (size_t i = 0; i < n.threads && status == KT_OK; i++)
         status = init_work(made, i, error);
     if (status != KT_OK)

@@ -55,7 +55,6 @@ struct kt_batch {
     const kt_model *model;
     const kt_lane_kernels *kernels; /* NULL: state by state */
     const kt_method *method;        /* NULL: no steps by a table */
-    bool has_formulas;              /* effects by formulas, which read more than their ends: effects state by state */
     kt_batch_counts n;
     const char *why; /* as in kt_batch_report */
     KT_ARENA_DECLARE(KT_BATCH_FIELDS)
@@ -110,13 +109,12 @@ typedef struct kt_lane_work {
     double *total, *wrench, *a;
 } kt_lane_work;
 
-/* Forward dynamics with effects, none of which is by formulas, of the live lanes. Returns those that could be computed. */
+/* Forward dynamics with effects of the live lanes. Returns those that could be computed. */
 kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model *model, const kt_lane_state *at,
                                  const kt_lane_work *work);
 
-/* The kernels for the instruction set of a model; NULL: it has loops. Whether effects are by formulas. */
+/* The kernels for the instruction set of a model; NULL: it has loops that lanes do not compute. */
 const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model);
-bool kt_lanes_have_formulas(const kt_model *model);
 
 /* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into w->result. Those
  * that fail leave group->live. */

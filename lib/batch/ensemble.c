@@ -4,7 +4,8 @@
  * A lane does what kt_simulation_run does, in the same order and by the same functions: it hands records over, plans a
  * try of a step, and accepts or rejects it (kt_attempt of integrator/integrator.h). Only the stages of the tries of all
  * lanes are computed at once, between planning and judging. A lane whose simulation has ended takes the next one; what
- * lanes cannot compute (a step of an implicit method, a stage that fails) is tried by the simulation itself.
+ * lanes cannot compute (a step of an implicit method, a stage that fails) is tried by the simulation itself. Events, gaps
+ * and corners are dealt with lane by lane between tries, by the functions of kt_simulation_take_step (step_parts.h).
  *
  * Simulations take part whose models differ in nothing but what the recursions have of each lane (kt_lanes_agree). The
  * others are run one after the other.
@@ -13,12 +14,12 @@
 
 #include "algebra/finite.h"
 #include "base/copy.h"
-#include "simulation/simulation.h"
+#include "simulation/step_parts.h"
 
 #include <string.h>
 
 typedef struct kt_ensemble_counts {
-    size_t width, nq, nv, body, lane_bytes;
+    size_t width, nq, nv, nx, N, body, lane_bytes; /* nx own states, N = nq + nv + nx */
 } kt_ensemble_counts;
 
 /* A simulation that runs. */
@@ -28,6 +29,8 @@ typedef struct lane {
     kt_attempt attempt;
     kt_try tried;
     bool steps;       /* within a step */
+    double t_limit;   /* where it ends at most */
+    int repetition;   /* how often it was taken back */
     bool shares;      /* its records are computed in lanes, too */
     bool holds;       /* the lanes hold the last try of its step: stages and states at both ends */
     kt_record record; /* the next one, where it shares them */
@@ -39,9 +42,9 @@ typedef struct lane {
     X(lane, lane, n->width, "simulations")                                                                             \
     X(double, t, n->width, "times of a stage")                                                                         \
     X(double, h, n->width, "lengths of steps")                                                                         \
-    X(double, y, n->width *(n->nq + n->nv), "states in which steps begin")                                             \
-    X(double, stage, n->width *(n->nq + n->nv), "states of a stage")                                                   \
-    X(double, stages, n->width *(n->nq + n->nv) * KT_METHOD_STAGES_MAX, "slopes of all stages")                        \
+    X(double, y, n->width * n->N, "states in which steps begin")                                                       \
+    X(double, stage, n->width * n->N, "states of a stage")                                                             \
+    X(double, stages, n->width * n->N * KT_METHOD_STAGES_MAX, "slopes of all stages")                                  \
     X(double *, k, KT_METHOD_STAGES_MAX, "slope i of all lanes")                                                       \
     X(double, tau, n->width * n->nv, "joint forces: none")                                                             \
     X(double, total, n->width * n->nv, "joint forces of effects")                                                      \
@@ -53,8 +56,8 @@ typedef struct lane {
     X(double, exponent, 2 * n->width, "their exponents")                                                               \
     X(double, power, 2 * n->width, "the powers")                                                                       \
     X(double, theta, n->width, "times of records over the step: 0 to 1")                                               \
-    X(double, read, n->width *(n->nq + n->nv), "states of records")                                                    \
-    X(double, one, n->nq + n->nv, "the state of one record")                                                           \
+    X(double, read, n->width * n->N, "states of records")                                                              \
+    X(double, one, n->N, "the state of one record")                                                                    \
     X(double, energy, 2 * n->width, "kinetic, then potential")                                                         \
     X(char, work, n->lane_bytes, "workspace of the recursions")
 
@@ -78,6 +81,8 @@ static kt_ensemble_counts count(const kt_model *model) {
     return (kt_ensemble_counts){.width = kernels ? kernels->width : 1,
                                 .nq = model->n.q,
                                 .nv = model->n.v,
+                                .nx = KT_OWN_STATES(&model->n),
+                                .N = model->n.q + model->n.v + KT_OWN_STATES(&model->n),
                                 .body = kt_where(model->n.force_link, model->n.body),
                                 .lane_bytes = kernels ? kernels->layout(model, NULL) : 0};
 }
@@ -108,7 +113,7 @@ kt_status kt_ensemble_init(const kt_model *model, void *memory, size_t size, kt_
         made->kernels->put_model(model, made->work, kt_lanes_first(n.width));
     }
     for (size_t i = 0; i < KT_METHOD_STAGES_MAX; i++)
-        made->k[i] = made->stages + i * n.width * (n.nq + n.nv);
+        made->k[i] = made->stages + i * n.width * n.N;
     *ensemble = made;
     return KT_OK;
 }
@@ -124,7 +129,7 @@ kt_status kt_ensemble_create(const kt_model *model, kt_ensemble **ensemble, kt_e
 void kt_ensemble_free(kt_ensemble *ensemble) { kt_arena_free(ensemble); }
 
 kt_ensemble_report kt_ensemble_report_of(const kt_ensemble *ensemble) {
-    return ensemble ? ensemble->report : (kt_ensemble_report){0, 0, 0, NULL};
+    return ensemble ? ensemble->report : (kt_ensemble_report){.width = 0};
 }
 
 /* ---- which simulations take part --------------------------------------------------------------------------------- */
@@ -135,10 +140,8 @@ static const char *why_model(const kt_ensemble *e, const kt_model *model) {
         return "its model has another structure";
     if (!e->kernels || !kt_lanes_fit_model(model))
         return "it has loops that are computed state by state";
-    if (model->family || kt_own_state_count(model) > 0 || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
-        return "it has own states, masses that vary, coordinates without mass, or what is switched";
-    if (kt_lanes_have_formulas(model))
-        return "it has forces by formulas";
+    if (model->family || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
+        return "it has masses that vary, coordinates without mass, or what is switched";
     return model->n.v == 0 ? "nothing moves" : NULL;
 }
 
@@ -148,8 +151,6 @@ static const char *why_alone(const kt_ensemble *e, const kt_simulation *s) {
         return why;
     if (s->transformation || s->acceleration || s->projection)
         return "its equations are not those of its own model";
-    if (s->watch || s->watches_gaps || s->corners.any || s->corners.fixed)
-        return "its steps end at events, contacts, stops or corners";
     return s->size.n > s->size.work || s->watches_works ? "works are computed with its motion" : NULL;
 }
 
@@ -211,7 +212,7 @@ static kt_lane_mask choose(const kt_ensemble *e, size_t *first) {
 }
 
 static void gather(kt_ensemble *e, kt_lane_mask mask) {
-    const size_t width = e->n.width, N = e->n.nq + e->n.nv;
+    const size_t width = e->n.width, N = e->n.N;
     for (size_t i = 0; i < width; i++) {
         const kt_interval *in = &e->lane[i].attempt.plan.interval;
         if (!kt_lane_is_in(mask, i))
@@ -224,24 +225,29 @@ static void gather(kt_ensemble *e, kt_lane_mask mask) {
 
 /* Slope i of the stages at e->stage. Returns the lanes of `mask` where it could be computed. */
 static kt_lane_mask evaluate(kt_ensemble *e, const kt_model *model, double c, kt_lane_mask mask, double *slope) {
-    const size_t q = e->n.width * e->n.nq;
-    const kt_lane_state at = {.t = e->t, .q = e->stage, .v = e->stage + q, .tau = e->tau, .live = mask};
+    const size_t q = e->n.width * e->n.nq, x = q + e->n.width * e->n.nv;
+    const kt_lane_state at = {
+        .t = e->t, .q = e->stage, .v = e->stage + q, .x = e->stage + x, .tau = e->tau, .live = mask};
     const kt_lane_work work = {.lanes = e->work, .total = e->total, .wrench = e->wrench, .a = slope + q};
     for (size_t i = 0; i < e->n.width; i++) {
         const kt_interval *in = &e->lane[i].attempt.plan.interval;
+        const kt_simulation *s = e->lane[i].member.simulation;
         e->t[i] = c == 1.0 ? in->end : in->t + c * in->h;
+        if (kt_lane_is_in(mask, i) && s->corners.any)
+            e->t[i] = kt_simulation_time_inside(s, e->t[i]);
     }
     if (e->n.nq == e->n.nv)
         kt_copy(slope, at.v, q * sizeof *slope);
     else
         e->kernels->rate(model, e->work, at.q, at.v, slope);
-    return kt_lanes_accelerate(e->kernels, model, &at, &work);
+    const kt_lane_mask done = kt_lanes_accelerate(e->kernels, model, &at, &work);
+    return e->n.nx > 0 ? done & e->kernels->own_rates(model, e->work, &at, slope + x) : done;
 }
 
 /* All stages, as kt_explicit_step. */
 static kt_lane_mask take_stages(kt_ensemble *e, const kt_simulation *leader, kt_lane_mask mask) {
     const kt_integrator *it = leader->integrator;
-    const size_t s = (size_t)it->table->stages, N = e->n.nq + e->n.nv;
+    const size_t s = (size_t)it->table->stages, N = e->n.N;
     for (size_t i = 1; i < s && mask; i++) {
         e->kernels->combine(e->stage, e->y, e->h, it->terms + it->row[i], it->row[i + 1] - it->row[i], e->k, N);
         mask = evaluate(e, leader->model, it->table->c[i], mask, e->k[i]);
@@ -255,7 +261,7 @@ static kt_lane_mask take_stages(kt_ensemble *e, const kt_simulation *leader, kt_
 static void scatter(const kt_ensemble *e, size_t number) {
     kt_simulation *simulation = e->lane[number].member.simulation;
     kt_integrator *it = simulation->integrator;
-    const size_t s = (size_t)it->table->stages, width = e->n.width, N = e->n.nq + e->n.nv;
+    const size_t s = (size_t)it->table->stages, width = e->n.width, N = e->n.N;
     for (size_t i = 1; i < s; i++)
         kt_lane_take(e->k[i], width, number, N, it->k[i]);
     kt_lane_take(e->stage, width, number, N, it->trial);
@@ -268,7 +274,7 @@ static void scatter(const kt_ensemble *e, size_t number) {
 
 /* Mean squares of the errors of all lanes. */
 static void measure_errors(kt_ensemble *e, const kt_integrator *leader) {
-    const size_t *row = leader->row + leader->table->stages, N = e->n.nq + e->n.nv;
+    const size_t *row = leader->row + leader->table->stages, N = e->n.N;
     const kt_lane_scales scales = {.y0 = e->y, .y1 = e->stage, .absolute = e->absolute, .relative = e->relative};
     for (size_t i = 0; i < e->n.width; i++) {
         const kt_simulation *s = e->lane[i].member.simulation;
@@ -287,7 +293,7 @@ static void check(const kt_ensemble *e, size_t number) {
     lane *l = &e->lane[number];
     kt_integrator *it = l->member.simulation->integrator;
     const kt_interval *in = &l->attempt.plan.interval;
-    if (it->options.step > 0.0 || it->options.absolute_tolerances || it->counted != e->n.nq + e->n.nv)
+    if (it->options.step > 0.0 || it->options.absolute_tolerances || it->counted != e->n.N)
         (void)kt_try_check(it, in, &l->tried);
     else
         (void)kt_try_judge(
@@ -323,7 +329,7 @@ static kt_lane_mask try_together(kt_ensemble *e) {
     if ((mask & (mask - 1)) == 0)
         return 0;
     const kt_simulation *leader = e->lane[first].member.simulation;
-    const size_t N = e->n.nq + e->n.nv, s = (size_t)leader->integrator->table->stages;
+    const size_t N = e->n.N, s = (size_t)leader->integrator->table->stages;
     e->table = leader->integrator->table;
     gather(e, mask);
     mask = take_stages(e, leader, mask);
@@ -339,6 +345,8 @@ static void try_steps(kt_ensemble *e) {
         lane *l = &e->lane[i];
         l->tried = (kt_try){.result = KT_TRY_PASSED};
         l->holds = kt_lane_is_in(mask, i);
+        e->report.in_lanes += l->holds;
+        e->report.left += !l->holds && l->member.simulation;
         if (l->holds) {
             scatter(e, i);
             check(e, i);
@@ -415,7 +423,7 @@ static bool shares_now(const lane *l) { return l->member.simulation && l->shares
 
 /* Reads the next record of each lane that is due. Returns of which lanes there is one, its state being in e->read. */
 static kt_lane_mask read_records(kt_ensemble *e) {
-    const size_t width = e->n.width, N = e->n.nq + e->n.nv;
+    const size_t width = e->n.width, N = e->n.N;
     kt_lane_mask due = 0, sparse = 0;
     for (size_t i = 0; i < width; i++) {
         const lane *l = &e->lane[i];
@@ -439,7 +447,7 @@ static kt_status give(kt_ensemble *e, size_t number, bool fine) {
     const kt_ensemble_member *to = &l->member;
     kt_simulation *s = to->simulation;
     kt_record *record = &l->record;
-    kt_lane_take(e->read, e->n.width, number, e->n.nq + e->n.nv, e->one);
+    kt_lane_take(e->read, e->n.width, number, e->n.N, e->one);
     if (!fine) {
         kt_copy(s->y, e->one, s->size.n * sizeof *e->one);
         kt_record whole = *record;
@@ -469,30 +477,70 @@ static void give_records(kt_ensemble *e) {
 
 /* ---- a lane ------------------------------------------------------------------------------------------------------ */
 
-/* A simulation ends where its records have failed, and at its duration. */
+/* A simulation ends where its records have failed, where an event stops it, and at its duration. */
 static bool has_ended(const lane *l) {
     const kt_simulation *s = l->member.simulation;
-    return !l->steps && (l->status != KT_OK || !(kt_integrator_time(s->integrator) < s->duration));
+    return !l->steps &&
+           (l->status != KT_OK || s->memory.stopped > 0 || !(kt_integrator_time(s->integrator) < s->duration));
 }
 
-/* Begins the next step. */
+/* Hands over the records of a lane between two steps, where the lanes have not done so; events that happened at the present
+ * time take effect. */
+static kt_status hand_over(lane *l) {
+    const kt_ensemble_member *to = &l->member;
+    kt_simulation *s = to->simulation;
+    const kt_status status = shares_now(l) ? KT_OK : kt_simulation_hand_over(s, to->record, to->user, &l->error);
+    return KT_HAS_EVENTS && status == KT_OK && s->memory.fires && s->watch
+               ? s->watch->fire(s, to->record, to->user, &l->error)
+               : status;
+}
+
+/* Gives the lane the numbers of its model, of which events or a recorder have set some, if those of the other lanes agree with
+ * it. */
+static void renew_numbers(kt_ensemble *e, lane *l) {
+    const kt_model *model = l->member.simulation->model;
+    const lane *other = first_lane(e);
+    if (other && !kt_lanes_agree(other->member.simulation->model, model))
+        return;
+    e->kernels->put_model(model, e->work, other ? (kt_lane_mask)1 << (l - e->lane) : kt_lanes_first(e->n.width));
+    l->revision = model->revision;
+}
+
+static kt_status begin_attempt(lane *l, kt_error *from) {
+    kt_simulation *s = l->member.simulation;
+    kt_simulation_begin_try(s);
+    return kt_attempt_begin(s->integrator, l->t_limit, &l->attempt, from);
+}
+
+/* Begins the next step, as kt_simulation_take_step. */
 static kt_status begin_step(kt_ensemble *e, lane *l) {
     kt_simulation *s = l->member.simulation;
     clear(&e->from);
-    s->cause.code = KT_OK;
-    kt_status status = s->memory.pending ? kt_simulation_inputs_commit(s, &e->from) : KT_OK;
+    if (!is_current(l))
+        renew_numbers(e, l);
     l->steps = true;
+    l->t_limit = s->duration;
+    l->repetition = 0;
+    kt_status status = kt_simulation_begin_step(s, &l->t_limit, &e->from);
     if (status == KT_OK)
-        status = kt_attempt_begin(s->integrator, s->duration, &l->attempt, &e->from);
+        status = kt_simulation_begin_watch(s, &e->from);
+    if (status == KT_OK)
+        status = begin_attempt(l, &e->from);
     return status == KT_OK ? KT_OK : kt_simulation_end_step(s, status, &e->from, &l->error);
 }
 
-/* Accepts or rejects what was tried. */
+/* Accepts or rejects what was tried; a step in which an event happens is repeated up to it. */
 static kt_status judge(kt_ensemble *e, lane *l) {
     kt_simulation *s = l->member.simulation;
     bool again;
     clear(&e->from);
-    const kt_status status = kt_attempt_end(s->integrator, &l->attempt, &l->tried, &again, &e->from);
+    kt_status status = kt_attempt_end(s->integrator, &l->attempt, &l->tried, &again, &e->from);
+    if (status == KT_OK && again)
+        return KT_OK;
+    if (status == KT_OK)
+        status = kt_simulation_look_back(s, l->repetition++, &l->t_limit, &again, &e->from);
+    if (status == KT_OK && again)
+        status = begin_attempt(l, &e->from);
     if (status == KT_OK && again)
         return KT_OK;
     l->steps = false;
@@ -557,8 +605,8 @@ static void fill(kt_ensemble *e, source *from) {
             lane *l = &e->lane[i];
             if (!l->member.simulation)
                 continue;
-            if (!l->steps && l->status == KT_OK && !shares_now(l))
-                l->status = kt_simulation_hand_over(l->member.simulation, l->member.record, l->member.user, &l->error);
+            if (!l->steps && l->status == KT_OK)
+                l->status = hand_over(l);
             if (!has_ended(l))
                 continue;
             again = true;

@@ -88,51 +88,23 @@ static void accelerate_alone(kt_batch_work *w, kt_batch_group *group, size_t lan
     group->live &= ~((kt_lane_mask)1 << lane);
 }
 
-/* Sums the forces of effects, state by state, into w->total and w->wrench. Returns the lanes whose effects can be
- * computed. */
-static kt_lane_mask apply_effects_alone(kt_batch_work *w, const kt_batch_group *group, const double *t) {
-    const kt_batch_counts *n = &w->batch->n;
-    kt_lane_mask done = 0;
-    for (size_t lane = 0; lane < n->width; lane++) {
-        kt_dynamic_state one = {.t = t[lane], .q = w->one_q, .v = w->one_v, .tau = w->one_tau};
-        if (!kt_lane_is_in(group->live, lane))
-            continue;
-        kt_batch_take(w, group, lane);
-        if (kt_effects_apply(w->batch->own[group->first + lane], w->data, &one, NULL) != KT_OK)
-            continue;
-        kt_lane_put(one.tau, n->width, lane, n->nv, w->total);
-        if (n->body > 0)
-            kt_lane_put(&one.external->moment.x, n->width, lane, 6 * n->body, w->wrench);
-        done |= (kt_lane_mask)1 << lane;
-    }
-    return done;
-}
-
 kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model *model, const kt_lane_state *at,
                                  const kt_lane_work *work) {
     double *wrench = model->n.force_link > 0 ? work->wrench : NULL;
-    if (model->n.effect == 0)
+    if (model->n.effect == 0 && KT_OWN_STATES(&model->n) == 0)
         return at->live & kernels->forward(model, work->lanes, at->q, at->v, at->tau, wrench, work->a);
     const kt_lane_mask done = kernels->effects(model, work->lanes, at, work->total, wrench);
     return done & kernels->forward(model, work->lanes, at->q, at->v, work->total, wrench, work->a);
 }
 
-/* Of a model of which all effects are evaluated state by state. */
-static kt_lane_mask accelerate_with_formulas(kt_batch_work *w, const kt_batch_group *group, const double *t) {
-    const kt_lane_mask done = apply_effects_alone(w, group, t);
-    return done & w->batch->kernels->forward(group->model, w->lanes, group->q, group->v, w->total,
-                                             w->batch->n.body > 0 ? w->wrench : NULL, w->result);
-}
-
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
-    const kt_lane_state at = {.t = t, .q = group->q, .v = group->v, .tau = group->tau, .live = group->live};
+    const kt_lane_state at = {
+        .t = t, .q = group->q, .v = group->v, .x = group->x, .tau = group->tau, .live = group->live};
     const kt_lane_work work = {.lanes = w->lanes, .total = w->total, .wrench = w->wrench, .a = w->result};
     kt_lane_mask done = 0;
     if (batch->kernels && group->model && kt_lanes_fit_model(group->model))
-        done = batch->has_formulas && group->model->n.effect > 0
-                   ? accelerate_with_formulas(w, group, t)
-                   : kt_lanes_accelerate(batch->kernels, group->model, &at, &work);
+        done = kt_lanes_accelerate(batch->kernels, group->model, &at, &work);
     for (size_t lane = 0; lane < batch->n.width; lane++) {
         if (kt_lane_is_in(done, lane))
             w->in_lanes++;

@@ -1,5 +1,6 @@
 /* The effects of several states at once, as mechanism/effects.c sums those of one. Types that are not compiled for lanes
- * (KT_EFFECT_KIND_LIST of effect/effect.h) are evaluated lane by lane by the code for one state. */
+ * (KT_EFFECT_KIND_LIST of effect/effect.h) are evaluated lane by lane by the code for one state. Of formulas the variables
+ * are read in lanes, as mechanism/formula.c reads those of one state; the formulas themselves are evaluated lane by lane. */
 #include "batch/lanes.h"
 
 #include "base/copy.h"
@@ -11,7 +12,7 @@ typedef struct sum {
     const kt_model *model;
     kt_data *data;
     kt_real1 t;
-    const kt_real1 *q, *v;
+    const kt_real1 *q, *v, *x;
     kt_real1 *tau;
     kt_external *applied;
     kt_lane_mask live;
@@ -21,7 +22,7 @@ typedef struct sum {
 
 /* NULL: lane by lane. */
 static const kt_effect_kind *kind_of(int type) {
-    return type == KT_EFFECT_CUSTOM ? NULL : KT_EFFECT(kt_effect_kinds)[type];
+    return type == KT_EFFECT_CUSTOM || type == KT_EFFECT_EXPRESSION ? NULL : KT_EFFECT(kt_effect_kinds)[type];
 }
 
 static bool is_live(const sum *s, int lane) { return (s->live >> lane & 1U) != 0; }
@@ -41,9 +42,86 @@ static void set_lane(kt_triple *a, int lane, kt_vec3 from) {
     a->z[lane] = from.z;
 }
 
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+static bool is_by_formulas(const kt_effect_record *effect) {
+    return KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION;
+}
+
+/* A coordinate of a marker, or its rate, in the world. */
+static kt_real1 find_marker(const kt_data *data, const kt_variable_record *variable, bool is_rate) {
+    const kt_force_frame *link = &data->force_link[variable->force_link];
+    const kt_triple arm = kt_columns_apply(kt_columns_of3(link->link.axes), kt_triple_of_model(variable->arm));
+    const kt_triple point =
+        is_rate ? kt_triple_add(kt_triple_of3(link->velocity), kt_triple_cross(kt_triple_of3(link->link.omega), arm))
+                : kt_triple_add(kt_triple_of3(link->base), kt_triple_add(kt_triple_of3(link->local), arm));
+    return variable->component == 0 ? point.x : variable->component == 1 ? point.y : point.z;
+}
+
+/* The distance of two ends, or its rate. */
+static kt_real1 between(const kt_effect_frame *end, bool is_rate) {
+    const kt_triple d = kt_triple_sub(end[1].point, end[0].point);
+    const kt_triple moving = kt_triple_sub(end[1].velocity, end[0].velocity);
+    const kt_real1 length = kt_sqrt(kt_triple_dot(d, d));
+    return is_rate ? kt_choose(length > kt_real1_splat(0.0), kt_triple_dot(d, moving) / length,
+                               kt_sqrt(kt_triple_dot(moving, moving)))
+                   : length;
+}
+
+static kt_real1 read_variable(const sum *s, const kt_variable_record *variable, const kt_effect_frame *end) {
+    switch (variable->type) {
+    case KT_VARIABLE_POSITION:
+        return s->q[variable->q];
+    case KT_VARIABLE_VELOCITY:
+        return s->v[variable->v];
+    case KT_VARIABLE_MARKER:
+    case KT_VARIABLE_MARKER_VELOCITY:
+        return find_marker(s->data, variable, variable->type == KT_VARIABLE_MARKER_VELOCITY);
+    case KT_VARIABLE_STATE:
+        return s->x[variable->x];
+    case KT_VARIABLE_LENGTH:
+    case KT_VARIABLE_SPEED:
+        return between(end, variable->type == KT_VARIABLE_SPEED);
+    default:
+        return s->t;
+    }
+}
+
+/* The variables of an effect's formulas, those of a lane one after the other. end: those of an effect between two. */
+typedef struct variables {
+    double of[KT_LANES][KT_FORMULA_VARIABLE_MAX];
+} variables;
+
+static void read_variables(const sum *s, const kt_effect_record *effect, const kt_effect_frame *end, variables *to) {
+    for (int32_t k = 0; k < effect->variable_count; k++) {
+        const kt_real1 value = read_variable(s, &s->model->variable[effect->variable + k], end);
+        for (int lane = 0; lane < KT_LANES; lane++)
+            to->of[lane][k] = value[lane];
+    }
+}
+
+/* A formula: a force in a joint, or the rate of an own state. */
+static kt_real1 evaluate_formula(sum *s, const kt_effect_record *effect) {
+    kt_real1 values = kt_real1_splat(0.0);
+    variables in;
+    read_variables(s, effect, NULL, &in);
+    for (int lane = 0; lane < KT_LANES; lane++) {
+        double one = 0.0;
+        if (is_live(s, lane) && !kt_effect_alone_formula(s->model, effect, in.of[lane], &one))
+            s->sound[lane] = 0;
+        values[lane] = one;
+    }
+    return values;
+}
+
+/* ---- one effect -------------------------------------------------------------------------------------------------- */
+
 static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt_effect_frame *end,
                                 kt_effect_wrench *wrench) {
+    variables in;
     memset(wrench, 0, 2 * sizeof *wrench);
+    if (is_by_formulas(effect))
+        read_variables(s, effect, end, &in);
     for (int lane = 0; lane < KT_LANES; lane++) {
         kt_effect_end one[2];
         kt_wrench found[2];
@@ -51,7 +129,8 @@ static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt
             continue;
         for (int k = 0; k < effect->ends; k++)
             one[k] = end_of(&end[k], lane);
-        if (!kt_effect_alone_wrench(s->model, effect, one, s->t[lane], found))
+        if (!(is_by_formulas(effect) ? kt_effect_alone_formula_wrench(s->model, effect, in.of[lane], one, found)
+                                     : kt_effect_alone_wrench(s->model, effect, one, s->t[lane], found)))
             s->sound[lane] = 0;
         for (int k = 0; k < effect->ends; k++) {
             set_lane(&wrench[k].moment, lane, found[k].moment);
@@ -62,6 +141,8 @@ static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt
 
 static kt_real1 force_lane_by_lane(sum *s, const kt_effect_record *effect, kt_real1 q, kt_real1 v) {
     kt_real1 force = kt_real1_splat(0.0);
+    if (is_by_formulas(effect))
+        return evaluate_formula(s, effect);
     for (int lane = 0; lane < KT_LANES; lane++) {
         double one = 0.0;
         if (is_live(s, lane) && !kt_effect_alone_force(s->model, effect, q[lane], v[lane], s->t[lane], &one))
@@ -106,6 +187,7 @@ kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, con
              .t = *(const kt_real1 *)(const void *)at->t,
              .q = (const void *)at->q,
              .v = (const void *)at->v,
+             .x = (const void *)at->x,
              .tau = tau,
              .applied = applied,
              .live = at->live,
@@ -121,6 +203,23 @@ kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, con
             apply_wrenches(&s, &model->batch[i]);
         else
             apply_joint_forces(&s, &model->batch[i]);
+    }
+    return s.sound & (s.excess == kt_real1_splat(0.0));
+}
+
+kt_condition KT_KERNEL(kt_own_rates)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *rates) {
+    sum s = {.model = model,
+             .data = data,
+             .t = *(const kt_real1 *)(const void *)at->t,
+             .q = (const void *)at->q,
+             .v = (const void *)at->v,
+             .x = (const void *)at->x,
+             .live = at->live,
+             .excess = kt_real1_splat(0.0),
+             .sound = kt_condition_true()};
+    for (size_t i = 0; i < KT_OWN_STATES(&model->n); i++) {
+        rates[i] = evaluate_formula(&s, &model->state[i]);
+        s.excess += rates[i] - rates[i];
     }
     return s.sound & (s.excess == kt_real1_splat(0.0));
 }

@@ -126,6 +126,10 @@ static kt_lane_mask effects(const kt_model *model, void *work, const kt_lane_sta
            kt_mask_of(KT_KERNEL(kt_effects_sum)(model_of(model, work), work, at, (void *)tau, (void *)external));
 }
 
+static kt_lane_mask own_rates(const kt_model *model, void *work, const kt_lane_state *at, double *rates) {
+    return at->live & kt_mask_of(KT_KERNEL(kt_own_rates)(model_of(model, work), work, at, (void *)rates));
+}
+
 static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, const double *v, const double *a,
                             const double *external, double *tau) {
     kt_data *data = work;
@@ -194,6 +198,7 @@ const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
                                                             .put_model = put_model,
                                                             .forward = forward,
                                                             .effects = effects,
+                                                            .own_rates = own_rates,
                                                             .project = project,
                                                             .inverse = inverse,
                                                             .kinematics = kinematics,

@@ -18,9 +18,10 @@ typedef uint32_t kt_lane_mask;
 
 enum { KT_LANES_MOST = 8 };
 
-/* A group of states: times, positions, velocities and joint forces, and which lanes are computed. */
+/* A group of states: times, positions, velocities, own states (where there are some) and joint forces, and which lanes are
+ * computed. */
 typedef struct kt_lane_state {
-    const double *t, *q, *v, *tau;
+    const double *t, *q, *v, *x, *tau;
     kt_lane_mask live;
 } kt_lane_state;
 
@@ -61,8 +62,10 @@ typedef struct kt_lane_kernels {
     kt_lane_mask (*forward)(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
                             const double *external, double *a);
     /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
-     * NULL if no link carries forces). Returns the live lanes whose forces are finite. Not for effects by formulas. */
+     * NULL if no link carries forces). Returns the live lanes whose forces are finite. */
     kt_lane_mask (*effects)(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external);
+    /* After it, in the same state: the rates of own states. Returns the live lanes whose rates are finite. */
+    kt_lane_mask (*own_rates)(const kt_model *model, void *work, const kt_lane_state *at, double *rates);
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,
                             const double *external, double *tau);
@@ -109,7 +112,12 @@ bool kt_lanes_fit_model(const kt_model *model);
 bool kt_lanes_agree(const kt_model *a, const kt_model *b);
 
 /* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback
- * succeeded. Not for effects by formulas. */
+ * succeeded. One by formulas is given their variables (KT_FORMULA_VARIABLE_MAX at most), and has a force or a rate of an own
+ * state, or wrenches. */
+bool kt_effect_alone_formula(const kt_model *model, const kt_effect_record *effect, const double *variables,
+                             double *value);
+bool kt_effect_alone_formula_wrench(const kt_model *model, const kt_effect_record *effect, const double *variables,
+                                    const kt_effect_end *end, kt_wrench wrench[2]);
 bool kt_effect_alone_wrench(const kt_model *model, const kt_effect_record *effect, const kt_effect_end *end, double t,
                             kt_wrench wrench[2]);
 bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect, double q, double v, double t,
@@ -119,6 +127,9 @@ bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect
 /* The effects of a group, into tau and applied. Returns the lanes whose forces are finite. */
 kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *tau,
                                        kt_external *applied);
+
+/* After it, the rates of own states. */
+kt_condition KT_KERNEL(kt_own_rates)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *rates);
 
 /* The energies of the motion that data hold. */
 kt_real1 KT_KERNEL(kt_kinetic)(const kt_model *model, const kt_data *data);

@@ -142,14 +142,8 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     return find_slope(user, t, t, y, y, dydt);
 }
 
-/* Where steps end at corners: at one that ends or begins a step, the limit from inside of the step. */
-static double time_inside(const kt_simulation *simulation, double t) {
-    const kt_corners *c = &simulation->corners;
-    return t == c->end ? c->before : t == c->begin ? c->after : t;
-}
-
 static int evaluate_slope_inside(double t, const double *y, double *dydt, void *user) {
-    return find_slope(user, t, time_inside(user, t), y, y, dydt);
+    return find_slope(user, t, kt_simulation_time_inside(user, t), y, y, dydt);
 }
 
 /* Balances the forces of the state y at the time `at` where coordinates move no mass. */
@@ -182,7 +176,7 @@ static int fail_slope(kt_simulation *simulation, double t, kt_status status) {
 static int evaluate_slope_of_states(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const kt_simulation_sizes *size = &simulation->size;
-    const double at = simulation->corners.any ? time_inside(simulation, t) : t;
+    const double at = simulation->corners.any ? kt_simulation_time_inside(simulation, t) : t;
     const double *state = y;
     kt_simulation_use_states(simulation, y);
 #if KT_HAS_QUASI_STATICS

@@ -483,6 +483,13 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
  * seen. */
 KT_CHECKED kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t, kt_error *error);
 
+/* The time at which forces are evaluated at t where steps end at corners: at one that ends or begins a step, the limit from
+ * inside of the step. */
+static inline double kt_simulation_time_inside(const kt_simulation *simulation, double t) {
+    const kt_corners *c = &simulation->corners;
+    return t == c->end ? c->before : t == c->begin ? c->after : t;
+}
+
 /* Corners are searched anew: functions of time, or the time itself, have changed. */
 void kt_simulation_forget_corners(kt_simulation *simulation);
 

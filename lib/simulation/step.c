@@ -3,6 +3,7 @@
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
+#include "simulation/step_parts.h"
 
 #include <float.h>
 #include <math.h>
@@ -196,19 +197,13 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
 
 /* A step that leapt over a contact or a stop is repeated up to it; one in which an event happens, up to the event. */
 static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_error *error) {
-    const bool gaps = KT_HAS_GAP && simulation->watches_gaps;
-    const kt_event_watch *watch = KT_HAS_EVENTS ? simulation->watch : NULL;
-    kt_status status = watch != NULL ? watch->begin(simulation, error) : KT_OK;
+    kt_status status = kt_simulation_begin_watch(simulation, error);
     bool again = true;
     for (int repetition = 0; status == KT_OK && again; repetition++) {
-        if (gaps && simulation->gap_time != simulation->integrator->memory.t)
-            kt_simulation_begin_gaps(simulation);
+        kt_simulation_begin_try(simulation);
         status = kt_integrator_take_step(simulation->integrator, t_limit, error);
-        if (status != KT_OK)
-            break;
-        again = gaps && kt_simulation_take_back(simulation, &t_limit);
-        if (!again && watch != NULL)
-            status = watch->take_back(simulation, repetition, &t_limit, &again, error);
+        if (status == KT_OK)
+            status = kt_simulation_look_back(simulation, repetition, &t_limit, &again, error);
     }
     return status;
 }
@@ -232,12 +227,7 @@ kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, co
 
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_error from = {0};
-    simulation->cause.code = KT_OK;
-    kt_status status = simulation->memory.pending ? kt_simulation_inputs_commit(simulation, &from) : KT_OK;
-    if (status == KT_OK && simulation->corners.any) {
-        status = kt_simulation_pass_corner(simulation, &from);
-        kt_simulation_clip_step(simulation, &t_limit);
-    }
+    kt_status status = kt_simulation_begin_step(simulation, &t_limit, &from);
     if (status == KT_OK)
         status = (KT_HAS_GAP && simulation->watches_gaps) || (KT_HAS_EVENTS && simulation->watch != NULL)
                      ? step_watched(simulation, t_limit, &from)

@@ -3,6 +3,7 @@
 #include "effect/effect.h"
 
 #include <math.h>
+#include <stdio.h>
 
 static kt_end end_at(const kt_tree *tree, kt_random *random, int body) {
     return (kt_end){.body = body < 0 ? NULL : tree->body[body].name, .at = kt_tree_vector(random, -0.5, 0.5)};
@@ -100,6 +101,44 @@ static void add(kt_load_list *list, kt_tree *tree, int type, kt_random *random) 
     tree->description.effect_count++;
 }
 
+static kt_effect *add_formula(kt_load_list *list, kt_tree *tree) {
+    kt_effect *e = &list->effect[tree->description.effect_count++];
+    *e = kt_effect_default();
+    e->type = KT_EFFECT_EXPRESSION;
+    return e;
+}
+
+/* Forces by formulas: in a joint, with corners of time; between two ends; on a body, of all that markers do. */
+static void add_formulas(kt_load_list *list, kt_tree *tree, kt_random *random) {
+    const int bodies = (int)tree->description.body_count, body = kt_random_int(random, 0, bodies - 1);
+    const char *joint = draw_joint(tree, random), *name = tree->body[body].name;
+    if (joint) {
+        kt_effect *e = add_formula(list, tree);
+        (void)snprintf(list->formula[0], sizeof list->formula[0],
+                       "max(cos(40*t), 0.3) - 0.2*velocity.%s*abs(position.%s)", joint, joint);
+        e->joint = joint;
+        e->formula[0] = list->formula[0];
+    }
+    kt_effect *pair = add_formula(list, tree), *load = add_formula(list, tree);
+    pair->end_count = 2;
+    pair->between[0] = end_at(tree, random, body);
+    pair->between[1] = end_at(tree, random, body > 0 ? kt_random_int(random, -1, body - 1) : -1);
+    pair->formula[0] = "1 - 0.5*length - 0.1*speed*length";
+    load->end_count = 1;
+    load->between[0] = end_at(tree, random, body);
+    load->frame = kt_random_int(random, 0, 1) ? KT_FRAME_BODY : KT_FRAME_WORLD;
+    for (int k = 0; k < 6; k++) {
+        (void)snprintf(list->formula[k + 1], sizeof list->formula[0], "0.1*marker.%s.tip.%s - %d*marker.%s.tip.v%c",
+                       name,
+                       k < 3 ? (k == 0   ? "x"
+                                : k == 1 ? "y"
+                                         : "z")
+                             : "vx",
+                       k, name, "xyz"[k % 3]);
+        load->formula[k] = list->formula[k + 1];
+    }
+}
+
 void kt_load_add(kt_load_list *list, kt_tree *tree, bool formulas, kt_random *random) {
     tree->description.effects = list->effect;
     tree->description.effect_count = 0;
@@ -109,13 +148,6 @@ void kt_load_add(kt_load_list *list, kt_tree *tree, bool formulas, kt_random *ra
                 add(list, tree, type, random);
         add(list, tree, KT_EFFECT_CUSTOM, random);
     }
-    kt_effect *formula = &list->effect[tree->description.effect_count];
-    const char *joint = draw_joint(tree, random);
-    if (!formulas || !joint)
-        return;
-    *formula = kt_effect_default();
-    formula->type = KT_EFFECT_EXPRESSION;
-    formula->joint = joint;
-    formula->formula[0] = "cos(t)";
-    tree->description.effect_count++;
+    if (formulas)
+        add_formulas(list, tree, random);
 }

@@ -9,10 +9,11 @@ enum { KT_LOADS = 40 };
 
 typedef struct kt_load_list {
     kt_effect effect[KT_LOADS];
+    char formula[7][96];
 } kt_load_list;
 
-/* Adds them to a described tree that has not been compiled. `formulas`: those by formulas, too, with which effects are
- * evaluated state by state. */
+/* Adds them to a described tree that has not been compiled. `formulas`: those by formulas, too, which are evaluated lane by
+ * lane. */
 void kt_load_add(kt_load_list *list, kt_tree *tree, bool formulas, kt_random *random);
 
 #endif

@@ -96,6 +96,30 @@ KT_TEST(bundled_scenes_have_the_bits_of_single_states) {
     kt_check_equal_int("results that differ", s.different, 0);
 }
 
+/* An effect in the coordinate of a loop is not computed in lanes, nor are the others of such a model. */
+KT_TEST(effects_in_coordinates_of_loops_have_the_bits_of_single_states) {
+    kt_effect spring = kt_effect_default();
+    kt_random random = kt_random_of_test();
+    sums s = {0, 0, 0};
+    kt_scene scene;
+    kt_error error;
+    spring.type = KT_EFFECT_JOINT_SPRING;
+    spring.joint = "close";
+    spring.stiffness = 3.0;
+    if (!kt_check_equal_int("four-bar", kt_scene_read(KT_SCENES "/four-bar.yaml", &scene, NULL, NULL, &error), KT_OK))
+        return;
+    const kt_effect *effects = scene.description.effects;
+    const int count = scene.description.effect_count;
+    scene.description.effects = &spring;
+    scene.description.effect_count = 1;
+    compare("four-bar with a spring in its loop", &scene, &random, &s);
+    scene.description.effects = effects;
+    scene.description.effect_count = count;
+    kt_scene_free(&scene);
+    kt_check_equal_int("scenes in lanes", s.in_lanes, 0);
+    kt_check_equal_int("results that differ", s.different, 0);
+}
+
 enum { LINKAGES = 80 };
 
 /* Random linkages of which some states are near singular positions: these leave the lanes. */

@@ -1,0 +1,35 @@
+/* kt_simulation_take_step in parts, for callers that try the steps of several simulations at once (batch/ensemble.c). `begin_step` puts
+ * inputs into force and ends the step at the next corner, `begin_watch` evaluates events where it begins; then, while
+ * `again`, `begin_try`, an accepted step of the integrator to *t_limit, and `look_back`, which takes it back where it has
+ * leapt over a contact or an event happens within it: *t_limit is where the next one is to end. */
+#ifndef KT_SIMULATION_STEP_PARTS_H
+#define KT_SIMULATION_STEP_PARTS_H
+
+#include "integrator/integrator.h"
+#include "simulation/simulation.h"
+
+static inline kt_status kt_simulation_begin_step(kt_simulation *simulation, double *t_limit, kt_error *from) {
+    simulation->cause.code = KT_OK;
+    kt_status status = simulation->memory.pending ? kt_simulation_inputs_commit(simulation, from) : KT_OK;
+    if (status == KT_OK && simulation->corners.any) {
+        status = kt_simulation_pass_corner(simulation, from);
+        kt_simulation_clip_step(simulation, t_limit);
+    }
+    return status;
+}
+static inline kt_status kt_simulation_begin_watch(kt_simulation *simulation, kt_error *error) {
+    return KT_HAS_EVENTS && simulation->watch != NULL ? simulation->watch->begin(simulation, error) : KT_OK;
+}
+static inline void kt_simulation_begin_try(kt_simulation *simulation) {
+    if (KT_HAS_GAP && simulation->watches_gaps && simulation->gap_time != simulation->integrator->memory.t)
+        kt_simulation_begin_gaps(simulation);
+}
+static inline kt_status kt_simulation_look_back(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
+                                                kt_error *error) {
+    *again = KT_HAS_GAP && simulation->watches_gaps && kt_simulation_take_back(simulation, t_limit);
+    return KT_HAS_EVENTS && !*again && simulation->watch != NULL
+               ? simulation->watch->take_back(simulation, repetition, t_limit, again, error)
+               : KT_OK;
+}
+
+#endif
