@@ -1,7 +1,7 @@
 /* Control by sampling: a cart-pole is swung up, a quadruped trots on the spot (sampling_robots.h). The controller needs no
  * derivatives and no linear model, only many simulations of possible sequences of inputs.
  *
- *     embed-sampling_mpc [--quadruped] [--csv FILE]
+ *     embed-sampling_mpc [--quadruped] [--seconds S] [--csv FILE]
  *
  * Model predictive path integral control (Williams, Aldrich, Theodorou 2017, Journal of Guidance, Control, and Dynamics
  * 40, 344-357): every 20 ms, the planned inputs u[0..H-1] of the next samples are perturbed K times by noise e_k, each
@@ -17,6 +17,7 @@
 #include "sampling_robots.h"
 
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -276,20 +277,34 @@ static kt_status run(controller *c, FILE *csv, kt_error *error) {
 }
 
 int main(int argc, char **argv) {
-    static controller c = {.robot = &cart_pole, .seed = 1};
+    robot chosen = cart_pole;
+    double seconds = 0.0;
     const char *name = NULL;
     FILE *csv = NULL;
     for (int i = 1; i < argc; i++) {
-        const bool is_file = csv == NULL && i + 1 < argc && strcmp(argv[i], "--csv") == 0;
-        if (is_file)
-            csv = fopen(name = argv[++i], "w");
-        else if (strcmp(argv[i], "--quadruped") == 0)
-            c.robot = &quadruped;
-        if (is_file ? csv == NULL : strcmp(argv[i], "--quadruped") != 0) {
-            fprintf(stderr, "usage: %s [--quadruped] [--csv FILE], a file that can be written\n", argv[0]);
+        const char *value = i + 1 < argc ? argv[i + 1] : "";
+        bool is_known = strcmp(argv[i], "--quadruped") == 0;
+        if (is_known) {
+            chosen = quadruped;
+        } else if (strcmp(argv[i], "--seconds") == 0) {
+            seconds = strtod(value, NULL);
+            is_known = seconds > 0.0 && seconds < 1e6;
+            i++;
+        } else if (csv == NULL && strcmp(argv[i], "--csv") == 0) {
+            csv = fopen(name = value, "w");
+            is_known = csv != NULL;
+            i++;
+        }
+        if (!is_known) {
+            fprintf(stderr, "usage: %s [--quadruped] [--seconds S] [--csv FILE], a file that can be written\n",
+                    argv[0]);
             return 2;
         }
     }
+    if (seconds > 0.0)
+        chosen.duration = seconds;
+    static controller c = {.seed = 1};
+    c.robot = &chosen;
     kt_error error;
     kt_status status = run(&c, csv, &error);
     if (csv != NULL && fclose(csv) != 0 && status == KT_OK)

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Sweeps: what runs there are, what their lines say against closed forms, and the same bytes by threads, parts and breaks.
 
-sweep.py COMMAND
+sweep.py COMMAND [--fewer]
+
+--fewer: smaller sweeps, as sanitizers need no large ones.
 """
 import array
 import csv
@@ -19,6 +21,7 @@ import time
 
 command = sys.argv[1]
 os.environ["LSAN_OPTIONS"] = f"print_suppressions=0:suppressions={pathlib.Path(__file__).resolve().with_name('suppressions.txt')}"  # of pictures
+fewer = "--fewer" in sys.argv
 passed = failed = 0
 
 
@@ -156,12 +159,14 @@ output: {columns: {both: position.upper + position.lower}}
 def lanes():
     """Runs that start elsewhere, or have other masses, are computed in lanes: each has the bytes that it has as the only one of a part."""
     pathlib.Path("pendulum.yaml").write_text(PENDULUM)
-    sweep = ["pendulum.yaml", "--vary", "a=0.5:2:6", "--vary", "tolerance=1e-9,1e-4"]
+    starts = 2 if fewer else 6
+    runs = 2 * starts
+    sweep = ["pendulum.yaml", "--vary", f"a=0.5:2:{starts}", "--vary", "tolerance=1e-9,1e-4"]
     told = run(*sweep, "--jobs", "1", "--out", "lanes.csv").stderr
-    same("all in lanes", "12 of them in lanes" in told and "one by one" not in told, True)
-    for k in range(12):
-        run(*sweep, "--quiet", "--shard", f"{k + 1}/12", "--out", f"one{k}.csv")
-    run("--merge", *(f"one{k}.csv" for k in range(12)), "--out", "ones.csv")
+    same("all in lanes", f"{runs} of them in lanes" in told and "one by one" not in told, True)
+    for k in range(runs):
+        run(*sweep, "--quiet", "--shard", f"{k + 1}/{runs}", "--out", f"one{k}.csv")
+    run("--merge", *(f"one{k}.csv" for k in range(runs)), "--out", "ones.csv")
     same("the bytes of single runs", pathlib.Path("lanes.csv").read_bytes() == pathlib.Path("ones.csv").read_bytes(), True)
     four_bar = str(pathlib.Path(__file__).parents[2] / "apps/scenes/four-bar.yaml")
     for scene, body in (("pendulum.yaml", "upper"), (four_bar, "crank")):
@@ -177,7 +182,7 @@ def lanes():
 
 def killed():
     """Killed for real, wherever it is; the rest is the same."""
-    sweep = ["fall.yaml", "--vary", "g=1:2:4000", "--quiet", "--out", "k.csv"]
+    sweep = ["fall.yaml", "--vary", "g=1:2:400" if fewer else "g=1:2:4000", "--quiet", "--out", "k.csv"]
     run(*sweep)
     whole = pathlib.Path("k.csv").read_bytes()
     pathlib.Path("k.csv").unlink()
@@ -226,7 +231,7 @@ def as_alone():
     for line in lines:
         summary = alone("bounce.yaml", "v", line["v"], line)
         same(f"events at v={line['v']}", int(line["event.apex"]), summary["events"]["apex"])
-    for path in ("simulate.tolerance", "bodies.stone.mass", "effects.air.damping"):
+    for path in ("simulate.tolerance", "bodies.stone.mass", "effects.air.damping")[:1 if fewer else 3]:
         for line in rows(run("bounce.yaml", "--vary", f"{path}=1e-3,1e-2", "--jobs", "1", "--out", "-").stdout):
             alone("bounce.yaml", path, line[path], line)
     told = run("bounce.yaml", "--vary", "v=1:2:5", "--out", "b.csv").stderr
