@@ -529,7 +529,7 @@ static void make_sarrus(const char *file, double d) {
 }
 
 /* From t = 0.564 s on, next to a bend of the path, interpolated accelerations are off by 1e-3 to one side, and direct ones
- * by 1e-8: 2.6e-6 J were lost, while 3e-8 J is what the tolerance costs. */
+ * by 1e-8: interpolated ones lose 2.6e-6 J, while 3e-8 J is what the tolerance costs. */
 KT_TEST(stages_take_the_direct_acceleration_where_rounding_leaves_it_exact) {
     make_sarrus("sarrus.yaml", 2.1544346900318845e-4);
     const kt_ran ran =

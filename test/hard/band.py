@@ -358,8 +358,8 @@ RUNS.update({f"{name}-tight": [*RUNS[name], *TIGHT] for name in ("auto", "dop853
 LONG = {"forty_windows": 2.0, "ten_windows": 5.0}
 
 
-# What is run without --full: a choice of families by the default method, two of them by others, too, and pairs that were once wrong without
-# a word (ALSO). Left out are the largest, for their time.
+# What is run without --full: a choice of families by the default method, two of them by others, too, and pairs whose
+# errors are the hardest to notice (ALSO). Left out are the largest, for their time.
 LEFT_OUT = {"ten_windows", "forty_windows"}
 EVERY_METHOD = {"dopri5", "dop853", "radau5", "rk4", "svd", "partition", "absolute", "spatial", "mass", "auto-tight"}
 EVERY_RUN = {"change_point", "slider_crank_equal"}

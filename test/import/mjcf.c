@@ -259,7 +259,7 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
     kt_scene_free(&scene);
 }
 
-/* Fuzzing found it: there was no class to have the number that such an element had not been given. */
+/* Such an element has no class whose number could be asked for. */
 KT_TEST(default_that_is_not_at_the_root_is_no_class) {
     static const char text[] = "<mujoco><worldbody><body name='a'><joint name='j'/>" BALL
                                "</body></worldbody><actuator><default joint='j'/></actuator></mujoco>";
@@ -333,7 +333,8 @@ static char *repeat(const char *before, const char *part, size_t count, const ch
     return text;
 }
 
-/* Review found both: bodies of replicates were left out where all else was large, and names were as long as one liked. */
+/* A model that is too large for its copies must not lose them without a message, and names that copies make longer and longer
+ * must not take all memory. */
 KT_TEST(large_models_are_refused_and_lose_nothing) {
     static const struct {
         const char *before, *part, *after, *fault;
@@ -663,7 +664,7 @@ KT_TEST(long_prefixes_are_refused) {
     free(text);
 }
 
-/* Review found it: joints of which there are only copies had no class, or that of another model. */
+/* Of such joints there are only copies: a keyframe has no number for each, and their class is that of the attached model. */
 KT_TEST(keyframes_of_models_in_replicates_are_refused_at_their_place) {
     static const char within[] = "<mujoco><default><joint type='ball'/></default><asset>" MODEL(
         "part.xml") "</asset><worldbody><replicate count='2' offset='0 1 0'><attach model='x' prefix='p_'/>"

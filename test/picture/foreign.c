@@ -83,7 +83,7 @@ KT_TEST(what_ends_a_reader_does_not_end_the_program) {
 #endif
 }
 
-/* Review found it: the pipe took a standard stream's place, and /dev/null the pipe's. */
+/* There the pipe gets the number of a standard stream, which the child must not replace by /dev/null. */
 KT_TEST(a_program_without_standard_streams_reads_meshes) {
     kt_triangles mesh = {.vertex_count = 7};
     kt_error error = {0};
@@ -132,7 +132,7 @@ static rlim_t addresses(void) {
     return is_read ? (rlim_t)strtoul(line, NULL, 10) * (rlim_t)sysconf(_SC_PAGESIZE) : 0;
 }
 
-/* Review found it: the child wrote for ever to a parent that waited for its end. */
+/* The parent cannot take what the child still writes: it must not wait for the child's end. */
 KT_TEST(a_mesh_that_the_program_has_no_memory_for_is_refused_at_once) {
     kt_triangles mesh = {.vertex_count = 7};
     kt_error error = {0};

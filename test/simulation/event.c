@@ -295,7 +295,7 @@ KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
         (void)kt_fine("runs", kt_simulation_advance(simulation, 28.0, &error), &error);
         kt_check_equal_int("turns", t.count, 62);
         for (int k = 0; k < t.count && k < 62; k += 20)
-            kt_check_near("turn, s", t.time[k], ((k + 1) * pi - 0.1) / 7.0, 1e-12);
+            kt_check_near("turn, s", t.time[k], ((k + 1) * pi - 0.1) / 7.0, 16.0 * DBL_EPSILON * t.time[k]);
         kt_check_equal_int("pulse, both edges", (long)kt_simulation_event_count(simulation, "pulse"), 2);
         kt_simulation_free(simulation);
     }
