@@ -277,10 +277,12 @@ static kt_status run(controller *c, FILE *csv, kt_error *error) {
 }
 
 int main(int argc, char **argv) {
-    robot chosen = cart_pole;
+    static robot chosen;
+    static controller c = {.robot = &chosen, .seed = 1};
     double seconds = 0.0;
     const char *name = NULL;
     FILE *csv = NULL;
+    chosen = cart_pole;
     for (int i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : "";
         bool is_known = strcmp(argv[i], "--quadruped") == 0;
@@ -303,8 +305,6 @@ int main(int argc, char **argv) {
     }
     if (seconds > 0.0)
         chosen.duration = seconds;
-    static controller c = {.seed = 1};
-    c.robot = &chosen;
     kt_error error;
     kt_status status = run(&c, csv, &error);
     if (csv != NULL && fclose(csv) != 0 && status == KT_OK)
