@@ -41,7 +41,8 @@ static double random_number(uint64_t *seed) {
     return (double)(*seed >> 11) / 4503599627370496.0 - 1.0;
 }
 
-static bool prepare(kt_states *s, kt_chain *chain, kt_error *error) {
+/* States around the initial one, whose positions differ from it by up to `spread`. */
+static bool prepare(kt_states *s, kt_chain *chain, double spread, kt_error *error) {
     const size_t nq = (size_t)chain->nq, nv = (size_t)chain->n;
     uint64_t seed = 1;
     *s = (kt_states){.chain = chain, .method = kt_method_find("rk4")};
@@ -58,7 +59,7 @@ static bool prepare(kt_states *s, kt_chain *chain, kt_error *error) {
     for (size_t i = 0; i < STATES && status == KT_OK; i++) {
         double *step = s->next_v;
         for (size_t k = 0; k < nv; k++) {
-            step[k] = 0.5 * random_number(&seed);
+            step[k] = spread * random_number(&seed);
             s->v[i * nv + k] = random_number(&seed);
             s->tau[i * nv + k] = random_number(&seed);
         }
@@ -169,11 +170,12 @@ typedef struct kt_goal {
 } kt_goal;
 
 /* Measures the pairs of one mechanism. Returns an exit status. */
-static int measure(const char *name, kt_chain *chain, kt_goal goal, const kt_bench_options *options, kt_csv *csv) {
+static int measure(const char *name, kt_chain *chain, double spread, kt_goal goal, const kt_bench_options *options,
+                   kt_csv *csv) {
     kt_states s;
     kt_error error;
     int status = KT_BENCH_DONE;
-    if (!prepare(&s, chain, &error))
+    if (!prepare(&s, chain, spread, &error))
         status = kt_bench_tell(&error);
     for (size_t p = 0; p < sizeof pairs / sizeof *pairs && status != KT_BENCH_FAILED; p++) {
         static kt_bench_times times[2];
@@ -220,12 +222,17 @@ static kt_status make_planar(int n, kt_isa isa, kt_chain *chain, kt_error *error
 }
 
 #ifdef KT_SCENES
-static kt_status make_humanoid(kt_isa isa, kt_chain *chain, kt_error *error) {
+/* A bundled scene, at its initial state. */
+static kt_status make_scene(const char *name, kt_isa isa, kt_chain *chain, kt_error *error) {
     kt_scene scene;
-    kt_status status = kt_scene_read(KT_SCENES "/humanoid.yaml", &scene, NULL, NULL, error);
+    char path[1024];
+    (void)snprintf(path, sizeof path, KT_SCENES "/%s.yaml", name);
+    kt_status status = kt_scene_read(path, &scene, NULL, NULL, error);
     if (status != KT_OK)
         return status;
     status = kt_chain_of(&scene.description, isa, false, chain, error);
+    if (status == KT_OK && kt_loop_count(chain->model) > 0)
+        kt_model_initial(chain->model, chain->q, chain->v);
     kt_scene_free(&scene);
     return status;
 }
@@ -435,34 +442,38 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
     static const struct {
         const char *name;
         kt_goal goal;
-    } cases[] = {{"chain of 32", {4.0, 2.2}},
-                 {"planar of 128", {4.0, 2.0}},
-                 {"humanoid", {3.5, 2.0}},
-                 {"quadruped", {3.0, 1.8}},
-                 {"four-bar legs", {3.0, 0.0}}};
+        const char *scene; /* NULL: made here */
+    } cases[] = {
+        {"chain of 32", {4.0, 2.2}, NULL},       {"planar of 128", {4.0, 2.0}, NULL},
+        {"quadruped", {3.0, 1.8}, NULL},         {"four-bar legs", {3.0, 0.0}, NULL},
+        {"humanoid", {3.5, 2.0}, "humanoid"},    {"stewart", {1.2, 0.0}, "stewart"}, /* in space, on the ground */
+        {"bricard", {1.2, 0.0}, "bricard"},                                          /* with redundant equations */
+        {"swashplate", {1.2, 0.0}, "swashplate"}};                                   /* driven */
     int worst = KT_BENCH_DONE;
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < (int)(sizeof cases / sizeof *cases); i++) {
         kt_chain chain;
         kt_error error;
         kt_status made = KT_OK;
+        double spread = 0.5;
         if (i == 0)
             made = kt_chain_make(32, options->isa, false, &chain, &error);
         else if (i == 1)
             made = make_planar(128, options->isa, &chain, &error);
-        else if (i == 3)
+        else if (i == 2)
             made = make_quadruped(options->isa, &chain, &error);
-        else if (i == 4)
+        else if (i == 3)
             made = make_walker(options->isa, &chain, &error);
         else {
 #ifdef KT_SCENES
-            made = make_humanoid(options->isa, &chain, &error);
+            made = make_scene(cases[i].scene, options->isa, &chain, &error);
+            spread = made == KT_OK && kt_loop_count(chain.model) > 0 ? 0.02 : spread;
 #else
             continue;
 #endif
         }
         if (made != KT_OK)
             return kt_bench_tell(&error);
-        const int status = measure(cases[i].name, &chain, cases[i].goal, options, csv);
+        const int status = measure(cases[i].name, &chain, spread, cases[i].goal, options, csv);
         worst = status > worst ? status : worst;
         kt_chain_free(&chain);
     }

@@ -1,13 +1,14 @@
 /* Many states of one model: their memory.
  *
  * States are in groups of as many as a vector of the instruction set has lanes. The recursions over trees, effects and
- * the loops of linkages in planes (kt_lanes_fit_model) are computed for a group at once (lanes.c). All else is computed
+ * loops in groups of moderate size (kt_lanes_fit_model) are computed for a group at once (lanes.c). All else is computed
  * state by state, by the calls for one state: other models with loops; and a lane that cannot be computed, for the error
  * that names the joint.
  */
 #include "batch/batch.h"
 
 #include "constraint/group.h"
+#include "loop/loop.h"
 #include "mechanism/evaluate.h"
 #include "reduction/method.h"
 
@@ -20,19 +21,29 @@ kt_batch_options kt_batch_options_default(void) {
     return (kt_batch_options){.states = 1, .threads = 1, .method = NULL};
 }
 
-static bool is_along(const kt_model *model, int32_t loop) {
-    const kt_planar_loop *flat = &model->planar_loop[loop];
+/* Whether no equation of a loop is one that lanes do not have: a formula, a caller's, or in a plane one as it is in space. */
+static bool loop_fits(const kt_model *model, int32_t index, bool in_plane) {
+    const kt_loop_record *loop = &model->loop[index];
+    if (loop->kind == KT_LOOP_KIND_CUSTOM)
+        return false;
+    if (loop->term_count || !in_plane)
+        return loop->term_count == 0 || loop->form == 0;
+    const kt_planar_loop *flat = &model->planar_loop[index];
     for (int i = 0; i < flat->count; i++)
-        if (flat->row[i].kind != KT_PLANAR_ROW_ALONG)
+        if (flat->row[i].kind == KT_PLANAR_ROW_SPATIAL)
             return false;
-    return model->loop[loop].term_count == 0;
+    return true;
 }
 
+/* What a group in space passes on to a link that moves is symmetric to rounding alone, and armature.c has no such numbers. */
 static bool group_fits(const kt_model *model, const kt_group *group) {
+    const bool in_plane = model->sweep != KT_SWEEP_SPATIAL && kt_group_is_planar(model, group);
     if ((group->form != KT_FORM_PIN && group->form != KT_FORM_DENSE) || group->v_count >= KT_LARGE)
         return false;
+    if (!in_plane && group->parent && model->has_armature)
+        return false;
     for (int i = 0; i < group->loop_count; i++)
-        if (!is_along(model, model->group_loop[group->loop + i]))
+        if (!loop_fits(model, model->group_loop[group->loop + i], in_plane))
             return false;
     return true;
 }
@@ -52,8 +63,7 @@ bool kt_lanes_fit_model(const kt_model *model) {
         return false;
     if (model->n.group == 0)
         return true;
-    if (!KT_HAS_LOOPS || model->sweep != KT_SWEEP_PLANAR || model->forward != kt_closed_forward ||
-        !model->reduction->pins || model->driven || model->disagreement > 0.0)
+    if (!KT_HAS_LOOPS || model->forward != kt_closed_forward || !model->reduction->pins || model->disagreement > 0.0)
         return false;
     for (size_t g = 0; g < model->n.group; g++)
         if (!group_fits(model, &model->group[g]))
@@ -149,11 +159,9 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     made->kernels = kt_lane_kernels_of(model);
     made->method = options->method;
     made->n = n;
-    made->why =
-        made->kernels
-            ? NULL
-            : "it has loops in space, driven ones, large groups of them or effects in their coordinates: these are "
-              "computed state by state";
+    made->why = made->kernels ? NULL
+                              : "it has large groups of loops, equations by formulas or by a program, or effects in "
+                                "coordinates of loops: these are computed state by state";
     for (size_t i = 0; i < n.threads && status == KT_OK; i++)
         status = init_work(made, i, error);
     if (status != KT_OK)

@@ -91,10 +91,12 @@ static void accelerate_alone(kt_batch_work *w, kt_batch_group *group, size_t lan
 kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model *model, const kt_lane_state *at,
                                  const kt_lane_work *work) {
     double *wrench = model->n.force_link > 0 ? work->wrench : NULL;
+    kt_lane_state loaded = *at;
     if (model->n.effect == 0 && KT_OWN_STATES(&model->n) == 0)
-        return at->live & kernels->forward(model, work->lanes, at->q, at->v, at->tau, wrench, work->a);
+        return at->live & kernels->forward(model, work->lanes, at, wrench, work->a);
+    loaded.tau = work->total;
     const kt_lane_mask done = kernels->effects(model, work->lanes, at, work->total, wrench);
-    return done & kernels->forward(model, work->lanes, at->q, at->v, work->total, wrench, work->a);
+    return done & kernels->forward(model, work->lanes, &loaded, wrench, work->a);
 }
 
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {

@@ -88,37 +88,42 @@ static kt_lane_mask finite_lanes(kt_condition sound, const kt_real1 *x, size_t n
     return kt_mask_of(sound & (excess == kt_real1_splat(0.0)));
 }
 
-static void forward_tree(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                         const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
+static void forward_tree(const kt_model *model, kt_data *data, const kt_lanes_at *at, kt_real1 *a) {
     if (model->sweep != KT_SWEEP_PLANAR)
-        (void)(model->has_armature ? KT_KERNEL(kt_armature_forward) : KT_KERNEL(kt_forward))(model, data, q, v, tau,
-                                                                                             external, a);
+        (void)(model->has_armature ? KT_KERNEL(kt_armature_forward) : KT_KERNEL(kt_forward))(model, data, at->q, at->v,
+                                                                                             at->tau, at->external, a);
     if (model->sweep != KT_SWEEP_SPATIAL)
         (void)(model->has_armature ? KT_KERNEL(kt_planar_armature_forward)
-                                   : KT_KERNEL(kt_planar_forward))(model, data, q, v, tau, external, a);
+                                   : KT_KERNEL(kt_planar_forward))(model, data, at->q, at->v, at->tau, at->external, a);
 }
 
-static kt_lane_mask forward(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
-                            const double *external, double *a) {
+static kt_lane_mask forward(const kt_model *model, void *work, const kt_lane_state *state, const double *external,
+                            double *a) {
     kt_data *data = work;
-    const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *taus = (const void *)tau;
-    const kt_external *on_bodies = (const void *)external;
+    const kt_lanes_at at = {.t = *(const kt_real1 *)(const void *)state->t,
+                            .q = (const void *)state->q,
+                            .v = (const void *)state->v,
+                            .tau = (const void *)state->tau,
+                            .external = (const void *)external};
     kt_real1 *as = (void *)a;
     model = model_of(model, work);
     data->sound = kt_condition_true();
     if (KT_HAS_LOOPS && model->n.group > 0)
-        KT_KERNEL(kt_groups_accelerate)(model, data, qs, vs, taus, on_bodies, as);
+        KT_KERNEL(kt_groups_accelerate)(model, data, &at, as);
     else
-        forward_tree(model, data, qs, vs, taus, on_bodies, as);
+        forward_tree(model, data, &at, as);
     return finite_lanes(data->sound, as, model->n.v);
 }
 
-static kt_lane_mask project(const kt_model *model, void *work, kt_lane_mask live, double *q, double *v) {
+static kt_lane_mask project(const kt_model *model, void *work, kt_lane_mask live, const double *t, double *q,
+                            double *v) {
+    const kt_real1 time = *(const kt_real1 *)(const void *)t;
     kt_condition lanes = kt_condition_false();
     for (int lane = 0; lane < KT_LANES; lane++)
         lanes[lane] = (live >> lane & 1U) ? -1 : 0;
-    return KT_HAS_LOOPS ? kt_mask_of(KT_KERNEL(kt_project)(model_of(model, work), work, lanes, (void *)q, (void *)v))
-                        : 0;
+    return KT_HAS_LOOPS
+               ? kt_mask_of(KT_KERNEL(kt_project)(model_of(model, work), work, lanes, time, (void *)q, (void *)v))
+               : 0;
 }
 
 static kt_lane_mask effects(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external) {

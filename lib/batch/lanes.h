@@ -57,10 +57,10 @@ typedef struct kt_lane_kernels {
      * them, whichever, is given to the functions below. */
     void (*put_model)(const kt_model *model, void *work, kt_lane_mask lanes);
     /* Forward dynamics of a tree, or of a mechanism with loops that lanes compute (kt_lanes_fit_model): a. external (6 numbers a body, moment and force, or NULL) lies as the others do.
-     * Returns the lanes whose accelerations are finite, no joint of which is without inertia and no loop of which is near
+     * Times are those of loops that depend on it. Returns the lanes whose accelerations are finite, no joint of which is without inertia and no loop of which is near
      * a singular position; the others' mean nothing. */
-    kt_lane_mask (*forward)(const kt_model *model, void *work, const double *q, const double *v, const double *tau,
-                            const double *external, double *a);
+    kt_lane_mask (*forward)(const kt_model *model, void *work, const kt_lane_state *at, const double *external,
+                            double *a);
     /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
      * NULL if no link carries forces). Returns the live lanes whose forces are finite. */
     kt_lane_mask (*effects)(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external);
@@ -81,9 +81,10 @@ typedef struct kt_lane_kernels {
      * Returns the lanes whose motion is finite. */
     kt_lane_mask (*energy)(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
                            double *kinetic, double *potential);
-    /* Closes the loops of the live lanes, as kt_state_project, at positions and velocities. Returns the lanes that are
+    /* Closes the loops of the live lanes, as kt_state_project, at times, positions and velocities. Returns the lanes that are
      * closed; the others' numbers mean nothing. */
-    kt_lane_mask (*project)(const kt_model *model, void *work, kt_lane_mask live, double *q, double *v);
+    kt_lane_mask (*project)(const kt_model *model, void *work, kt_lane_mask live, const double *t, double *q,
+                            double *v);
     /* Writes the rates of positions. */
     void (*rate)(const kt_model *model, void *work, const double *q, const double *v, double *out);
     /* Makes quaternions units, as kt_position_make_units. Returns the lanes where this could be done; the others are
@@ -104,8 +105,8 @@ typedef struct kt_lane_kernels {
     void (*interpolate)(double *out, const kt_lane_step *step, const double *thetas, double *const *k, size_t n);
 } kt_lane_kernels;
 
-/* Whether a model with loops is computed in lanes: it moves in planes, its groups of loops are pins (reduction/pin.h) or
- * dense matrices of some coordinates, and their equations are along directions and do not depend on time. */
+/* Whether a model with loops is computed in lanes: its groups of loops are pins (reduction/pin.h) or dense matrices of some
+ * coordinates, and no equation is a formula or a caller's. */
 bool kt_lanes_fit_model(const kt_model *model);
 
 /* Whether models of one shape differ in nothing but what put_model has of each lane, where their motions begin, and names. */

@@ -152,16 +152,18 @@ static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, do
 }
 
 /* Closes the loops of the states in w->stage in lanes. Returns those that are closed; the others are as they were. */
-static kt_lane_mask project(kt_batch_work *w, const kt_batch_group *group) {
+static kt_lane_mask project(kt_batch_work *w, const kt_batch_group *group, double h) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
     const size_t N = n->width * (n->nq + n->nv);
-    double *moved = w->moved;
+    double *moved = w->moved, *v = moved + n->width * n->nq;
+    _Alignas(KT_ALIGNMENT) double t[KT_LANES_MOST];
     if (!batch->kernels || !group->model || !kt_lanes_fit_model(group->model))
         return 0;
     kt_copy(moved, w->stage, N * sizeof *moved);
-    const kt_lane_mask closed =
-        batch->kernels->project(group->model, w->lanes, group->live, moved, moved + n->width * n->nq);
+    for (size_t lane = 0; lane < n->width; lane++)
+        t[lane] = batch->t[group->first + lane] + h;
+    const kt_lane_mask closed = batch->kernels->project(group->model, w->lanes, group->live, t, moved, v);
     for (size_t lane = 0; lane < n->width; lane++)
         for (size_t i = 0; i < n->nq + n->nv && kt_lane_is_in(closed, lane); i++)
             w->stage[i * n->width + lane] = moved[i * n->width + lane];
@@ -176,7 +178,7 @@ static void finish(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_f
     double *y = batch->y + group->first * N;
     kt_lane_mask closed = group->live;
     if (batch->model->n.group > 0)
-        closed = project(w, group);
+        closed = project(w, group, h);
     else if (n->nq > n->nv)
         closed = batch->kernels->make_units(batch->model, w->lanes, w->stage);
     for (size_t lane = 0; lane < n->width; lane++)

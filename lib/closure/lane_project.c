@@ -5,22 +5,66 @@
 
 #include "closure/project.h"
 
-/* A position that does not move keeps its bits. */
+/* As kt_unit_quaternions. Returns the states whose norms are usual. */
+static kt_condition make_units(const kt_model *model, kt_real1 *q) {
+    kt_condition usual = kt_condition_true();
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
+        kt_real1 *p = q + link->q + motion.plain;
+        if (!motion.quaternions)
+            continue;
+        const kt_real1 n2 = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3];
+        const kt_condition off = kt_not(kt_abs1(n2 - 1.0) <= 4.0 * DBL_EPSILON);
+        usual &= (n2 > 1e-280) & (n2 < 1e280);
+        if (!kt_is_anywhere(off))
+            continue;
+        const kt_real1 s = 1.0 / kt_sqrt1(n2);
+        for (int k = 0; k < 4; k++)
+            p[k] = kt_choose(off, s * p[k], p[k]);
+    }
+    return usual;
+}
+
+/* p <- p (+) d of quaternions (joint/position.c), lane by lane. */
+static void rotate(kt_condition here, const kt_real1 *d, kt_real1 *p) {
+    for (int lane = 0; lane < KT_LANES; lane++) {
+        const kt_quat old = kt_quat_make(p[0][lane], p[1][lane], p[2][lane], p[3][lane]);
+        const kt_vec3 by = kt_vec3_make(d[0][lane], d[1][lane], d[2][lane]);
+        if (!here[lane])
+            continue;
+        const kt_quat moved = kt_quat_normalize(kt_quat_multiply(old, kt_quat_from_euler_vector(by)));
+        p[0][lane] = moved.w;
+        p[1][lane] = moved.x;
+        p[2][lane] = moved.y;
+        p[3][lane] = moved.z;
+    }
+}
+
+/* As kt_position_move: a link that does not move keeps its bits. */
 static void move(const kt_model *model, kt_condition here, const kt_real1 *step, kt_real1 *q) {
     for (size_t i = 1; i < model->n.link; i++) {
-        const kt_real1 dq = step[model->link[i].v];
-        kt_real1 *x = q + model->link[i].q;
-        *x = kt_choose(here & (dq != 0.0), *x + dq, *x);
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
+        const kt_real1 *dq = step + link->v;
+        kt_condition moves = kt_condition_false();
+        for (int k = 0; k < motion.velocities; k++)
+            moves |= here & (dq[k] != 0.0);
+        kt_real1 *x = q + link->q;
+        for (int k = 0; k < motion.plain; k++)
+            x[k] = kt_choose(moves, x[k] + dq[k], x[k]);
+        if (motion.quaternions && kt_is_anywhere(moves))
+            rotate(moves, dq + motion.plain, x + motion.plain);
     }
 }
 
 /* Returns the states whose positions are closed. */
-static kt_condition close_positions(const kt_model *model, kt_data *data, kt_condition live, kt_real1 *q,
-                                    const kt_real1 *v, kt_violation *violation) {
+static kt_condition close_positions(const kt_model *model, kt_data *data, kt_condition live, const kt_lanes_at *at,
+                                    kt_real1 *q, kt_violation *violation) {
     kt_condition sound = live, open = live;
     kt_real1 before = kt_real1_splat((double)INFINITY);
     for (int i = 0; i < KT_POSITION_STEPS_MAX; i++) {
-        sound &= KT_KERNEL(kt_groups_residuals)(model, data, q, v, violation);
+        sound &= KT_KERNEL(kt_groups_residuals)(model, data, at, violation);
         open &= sound & ~(violation->gap <= KT_CLOSED);
         const kt_condition slow = violation->gap > 0.5 * before;
         const kt_condition rounding = kt_most1(before, violation->gap) <= 4e3 * KT_CLOSED;
@@ -66,9 +110,12 @@ static kt_condition close_velocities(const kt_model *model, kt_data *data, kt_co
     }
 }
 
-kt_condition KT_KERNEL(kt_project)(const kt_model *model, kt_data *data, kt_condition live, kt_real1 *q, kt_real1 *v) {
+kt_condition KT_KERNEL(kt_project)(const kt_model *model, kt_data *data, kt_condition live, kt_real1 t, kt_real1 *q,
+                                   kt_real1 *v) {
+    const kt_lanes_at at = {.t = t, .q = q, .v = v};
     kt_violation violation;
-    kt_condition sound = close_positions(model, data, live, q, v, &violation);
+    const kt_condition usual = model->n.q > model->n.v ? make_units(model, q) : kt_condition_true();
+    kt_condition sound = close_positions(model, data, live & usual, &at, q, &violation);
     sound = close_velocities(model, data, sound, v, &violation);
     return sound & kt_is_finite1(violation.velocity) & (violation.slip <= KT_CLOSED_STEP * violation.speed);
 }

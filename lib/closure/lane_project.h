@@ -5,9 +5,10 @@
 #include "reduction/lane_groups.h"
 
 #ifdef KT_LANES
-/* Projects q, then v, in place, as kt_loops_project does, of the states of `live`. Returns those for which nothing but the
+/* Projects q, then v, in place, as kt_state_project does, of the states of `live`, at the times t. Returns those for which nothing but the
  * usual course was needed; the others' numbers mean nothing. */
-kt_condition KT_KERNEL(kt_project)(const kt_model *model, kt_data *data, kt_condition live, kt_real1 *q, kt_real1 *v);
+kt_condition KT_KERNEL(kt_project)(const kt_model *model, kt_data *data, kt_condition live, kt_real1 t, kt_real1 *q,
+                                   kt_real1 *v);
 #endif
 
 #endif

@@ -21,11 +21,8 @@
 #define KT_CONSTRAINT_PLANAR_ROWS_H
 
 #include "constraint/group.h"
-#include "dynamics/sweep_planar.h"
-
-#ifndef KT_LANES
 #include "constraint/spatial_rows.h"
-#endif
+#include "dynamics/sweep_planar.h"
 
 #include <float.h>
 
@@ -125,59 +122,73 @@ KT_INLINE kt_planar_value kt_planar_row_along(const kt_planar_row *row, const kt
                              .bias = w->force[0] * r->relative[0] + w->force[1] * r->relative[1]};
 }
 
-#ifndef KT_LANES
+/* x with the sign of another number. */
+KT_OPERATOR kt_real1 kt_planar_signed(kt_real1 x, kt_real1 sign) {
+#ifdef KT_LANES
+    return (kt_real1)(((kt_condition)x & INT64_MAX) | ((kt_condition)sign & INT64_MIN));
+#else
+    return copysign(x, sign);
+#endif
+}
 
 /* 4 tan(theta / 4), with sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
-KT_INLINE double kt_planar_turn(double c, double s) {
-    const double large = sqrt(0.5 * (1.0 + fabs(c))), small = 0.5 * fabs(s) / large;
-    const double cosine = c >= 0.0 ? large : small, sine = copysign(c >= 0.0 ? small : large, s);
+KT_INLINE kt_real1 kt_planar_turn(kt_real1 c, kt_real1 s) {
+    const kt_real1 large = kt_sqrt1(0.5 * (1.0 + kt_abs1(c))), small = 0.5 * kt_abs1(s) / large;
+    const kt_real1 cosine = KT_CHOOSE(c >= 0.0, large, small),
+                   sine = kt_planar_signed(KT_CHOOSE(c >= 0.0, small, large), s);
     return 4.0 * sine / (1.0 + cosine);
 }
 
 KT_INLINE kt_planar_value kt_planar_row_rotation(const kt_planar_loop *flat, const kt_planar_row *row,
                                                  const kt_planar_relative *r, kt_planar_wrench *w) {
-    double c, s;
+    kt_real1 c, s;
     kt_planar_angle(flat, r, &c, &s);
-    const double p = kt_planar_turn(c, s), derivative = 1.0 + p * p / 16.0;
-    w->force[0] = w->force[1] = 0.0;
+    const kt_real1 p = kt_planar_turn(c, s), derivative = 1.0 + p * p / 16.0;
+    w->force[0] = w->force[1] = kt_real1_splat(0.0);
     w->moment = row->constant * derivative;
-    return (kt_planar_value){.residual = row->constant * p, .bias = 0.125 * p * w->moment * (r->w * r->w)};
+    return (kt_planar_value){
+        .residual = row->constant * p, .rate = kt_real1_splat(0.0), .bias = 0.125 * p * w->moment * (r->w * r->w)};
 }
 
 KT_INLINE kt_planar_value kt_planar_row_orthogonal(const kt_planar_loop *flat, const kt_planar_relative *r,
                                                    kt_planar_wrench *w) {
-    double c, s;
+    kt_real1 c, s;
     kt_planar_angle(flat, r, &c, &s);
-    const double one = 1.0 + fabs(s);
-    w->force[0] = w->force[1] = 0.0;
-    w->moment = -copysign(2.0 / one, s);
-    return (kt_planar_value){.residual = 2.0 * c / one, .bias = 2.0 * c / (one * one) * (r->w * r->w)};
+    const kt_real1 one = 1.0 + kt_abs1(s);
+    w->force[0] = w->force[1] = kt_real1_splat(0.0);
+    w->moment = -kt_planar_signed(2.0 / one, s);
+    return (kt_planar_value){
+        .residual = 2.0 * c / one, .rate = kt_real1_splat(0.0), .bias = 2.0 * c / (one * one) * (r->w * r->w)};
 }
 
 KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt_loop_record *loop,
                                                  const kt_planar_loop *flat, const kt_planar_row *row,
-                                                 const kt_planar_relative *r, double t, kt_planar_wrench *w) {
-    double length[3];
-    kt_curve_evaluate(&loop->curve, model->number, t, length);
-    const double *d = r->d, h = flat->height, d2 = d[0] * d[0] + d[1] * d[1] + h * h;
+                                                 const kt_planar_relative *r, kt_real1 t, kt_planar_wrench *w) {
+    const kt_real1 *d = r->d, zero = kt_real1_splat(0.0);
+    const double h = flat->height;
+    kt_real1 length[3], d2 = d[0] * d[0] + d[1] * d[1] + h * h;
+    kt_loop_function(loop, model->number, t, length);
+#ifndef KT_LANES
     const bool apart = d2 > DBL_MIN; /* as in loop/distance.c */
-    const double norm = apart ? sqrt(d2) : 0.0, sine = apart ? h / norm : 0.0;
+#else
+    const bool apart = true; /* a state in which they are not has no numbers, and leaves the lanes */
+    d2 = kt_choose(d2 > DBL_MIN, d2, kt_real1_splat((double)NAN));
+#endif
+    const kt_real1 norm = apart ? kt_sqrt1(d2) : zero, sine = apart ? h / norm : zero;
     if (apart) {
         w->force[0] = d[0] / norm;
         w->force[1] = d[1] / norm;
     } else {
         kt_planar_rotate(r->first, row->e, w->force);
     }
-    w->moment = 0.0;
-    const double across = w->force[0] * r->rate[1] - w->force[1] * r->rate[0];
-    const double speed2 = r->rate[0] * r->rate[0] + r->rate[1] * r->rate[1];
-    const double bias = apart ? (across * across + sine * sine * speed2) / norm : 0.0;
+    w->moment = zero;
+    const kt_real1 across = w->force[0] * r->rate[1] - w->force[1] * r->rate[0];
+    const kt_real1 speed2 = r->rate[0] * r->rate[0] + r->rate[1] * r->rate[1];
+    const kt_real1 bias = apart ? (across * across + sine * sine * speed2) / norm : zero;
     return (kt_planar_value){.residual = norm - length[0],
                              .rate = -length[1],
                              .bias = bias - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
 }
-
-#endif
 
 /* A loop with its form in the plane, and the indices of its rows among those of its group. */
 typedef struct kt_loop_in_plane {
@@ -199,16 +210,16 @@ KT_ROWS_IN_SPACE_DECLARE(v4)
 #endif
 
 /* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. In
- * lanes all rows are along a direction (kt_lanes_fit_model). */
+ * lanes none is as in space (kt_lanes_fit_model). */
 KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                       const kt_loop_in_plane *x, const kt_planar_end end[2],
-                                      const kt_planar_relative *r, double t, kt_planar_wrench *rows) {
+                                      const kt_planar_relative *r, kt_real1 t, kt_planar_wrench *rows) {
     const kt_planar_loop *flat = x->flat;
     int count = 0;
 #ifndef KT_LANES
     int in_space = 0;
 #else
-    (void)model, (void)data, (void)end, (void)t;
+    (void)data, (void)end;
 #endif
     for (int i = 0; i < flat->count; i++) {
         const kt_planar_row *row = &flat->row[i];
@@ -221,7 +232,6 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
         case KT_PLANAR_ROW_ALONG:
             value = kt_planar_row_along(row, r, out);
             break;
-#ifndef KT_LANES
         case KT_PLANAR_ROW_ROTATION:
             value = kt_planar_row_rotation(flat, row, r, out);
             break;
@@ -232,14 +242,10 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
             value = kt_planar_row_distance(model, x->loop, flat, row, r, t, out);
             break;
         case KT_PLANAR_ROW_SPATIAL:
+#ifndef KT_LANES
             in_space++;
-            continue;
-#else
-        case KT_PLANAR_ROW_ROTATION:
-        case KT_PLANAR_ROW_ORTHOGONAL:
-        case KT_PLANAR_ROW_DISTANCE:
-        case KT_PLANAR_ROW_SPATIAL:
 #endif
+            continue;
         case KT_PLANAR_ROW_VOID:
         default:
             continue;
@@ -305,7 +311,7 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
 }
 
 KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                                     const kt_loop_in_plane *x, bool moving, const kt_real1 *v, double t) {
+                                     const kt_loop_in_plane *x, bool moving, const kt_real1 *v, kt_real1 t) {
     kt_planar_end end[2];
     kt_planar_relative r;
     kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
@@ -321,7 +327,7 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
 
 /* Does the same as kt_rows_fill, in the plane. */
 KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
-                                   bool moving, const kt_real1 *q, const kt_real1 *v, double t) {
+                                   bool moving, const kt_real1 *q, const kt_real1 *v, kt_real1 t) {
     const kt_group *group = &model->group[g];
     for (int i = 0; i < w->m * w->k; i++)
         w->a[i] = kt_real1_splat(0.0);
@@ -329,14 +335,10 @@ KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, s
         const int32_t index = model->group_loop[group->loop + i];
         const kt_loop_record *loop = &model->loop[index];
         const kt_loop_in_plane x = {loop, &model->planar_loop[index], kt_rows_slots(model, group, loop)};
-#ifndef KT_LANES
         if (loop->term_count) {
             kt_rows_relation(model, group, w, loop, x.slot[0], q, moving ? v : NULL, t);
             continue;
         }
-#else
-        (void)q;
-#endif
         kt_planar_rows_frames(model, data, w, &x, moving, v, t);
     }
 }

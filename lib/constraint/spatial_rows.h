@@ -8,9 +8,13 @@
 #ifndef KT_CONSTRAINT_SPATIAL_ROWS_H
 #define KT_CONSTRAINT_SPATIAL_ROWS_H
 
-#include "constraint/formula_row.h"
+#include "constraint/group.h"
 #include "dynamics/sweep.h"
-#include "loop/loop.h"
+#include "loop/by_lane.h"
+
+#ifndef KT_LANES
+#include "constraint/formula_row.h"
+#endif
 
 #include <string.h>
 
@@ -18,37 +22,37 @@
  * (sweep.h).
  */
 KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k, bool moving,
-                             const double *v, kt_loop_end *end) {
-    const kt_v4 none = kt_v4_splat(0.0);
+                             const kt_real1 *v, kt_loop_end *end) {
+    const kt_real3 none = kt_zero3();
     const int32_t *path = model->path + loop->path[k];
-    kt_v4 point = none - kt_v4_from(loop->origin), velocity = none, alpha = none, linear = none;
-    kt_v4 omega = moving ? data->motion[loop->ancestor].omega : none;
+    kt_real3 point = kt_sub3(none, kt_from3(loop->origin)), velocity = none, alpha = none, linear = none;
+    kt_real3 omega = moving ? data->motion[loop->ancestor].omega : none;
     for (int i = 0; i < loop->length[k]; i++) {
         const kt_link *link = &model->link[path[i]];
         const kt_link_motion *m = &data->motion[path[i]];
-        point += m->offset;
+        point = kt_add3(point, m->offset);
         if (!moving)
             continue;
-        velocity += kt_v4_cross(omega, m->offset);
+        velocity = kt_add3(velocity, kt_cross3(omega, m->offset));
         if (!kt_link_is_revolute(link)) {
-            kt_v4 angular, linear_velocity;
+            kt_real3 angular, linear_velocity;
             kt_joint_twist(link, &data->motion[link->parent], m, v, &angular, &linear_velocity);
-            velocity += linear_velocity;
+            velocity = kt_add3(velocity, linear_velocity);
         }
-        linear += kt_v4_cross(alpha, m->offset) + m->linear;
-        alpha += m->alpha;
+        linear = kt_add3(linear, kt_add3(kt_cross3(alpha, m->offset), m->linear));
+        alpha = kt_add3(alpha, m->alpha);
         omega = m->omega;
     }
     const kt_link_motion *force_link = &data->motion[loop->link[k]];
-    kt_v4 frame[3];
-    kt_v4_from_mat3(loop->frame[k].rotation, frame);
+    const kt_mat3 *own = &loop->frame[k].rotation;
+    const kt_real3 frame[3] = {kt_from3(own->x), kt_from3(own->y), kt_from3(own->z)};
     kt_multiply3(force_link->axes, frame, end->axes);
-    const kt_v4 arm = kt_v4_apply(force_link->axes, kt_v4_from(loop->frame[k].position));
-    end->point = point + arm;
+    const kt_real3 arm = kt_apply3(force_link->axes, kt_from3(loop->frame[k].position));
+    end->point = kt_add3(point, arm);
     end->omega = omega;
-    end->velocity = velocity + kt_v4_cross(omega, arm);
+    end->velocity = kt_add3(velocity, kt_cross3(omega, arm));
     end->alpha = alpha;
-    end->linear = linear + kt_v4_cross(alpha, arm) + kt_v4_cross(omega, kt_v4_cross(omega, arm));
+    end->linear = kt_add3(kt_add3(linear, kt_cross3(alpha, arm)), kt_cross3(omega, kt_cross3(omega, arm)));
 }
 
 /* One path of a loop. */
@@ -58,21 +62,21 @@ typedef struct kt_rows_path_terms {
     const kt_loop_row *rows;
     int count, local; /* of rows; first coordinate of the link */
     double sign;
-    kt_v4 arm; /* from the origin of the link to the second end's point */
+    kt_real3 arm; /* from the origin of the link to the second end's point */
 } kt_rows_path_terms;
 
 /* Adds one degree of freedom to all rows: angular velocity s, velocity u of the second end's point. */
 KT_INLINE void kt_rows_dof(const kt_dof *dof, void *context) {
     const kt_rows_path_terms *p = context;
-    const kt_v4 s = kt_dof_angular(dof);
-    const kt_v4 u = dof->kind == KT_DOF_TRANSLATION ? dof->u
-                    : dof->kind == KT_DOF_ROTATION  ? kt_v4_cross(s, p->arm)
-                                                    : kt_v4_cross(s, p->arm) + kt_dof_linear(dof);
-    double *a = p->w->a + p->local + dof->index;
+    const kt_real3 s = kt_dof_angular(dof);
+    const kt_real3 u = dof->kind == KT_DOF_TRANSLATION ? dof->u
+                       : dof->kind == KT_DOF_ROTATION  ? kt_cross3(s, p->arm)
+                                                       : kt_add3(kt_cross3(s, p->arm), kt_dof_linear(dof));
+    kt_real1 *a = p->w->a + p->local + dof->index;
     for (int r = 0; r < p->count; r++)
         if (p->slot[r] >= 0)
             a[(size_t)p->slot[r] * (size_t)p->w->m] +=
-                p->sign * (kt_v4_dot(p->rows[r].moment, s) + kt_v4_dot(p->rows[r].force, u));
+                p->sign * (kt_dot3(p->rows[r].moment, s) + kt_dot3(p->rows[r].force, u));
 }
 
 /* Writes A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
@@ -85,35 +89,37 @@ KT_INLINE void kt_rows_path(const kt_model *model, const kt_data *data, const kt
         const kt_link_motion *m = &data->motion[index];
         p.local = link->local;
         kt_dofs_visit(link, data->motion[link->parent].axes, m->axes, kt_rows_dof, &p);
-        p.arm += m->offset;
+        p.arm = kt_add3(p.arm, m->offset);
     }
 }
 
 /* Stores everything of a row but its entries in A'; d: from the first end's point to the second's. */
 KT_INLINE void kt_rows_store(const kt_model *model, const kt_group_work *w, const kt_loop_row *row,
-                             const kt_loop_end end[2], kt_v4 d, int32_t slot) {
-    const kt_v4 alpha = end[1].alpha - end[0].alpha;
-    const kt_v4 linear = end[1].linear - end[0].linear - kt_v4_cross(end[0].alpha, d);
-    w->residual[slot] = row->holonomic ? row->residual : 0.0;
-    w->closes[slot] = row->holonomic ? 1.0 : 0.0;
-    w->scale[slot] = kt_v4_dot(row->force, row->force) > 0.0 ? model->length : 1.0;
+                             const kt_loop_end end[2], kt_real3 d, int32_t slot) {
+    const kt_real3 alpha = kt_sub3(end[1].alpha, end[0].alpha);
+    const kt_real3 linear = kt_sub3(kt_sub3(end[1].linear, end[0].linear), kt_cross3(end[0].alpha, d));
+    w->residual[slot] = row->holonomic ? row->residual : kt_real1_splat(0.0);
+    w->closes[slot] = kt_real1_splat(row->holonomic ? 1.0 : 0.0);
+    w->scale[slot] =
+        KT_CHOOSE(kt_dot3(row->force, row->force) > 0.0, kt_real1_splat(model->length), kt_real1_splat(1.0));
     w->rate[slot] = row->rate;
-    w->right[slot] = -(row->drift + kt_v4_dot(row->moment, alpha) + kt_v4_dot(row->force, linear));
+    w->right[slot] = -(row->drift + kt_dot3(row->moment, alpha) + kt_dot3(row->force, linear));
 }
 
 KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                              const kt_loop_record *loop, const int32_t *slot, bool moving, const double *v, double t) {
+                              const kt_loop_record *loop, const int32_t *slot, bool moving, const kt_real1 *v,
+                              kt_real1 t) {
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     for (int k = 0; k < 2; k++)
         kt_end_follow(model, data, loop, k, moving, v, &end[k]);
-    const int count = KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, model->number, end, t, rows);
-    const kt_v4 d = end[1].point - end[0].point;
+    const int count = kt_loop_evaluate(loop, model->number, end, t, rows);
+    const kt_real3 d = kt_sub3(end[1].point, end[0].point);
     for (int r = 0; r < count; r++)
         if (slot[r] >= 0)
             kt_rows_store(model, w, &rows[r], end, d, slot[r]);
-    const kt_v4 first = kt_v4_apply(data->motion[loop->link[0]].axes, kt_v4_from(loop->frame[0].position)) + d;
-    const kt_v4 second = kt_v4_apply(data->motion[loop->link[1]].axes, kt_v4_from(loop->frame[1].position));
+    const kt_real3 first = kt_add3(kt_apply3(data->motion[loop->link[0]].axes, kt_from3(loop->frame[0].position)), d);
+    const kt_real3 second = kt_apply3(data->motion[loop->link[1]].axes, kt_from3(loop->frame[1].position));
     kt_rows_path_terms p = {.w = w, .slot = slot, .rows = rows, .count = count, .arm = first};
     kt_rows_path(model, data, loop, 0, p);
     p.arm = second;
@@ -122,8 +128,9 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
 
 /* Stores everything of a relation but its entries in A'. */
 KT_INLINE void kt_rows_relation_value(const kt_model *model, const kt_group *group, const kt_group_work *w,
-                                      const kt_loop_record *loop, int32_t slot, const double *q, double t) {
-    double sum = 0.0, scale = 0.0;
+                                      const kt_loop_record *loop, int32_t slot, const kt_real1 *q, kt_real1 t) {
+    kt_real1 sum = kt_real1_splat(0.0);
+    double scale = 0.0;
     if (slot < 0)
         return;
     for (int k = 0; k < loop->term_count; k++) {
@@ -132,14 +139,15 @@ KT_INLINE void kt_rows_relation_value(const kt_model *model, const kt_group *gro
         sum += term->coefficient * q[link->q];
         scale = fmax(scale, fabs(term->coefficient) * model->unit[group->v + link->local]);
     }
-    w->scale[slot] = scale;
-    const kt_relation_row row = KT_KERNEL(kt_loop_kinds)[loop->kind]->relate(loop, model->number, sum, t);
-    w->closes[slot] = row.closes;
+    w->scale[slot] = kt_real1_splat(scale);
+    const kt_relation1 row = kt_loop_relate(loop, model->number, sum, t);
+    w->closes[slot] = kt_real1_splat(row.closes);
     w->residual[slot] = row.residual;
     w->rate[slot] = row.rate;
     w->right[slot] = -row.drift;
 }
 
+#ifndef KT_LANES
 /* Adds what the formula of a coupling adds to the equation. The scale is what a displacement of a unit changes it by,
  * also where the slopes vanish. */
 static inline void kt_rows_add_formula(const kt_model *model, const kt_group *group, const kt_group_work *w,
@@ -158,12 +166,18 @@ static inline void kt_rows_add_formula(const kt_model *model, const kt_group *gr
     w->residual[slot] += f.value;
     w->right[slot] -= f.drift;
 }
+#endif
 
 KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, const kt_group_work *w,
-                                const kt_loop_record *loop, int32_t slot, const double *q, const double *v, double t) {
+                                const kt_loop_record *loop, int32_t slot, const kt_real1 *q, const kt_real1 *v,
+                                kt_real1 t) {
     kt_rows_relation_value(model, group, w, loop, slot, q, t);
+#ifndef KT_LANES
     if (KT_HAS_FORMULAS && loop->form && slot >= 0)
         kt_rows_add_formula(model, group, w, loop, slot, q, v);
+#else
+    (void)v; /* formulas are not computed in lanes */
+#endif
     for (int k = 0; k < loop->term_count && slot >= 0; k++) {
         const kt_term_record *term = &model->term[loop->term + k];
         w->a[(size_t)slot * (size_t)w->m + (size_t)model->link[term->link].local] += term->coefficient;
@@ -173,9 +187,9 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
 /* Fills A', phi and phi_t of a group, the scales of the residuals, and if `moving` b''. Requires the links' poses, and
  * if `moving` velocities and c. */
 static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
-                                bool moving, const double *q, const double *v, double t) {
+                                bool moving, const kt_real1 *q, const kt_real1 *v, kt_real1 t) {
     const kt_group *group = &model->group[g];
-    memset(w->a, 0, (size_t)w->m * (size_t)w->k * sizeof(double));
+    memset(w->a, 0, (size_t)w->m * (size_t)w->k * sizeof *w->a);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         const int32_t *slot = kt_rows_slots(model, group, loop);

@@ -3,14 +3,22 @@
 
 #include "base/copy.h"
 #include "constraint/planar_rows.h"
+#include "constraint/spatial_rows.h"
 #include "reduction/links.h"
 #include "reduction/method.h"
 
-static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const kt_real1 *q,
-                       const kt_real1 *v) {
+static bool has_planar(const kt_model *model) { return model->sweep != KT_SWEEP_SPATIAL; }
+
+/* The links 1 to end - 1 are treated as spatial ones. */
+static size_t spatial_end(const kt_model *model) { return has_planar(model) ? model->n.spatial : model->n.link; }
+
+static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const kt_lanes_at *at) {
     kt_group_work w;
     kt_group_find(model, data, g, KT_ROWS_ALL, &w);
-    kt_planar_rows_fill(model, data, g, &w, moving, q, v, 0.0);
+    if (has_planar(model) && kt_group_is_planar(model, &model->group[g]))
+        kt_planar_rows_fill(model, data, g, &w, moving, at->q, at->v, at->t);
+    else
+        kt_rows_fill(model, data, g, &w, moving, at->q, at->v, at->t);
 }
 
 /* As kt_group_factor: near a singular position the last direction is less than usual. */
@@ -25,29 +33,39 @@ static kt_condition factor_group(const kt_model *model, kt_data *data, size_t g,
                     : full;
 }
 
-void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                     const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
+void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const kt_lanes_at *at, kt_real1 *a) {
+    const size_t end = spatial_end(model);
     data->sound = kt_condition_true();
-    KT_KERNEL(kt_planar_links_motion)(model, data, q, v, external);
+    if (has_planar(model))
+        KT_KERNEL(kt_planar_links_motion)(model, data, at->q, at->v, at->external);
+    if (end > 1)
+        KT_KERNEL(kt_spatial_links_motion)(model, data, at->q, at->v, at->external, end);
     for (size_t g = 0; g < model->n.group; g++) {
         if (model->group[g].form == KT_FORM_PIN)
             continue;
-        fill_group(model, data, g, true, q, v);
+        fill_group(model, data, g, true, at);
         data->sound &= factor_group(model, data, g, KT_ROWS_ALL);
     }
-    (void)KT_KERNEL(kt_planar_links_accelerate)(model, data, v, tau, false, a);
+    if (end > 1)
+        (void)KT_KERNEL(kt_spatial_links_accelerate)(model, data, at->tau, end, false, a);
+    if (has_planar(model))
+        (void)KT_KERNEL(kt_planar_links_accelerate)(model, data, at->v, at->tau, false, a);
 }
 
-kt_condition KT_KERNEL(kt_groups_residuals)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+kt_condition KT_KERNEL(kt_groups_residuals)(const kt_model *model, kt_data *data, const kt_lanes_at *at,
                                             kt_violation *violation) {
+    const size_t end = spatial_end(model);
     *violation = (kt_violation){.speed = kt_real1_splat(KT_SPEED_LEAST)};
-    KT_KERNEL(kt_planar_links_pose)(model, data, q);
+    if (has_planar(model))
+        KT_KERNEL(kt_planar_links_pose)(model, data, at->q);
+    if (end > 1)
+        KT_KERNEL(kt_spatial_links_pose)(model, data, at->q, end);
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group_work w;
-        fill_group(model, data, g, false, q, v);
+        fill_group(model, data, g, false, at);
         kt_group_find(model, data, g, KT_ROWS_ALL, &w);
         kt_group_position_residuals(&w, violation);
-        kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
+        kt_group_velocity_residuals(model, &model->group[g], &w, at->v, violation);
     }
     return kt_is_finite1(violation->position + violation->velocity);
 }
@@ -100,7 +118,16 @@ kt_condition KT_KERNEL(kt_groups_step)(const kt_model *model, kt_data *data, kt_
         least_in_coordinates(model, data);
         return data->sound;
     }
-    KT_KERNEL(kt_planar_links_move)(model, data, data->rest);
-    (void)KT_KERNEL(kt_planar_links_accelerate)(model, data, NULL, data->rest, true, data->delta);
+    const size_t end = spatial_end(model);
+    if (has_planar(model))
+        KT_KERNEL(kt_planar_links_move)(model, data, data->rest);
+    if (end > 1) {
+        KT_KERNEL(kt_spatial_links_move)(model, data, data->rest, end);
+        KT_KERNEL(kt_spatial_links_clear)(model, data, end);
+        data->motion[0].linear = kt_zero3();
+        (void)KT_KERNEL(kt_spatial_links_accelerate)(model, data, data->rest, end, false, data->delta);
+    }
+    if (has_planar(model))
+        (void)KT_KERNEL(kt_planar_links_accelerate)(model, data, NULL, data->rest, true, data->delta);
     return data->sound;
 }

@@ -1,5 +1,5 @@
-/* The constraint groups of several states at once (algebra/real3.h): of mechanisms in planes whose groups are pins or
- * small dense matrices, and whose equations are along directions (kt_lanes_fit_model of batch/lanes.h). What is computed
+/* The constraint groups of several states at once (algebra/real3.h): of mechanisms whose groups are pins or
+ * small dense matrices (kt_lanes_fit_model of batch/lanes.h), in planes and in space. What is computed
  * of a state are the operations of driver.c and groups.c. States that are near a singular position of a group, or in
  * which equations are lost that are independent at others, are told and mean nothing. */
 #ifndef KT_REDUCTION_LANE_GROUPS_H
@@ -9,12 +9,18 @@
 
 #ifdef KT_LANES
 
-/* Accelerations; states that cannot be computed are told by data->sound. */
-void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                     const kt_real1 *tau, const kt_external *external, kt_real1 *a);
+/* Times, positions, velocities and joint forces of several states, and wrenches on bodies (NULL: none). */
+typedef struct kt_lanes_at {
+    kt_real1 t;
+    const kt_real1 *q, *v, *tau;
+    const kt_external *external;
+} kt_lanes_at;
 
-/* Fills the equations at q, and `right` with -A v. Returns the states whose numbers are finite. */
-kt_condition KT_KERNEL(kt_groups_residuals)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+/* Accelerations; states that cannot be computed are told by data->sound. */
+void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const kt_lanes_at *at, kt_real1 *a);
+
+/* Fills the equations at (t, q), and `right` with -(A v + phi_t). Returns the states whose numbers are finite. */
+kt_condition KT_KERNEL(kt_groups_residuals)(const kt_model *model, kt_data *data, const kt_lanes_at *at,
                                             kt_violation *violation);
 
 /* `right` and the violation of velocities again, for other velocities. */

@@ -18,8 +18,14 @@
 #ifndef KT_REDUCTION_SPATIAL_GROUP_H
 #define KT_REDUCTION_SPATIAL_GROUP_H
 
-#include "reduction/components.h"
 #include "reduction/maggi_kane.h"
+
+#ifndef KT_LANES
+#include "reduction/components.h"
+#else
+#include "constraint/group.h"
+#include "dynamics/aba.h"
+#endif
 
 #include <string.h>
 
@@ -33,15 +39,16 @@ static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_
         self->bias_angular = m->alpha;
         self->bias_linear = m->linear;
         if (up != group->parent) {
-            self->bias_angular += data->response[up].bias_angular;
-            self->bias_linear +=
-                data->response[up].bias_linear + kt_v4_cross(data->response[up].bias_angular, m->offset);
-        } else if (up == 0) {
-            self->bias_linear += data->motion[0].linear; /* the ground's acceleration is known: gravity */
+            self->bias_angular = kt_add3(self->bias_angular, data->response[up].bias_angular);
+            self->bias_linear =
+                kt_add3(self->bias_linear,
+                        kt_add3(data->response[up].bias_linear, kt_cross3(data->response[up].bias_angular, m->offset)));
+        } else if (up == 0) { /* the ground's acceleration is known: gravity */
+            self->bias_linear = kt_add3(self->bias_linear, data->motion[0].linear);
         }
         kt_articulated *x = &data->articulated[i];
-        x->moment += kt_articulated_moment(x, self->bias_angular, self->bias_linear);
-        x->force += kt_articulated_force(x, self->bias_angular, self->bias_linear);
+        x->moment = kt_add3(x->moment, kt_articulated_moment(x, self->bias_angular, self->bias_linear));
+        x->force = kt_add3(x->force, kt_articulated_force(x, self->bias_angular, self->bias_linear));
     }
 }
 
@@ -55,34 +62,34 @@ static inline void kt_group_columns(const kt_model *model, const kt_data *data, 
     kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &own);
     for (int k = 0; k < own.count; k++) {
         const size_t column = (size_t)link->local + (size_t)k;
-        kt_v4 moment = kt_articulated_moment(c, own.angular[k], own.linear[k]);
-        kt_v4 force = kt_articulated_force(c, own.angular[k], own.linear[k]);
+        kt_real3 moment = kt_articulated_moment(c, own.angular[k], own.linear[k]);
+        kt_real3 force = kt_articulated_force(c, own.angular[k], own.linear[k]);
         for (int32_t j = i;;) {
             const kt_link *at = &model->link[j];
             kt_subspace s;
             kt_link_subspace(at, &data->motion[at->parent], &data->motion[j], &s);
             for (int l = 0; l < s.count; l++) {
-                const double x = kt_along(s.angular[l], s.linear[l], moment, force);
+                const kt_real1 x = kt_along(s.angular[l], s.linear[l], moment, force);
                 w->mass[column * m + (size_t)(at->local + l)] = x;
                 w->mass[(size_t)(at->local + l) * m + column] = x;
             }
-            moment += kt_v4_cross(data->motion[j].offset, force);
+            moment = kt_add3(moment, kt_cross3(data->motion[j].offset, force));
             j = at->parent;
             if (j == group->parent)
                 break;
         }
         for (int l = 0; l < 3; l++) {
-            w->coupling[6 * column + (size_t)l] = moment[l];
-            w->coupling[6 * column + 3 + (size_t)l] = force[l];
+            w->coupling[6 * column + (size_t)l] = KT_PART3(moment, l);
+            w->coupling[6 * column + 3 + (size_t)l] = KT_PART3(force, l);
         }
     }
 }
 
 /* Computes M, F and tau - h; returns in `total` the inertia and bias wrench on the parent while x = 0: (Ic, W). */
 static inline void kt_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
-                                     const kt_group_work *w, const double *tau, kt_articulated *total) {
+                                     const kt_group_work *w, const kt_real1 *tau, kt_articulated *total) {
     memset(total, 0, sizeof *total);
-    memset(w->mass, 0, (size_t)w->m * (size_t)w->m * sizeof(double));
+    memset(w->mass, 0, (size_t)w->m * (size_t)w->m * sizeof *w->mass);
     kt_group_bias(model, data, group);
     for (int l = group->link_count - 1; l >= 0; l--) {
         const int32_t i = model->group_link[group->link + l];
@@ -106,35 +113,35 @@ static inline void kt_group_gear(const kt_model *model, const kt_group *group, c
 
 /* total becomes (Ic - F K, W + F y) and is added to the parent. */
 static inline void kt_group_onto_parent(const kt_group_work *w, kt_articulated *total, kt_articulated *parent) {
-    double f[6] = {0.0}, fk[36] = {0.0};
+    kt_real1 f[6], fk[36];
+    memset(f, 0, sizeof f);
+    memset(fk, 0, sizeof fk);
     for (int i = 0; i < w->m; i++)
         for (int r = 0; r < 6; r++) {
-            const double x = w->coupling[6 * (size_t)i + (size_t)r];
+            const kt_real1 x = w->coupling[6 * (size_t)i + (size_t)r];
             f[r] += x * w->free[i];
             for (int c = 0; c < 6; c++)
                 fk[6 * c + r] += x * w->gain[(size_t)c * (size_t)w->m + (size_t)i];
         }
-    kt_articulated carried;
-    kt_inertia_from_matrix(fk, &carried);
     for (int c = 0; c < 3; c++) {
-        total->j[c] -= carried.j[c];
-        total->g[c] -= carried.g[c];
-        total->m[c] -= carried.m[c];
+        total->j[c] = kt_sub3(total->j[c], kt_load3(fk + 6 * c));
+        total->g[c] = kt_sub3(total->g[c], kt_load3(fk + 6 * c + 3));
+        total->m[c] = kt_sub3(total->m[c], kt_load3(fk + 6 * (c + 3) + 3));
     }
-    total->moment += (kt_v4){f[0], f[1], f[2], 0.0};
-    total->force += (kt_v4){f[3], f[4], f[5], 0.0};
+    total->moment = kt_add3(total->moment, kt_load3(f));
+    total->force = kt_add3(total->force, kt_load3(f + 3));
     kt_articulated_add(parent, total);
 }
 
 /* Writes the accelerations of the group's coordinates, which follow from the parent's, to a. */
 static inline void kt_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
-                                    const kt_group_work *w, double *a) {
+                                    const kt_group_work *w, kt_real1 *a) {
     const kt_link_motion *p = &data->motion[group->parent];
     for (int i = 0; i < w->m; i++) {
-        double x = w->free[i];
+        kt_real1 x = w->free[i];
         for (int c = 0; c < 3 && group->parent; c++)
-            x -= w->gain[(size_t)c * (size_t)w->m + (size_t)i] * p->alpha[c] +
-                 w->gain[(size_t)(c + 3) * (size_t)w->m + (size_t)i] * p->linear[c];
+            x -= w->gain[(size_t)c * (size_t)w->m + (size_t)i] * KT_PART3(p->alpha, c) +
+                 w->gain[(size_t)(c + 3) * (size_t)w->m + (size_t)i] * KT_PART3(p->linear, c);
         a[model->group_v[group->v + i]] = x;
     }
 }

@@ -4,23 +4,28 @@
  * The functions treat links 1 to end - 1 and the groups among them (links.h): all of them, or those before the planar
  * ones, which planar_links.c treats.
  */
-#include "reduction/delassus.h"
-#include "reduction/front.h"
-#include "reduction/kernel.h"
+#include "reduction/whole_symmetric.h"
+
 #include "reduction/links.h"
 #include "reduction/spatial_group.h"
 
-void KT_KERNEL(kt_spatial_links_pose)(const kt_model *model, kt_data *data, const double *q, size_t end) {
-    const kt_v4 none = kt_v4_splat(0.0);
+#ifndef KT_LANES
+#include "reduction/components.h"
+#include "reduction/delassus.h"
+#include "reduction/front.h"
+#include "reduction/kernel.h"
+#endif
+
+void KT_KERNEL(kt_spatial_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q, size_t end) {
     const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
-    kt_sincos_gather(q, model->angle, angles, data->sine, data->cosine);
-    kt_ground_set(none, &data->motion[0]);
+    kt_angles_gather(model, data, q, 0, angles, data->sine, data->cosine);
+    kt_ground_set(kt_zero3(), &data->motion[0]);
     for (size_t i = 1; i < end; i++)
         kt_link_pose(&model->link[i], &data->motion[model->link[i].parent], q, data->cosine, data->sine,
                      &data->motion[i]);
 }
 
-void KT_KERNEL(kt_spatial_links_move)(const kt_model *model, kt_data *data, const double *v, size_t end) {
+void KT_KERNEL(kt_spatial_links_move)(const kt_model *model, kt_data *data, const kt_real1 *v, size_t end) {
     for (size_t i = 1; i < end; i++)
         kt_link_velocity(&model->link[i], &data->motion[model->link[i].parent], v, &data->motion[i]);
 }
@@ -31,12 +36,14 @@ void KT_KERNEL(kt_spatial_links_clear)(const kt_model *model, kt_data *data, siz
     kt_external_none(data);
 }
 
-void KT_KERNEL(kt_spatial_links_motion)(const kt_model *model, kt_data *data, const double *q, const double *v,
-                                        const kt_wrench *external, size_t end) {
+void KT_KERNEL(kt_spatial_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                        const kt_external *external, size_t end) {
     kt_articulated_motion(model, data, q, v, end);
     if (external)
         kt_external_set(model, data, external);
 }
+
+#ifndef KT_LANES
 
 static void add_total(const kt_front_total *total, kt_articulated *to) {
     const double *b = total->bias;
@@ -59,33 +66,49 @@ static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, con
     return true;
 }
 
-KT_INLINE bool eliminate_dense(const kt_model *model, kt_data *data, int32_t g, const double *tau, bool has_armature) {
+#endif
+
+KT_INLINE kt_condition eliminate_dense(const kt_model *model, kt_data *data, int32_t g, const kt_real1 *tau,
+                                       bool has_armature) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, (size_t)g, data->factored[g]);
+    const int width = group->parent ? 6 : 0;
     kt_articulated total;
     kt_group_assemble(model, data, group, &w, tau, &total);
     if (has_armature)
         kt_group_gear(model, group, &w);
-    if (!model->reduction->solve(&w, data->rank[g], group->parent ? 6 : 0))
+#ifndef KT_LANES
+    const bool regular = model->reduction->solve(&w, data->rank[g], width);
+    if (!regular)
         return false;
+#else
+    const kt_condition regular = KT_KERNEL(kt_qr_solve_group)(&w, group->rank[data->factored[g]], width);
+#endif
     if (group->parent)
         kt_group_onto_parent(&w, &total, &data->articulated[group->parent]);
-    return true;
+    return regular;
 }
 
-static __attribute__((noinline)) bool eliminate_dense_armature(const kt_model *model, kt_data *data, int32_t g,
-                                                               const double *tau) {
+static __attribute__((noinline)) kt_condition eliminate_dense_armature(const kt_model *model, kt_data *data, int32_t g,
+                                                                       const kt_real1 *tau) {
     return eliminate_dense(model, data, g, tau, true);
 }
 
-static __attribute__((noinline)) bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g,
-                                                      const double *tau) {
+static __attribute__((noinline)) kt_condition eliminate_whole(const kt_model *model, kt_data *data, int32_t g,
+                                                              const kt_real1 *tau) {
+#ifndef KT_LANES
     if (kt_group_has_fronts(&model->group[g]))
         return eliminate_front(model, data, g, tau);
+#endif
     if (model->group[g].has_armature)
         return eliminate_dense_armature(model, data, g, tau);
     return eliminate_dense(model, data, g, tau, false);
 }
+
+#ifndef KT_LANES
+
+/* Whether a group is in the form of Delassus and has been prepared for delassus.c; of lanes none is. */
+KT_INLINE bool is_special(const kt_data *data, int32_t group) { return data->special_form[group]; }
 
 /* S'[J H; G M] S of a joint with one axis, S = (s_n, s_f). */
 KT_INLINE double inertia_along(const kt_link *link, kt_v4 s, const kt_articulated *x) {
@@ -108,72 +131,6 @@ KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i
     d.inverse[link->local] = 1.0 / (inertia_along(link, kt_link_axis(link, &data->motion[i]), x) + armature);
 }
 
-/* A group is eliminated at its first link, which the backward pass reaches last. */
-KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data, size_t i, const double *tau,
-                                            kt_articulated *x) {
-    const int32_t group = model->link[i].group;
-    data->articulated[i] = *x;
-    const bool first = model->group_link[model->group[group].link] == (int32_t)i;
-    return first && !eliminate_whole(model, data, group, tau) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
-}
-
-/* `context` is not NULL if groups in the form of Delassus are not eliminated. */
-KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
-                                   void *context) {
-    const int32_t group = model->link[i].group;
-    const bool delassus = group >= 0 && context && data->special_form[group];
-    if (group >= 0 && !delassus)
-        return eliminate_of_group(model, data, i, tau, x);
-    if (delassus)
-        keep_inverse(model, data, i, x, 0.0);
-    return kt_eliminate_joint(model, data, i, tau, x, NULL);
-}
-
-static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, size_t i, const double *tau,
-                                         kt_articulated *x, void *context) {
-    const int32_t group = model->link[i].group;
-    const bool delassus = group >= 0 && context && data->special_form[group];
-    if (group >= 0 && !delassus)
-        return eliminate_of_group(model, data, i, tau, x);
-    if (delassus)
-        keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
-    return kt_eliminate_armature(model, data, i, tau, x, NULL);
-}
-
-/* The acceleration of a group's parent. */
-typedef struct kt_front_base {
-    double x[KT_FRONT_SPACE];
-} kt_front_base;
-
-static kt_front_base front_base(const kt_data *data, const kt_group *group) {
-    const kt_link_motion *m = &data->motion[group->parent];
-    return (kt_front_base){{m->alpha[0], m->alpha[1], m->alpha[2], m->linear[0], m->linear[1], m->linear[2]}};
-}
-
-KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool delassus, double *a) {
-    const kt_link *link = &model->link[i];
-    if (link->group < 0 || (delassus && data->special_form[link->group])) {
-        kt_link_respond(model, data, i, a);
-        return;
-    }
-    const kt_group *group = &model->group[link->group];
-    if (model->group_link[group->link] == (int32_t)i && kt_group_has_fronts(group)) {
-        const kt_front_base base = front_base(data, group);
-        KT_KERNEL(kt_front_respond)(model, data, (size_t)link->group, group->parent ? base.x : NULL, a);
-    } else if (model->group_link[group->link] == (int32_t)i) {
-        const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
-        kt_group_respond(model, data, group, &w, a);
-    }
-    kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
-}
-
-KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, double *a) {
-    respond_to(model, data, i, false, a);
-}
-KT_INLINE void respond_delassus(const kt_model *model, kt_data *data, size_t i, double *a) {
-    respond_to(model, data, i, true, a);
-}
-
 /* Solves the groups in the form of Delassus, between the passes; returns the first link of one that cannot be solved,
  * or 0. */
 static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
@@ -185,8 +142,96 @@ static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
     return 0;
 }
 
+/* The accelerations of a group that is reduced by fronts, from that of its parent. */
+KT_INLINE void respond_front(const kt_model *model, kt_data *data, int32_t g, double *a) {
+    const kt_group *group = &model->group[g];
+    const kt_link_motion *m = &data->motion[group->parent];
+    const double base[KT_FRONT_SPACE] = {m->alpha[0],  m->alpha[1],  m->alpha[2],
+                                         m->linear[0], m->linear[1], m->linear[2]};
+    KT_KERNEL(kt_front_respond)(model, data, (size_t)g, group->parent ? base : NULL, a);
+}
+
+#else
+
+KT_INLINE bool is_special(const kt_data *data, int32_t group) {
+    (void)data, (void)group;
+    return false;
+}
+
+KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
+                            double armature) {
+    (void)model, (void)data, (void)i, (void)x, (void)armature;
+}
+
+KT_INLINE size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
+    (void)model, (void)data, (void)end;
+    return 0;
+}
+
+KT_INLINE void respond_front(const kt_model *model, kt_data *data, int32_t g, kt_real1 *a) {
+    (void)model, (void)data, (void)g, (void)a;
+}
+
+#endif
+
+/* A group is eliminated at its first link, which the backward pass reaches last. */
+KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                            kt_articulated *x) {
+    const int32_t group = model->link[i].group;
+    data->articulated[i] = *x;
+    const bool first = model->group_link[model->group[group].link] == (int32_t)i;
+    return first && kt_is_refused(data, eliminate_whole(model, data, group, tau)) ? KT_ELIMINATION_SINGULAR
+                                                                                  : KT_ELIMINATION_ENDED;
+}
+
+/* `context` is not NULL if groups in the form of Delassus are not eliminated. */
+KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                   kt_articulated *x, void *context) {
+    const int32_t group = model->link[i].group;
+    const bool delassus = group >= 0 && context && is_special(data, group);
+    if (group >= 0 && !delassus)
+        return eliminate_of_group(model, data, i, tau, x);
+    if (delassus)
+        keep_inverse(model, data, i, x, 0.0);
+    return kt_eliminate_joint(model, data, i, tau, x, NULL);
+}
+
+static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                         kt_articulated *x, void *context) {
+    const int32_t group = model->link[i].group;
+    const bool delassus = group >= 0 && context && is_special(data, group);
+    if (group >= 0 && !delassus)
+        return eliminate_of_group(model, data, i, tau, x);
+    if (delassus)
+        keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
+    return kt_eliminate_armature(model, data, i, tau, x, NULL);
+}
+
+KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool delassus, kt_real1 *a) {
+    const kt_link *link = &model->link[i];
+    if (link->group < 0 || (delassus && is_special(data, link->group))) {
+        kt_link_respond(model, data, i, a);
+        return;
+    }
+    const kt_group *group = &model->group[link->group];
+    if (model->group_link[group->link] == (int32_t)i && kt_group_has_fronts(group)) {
+        respond_front(model, data, link->group, a);
+    } else if (model->group_link[group->link] == (int32_t)i) {
+        const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
+        kt_group_respond(model, data, group, &w, a);
+    }
+    kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
+}
+
+KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
+    respond_to(model, data, i, false, a);
+}
+KT_INLINE void respond_delassus(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
+    respond_to(model, data, i, true, a);
+}
+
 /* The same with groups in the form of Delassus, which delassus.h solves between the passes. */
-static size_t accelerate_delassus(const kt_model *model, kt_data *data, const double *tau, size_t end, double *a) {
+static size_t accelerate_delassus(const kt_model *model, kt_data *data, const kt_real1 *tau, size_t end, kt_real1 *a) {
     bool delassus = true;
     const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &delassus);
     const size_t singular = failed ? failed : solve_delassus(model, data, end);
@@ -195,17 +240,17 @@ static size_t accelerate_delassus(const kt_model *model, kt_data *data, const do
     return singular;
 }
 
-static void respond_armature(const kt_model *model, kt_data *data, size_t i, double *a) {
+static void respond_armature(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
     const int32_t group = model->link[i].group;
-    if (group < 0 || data->special_form[group])
+    if (group < 0 || is_special(data, group))
         kt_link_respond_armature(model, data, i, a);
     else
         respond(model, data, i, a);
 }
 
 /* Either with armature. */
-static __attribute__((noinline)) size_t accelerate_armature(const kt_model *model, kt_data *data, const double *tau,
-                                                            size_t end, bool delassus, double *a) {
+static __attribute__((noinline)) size_t accelerate_armature(const kt_model *model, kt_data *data, const kt_real1 *tau,
+                                                            size_t end, bool delassus, kt_real1 *a) {
     const size_t failed =
         kt_articulated_backward(model, data, tau, end, eliminate_armature, delassus ? &delassus : NULL);
     const size_t singular = failed || !delassus ? failed : solve_delassus(model, data, end);
@@ -214,8 +259,8 @@ static __attribute__((noinline)) size_t accelerate_armature(const kt_model *mode
     return singular;
 }
 
-size_t KT_KERNEL(kt_spatial_links_accelerate)(const kt_model *model, kt_data *data, const double *tau, size_t end,
-                                              bool delassus, double *a) {
+size_t KT_KERNEL(kt_spatial_links_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *tau, size_t end,
+                                              bool delassus, kt_real1 *a) {
     if (model->has_armature)
         return accelerate_armature(model, data, tau, end, delassus, a);
     if (delassus)
