@@ -178,6 +178,49 @@ def lanes():
              pathlib.Path("one.csv").read_text().split("\n")[1])
     told = run("pendulum.yaml", "--vary", "bodies.upper.joint.armature=1,2", "--jobs", "1", "--out", "x.csv").stderr
     same("why others are not", "one by one, not in lanes: its model differs" in told, True)
+    loop = ["--set", "effects=[{type: joint_spring, joint: close, stiffness: 3}]", "--set", "simulate.duration=0.1"]
+    told = run(four_bar, *loop, "--vary", "gravity[1]=-1,-9", "--jobs", "1", "--out", "x.csv").stderr
+    same("an effect in a loop", "one by one, not in lanes: it has loops" in told, True)
+
+
+EVENTFUL = """kinetree: 1
+parameters: {a: 1, k: 2}
+gravity: [0, -9.81, 0]
+bodies:
+  - {name: upper, joint: {type: revolute, position: =a}, mass: 1, com: [0, -1, 0], inertia: [0, 0, 0]}
+  - {name: lower, parent: upper, joint: {type: revolute, at: [0, -1, 0]}, mass: 1, com: [0, -1, 0], inertia: [0, 0, 0], markers: {tip: [0, -1, 0]}}
+states: {lag: {rate: "position.lower - 3*lag"}}
+effects:
+  - {type: expression, joint: lower, force: "-k*lag*max(sin(9*t), 0.1)"}
+  - {type: joint_limit, joint: upper, upper: 0.5, stiffness: 100, damping: 1}
+events:
+  - {name: turn, when: velocity.lower, then: {set: {k: "1.1*k"}}}
+  - {name: low, when: "marker.lower.tip.y < -1.9", then: record}
+simulate: {duration: 2, tolerance: 1e-8, until: "marker.lower.tip.x > 1.3"}
+output: {columns: {strength: k*lag}}
+"""
+
+
+def eventful():
+    """Runs with events, what these set, formulas, own states and stops are computed in lanes: the bytes of one by one."""
+    pathlib.Path("eventful.yaml").write_text(EVENTFUL)
+    pathlib.Path("bounce.yaml").write_text(BOUNCE)
+    scenes = pathlib.Path(__file__).parents[2] / "apps/scenes"
+    for scene, axis in (("eventful.yaml", "a=0.5:2:12"), ("eventful.yaml", "bodies.lower.mass=1:2:9"), ("bounce.yaml", "v=1:9:9"),
+                        (str(scenes / "lugre.yaml"), "simulate.tolerance=1e-9,1e-8,1e-7,1e-6"), (str(scenes / "furuta-pendulum.yaml"), "gravity[2]=-5:-9:5")):
+        sweep = [scene, "--vary", axis, "--set", "simulate.duration=2"]
+        told = run(*sweep, "--jobs", "1", "--out", "lanes.csv").stderr
+        same(f"{axis}: all in lanes", "of them in lanes" in told and "one by one" not in told, True)
+        told = run(*sweep, "--jobs", "1", "--one-by-one", "--out", "ones.csv").stderr
+        same(f"{axis}: one by one, and told", "all one by one, not in lanes: --one-by-one" in told, True)
+        run(*sweep, "--quiet", "--jobs", "3", "--out", "threads.csv")
+        one, *others = (pathlib.Path(name).read_bytes() for name in ("ones.csv", "lanes.csv", "threads.csv"))
+        same(f"{axis}: the bytes of runs one by one", [other == one for other in others], [True, True])
+        lines = rows(one.decode())
+        same(f"{axis}: all are done", {line["status"] for line in lines}, {"done"})
+        if scene == "eventful.yaml":
+            same(f"{axis}: some are stopped", 0 < sum(float(line["time"]) < 2 for line in lines) < len(lines), True)
+            same(f"{axis}: events happen", sum(int(line["event.turn"]) + int(line["event.low"]) for line in lines) > len(lines), True)
 
 
 def killed():
@@ -448,8 +491,8 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, fused, equal_bytes, lanes, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
-        if part in (equal_bytes, lanes, killed, ranks) and is_fused():
+    for part in (grids, samples, fused, equal_bytes, lanes, eventful, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
+        if part in (equal_bytes, lanes, eventful, killed, ranks) and is_fused():
             print(f"skipped: {part.__name__}: lanes of this build are fused and have not the bits of single runs")
         else:
             part()

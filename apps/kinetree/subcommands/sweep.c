@@ -32,6 +32,8 @@ static const kt_option options[] = {
     {"keep", KT_OPTION_TEXT, KT_AT(keep), "FILE.h5",
      "all records, too, as HDF5: a dataset for each run, what varies as its attributes", NULL},
     {"jobs", KT_OPTION_COUNT, KT_AT(jobs), "COUNT", "threads; default: one a processor", NULL},
+    {"one-by-one", KT_OPTION_FLAG, KT_AT(one_by_one), NULL,
+     "each thread computes one run at a time, not as many as it has lanes: for comparison, the bytes are the same", NULL},
     {"shard", KT_OPTION_TEXT, KT_AT(shard), "K/N", "the K-th of N parts of the runs alone, for schedulers", NULL},
     {"merge", KT_OPTION_FLAG, KT_AT(merge), NULL, "put the parts that --shard has written together, in --out", NULL},
     {"resume", KT_OPTION_FLAG, KT_AT(resume), NULL, "go on with a sweep that was broken off", NULL},

@@ -131,27 +131,42 @@ static void fail(shared *s) {
 }
 
 /* Runs in lanes, which are laid out for the first one that has a model. */
+static void work_in_lanes(runner *r) {
+    kt_ensemble_member member;
+    kt_status status = KT_OK;
+    r->first = take_run(r, true, &member);
+    if (r->first != NULL)
+        status = kt_ensemble_create(kt_sweep_model(r->first), &r->ensemble, NULL);
+    if (r->ensemble != NULL)
+        status = kt_ensemble_run(r->ensemble, next_member, end_member, r, NULL);
+    if (status != KT_OK)
+        fail(r->shared);
+    if (r->first != NULL) { /* there was no memory for the others */
+        kt_sweep_result result = kt_sweep_end(r->first, KT_OK, NULL);
+        kt_sweep_result_free(&result);
+    }
+    const kt_ensemble_report report = kt_ensemble_report_of(r->ensemble);
+    r->worker.together = (int64_t)report.together;
+    r->worker.width = report.width;
+    r->worker.alone = report.why;
+    kt_ensemble_free(r->ensemble);
+}
+
+static void work_one_by_one(runner *r) {
+    for (int64_t number = take_number(r, true); number >= 0; number = take_number(r, true)) {
+        const kt_sweep_result result = kt_sweep_one(r->shared->sweep, &r->worker, number);
+        store(r->shared, number, &result);
+    }
+    r->worker.alone = "--one-by-one asks for it";
+}
+
 static void *work(void *user) {
     shared *s = user;
     runner r = {.shared = s};
-    kt_ensemble_member member;
-    kt_status status = KT_OK;
-    r.first = take_run(&r, true, &member);
-    if (r.first != NULL)
-        status = kt_ensemble_create(kt_sweep_model(r.first), &r.ensemble, NULL);
-    if (r.ensemble != NULL)
-        status = kt_ensemble_run(r.ensemble, next_member, end_member, &r, NULL);
-    if (status != KT_OK)
-        fail(s);
-    if (r.first != NULL) { /* there was no memory for the others */
-        kt_sweep_result result = kt_sweep_end(r.first, KT_OK, NULL);
-        kt_sweep_result_free(&result);
-    }
-    const kt_ensemble_report report = kt_ensemble_report_of(r.ensemble);
-    r.worker.together = (int64_t)report.together;
-    r.worker.width = report.width;
-    r.worker.alone = report.why;
-    kt_ensemble_free(r.ensemble);
+    if (s->sweep->arguments->one_by_one)
+        work_one_by_one(&r);
+    else
+        work_in_lanes(&r);
     (void)pthread_mutex_lock(&s->mutex);
     add_counts(s->all, &r.worker);
     (void)pthread_mutex_unlock(&s->mutex);

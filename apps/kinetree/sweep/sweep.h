@@ -46,7 +46,7 @@ typedef struct kt_sweep_arguments {
     kt_settings settings, vary, random;
     const char *sample, *from, *columns, *out, *keep, *shard;
     long repeats, seed, jobs;
-    bool merge, resume, quiet;
+    bool merge, resume, quiet, one_by_one;
 } kt_sweep_arguments;
 
 /* Makes the plan of the options; -1, or an exit code after printing what is wrong. kt_sweep_plan_free in any case. */
