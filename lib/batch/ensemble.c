@@ -363,11 +363,19 @@ static void try_steps(kt_ensemble *e) {
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
+/* Whether effects have no potential energy. A law in C may fail, and a record with it. */
+static bool store_none(const kt_model *model) {
+    for (size_t i = 0; i < model->n.effect; i++)
+        if (!kt_effect_kind_of(model->effect[i].type)->stores_none || (KT_HAS_FORMULAS && model->effect[i].law))
+            return false;
+    return true;
+}
+
 /* Whether records of a simulation hold no more than states and energies of bodies. */
 static bool shares_records(const kt_simulation *s) {
-    return s->model->n.group == 0 &&
+    return s->model->n.group == 0 && !s->corners.fixed &&
            s->record == (s->record & (KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY)) &&
-           (s->record & KT_RECORD_ENERGY) != 0 && !s->places && s->model->n.effect == 0 && !s->model->has_armature;
+           (s->record & KT_RECORD_ENERGY) != 0 && !s->places && store_none(s->model) && !s->model->has_armature;
 }
 
 static void clear(kt_error *from) {

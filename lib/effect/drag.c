@@ -32,8 +32,10 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_drag) = {
-    .energetics = energetics, .wrench = evaluate_wrench, .jacobian = KT_IF_JACOBIAN(write_jacobian)};
+const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.energetics = energetics,
+                                                  .wrench = evaluate_wrench,
+                                                  .jacobian = KT_IF_JACOBIAN(write_jacobian),
+                                                  .stores_none = true};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -108,6 +108,7 @@ typedef struct kt_effect_kind {
     kt_gap (*joint_gap)(const kt_effect_record *effect, double q, double v);
     /* The highest derivative of its functions of time that the force depends on; 0: their values alone. */
     int derivatives;
+    bool stores_none; /* it has no potential energy: balance.energy is 0 in every state */
 } kt_effect_kind;
 
 /* a b' */

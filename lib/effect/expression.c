@@ -107,7 +107,8 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = check,
                                                         .energetics = energetics,
                                                         .jacobian = KT_IF_JACOBIAN(write_jacobian),
-                                                        .formula_wrench = KT_IF_JACOBIAN(evaluate_wrench)};
+                                                        .formula_wrench = KT_IF_JACOBIAN(evaluate_wrench),
+                                                        .stores_none = true};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -28,7 +28,8 @@ static void write_time_derivative(const kt_effect_record *effect, const double *
 const kt_effect_kind KT_EFFECT(kt_effect_force) = {.energetics = kt_effect_energetics_of_curves,
                                                    .wrench = evaluate_wrench,
                                                    .jacobian = KT_IF_JACOBIAN(write_jacobian),
-                                                   .time_derivative = KT_IF_JACOBIAN(write_time_derivative)};
+                                                   .time_derivative = KT_IF_JACOBIAN(write_time_derivative),
+                                                   .stores_none = true};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -81,7 +81,8 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {.check = check,
                                                             .energetics = energetics,
                                                             .joint_force = evaluate_force,
-                                                            .joint_derivatives = KT_IF_JACOBIAN(write_jacobian)};
+                                                            .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
+                                                            .stores_none = true};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

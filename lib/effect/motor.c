@@ -30,7 +30,8 @@ static double find_time_derivative(const kt_effect_record *effect, const double 
 const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energetics_of_curves,
                                                    .joint_force = evaluate_force,
                                                    .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
-                                                   .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative)};
+                                                   .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative),
+                                                   .stores_none = true};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -76,7 +76,8 @@ const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.derivatives = 1,
                                                    .energetics = energetics,
                                                    .joint_force = evaluate_force,
                                                    .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
-                                                   .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative)};
+                                                   .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative),
+                                                   .stores_none = true};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

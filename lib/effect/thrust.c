@@ -45,7 +45,8 @@ const kt_effect_kind KT_EFFECT(kt_effect_thrust) = {.energetics = energetics,
                                                     .wrench = evaluate_wrench,
                                                     .jacobian = KT_IF_JACOBIAN(write_jacobian),
                                                     .time_derivative = KT_IF_JACOBIAN(write_time_derivative),
-                                                    .derivatives = 1};
+                                                    .derivatives = 1,
+                                                    .stores_none = true};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -267,6 +267,8 @@ static void draw(group *g, int n, kt_random *random) {
     }
     if (n % 4 == 3)
         kt_load_add(&loads, &g->tree, n % 8 == 7, random);
+    else if (n % 4 == 1)
+        kt_load_add_formulas(&loads, &g->tree, random);
     g->run = kt_run_default();
     g->run.integrator = methods[n % 6];
     g->run.step = n % 6 == 3 ? 0.01 : 0.0;

@@ -109,7 +109,8 @@ static kt_effect *add_formula(kt_load_list *list, kt_tree *tree) {
 }
 
 /* Forces by formulas: in a joint, with corners of time; between two ends; on a body, of all that markers do. */
-static void add_formulas(kt_load_list *list, kt_tree *tree, kt_random *random) {
+void kt_load_add_formulas(kt_load_list *list, kt_tree *tree, kt_random *random) {
+    tree->description.effects = list->effect;
     const int bodies = (int)tree->description.body_count, body = kt_random_int(random, 0, bodies - 1);
     const char *joint = draw_joint(tree, random), *name = tree->body[body].name;
     if (joint) {
@@ -149,5 +150,5 @@ void kt_load_add(kt_load_list *list, kt_tree *tree, bool formulas, kt_random *ra
         add(list, tree, KT_EFFECT_CUSTOM, random);
     }
     if (formulas)
-        add_formulas(list, tree, random);
+        kt_load_add_formulas(list, tree, random);
 }

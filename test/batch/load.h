@@ -16,4 +16,7 @@ typedef struct kt_load_list {
  * lane. */
 void kt_load_add(kt_load_list *list, kt_tree *tree, bool formulas, kt_random *random);
 
+/* Adds those by formulas alone, which store no energy. */
+void kt_load_add_formulas(kt_load_list *list, kt_tree *tree, kt_random *random);
+
 #endif
