@@ -18,27 +18,40 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* How many at once: as many as a vector of the instruction set has lanes, or those of several, which hide each other's
- * latency. gcc 12 takes eight lanes in vectors of four apart so that they wait for each other through memory (1.7 times the
- * time). A processor without vectors of doubles (a Cortex-M7) computes angles one by one. The bits are the same.
- * KT_TAKEN: q[i[k]] in lane k. */
+/* How many at once: GROUPS vectors of as many as the instruction set has lanes. A vector's operations wait for each other,
+ * and a processor does not look so far ahead that it would find those of the next one: they stand operation by operation
+ * side by side. A processor without vectors of doubles (a Cortex-M7) computes angles one by one. The bits are the same.
+ * KT_TAKEN: q[i[k]] in lane k, not by way of memory, which would have to be waited for. */
 #if defined(__arm__)
-enum { LANES = 1 };
+enum { LANES = 1, GROUPS = 1 };
+#define KT_FOLLOWING                                                                                                   \
+    { 0 }
 #define KT_TAKEN(q, i)                                                                                                 \
     { (q)[(i)[0]] }
-#elif defined(__AVX2__) && !defined(__AVX512F__)
-enum { LANES = 4 };
+#elif defined(__AVX512F__)
+enum { LANES = 8, GROUPS = 3 };
+#define KT_FOLLOWING                                                                                                   \
+    { 0, 1, 2, 3, 4, 5, 6, 7 }
+#define KT_TAKEN(q, i)                                                                                                 \
+    { (q)[(i)[0]], (q)[(i)[1]], (q)[(i)[2]], (q)[(i)[3]], (q)[(i)[4]], (q)[(i)[5]], (q)[(i)[6]], (q)[(i)[7]] }
+#elif defined(__AVX2__)
+enum { LANES = 4, GROUPS = 3 };
+#define KT_FOLLOWING                                                                                                   \
+    { 0, 1, 2, 3 }
 #define KT_TAKEN(q, i)                                                                                                 \
     { (q)[(i)[0]], (q)[(i)[1]], (q)[(i)[2]], (q)[(i)[3]] }
 #else
-enum { LANES = KT_SINCOS_LANES };
+enum { LANES = 2, GROUPS = 4 };
+#define KT_FOLLOWING                                                                                                   \
+    { 0, 1 }
 #define KT_TAKEN(q, i)                                                                                                 \
-    { (q)[(i)[0]], (q)[(i)[1]], (q)[(i)[2]], (q)[(i)[3]], (q)[(i)[4]], (q)[(i)[5]], (q)[(i)[6]], (q)[(i)[7]] }
+    { (q)[(i)[0]], (q)[(i)[1]] }
 #endif
 
 typedef double kt_v8 __attribute__((vector_size(8 * LANES)));
 typedef double kt_v8_anywhere __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 typedef int64_t kt_i8 __attribute__((vector_size(8 * LANES)));
+typedef int32_t kt_place8 __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
 
 #define KT_V8(x) ((x) - (kt_v8){0.0}) /* x, also of -0 */
 #define KT_I8(x) ((x) - (kt_i8){0})
@@ -46,87 +59,121 @@ typedef int64_t kt_i8 __attribute__((vector_size(8 * LANES)));
 
 KT_INLINE kt_v8 kt_v8_choose(kt_i8 mask, kt_v8 a, kt_v8 b) { return (kt_v8)((mask & (kt_i8)a) | (~mask & (kt_i8)b)); }
 
+#define KT_EACH for (int g = 0; g < groups; g++)
+
+/* Taylor's coefficients of the sine and of the cosine, the last first. */
+static const double series[][2] = {
+    {1.0 / 355687428096000.0, -1.0 / 6402373705728000.0},
+    {-1.0 / 1307674368000.0, 1.0 / 20922789888000.0},
+    {1.0 / 6227020800.0, -1.0 / 87178291200.0},
+    {-1.0 / 39916800.0, 1.0 / 479001600.0},
+    {1.0 / 362880.0, -1.0 / 3628800.0},
+    {-1.0 / 5040.0, 1.0 / 40320.0},
+    {1.0 / 120.0, -1.0 / 720.0},
+    {-1.0 / 6.0, 1.0 / 24.0},
+};
+
 /* All lanes; every |x| <= KT_SINCOS_LIMIT. */
-KT_INLINE void kt_v8_sincos(kt_v8 x, kt_v8 *sine, kt_v8 *cosine) {
-    const kt_i8 minus = (kt_i8)x & KT_I8(INT64_MIN);
-    const kt_v8 size = (kt_v8)((kt_i8)x ^ minus); /* so that sine(-0) is -0 */
-    const kt_v8 round = KT_V8(0x1.8p52);          /* adding it leaves the nearest integer in the low bits */
-    const kt_v8 shifted = size * KT_V8(0x1.45f306dc9c883p-1) + round;
-    const kt_i8 quadrant = (kt_i8)shifted;
-    const kt_v8 n = shifted - round;
-    const kt_v8 a = size - n * KT_V8(0x1.921fb544p+0); /* P1 */
-    const kt_v8 p2 = n * KT_V8(0x1.0b4611a6p-34);      /* P2 */
-    const kt_v8 p3 = n * KT_V8(0x1.3198a2ep-69);       /* P3 */
-    const kt_v8 b = a - p2, r = b - p3;
-    const kt_v8 lost = ((a - b) - p2) - n * KT_V8(0x1.b839a252049c1p-104); /* P4 */
-    const kt_v8 e = ((b - r) - p3) + lost;
+KT_INLINE void kt_v8_sincos(const int groups, const kt_v8 *x, kt_v8 *sine, kt_v8 *cosine) {
+    const kt_v8 round = KT_V8(0x1.8p52); /* adding it leaves the nearest integer in the low bits */
+    kt_i8 minus[GROUPS], quadrant[GROUPS];
+    kt_v8 size[GROUPS], n[GROUPS], a[GROUPS], b[GROUPS], p2[GROUPS], p3[GROUPS], r[GROUPS], e[GROUPS];
+    KT_EACH {
+        minus[g] = (kt_i8)x[g] & KT_I8(INT64_MIN);
+        size[g] = (kt_v8)((kt_i8)x[g] ^ minus[g]); /* so that sine(-0) is -0 */
+        n[g] = size[g] * KT_V8(0x1.45f306dc9c883p-1) + round;
+        quadrant[g] = (kt_i8)n[g];
+        n[g] -= round;
+    }
+    KT_EACH a[g] = size[g] - n[g] * KT_V8(0x1.921fb544p+0); /* P1 */
+    KT_EACH p2[g] = n[g] * KT_V8(0x1.0b4611a6p-34);         /* P2 */
+    KT_EACH p3[g] = n[g] * KT_V8(0x1.3198a2ep-69);          /* P3 */
+    KT_EACH b[g] = a[g] - p2[g];
+    KT_EACH r[g] = b[g] - p3[g];
+    KT_EACH {
+        const kt_v8 lost = ((a[g] - b[g]) - p2[g]) - n[g] * KT_V8(0x1.b839a252049c1p-104); /* P4 */
+        e[g] = ((b[g] - r[g]) - p3[g]) + lost;
+    }
 
-    const kt_v8 z = r * r;
-    kt_v8 p = KT_V8(1.0 / 355687428096000.0);
-    p = p * z - KT_V8(1.0 / 1307674368000.0);
-    p = p * z + KT_V8(1.0 / 6227020800.0);
-    p = p * z - KT_V8(1.0 / 39916800.0);
-    p = p * z + KT_V8(1.0 / 362880.0);
-    p = p * z - KT_V8(1.0 / 5040.0);
-    p = p * z + KT_V8(1.0 / 120.0);
-    p = p * z - KT_V8(1.0 / 6.0);
-    const kt_v8 s = r + (e + z * (r * p - KT_V8(0.5) * e));
+    kt_v8 z[GROUPS], p[GROUPS], c[GROUPS];
+    KT_EACH {
+        z[g] = r[g] * r[g];
+        p[g] = KT_V8(series[0][0]);
+        c[g] = KT_V8(series[0][1]);
+    }
+#pragma GCC unroll 1 /* unrolled, gcc 12 computes one polynomial after the other */
+    for (size_t k = 1; k < sizeof series / sizeof *series; k++)
+        KT_EACH {
+            p[g] = p[g] * z[g] + KT_V8(series[k][0]);
+            c[g] = c[g] * z[g] + KT_V8(series[k][1]);
+        }
 
-    kt_v8 c = KT_V8(-1.0 / 6402373705728000.0);
-    c = c * z + KT_V8(1.0 / 20922789888000.0);
-    c = c * z - KT_V8(1.0 / 87178291200.0);
-    c = c * z + KT_V8(1.0 / 479001600.0);
-    c = c * z - KT_V8(1.0 / 3628800.0);
-    c = c * z + KT_V8(1.0 / 40320.0);
-    c = c * z - KT_V8(1.0 / 720.0);
-    c = c * z + KT_V8(1.0 / 24.0);
-    const kt_v8 half = KT_V8(0.5) * z, one = KT_V8(1.0) - half;
-    const kt_v8 k = one + (((KT_V8(1.0) - one) - half) + (z * z * c - r * e));
+    KT_EACH {
+        const kt_v8 s = r[g] + (e[g] + z[g] * (r[g] * p[g] - KT_V8(0.5) * e[g]));
+        const kt_v8 half = KT_V8(0.5) * z[g], one = KT_V8(1.0) - half;
+        const kt_v8 k = one + (((KT_V8(1.0) - one) - half) + (z[g] * z[g] * c[g] - r[g] * e[g]));
 
-    const kt_i8 swap = -(quadrant & KT_I8(1));
-    const kt_i8 sine_sign = (quadrant & KT_I8(2)) << 62, cosine_sign = ((quadrant + KT_I8(1)) & KT_I8(2)) << 62;
-    *sine = (kt_v8)((kt_i8)kt_v8_choose(swap, k, s) ^ sine_sign ^ minus);
-    *cosine = (kt_v8)((kt_i8)kt_v8_choose(swap, s, k) ^ cosine_sign);
+        const kt_i8 swap = -(quadrant[g] & KT_I8(1));
+        const kt_i8 sine_sign = (quadrant[g] & KT_I8(2)) << 62;
+        const kt_i8 cosine_sign = ((quadrant[g] + KT_I8(1)) & KT_I8(2)) << 62;
+        sine[g] = (kt_v8)((kt_i8)kt_v8_choose(swap, k, s) ^ sine_sign ^ minus[g]);
+        cosine[g] = (kt_v8)((kt_i8)kt_v8_choose(swap, s, k) ^ cosine_sign);
+    }
 }
 
-/* Whether the indices of all lanes are consecutive, as they are in a chain. */
+/* Whether the indices of all lanes are consecutive, as they are in a chain; two are compared in one number. */
 KT_INLINE bool kt_are_neighbours(const int32_t *place) {
-    int32_t off = 0;
-    for (int32_t k = 0; k < LANES; k++)
-        off |= place[k] - place[0] - k;
-    return off == 0;
+    const kt_place8 off = *(const kt_place8 *)place - (kt_place8)KT_FOLLOWING - place[0];
+    uint64_t pair[(LANES + 1) / 2] = {0}, all = 0;
+    memcpy(pair, &off, sizeof off);
+    for (int k = 0; k < (LANES + 1) / 2; k++)
+        all |= pair[k];
+    return all == 0;
 }
-
-/* Not lane by lane through memory, which would have to be waited for. */
-KT_INLINE kt_v8 kt_v8_gather(const double *q, const int32_t *i) { return (kt_v8)KT_TAKEN(q, i); }
 
 /* Replaces those of angles beyond the limit. */
-static void take_large(kt_v8 x, size_t lanes, double *sine, double *cosine) {
-    for (size_t k = 0; k < lanes; k++)
-        if (!(fabs(x[k]) <= KT_SINCOS_LIMIT)) {
-            sine[k] = sin(x[k]);
-            cosine[k] = cos(x[k]);
+static void take_large(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
+    for (size_t k = 0; k < count; k++) {
+        const double x = q[angle[k]];
+        if (!(fabs(x) <= KT_SINCOS_LIMIT)) {
+            sine[k] = sin(x);
+            cosine[k] = cos(x);
         }
+    }
+}
+
+/* Those of some vectors; `left` receives the sign of a size that is too large. */
+KT_INLINE void take_groups(const int groups, const double *q, const int32_t *angle, kt_i8 *left, double *sine,
+                           double *cosine) {
+    kt_v8 x[GROUPS], s[GROUPS], c[GROUPS];
+    KT_EACH {
+        const int32_t *i = angle + g * LANES;
+        if (kt_are_neighbours(i))
+            x[g] = *(const kt_v8_anywhere *)(q + i[0]);
+        else
+            x[g] = (kt_v8)KT_TAKEN(q, i);
+        *left |= (kt_i8)KT_V8(KT_SINCOS_LIMIT) - ((kt_i8)x[g] & KT_I8(INT64_MAX));
+    }
+    kt_v8_sincos(groups, x, s, c);
+    KT_EACH {
+        *(kt_v8_anywhere *)(sine + g * LANES) = s[g];
+        *(kt_v8_anywhere *)(cosine + g * LANES) = c[g];
+    }
 }
 
 void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
-    for (size_t i = 0; i < count; i += LANES) {
-        const size_t lanes = count - i < LANES ? count - i : LANES;
-        kt_v8 x, s, c;
-        if (lanes == LANES && kt_are_neighbours(angle + i))
-            x = *(const kt_v8_anywhere *)(q + angle[i]);
-        else
-            x = kt_v8_gather(q, angle + i);
-        /* Bits of sizes compare like the sizes, with what is not finite beyond all: a difference of them is negative
-         * where a size is too large. (Comparisons of eight lanes at once are taken apart by the compiler.) */
-        const kt_i8 left = (kt_i8)KT_V8(KT_SINCOS_LIMIT) - ((kt_i8)x & KT_I8(INT64_MAX));
-        int64_t beyond = 0;
-        for (int k = 0; k < LANES; k++)
-            beyond |= left[k];
-        kt_v8_sincos(x, &s, &c);
-        *(kt_v8_anywhere *)(sine + i) = s;
-        *(kt_v8_anywhere *)(cosine + i) = c;
-        if (beyond < 0)
-            take_large(x, lanes, sine + i, cosine + i);
-    }
+    /* Bits of sizes compare like the sizes, with what is not finite beyond all: a difference of them is negative where a
+     * size is too large. All are asked at the end, since lanes are asked one by one. */
+    const size_t room = (count + KT_SINCOS_LANES - 1) / KT_SINCOS_LANES * KT_SINCOS_LANES;
+    kt_i8 left = {0};
+    int64_t beyond = 0;
+    size_t i = 0;
+    for (; GROUPS > 1 && i < count && i + GROUPS * LANES <= room; i += GROUPS * LANES)
+        take_groups(GROUPS, q, angle + i, &left, sine + i, cosine + i);
+    for (; i < count; i += LANES)
+        take_groups(1, q, angle + i, &left, sine + i, cosine + i);
+    for (int k = 0; k < LANES; k++)
+        beyond |= left[k];
+    if (beyond < 0)
+        take_large(q, angle, count, sine, cosine);
 }

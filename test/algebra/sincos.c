@@ -181,6 +181,37 @@ KT_TEST(an_angle_has_the_same_bits_in_any_company) {
     kt_check_equal_int("angles whose bits differ", different, 0);
 }
 
+/* Vectors are computed several at once, and what is left over alone. */
+static void same_bits_in_any_number(const char *what, gather *kernel) {
+    enum { MOST = 56 };
+    kt_random random = kt_random_of_test();
+    double q[MOST], alone[2][MOST][KT_SINCOS_LANES], sine[MOST], cosine[MOST];
+    int32_t index[MOST];
+    int different = 0;
+    for (int32_t i = 0; i < MOST; i++) {
+        q[i] = i % 19 == 5 ? 1e9 : kt_random_uniform(&random, -1e3, 1e3);
+        index[i] = i;
+        take(kernel, q, &i, 1, alone[0][i], alone[1][i]);
+    }
+    for (size_t count = 1; count <= MOST; count++) {
+        take(kernel, q, index, count, sine, cosine);
+        for (size_t i = 0; i < count; i++)
+            different += memcmp(&sine[i], &alone[0][i][0], sizeof *sine) != 0 ||
+                         memcmp(&cosine[i], &alone[1][i][0], sizeof *cosine) != 0;
+    }
+    kt_check_equal_int(what, different, 0);
+}
+
+KT_TEST(angles_have_the_same_bits_in_any_number) {
+    same_bits_in_any_number("angles whose bits differ by the baseline", kt_sincos_gather_baseline);
+#ifdef KT_ISAS
+    if (kt_isa_resolve(KT_ISA_V3) == KT_ISA_V3)
+        same_bits_in_any_number("angles whose bits differ by v3", kt_sincos_gather_v3);
+    if (kt_isa_resolve(KT_ISA_V4) == KT_ISA_V4)
+        same_bits_in_any_number("angles whose bits differ by v4", kt_sincos_gather_v4);
+#endif
+}
+
 static void same_bits(const char *what, gather *kernel) {
     kt_random random = kt_random_of_test();
     static double x[GROUP], sine[2][GROUP], cosine[2][GROUP];
