@@ -25,11 +25,11 @@
  * What is computed in lanes: the recursions over trees, in space and in the plane, with every joint and with armature;
  * effects, of which bushings, thrusts and a caller's own are evaluated lane by lane within a group (those by formulas make
  * all effects be evaluated state by state, as are the rates of own states, and their forces enter the lanes); the stages of
- * explicit methods, the rates of quaternions and their norms; motion and Jacobians of frames. Of mechanisms that move in planes and whose loops hold
- * points together, or to lines, that nothing drives (linkages of pins and sliders), in groups of fewer than 40
- * coordinates, accelerations and the closing of loops after steps: in closed form or by QR with pivots of each state's
- * own. A state next to a singular position, or whose loops need more than the usual iterations, is computed by itself.
- * Other models with loops are computed state by state, as are the states that a lane cannot compute; kt_batch_report
+ * explicit methods, the rates of quaternions and their norms; motion and Jacobians of frames. Of mechanisms with loops, in
+ * planes and in space, driven ones too, all groups of which are pins or have dense matrices of fewer than 40 coordinates,
+ * accelerations and the closing of loops after steps: in closed form or by QR with pivots of each state's
+ * own. A state next to a singular position, or whose loops need more than the usual iterations, is computed by itself,
+ * as are other models with loops (many-at-once.md names them) and the states that a lane cannot compute; kt_batch_report
  * counts both.
  *
  * One thread may use a batch at a time, but for kt_batch_compute_block, by which several share the work. Only
@@ -227,7 +227,7 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
 
 /* Several simulations that run at once, each with steps, error control, events and records of its own, the stages of their
  * steps in lanes. What each gives are the bits of kt_simulation_run, whatever the others are. In lanes: trees, and
- * mechanisms in planes whose loops a batch has in lanes (their loops are closed after steps state by state), with effects
+ * mechanisms whose loops a batch has in lanes (their loops are closed after steps state by state), with effects
  * and own states, by explicit methods (auto while the motion is not stiff), without works, and such that their models
  * differ in nothing but the initial state, gravity, masses, centres of mass, inertias and lengths. All else is run one
  * after the other, counted and said why. Events are sought after each step of a lane, on its dense output; a step in which

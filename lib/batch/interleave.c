@@ -46,7 +46,7 @@ static bool are_equal(const void *a, const void *end, const void *b) {
 static bool settings_agree(const kt_model *a, const kt_model *b) {
     return a->bytes == b->bytes && a->shape == b->shape && a->kernels == b->kernels && a->forward == b->forward &&
            a->sweep == b->sweep && a->reduction == b->reduction && a->metric == b->metric && a->driven == b->driven &&
-           (a->disagreement > 0.0) == (b->disagreement > 0.0);
+           (a->disagreement > 0.0) == (b->disagreement > 0.0) && (a->n.group == 0 || a->length == b->length);
 }
 
 /* Of the arrays, which lie in the order of KT_MODEL_FIELDS, what lanes do not have of their own: all but the initial state,
