@@ -97,6 +97,8 @@ kt_forward_call kt_closed_forward;
 kt_forward_call kt_slip_forward;
 void kt_slip_add(kt_model *model);
 double kt_slip_power(const kt_model *model, const kt_data *data);
+/* Lets the directions data->slip follow slip that has turned away from them, in the state q, v. Returns whether any did. */
+bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v);
 /* Refuses a model in which hard contacts slip, for derivatives: these would leave the friction out. */
 KT_CHECKED kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error);
 

@@ -14,17 +14,25 @@
  * is an error.
  *
  * e jumps where s passes through zero, which ends a step that would go beyond (simulation/contact.c). So that the steps before see
- * no jump, e is -s / |s| where s . d < 0, with d the direction in which the contact began to slip; and d where s = 0. While slip is
- * slow e follows s at a rate of mu N / (m |s|), without bound where slip begins: what s has across d there is rounding, and is left
- * out up to `still`, as is slip as slow as that.
+ * no jump, e is -s / |s| where s . d < 0, with d the direction in which the contact began to slip, or which slip had where a step
+ * began, if it had turned from d by more than 26 degrees; and d where s = 0. Across s . d = 0, away from zero, e jumps all the same: a d that stays
+ * behind would let slip come near to this line, and stay there. While slip is slow e follows s at a rate of mu N / (m |s|), without bound where
+ * slip begins: what s has across d there is rounding, and is left out up to `still`, as is slip as slow as that.
  *
- * Where slip is slow and grows, e is that of a moment later, so that this rate is bounded: with s' the rate of s under these forces
+ * Where slip is slow, e is that of a moment later, so that this rate is bounded: with s' the rate of s under these forces
  *
- *     s + tau s' = sigma e,   sigma >= 0,   tau = tau0 (1 - |s| / s0)^2,   |s| <= s0
+ *     s + tau s' = sigma e,   sigma >= 0
  *
- * which is an implicit step of length tau, and at s = 0 the direction in which slip begins. Across e it makes an error of the
- * acceleration of tau times that of s along e, times the rate at which e turns: all in all tau0 s0 times this rate, of the velocity. s'
- * is affine in the forces at all contacts that slip, and linear/coulomb.h has the iteration for the directions.
+ * which is an implicit step of length tau, and at s = 0 the direction in which slip begins. Where |s| grows, tau = tau0 (1 - |s| / s0)^2,
+ * |s| <= s0. Where friction could hold the contact, by the part x of its force that is left then, slip comes to rest at a rate of x a, with a
+ * what friction alone would take from it, and tau is no more than
+ *
+ *     |s| / (2 x a) (1 - 10 x)^2,   x <= 1 / 10
+ *
+ * so that sigma is half of |s|: next to the limit slip follows its forces for much longer than it turns, and where x is larger, it
+ * comes to rest before that is stiff. Across e this makes an error of the acceleration of tau times that of s along e, times the rate at which
+ * e turns: all in all tau0 s0 times this rate, of the velocity. s' is affine in the forces at all contacts that slip, and
+ * linear/coulomb.h has the iteration for the directions.
  *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results on
  * Painleve paradoxes, Eur. J. Mech. A 18, 1999.
@@ -42,8 +50,11 @@
 static const double wedged = 1e-9;
 /* A slip velocity that is nothing, m/s. */
 static const double still = 1e-14;
-/* tau0, s; and s0, m/s. */
-static const double ahead = 4e-7, slow = 4e-6;
+/* tau0, s; and s0, m/s; one over the largest x. */
+static const double ahead = 4e-7, slow = 4e-6, shrinking = 10.0;
+
+/* d follows slip that is faster than this, m/s, where the cosine of its angle with s is less than that. */
+static const double directed = 1e-11, aligned = 0.9;
 
 void kt_slip_add(kt_model *model) {
     model->n.slip++;
@@ -219,12 +230,11 @@ typedef struct slow_slip {
     double W[9 * SLIPS * SLIPS], unit;
 } slow_slip;
 
-/* tau; 0 of a contact that is not slow, or has not begun to slip in a direction that is known. */
+/* tau of slip that grows; 0 of a contact that is not slow, or has not begun to slip in a direction that is known. */
 static double time_ahead(const kt_data *data, size_t k) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
     const double part = 1.0 - hypot(s[0], s[1]) / slow;
-    const bool has_begun = (d[0] != 0.0 || d[1] != 0.0) && s[0] * d[0] + s[1] * d[1] >= 0.0;
-    return has_begun && part > 0.0 ? ahead * part * part : 0.0;
+    return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? ahead * part * part : 0.0;
 }
 
 /* Slip velocities of all contacts. */
@@ -283,7 +293,7 @@ static kt_status find_response(const kt_model *model, kt_data *data, const kt_dy
     return status;
 }
 
-/* All contacts that slip, in the directions that they have; those that are slow look ahead. */
+/* All contacts that slip, in the directions that they have. */
 static void set_items(const kt_model *model, const kt_data *data, slow_slip *p) {
     p->c.n = (int)model->n.slip;
     p->c.rows = p->c.stride = 3 * p->c.n;
@@ -291,33 +301,49 @@ static void set_items(const kt_model *model, const kt_data *data, slow_slip *p) 
     for (int i = 0; i < p->c.rows; i++)
         p->c.line[i] = i;
     for (size_t k = 0; k < model->n.slip; k++) {
-        const double tau = time_ahead(data, k), *e = data->slip_direction + 2 * k;
+        const double *e = data->slip_direction + 2 * k;
         p->to.mode[k] = KT_COULOMB_SLIP;
         memcpy(p->to.e[k], e, sizeof p->to.e[k]);
-        p->c.item[k] = (kt_coulomb_item){.type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS,
+        p->c.item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
                                          .row = (int)(3 * k),
                                          .across = (int)(3 * k + 1),
-                                         .friction = friction_of(model, k)};
-        for (size_t i = 0; i < 2 && tau > 0.0; i++)
-            p->c.b[3 * k + 1 + i] += data->slip_velocity[2 * k + i] / tau;
+                                         .friction = friction_of(model, k),
+                                         .e = {e[0], e[1]}};
+    }
+}
+
+/* tau, by the force that would hold the contact while the others slip as they do. */
+static double limited_time_ahead(const kt_data *data, slow_slip *p, int k) {
+    kt_coulomb_item *item = &p->c.item[k];
+    const int x = item->across, y = x + 1;
+    const double *s = data->slip_velocity + 2 * k, most = time_ahead(data, (size_t)k);
+    const double response = 0.5 * (kt_coulomb_entry(&p->c, x, x) + kt_coulomb_entry(&p->c, y, y));
+    kt_coulomb_solution held = p->to;
+    kt_coulomb_system system;
+    if (!(most > 0.0))
+        return 0.0;
+    held.mode[k] = KT_COULOMB_STICK;
+    item->type = KT_COULOMB_CONE;
+    kt_coulomb_linear(&p->c, &held, &system);
+    item->type = KT_COULOMB_SLIPS;
+    const double friction = item->friction * held.p[item->row], excess = friction - hypot(held.p[x], held.p[y]);
+    const double part = fmax(0.0, 1.0 - shrinking * excess / friction);
+    return excess > 0.0 ? fmin(most, 0.5 * hypot(s[0], s[1]) / (response * excess) * part * part) : most;
+}
+
+/* Lets those that are slow look ahead, from the directions that they have. */
+static void look_ahead(const kt_data *data, slow_slip *p) {
+    double tau[SLIPS];
+    for (int k = 0; k < p->c.n; k++)
+        tau[k] = limited_time_ahead(data, p, k);
+    for (int k = 0; k < p->c.n; k++) {
+        const double *s = data->slip_velocity + 2 * k, size = hypot(s[0], s[1]) + still;
+        p->c.item[k].type = tau[k] > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
+        for (int i = 0; i < 2 && tau[k] > 0.0; i++)
+            p->c.b[p->c.item[k].across + i] += size * p->to.e[k][i] / tau[k];
     }
     for (int i = 0; i < p->c.rows; i++)
         p->c.size = fmax(p->c.size, fabs(p->c.b[i]));
-}
-
-/* Gives those that do not grow, sigma <= |s|, the directions that they have. Returns whether there are any. */
-static bool hold_shrinking(const kt_data *data, slow_slip *p) {
-    bool some = false;
-    for (int k = 0; k < p->c.n; k++) {
-        const double *s = data->slip_velocity + 2 * k, *u = p->to.u + 3 * k + 1, *e = p->to.e[k];
-        if (p->c.item[k].type != KT_COULOMB_CONE ||
-            (u[0] * e[0] + u[1] * e[1]) * time_ahead(data, (size_t)k) > hypot(s[0], s[1]))
-            continue;
-        p->c.item[k].type = KT_COULOMB_SLIPS;
-        memcpy(p->to.e[k], data->slip_direction + 2 * k, sizeof p->to.e[k]);
-        some = true;
-    }
-    return some;
 }
 
 /* N where some slip is slow, and directions e of this. */
@@ -329,11 +355,8 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
     if (status != KT_OK)
         return status;
     set_items(model, data, &p);
-    bool found;
-    do
-        found = kt_coulomb_iterate(&p.c, &p.to);
-    while (hold_shrinking(data, &p));
-    if (found)
+    look_ahead(data, &p);
+    if (kt_coulomb_iterate(&p.c, &p.to))
         for (size_t k = 0; k < n; k++)
             memcpy(data->slip_direction + 2 * k, p.to.e[k], sizeof p.to.e[k]);
     for (size_t k = 0; k < n; k++) {
@@ -345,6 +368,23 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         data->slip_matrix[n * n + k] = -p.c.b[3 * k] * p.unit;
     }
     return solve(model, data, at->t, error);
+}
+
+/* ---- slip that turns --------------------------------------------------------------------------------------------- */
+
+bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v) {
+    bool any = false;
+    find_rates(model, data, q, v, data->slip_velocity);
+    for (size_t k = 0; k < model->n.slip; k++) {
+        const double *s = data->slip_velocity + 2 * k, size = hypot(s[0], s[1]);
+        double *d = data->slip + 2 * k;
+        if (!(size > directed) || s[0] * d[0] + s[1] * d[1] >= aligned * size)
+            continue;
+        for (size_t i = 0; i < 2; i++)
+            d[i] = s[i] / size;
+        any = true;
+    }
+    return any;
 }
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */

@@ -78,11 +78,19 @@ static double direction_of(const kt_model *model, const kt_contact *contact) {
     return (model->set & contact->back) != 0 ? -1.0 : 1.0;
 }
 
-/* What is watched of friction of a contact: what is left of the cone, or the slip along the direction in which it began. */
+/* The slip of a contact along its direction, by the last evaluation. */
+static double slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact) {
+    size_t slips = 0;
+    for (int i = 0; i < contact->loop; i++)
+        slips += model->loop[i].slips > 0;
+    const double *s = data->slip_velocity + 2 * slips, *d = data->slip + 2 * slips;
+    return s[0] * d[0] + s[1] * d[1];
+}
+
+/* What is watched of friction of a contact: what is left of the cone, or the slip along its direction. */
 static double friction_of(const struct kt_contacts *c, const kt_instant *at, int k) {
     const kt_model *model = at->model;
     const kt_contact *friction = &c->item[k], *contact = &c->item[friction->of];
-    size_t slips = 0;
     if (!kt_contact_is_closed(model, contact))
         return 1.0;
     if (kt_contact_is_closed(model, friction)) {
@@ -90,10 +98,7 @@ static double friction_of(const struct kt_contacts *c, const kt_instant *at, int
         return kt_contact_coefficient(model, friction) * c->reaction[kt_contact_row(model, contact)] -
                hypot(tangent[0], tangent[1]);
     }
-    for (int i = 0; i < contact->loop; i++)
-        slips += model->loop[i].slips > 0;
-    const double *s = at->data->slip_velocity + 2 * slips, *d = at->data->slip + 2 * slips;
-    return s[0] * d[0] + s[1] * d[1] + turned;
+    return slip_along(model, at->data, contact) - friction->simulation->memory.closes_at[k] + turned;
 }
 
 /* The gaps of open contacts, and the reactions of closed ones. */
@@ -150,15 +155,18 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
     return 0;
 }
 
+/* Whether contact k is due at this instant: what an event before it has settled has the other side again. */
+static bool is_due(const kt_simulation *simulation, int k) {
+    return simulation->event_root[k].due && simulation->event_memory[k].side < 0;
+}
+
 /* Closed contacts whose reactions end at this instant: this one, and others that are due. */
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const kt_contact *contact = user;
     struct kt_contacts *c = simulation->contacts;
-    uint64_t due = contact->bit;
-    (void)what;
+    uint64_t due = what->side < 0 ? contact->bit : 0;
     for (int k = 0; k < c->n; k++)
-        if (simulation->event_root[k].due)
-            due |= c->item[k].bit;
+        due |= is_due(simulation, k) ? c->item[k].bit : 0;
     c->met = due & ~simulation->model->set;
     const kt_status status = simulation->contact_calls->resolve(simulation, due & simulation->model->set, error);
     c->met = 0;
@@ -466,6 +474,56 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_
     return KT_OK;
 }
 
+/* ---- slip that turns --------------------------------------------------------------------------------------------- */
+
+/* Hands the directions of slip to the data of a model, or takes them from there. */
+static void copy_directions(kt_simulation *simulation, bool takes) {
+    const struct kt_contacts *c = simulation->contacts;
+    double *d = simulation->data->slip;
+    for (size_t i = 0; i < simulation->model->n.loop; i++)
+        for (int k = 0; simulation->model->loop[i].slips > 0 && k < c->sides; k++)
+            if (c->item[k].loop == (int)i) {
+                double *own = simulation->memory.slip[k];
+                memcpy(takes ? own : d, takes ? d : own, sizeof simulation->memory.slip[k]);
+                d += 2;
+            }
+}
+
+static void follow(kt_simulation *simulation) { copy_directions(simulation, false); }
+
+/* Where slip has turned in the present state, its direction is taken anew; where it begins, what rounding has left of it against that
+ * is where it comes to rest. Returns whether any has changed. */
+static bool follow_slip(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model;
+    const double *y = kt_integrator_state(simulation->integrator);
+    if (model->n.slip == 0)
+        return false;
+    simulation->cached = KT_CACHED_NOTHING;
+    bool changes = kt_slip_follow(model, simulation->data, y, y + simulation->size.nq);
+    copy_directions(simulation, true);
+    for (int k = c->sides; k < c->n; k++) {
+        if (!kt_contact_rubs(c, k) || kt_contact_is_closed(model, &c->item[k]) ||
+            !kt_contact_is_closed(model, &c->item[c->item[k].of]))
+            continue;
+        const double along = slip_along(model, simulation->data, &c->item[c->item[k].of]);
+        double *rest = &simulation->memory.closes_at[k];
+        changes = changes || (*rest < 0.0 && along > *rest);
+        *rest = fmin(fmax(*rest, along), 0.0);
+    }
+    return changes;
+}
+
+/* Before a step. Where directions change, forces in the present state are what they were but for rounding; a simulation that is restored
+ * here has the same. */
+static kt_status begin_step(kt_simulation *simulation, kt_error *error) {
+    if (follow_slip(simulation)) {
+        kt_integrator_change(simulation->integrator, true);
+        simulation->contacts->time = simulation->event_time = (double)NAN;
+    }
+    return simulation->contacts->begin(simulation, error);
+}
+
 /* What is left open where it touches, or slips from rest, comes to the free side first, or sinks (event.c). Where closing others has
  * moved it beyond its boundary, by what is open where they touch, it comes back to where it is now: a bounce may be lower than that. */
 static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
@@ -482,6 +540,9 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
         if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
             simulation->event_memory[k].side = -1;
     }
+    for (int k = c->sides; k < c->n; k++)
+        simulation->memory.closes_at[k] = -HUGE_VAL;
+    (void)follow_slip(simulation);
     c->time = (double)NAN; /* values of the same state are others now */
     return status;
 }
@@ -532,18 +593,6 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     return watch_open(simulation, t, error);
 }
 
-/* Hands the directions in which contacts began to slip to the data of a model. */
-static void follow(kt_simulation *simulation) {
-    const struct kt_contacts *c = simulation->contacts;
-    double *d = simulation->data->slip;
-    for (size_t i = 0; i < simulation->model->n.loop; i++)
-        for (int k = 0; simulation->model->loop[i].slips > 0 && k < c->sides; k++)
-            if (c->item[k].loop == (int)i) {
-                memcpy(d, simulation->memory.slip[k], sizeof simulation->memory.slip[k]);
-                d += 2;
-            }
-}
-
 static const kt_contact_calls calls = {.open = open_all, .resolve = resolve, .follow = follow};
 
 /* The contacts, and behind them friction. */
@@ -592,8 +641,11 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     for (int k = 0; k < c->sides; k++) /* compile/hard.c */
         simulation->contact_released |= model->loop[c->item[k].loop].contact ? 0 : c->item[k].bit;
     simulation->memory.released = simulation->contact_released;
+    c->rubs = false;
     for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
-        if (!kt_contact_rubs(c, k))
+        if (kt_contact_rubs(c, k))
+            c->rubs = true;
+        else
             c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
     kt_status status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
@@ -604,6 +656,12 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
                                 .record = simulation->records_contacts,
                                 .direction = KT_DIRECTION_FALLING};
         status = kt_simulation_event_add(simulation, &event, error);
+    }
+    if (status == KT_OK && c->rubs) {
+        c->watch = *simulation->watch;
+        c->begin = c->watch.begin;
+        c->watch.begin = begin_step;
+        simulation->watch = &c->watch;
     }
     simulation->contact_count = n;
     simulation->contact_mask = c->mask;

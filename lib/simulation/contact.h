@@ -52,6 +52,9 @@ struct kt_contacts {
     size_t inverse_size;  /* bytes of inverse_memory */
     const kt_model *all;  /* all are closed: of the equations */
     kt_data *data;        /* of `all` */
+    bool rubs;            /* some have friction */
+    kt_event_watch watch; /* that of events, with what is done where slip turns */
+    kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* that of events */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
 

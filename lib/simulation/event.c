@@ -592,7 +592,8 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     simulation->event_memory[k] = (kt_event_memory){.corner = (double)NAN};
     simulation->event_root[k] = (kt_event_root){.due = 0};
     simulation->event_time = (double)NAN;
-    simulation->watch = &watch;
+    if (simulation->watch == NULL) /* contacts have their own (contact.c) */
+        simulation->watch = &watch;
     return KT_OK;
 }
 
