@@ -1,8 +1,8 @@
 /* Models in MJCF and URDF, read here and by today's MuJoCo (mujoco_wasm.mjs, by npm's @mujoco/mujoco; KT_MUJOCO_WASM
  * names its folder): the same mass matrix, bias force, places of bodies, forces of springs, dampers, motors and servos,
- * and accelerations, at random states.
+ * and accelerations, at random states; and the residuals of equalities.
  *
- * Contacts, friction and equalities are left out in both: MuJoCo's are soft. KT_ROBOT_FILES names more files, apart by
+ * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. KT_ROBOT_FILES names more files, apart by
  * blanks; what one of both refuses is said. */
 #include "check.h"
 #include "match.h"
@@ -35,16 +35,17 @@ typedef struct pair {
     kt_scene scene;
     kt_model *model;
     kt_data *data;
-    int body_count, joint_count, nq, nv;
+    int body_count, joint_count, nq, nv, equality_count;
     body *bodies;
     joint *joints;
+    char (*equalities)[NAME];
     int *of; /* our velocity of each of theirs */
     double *q, *v, *a, *tau, *matrix;
-    double *qpos, *qvel, *mass, *bias, *force, *qacc, *xpos, *xmat;
+    double *qpos, *qvel, *mass, *bias, *force, *qacc, *xpos, *xmat, *residual;
 } pair;
 
 typedef struct findings {
-    kt_worst weight, mass, bias, place, turn, force, acceleration;
+    kt_worst weight, mass, bias, place, turn, force, acceleration, residual;
 } findings;
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
@@ -64,9 +65,9 @@ static bool read_numbers(FILE *from, double *values, size_t count) {
     return true;
 }
 
-/* Counts and indices, up to four. */
+/* Counts and indices, up to five. */
 static bool read_integers(FILE *from, int count, int *const *values) {
-    double read[4];
+    double read[5];
     if (!read_numbers(from, read, (size_t)count))
         return false;
     for (int i = 0; i < count; i++)
@@ -74,14 +75,20 @@ static bool read_integers(FILE *from, int count, int *const *values) {
     return true;
 }
 
+static size_t state_size(const pair *p) {
+    const size_t nv = (size_t)p->nv;
+    return (size_t)p->nq + nv * nv + 4 * nv + 12 * (size_t)p->body_count + 6 * (size_t)p->equality_count;
+}
+
 static bool read_header(FILE *from, pair *p) {
-    if (!read_integers(from, 4, (int *const[]){&p->body_count, &p->joint_count, &p->nq, &p->nv}))
+    if (!read_integers(from, 5, (int *const[]){&p->body_count, &p->joint_count, &p->nq, &p->nv, &p->equality_count}))
         return false;
     const size_t bodies = (size_t)p->body_count, nq = (size_t)p->nq, nv = (size_t)p->nv;
     p->bodies = calloc(bodies + 1, sizeof *p->bodies);
     p->joints = calloc((size_t)p->joint_count + 1, sizeof *p->joints);
-    p->qpos = calloc(nq + nv * nv + 4 * nv + 12 * bodies + 1, sizeof *p->qpos);
-    if (p->bodies == NULL || p->joints == NULL || p->qpos == NULL)
+    p->equalities = calloc((size_t)p->equality_count + 1, sizeof *p->equalities);
+    p->qpos = calloc(state_size(p) + 1, sizeof *p->qpos);
+    if (p->bodies == NULL || p->joints == NULL || p->equalities == NULL || p->qpos == NULL)
         return false;
     p->qvel = p->qpos + nq;
     p->mass = p->qvel + nv;
@@ -90,6 +97,7 @@ static bool read_header(FILE *from, pair *p) {
     p->qacc = p->force + nv;
     p->xpos = p->qacc + nv;
     p->xmat = p->xpos + 3 * bodies;
+    p->residual = p->xmat + 9 * bodies;
     for (int i = 0; i < p->body_count; i++)
         if (fscanf(from, "%199s", p->bodies[i].name) != 1 || !read_number(from, &p->bodies[i].mass))
             return false;
@@ -98,14 +106,14 @@ static bool read_header(FILE *from, pair *p) {
         if (fscanf(from, "%199s", j->name) != 1 || !read_integers(from, 3, (int *const[]){&j->type, &j->q, &j->v}))
             return false;
     }
+    for (int i = 0; i < p->equality_count; i++)
+        if (fscanf(from, "%199s", p->equalities[i]) != 1)
+            return false;
     return true;
 }
 
 /* All of a state stands in the order of the array. */
-static bool read_state(FILE *from, pair *p) {
-    return read_numbers(from, p->qpos,
-                        (size_t)p->nq + (size_t)p->nv * (size_t)p->nv + 4 * (size_t)p->nv + 12 * (size_t)p->body_count);
-}
+static bool read_state(FILE *from, pair *p) { return read_numbers(from, p->qpos, state_size(p)); }
 
 /* Compiles the tree, without loops; what only loops move needs them. Dry friction is a constraint of MuJoCo's, and
  * servos reach the limits of their forces by corners there, and smoothly here. */
@@ -156,6 +164,7 @@ static void release(pair *p) {
     kt_scene_free(&p->scene);
     free(p->bodies);
     free(p->joints);
+    free(p->equalities);
     free(p->qpos);
     free(p->of);
     free(p->q);
@@ -249,6 +258,67 @@ static void compare_places(const pair *p, findings *f) {
     }
 }
 
+static kt_pose place_of(const pair *p, const kt_end *end) {
+    const int carrier = end->body != NULL ? our_body(p->model, end->body) : 0;
+    kt_pose own = kt_pose_identity();
+    own.position = end->at;
+    if (end->rotation.type != KT_ROTATION_NONE)
+        (void)!kt_rotation_evaluate(&end->rotation, &own.rotation, NULL);
+    return kt_pose_compose(carrier > 0 ? kt_body_pose(p->model, p->data, carrier) : kt_pose_identity(), own);
+}
+
+/* The distance of both points along the world's axes; of a weld also the vector part of the quaternion between both,
+ * whose norm is the sine of half the angle. */
+static void compare_ends(const pair *p, const kt_loop *loop, const double *theirs, kt_worst *worst) {
+    const kt_pose a = place_of(p, &loop->between[0]), b = place_of(p, &loop->between[1]);
+    const kt_vec3 d = kt_vec3_sub(a.position, b.position);
+    const double apart[3] = {d.x, d.y, d.z}, scale = fmax(1.0, kt_vec3_norm(d));
+    for (int k = 0; k < 3; k++)
+        kt_worst_near(worst, apart[k], theirs[k], 1e-14 * scale, "%s, %d", loop->name, k);
+    if (loop->type != KT_LOOP_WELD)
+        return;
+    const kt_mat3 between = kt_mat3_multiply(kt_mat3_transpose(a.rotation), b.rotation);
+    const double angle = kt_vec3_norm(kt_euler_vector_from_matrix(between));
+    kt_worst_near(worst, sin(0.5 * angle), kt_vec3_norm(kt_vec3_make(theirs[3], theirs[4], theirs[5])), 1e-14,
+                  "%s, sine of half the angle", loop->name);
+}
+
+/* The sum of a linear coupling of joints. Formulas, and lengths of tendons, are compared with MuJoCo 2.2.2 (mjcf_mujoco.c). */
+static bool compare_coupling(const pair *p, const kt_loop *loop, double theirs, kt_worst *worst) {
+    double sum = -loop->offset;
+    for (int k = 0; k < loop->term_count; k++) {
+        const joint *of = NULL;
+        for (int j = 0; j < p->joint_count; j++)
+            if (same_name(loop->terms[k].joint, p->joints[j].name))
+                of = &p->joints[j];
+        if (of == NULL)
+            return false;
+        sum += loop->terms[k].coefficient * p->qpos[of->q];
+    }
+    if (loop->formula == NULL)
+        kt_worst_near(worst, sum, theirs, 1e-14 * fmax(1.0, fabs(theirs)), "%s", loop->name);
+    return loop->formula == NULL;
+}
+
+/* Returns how many equalities are compared. */
+static int compare_equalities(const pair *p, kt_worst *worst) {
+    int compared = 0;
+    for (int i = 0; i < p->equality_count; i++)
+        for (int k = 0; k < p->scene.description.loop_count; k++) {
+            const kt_loop *loop = &p->scene.description.loops[k];
+            const double *theirs = p->residual + (size_t)6 * (size_t)i;
+            if (loop->name == NULL || !same_name(loop->name, p->equalities[i]))
+                continue;
+            if (loop->type == KT_LOOP_COUPLING) {
+                compared += compare_coupling(p, loop, *theirs, worst);
+            } else {
+                compare_ends(p, loop, theirs, worst);
+                compared++;
+            }
+        }
+    return compared;
+}
+
 /* Masses stand in the file; of links of URDF that are fixed to each other MuJoCo makes one. */
 static void compare_masses(const pair *p, findings *f, double bound) {
     for (int i = 1; i < p->body_count; i++)
@@ -279,31 +349,38 @@ static void compare_forces(pair *p, findings *f, double bound) {
     compare_vector(&f->acceleration, p, p->a, p->qacc, 100.0 * bound);
 }
 
-/* The bound is that of matrices, forces and places; accelerations have a hundred times it. */
-static void compare_states(FILE *from, pair *p, double bound) {
-    findings f = {kt_worst_make("masses"),       kt_worst_make("mass matrix"), kt_worst_make("bias force"),
-                  kt_worst_make("place, m"),     kt_worst_make("orientation"), kt_worst_make("forces"),
-                  kt_worst_make("accelerations")};
+/* The bound is that of matrices, forces and places; accelerations have a hundred times it. Returns how many equalities are
+ * compared. */
+static int compare_states(FILE *from, pair *p, double bound) {
+    findings f = {kt_worst_make("masses"),        kt_worst_make("mass matrix"),
+                  kt_worst_make("bias force"),    kt_worst_make("place, m"),
+                  kt_worst_make("orientation"),   kt_worst_make("forces"),
+                  kt_worst_make("accelerations"), kt_worst_make("residuals of equalities")};
+    int equalities = 0;
     const bool has_forces = kt_model_nv(p->model) == p->nv;
     for (int n = 0; n < STATES; n++) {
         const bool is_read = read_state(from, p);
         set_state(p);
         if (!is_read || compute(p) != KT_OK) {
             (void)kt_check_true(is_read ? "a state is computed" : "a state is read", false);
-            return;
+            return 0;
         }
         compare_matrix(&f.mass, p, bound);
         compare_vector(&f.bias, p, p->tau, p->bias, bound);
         compare_places(p, &f);
+        equalities += compare_equalities(p, &f.residual);
         if (has_forces)
             compare_forces(p, &f, bound);
     }
     compare_masses(p, &f, bound);
-    const kt_worst *all[] = {&f.weight, &f.mass, &f.bias, &f.place, &f.turn, &f.force, &f.acceleration};
-    for (int i = 0; i < 7; i++)
+    const kt_worst *all[] = {&f.weight, &f.mass, &f.bias, &f.place, &f.turn, &f.force, &f.acceleration, &f.residual};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
         if (all[i]->count > 0)
             kt_check_worst(all[i]);
+    return equalities;
 }
+
+static int equalities_compared; /* of all files and states */
 
 /* Returns whether both read the next file. One that either refuses is told. */
 static bool compare_next(FILE *from, const char *path, double bound) {
@@ -321,7 +398,7 @@ static bool compare_next(FILE *from, const char *path, double bound) {
         for (int n = 0; n < STATES && !read; n++)
             (void)read_state(from, &p);
         if (read)
-            compare_states(from, &p, bound);
+            equalities_compared += compare_states(from, &p, bound);
     }
     release(&p);
     return read;
@@ -361,9 +438,13 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/arm.urdf", 4e-14},        {MODELS "/mjcf/tendons.xml", 4e-14}, {MODELS "/mjcf/meshes.xml", 1e-6},
         {MODELS "/mjcf/servos.xml", 4e-14}, {MODELS "/mjcf/attach.xml", 4e-14},
     };
+    equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
-    if (read >= 0)
+    if (read >= 0) {
         kt_check_equal_int("files that both read", read, count);
+        kt_check_equal_int("equalities compared", equalities_compared,
+                           (6 + 3) * STATES); /* of ties.xml and attach.xml */
+    }
 }
 
 KT_TEST(files_that_are_named_are_those_that_mujoco_of_today_reads) {

@@ -3,9 +3,11 @@
 //     node mujoco_wasm.mjs PACKAGE STATES FILE...
 //
 // Words apart by blanks. Of each file: its path, then `refused` and the reason on a line, or `read` and
-//     nbody njnt nq nv;  of each body its name (`.`: it has none) and mass;  of each joint its name, type and dofs;
+//     nbody njnt nq nv neq;  of each body its name (`.`: it has none) and mass;  of each joint its name, type and dofs;
+//     of each equality its name;
 // and of each random state
-//     qpos, qvel, mass matrix, bias force, forces of springs, dampers and actuators, qacc, xpos, xmat.
+//     qpos, qvel, mass matrix, bias force, forces of springs, dampers and actuators, qacc, xpos, xmat, residuals of
+//     equalities, six numbers each.
 // Blanks in names are written as `_`.
 import fs from "node:fs";
 import path from "node:path";
@@ -61,17 +63,31 @@ function set_random_state(model, data) {
     mujoco.mj_normalizeQuat(model, data.qpos);
 }
 
+// After all else of the state, which is without constraints.
+function residuals(model, data) {
+    const constraint = mujoco.mjtDisableBit.mjDSBL_CONSTRAINT.value, count = new Array(model.neq).fill(0);
+    const rows = new Array(6 * model.neq).fill(0);
+    model.opt.disableflags &= ~constraint;
+    mujoco.mj_fwdPosition(model, data);
+    for (let row = 0; row < data.ne; row++)
+        rows[6 * data.efc_id[row] + count[data.efc_id[row]]++] = data.efc_pos[row];
+    model.opt.disableflags |= constraint;
+    return rows;
+}
+
 function describe(file) {
     const model = mujoco.MjModel.from_xml_path(file);
     const data = new mujoco.MjData(model), matrix = new mujoco.DoubleBuffer(model.nv ** 2 || 1);
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT.value;
     for (const ranges of [model.actuator_forcerange, model.jnt_actfrcrange])
         ranges?.forEach((_, i) => (ranges[i] = i % 2 ? Infinity : -Infinity));
-    say(["read", model.nbody, model.njnt, model.nq, model.nv]);
+    say(["read", model.nbody, model.njnt, model.nq, model.nv, model.neq]);
     for (let i = 0; i < model.nbody; i++)
         say([name_of(model.body(i)), model.body_mass[i]]);
     for (let i = 0; i < model.njnt; i++)
         say([name_of(model.jnt(i)), model.jnt_type[i], model.jnt_qposadr[i], model.jnt_dofadr[i]]);
+    for (let i = 0; i < model.neq; i++)
+        say([name_of(model.eq(i))]);
     for (let n = 0; n < states; n++) {
         set_random_state(model, data);
         mujoco.mj_forward(model, data);
@@ -79,6 +95,7 @@ function describe(file) {
             mujoco.mj_fullM(model, data, matrix);
         say(data.qpos, data.qvel, matrix.GetView().subarray(0, model.nv ** 2), data.qfrc_bias,
             data.qfrc_passive?.map((x, i) => x + data.qfrc_actuator[i]), data.qacc, data.xpos, data.xmat);
+        say(residuals(model, data));
     }
     for (const thing of [matrix, data, model])
         thing.delete();
