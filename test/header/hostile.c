@@ -457,8 +457,13 @@ const char *__asan_default_options(void);
 const char *__asan_default_options(void) { return "allocator_may_return_null=1"; }
 #endif
 
+/* OpenBLAS's threads do not survive fork: a child that called it would wait for them. */
+extern void openblas_set_num_threads(int count) __attribute__((weak));
+
 static void run_all(int which) {
     static fixture *kept[3]; /* for the life of the program: what lies in it is never released */
+    if (openblas_set_num_threads != NULL)
+        openblas_set_num_threads(1);
     fixture *f = kept[which] = make(which);
     const size_t count = sizeof calls / sizeof *calls;
     int crashed = 0, failed = 0;

@@ -19,11 +19,15 @@ static curve compiled(kt_function function) {
     return c;
 }
 
-/* Largest jump of value (0), first (1) and second (2) derivative from just before t to just after. */
-static double jump(const curve *c, double t, int order) {
-    double left[3], right[3];
+/* The jump of value (0), first (1) or second (2) derivative from just before t to just after. rounding: what it is where it
+ * is continuous, at most, by the next derivative over that time and by roundings of the terms. */
+static double jump(const curve *c, double t, int order, double *rounding) {
+    double left[3], right[3], largest = 1.0;
     kt_curve_evaluate(&c->of, c->numbers, t - 4.0 * DBL_EPSILON * fabs(t), left);
     kt_curve_evaluate(&c->of, c->numbers, t + 4.0 * DBL_EPSILON * fabs(t), right);
+    for (int i = 0; i < 3; i++)
+        largest = fmax(largest, fmax(fabs(left[i]), fabs(right[i])));
+    *rounding = 32.0 * DBL_EPSILON * fmax(1.0, fabs(t)) * largest;
     return fabs(right[order] - left[order]);
 }
 
@@ -31,19 +35,24 @@ static double jump(const curve *c, double t, int order) {
  * derivative cannot be asked for). */
 static void check_corners(const char *name, kt_function function, int count, const double *times, const int *orders) {
     const curve c = compiled(function);
-    double t = -1.0;
+    double t = -1.0, rounding;
+    kt_worst continuous = kt_worst_make("continuous below");
     kt_check_equal_int(name, kt_curve_has_corners(&c.of), count > 0);
     for (int k = 0; k < count; k++) {
         const kt_corner corner = kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL);
         kt_check_near("time, s", corner.time, times[k], 0.0);
         if (!kt_check_equal_int("order", corner.order, orders[k]) || corner.order < 1)
             return;
-        for (int order = 0; order < corner.order && order < 3; order++)
-            kt_check_below("continuous below", jump(&c, corner.time, order), 1e-9);
-        if (corner.order < 3)
-            kt_check_above("jumps", jump(&c, corner.time, corner.order), 1e-3);
+        for (int order = 0; order < corner.order && order < 3; order++) {
+            const double by = jump(&c, corner.time, order, &rounding);
+            kt_worst_below(&continuous, by, rounding, "%g s, order %d", corner.time, order);
+        }
+        if (corner.order < 3) /* the least of all is 1/3 */
+            kt_check_above("jumps", jump(&c, corner.time, corner.order, &rounding), 0.1);
         t = corner.time;
     }
+    if (count > 0)
+        kt_check_worst(&continuous);
     kt_check_equal_int("no further one", kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL).time == HUGE_VAL, 1);
 }
 

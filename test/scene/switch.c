@@ -5,6 +5,7 @@
 #include "kinetree/scene.h"
 #include "kinetree/sensitivity.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -143,7 +144,7 @@ static bool release_scene(const char *text, double t_end, int j, double speed, d
     "simulate: {duration: 10, until: \"marker.stone.centre.y < -5\", tolerance: 1e-12}\n"
 
 /* From rest at the height of the pivot, released 45 degrees behind the lowest point: v^2 = 2 g sqrt(1/2), and from there a
- * parabola. */
+ * parabola. The energy is that of rest at the pivot's height, 0. Bounds: a hundred times the tolerance, 1e-12. */
 static void check_parabola(const char *text) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5", "rodas5p"};
     const double s = sqrt(0.5), g = 9.81, v = sqrt(2.0 * g * s);
@@ -158,9 +159,9 @@ static void check_parabola(const char *text) {
         kt_check_near("x speed", r.v[0][0], -v * s, 1e-10);
         kt_check_near("y speed", r.v[0][1], v * s, 1e-10);
         kt_check_equal_bits("nothing jumps", r.v[1], r.v[0], 3);
-        kt_check_near("flight, s", r.time[2] - r.time[1], flight, 1e-10);
-        kt_check_near("range, m", r.q[2][0], -s - v * s * flight, 1e-9);
-        kt_check_near("energy", r.total[2], r.total[0], 1e-9);
+        kt_check_near("flight, s", r.time[2] - r.time[1], flight, 1e-11);
+        kt_check_near("range, m", r.q[2][0], -s - v * s * flight, 1e-10);
+        kt_check_near("energy", r.total[2], 0.0, 1e-10);
         kt_check_near("dissipated", r.dissipated[2], 0.0, 1e-12);
     }
 }
@@ -209,12 +210,12 @@ KT_TEST(stops_and_contacts_are_released_and_engaged) {
     if (run_scene(FLOORS(""), "dopri5", &r) && kt_check_equal_int("rows", r.count, 5)) {
         kt_check_near("lies", r.q[0][0], 0.0, 1e-15);
         kt_check_true("closed before, not behind", r.set[0] != 0 && r.set[1] == 0);
-        kt_check_near("spread, s", r.time[2], 1.0 + sqrt(1.0 / g), 1e-12);
+        kt_check_near("spread, s", r.time[2], 1.0 + sqrt(1.0 / g), 16.0 * DBL_EPSILON);
         kt_check_near("speed there, m/s", r.v[3][0], -sqrt(g), 1e-11);
         kt_check_near("the net holds it", r.q[4][0], -1.0, 1e-15);
         kt_check_near("at rest", r.v[4][0], 0.0, 1e-15);
-        kt_check_near("no table holds the other one", r.q[4][3], -0.5 * g, 1e-11);
-        kt_check_near("dissipated: both falls, and into the net", r.dissipated[4], 3.0 * g, 1e-10);
+        kt_check_near("no table holds the other one", r.q[4][3], -0.5 * g, 1e-12);
+        kt_check_near("dissipated: both falls, and into the net", r.dissipated[4], 3.0 * g, 1e-12);
     }
 }
 
@@ -241,7 +242,7 @@ KT_TEST(a_floor_above_what_has_fallen_is_refused) {
         const uint64_t all = (uint64_t)1 << kt_loop_switch(model, kt_loop_find(model, "net.lower"));
         kt_check_equal_int("the net is released", (long long)kt_simulation_released(simulation), (long long)all);
         kt_check_true("fails", kt_simulation_advance(simulation, 3.0, &error) != KT_OK);
-        kt_check_near("when, s", kt_simulation_time(simulation), 1.2, 1e-12);
+        kt_check_near("when, s", kt_simulation_time(simulation), 1.2, 16.0 * DBL_EPSILON);
         kt_check_contains("words", error.message, "beyond its boundary");
         const kt_contact_counts counts =
             kt_simulation_contacts(simulation); /* what lay on has not closed again at 0.8 s */
@@ -274,17 +275,19 @@ static const char clutch[] =
     "  - {name: grip, when: t - 0.5, direction: rising, then: [{engage: clutch}, {release: drive}]}\n"
     "simulate: {duration: 2, until: t - 1, tolerance: 1e-12}\n";
 
-/* At 0.5 s the engine turns at 20 rad/s: the common speed is (0.3 20 - 0.5 2) / 0.8, and the loss 0.3 0.5 / 0.8 22^2 / 2. */
+/* At 0.5 s the engine turns at 20 rad/s: the common speed is (0.3 20 - 0.5 2) / 0.8, and the loss 0.3 0.5 / 0.8 22^2 / 2.
+ * Constant accelerations are integrated exactly: what differs is rounding. */
 KT_TEST(a_clutch_that_grips_loses_what_two_discs_do) {
     rows r;
     if (!run_scene(clutch, "dopri5", &r) || !kt_check_equal_int("rows", r.count, 3))
         return;
-    kt_check_near("engine before", r.v[0][0], 20.0, 1e-10);
-    kt_check_near("engine behind", r.v[1][0], 6.25, 1e-10);
-    kt_check_near("load behind", r.v[1][1], 6.25, 1e-10);
-    kt_check_near("lost, J", r.dissipated[1] - r.dissipated[0], 0.5 * 0.3 * 0.5 / 0.8 * 22.0 * 22.0, 1e-9);
-    kt_check_near("nothing drives it any more", r.v[2][0], 6.25, 1e-10);
-    kt_check_near("energy", r.total[2], r.total[0], 1e-9);
+    const double lost = 0.5 * 0.3 * 0.5 / 0.8 * 22.0 * 22.0, rounding = 64.0 * DBL_EPSILON;
+    kt_check_near("engine before", r.v[0][0], 20.0, 20.0 * rounding);
+    kt_check_near("engine behind", r.v[1][0], 6.25, 6.25 * rounding);
+    kt_check_near("load behind", r.v[1][1], 6.25, 6.25 * rounding);
+    kt_check_near("lost, J", r.dissipated[1] - r.dissipated[0], lost, lost * rounding);
+    kt_check_near("nothing drives it any more", r.v[2][0], 6.25, 6.25 * rounding);
+    kt_check_near("energy", r.total[2], r.total[0], r.total[0] * rounding);
 }
 
 /* ---- a rimless wheel --------------------------------------------------------------------------------------------- */
@@ -319,17 +322,23 @@ KT_TEST(a_rimless_wheel_keeps_what_each_impact_leaves) {
     rows r;
     if (!run_scene(text, "dop853", &r) || !kt_check_equal_int("rows", r.count, 10))
         return;
+    /* Errors at a tolerance of 1e-12 add up over five steps of the wheel. */
+    kt_worst speeds = kt_worst_make("speeds, rad/s"), energies = kt_worst_make("lost so far, and energy, J"),
+             hub = kt_worst_make("hub, m");
     double speed = first, lost = 0.0;
     for (int k = 0; k < 5; k++) {
         const double before = sqrt(speed * speed + 2.0 * g * sin(slope) / (1.0 + inertia));
         speed = before * (inertia + 0.5) / (1.0 + inertia);
         lost += 0.5 * (1.0 + inertia) * (before * before - speed * speed);
-        kt_check_near("speed before", r.v[2 * k][2], -before, 1e-10);
-        kt_check_near("speed behind", r.v[2 * k + 1][2], -speed, 1e-10);
-        kt_check_near("lost so far, J", r.dissipated[2 * k + 1], lost, 1e-9);
-        kt_check_near("energy", r.total[2 * k + 1], r.total[0], 1e-9);
-        kt_check_near("hub, m", r.q[2 * k][0], 0.5 + k, 1e-10);
+        kt_worst_near(&speeds, r.v[2 * k][2], -before, 1e-11, "before impact %d", k);
+        kt_worst_near(&speeds, r.v[2 * k + 1][2], -speed, 1e-11, "behind impact %d", k);
+        kt_worst_near(&energies, r.dissipated[2 * k + 1], lost, 1e-10, "lost, impact %d", k);
+        kt_worst_near(&energies, r.total[2 * k + 1], r.total[0], 1e-10, "impact %d", k);
+        kt_worst_near(&hub, r.q[2 * k][0], 0.5 + k, 1e-11, "impact %d", k);
     }
+    kt_check_worst(&speeds);
+    kt_check_worst(&energies);
+    kt_check_worst(&hub);
 }
 
 /* ---- a trebuchet ------------------------------------------------------------------------------------------------- */
@@ -677,7 +686,8 @@ KT_TEST(a_coin_spins_to_its_end) {
         kt_check_true("ends in words", status != KT_OK && strlen(error.message) > 20);
         kt_check_contains("where", error.where, "joint 'carriage'");
         kt_check_near("when, over the law", kt_simulation_time(simulation) / end, 1.0, 0.05);
-        kt_check_below("inclination", fabs(q[TILT]), 0.01);
+        kt_check_below("inclination", fabs(q[TILT]),
+                       1e-5); /* of 0.1 at the start: flat, as nearly as steps come to it */
     }
     kt_simulation_free(simulation);
     kt_model_free(model);

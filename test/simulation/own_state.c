@@ -155,13 +155,14 @@ KT_TEST(records_have_the_states_of_the_motion) {
     (void)kt_fine("fine", kt_simulation_run(s, keep, &fine, &error), &error);
     kt_simulation_free(s);
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
-        /* Errors of the state: the tolerance of adaptive methods, or h^p of fixed steps, times the growth of some 100.
+        /* Errors of the state: the tolerance of adaptive methods, or h^p of fixed steps, times the growth of some 1000.
          * That of implicit-euler, 0.1, would show nothing. */
         const char *name = methods[k].name;
         const bool first = strcmp(name, "implicit-euler") == 0,
                    second = strcmp(name, "bdf2") == 0 || strcmp(name, "two-step") == 0 || strcmp(name, "rkc2") == 0;
         if (first)
             continue;
+        const double bound = second ? 3e-4 : methods[k].step > 0.0 ? 1e-8 : 1e-6;
         kt_worst worst = {.what = methods[k].name};
         run = run_by(methods[k].name, methods[k].step);
         s = kt_scene_simulate(m.model, &run, NULL);
@@ -170,7 +171,7 @@ KT_TEST(records_have_the_states_of_the_motion) {
         kt_check_equal_int("records", coarse.count, fine.count);
         for (int i = 0; i < fine.count && i < coarse.count; i++)
             for (int c = 0; c < NUMBERS; c++)
-                kt_worst_near(&worst, coarse.y[i][c], fine.y[i][c], second ? 3e-4 : 1e-6, "%d.%d", i, c);
+                kt_worst_near(&worst, coarse.y[i][c], fine.y[i][c], bound, "%d.%d", i, c);
         kt_check_worst(&worst);
         kt_simulation_free(s);
     }
@@ -244,8 +245,8 @@ KT_TEST(event_and_rate_of_a_model_without_coordinates) {
     kt_simulation *s = kt_scene_simulate(m.model, &run, &options);
     (void)kt_fine("events", kt_scene_watch_create(&m.scene, m.model, s, NULL, 0, &watch, &error), &error);
     (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);
-    kt_check_near("time", kt_simulation_time(s), 0.3, 1e-9);
-    kt_check_near("decay", kt_simulation_own_states(s)[1], 2.0 * exp(-0.3), 1e-9);
+    kt_check_near("time", kt_simulation_time(s), 0.3, 4.0 * DBL_EPSILON);
+    kt_check_near("decay", kt_simulation_own_states(s)[1], 2.0 * exp(-0.3), 1e-11); /* some tolerances */
     kt_simulation_free(s);
     kt_scene_watch_free(watch);
     end(&m);
@@ -282,6 +283,7 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
     const double v = 10.0 * 0.001 / 2.0 * exp(0.01 * sqrt(acos(-1.0))), x = (1.0 - exp(-1e-4)) / 0.1 * exp(-0.5699);
     mechanism m;
     kt_error error;
+    kt_worst velocity = kt_worst_make("velocity"), level = kt_worst_make("level");
     if (!make(&m, text))
         return;
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
@@ -291,11 +293,14 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
         run.duration = 8.0;
         kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
         (void)kt_fine("advance", kt_simulation_advance(s, 8.0, &error), &error);
-        kt_note("%s", methods[k].name);
-        kt_check_near("velocity", kt_simulation_velocities(s)[0], v, 1e-7);
-        kt_check_near("level", kt_simulation_own_states(s)[0], x, 1e-7);
+        const double bound =
+            strcmp(methods[k].name, "rkc2") == 0 ? 1e-7 : 1e-9; /* errors of order 2 add up over many steps */
+        kt_worst_near(&velocity, kt_simulation_velocities(s)[0], v, bound, "%s", methods[k].name);
+        kt_worst_near(&level, kt_simulation_own_states(s)[0], x, bound, "%s", methods[k].name);
         kt_simulation_free(s);
     }
+    kt_check_worst(&velocity);
+    kt_check_worst(&level);
     end(&m);
 }
 
