@@ -113,20 +113,21 @@ static void integrate(right_hand_side *f, double duration, double *y, size_t n) 
     gsl_odeiv2_driver_free(driver);
 }
 
-/* Relative to the sizes of the components that the motion has. */
+/* Relative to the sizes of the components that the motion has. The worst is that of radau5, whose iteration leaves more
+ * than the tolerance, or of fixed steps at a corner: bounds are some ten times it; of what rests, GSL's tolerance. */
 static void compare(const char *scene, const way *ways, size_t count, double duration, const double *expected,
                     const double *size, size_t n, double bound) {
+    kt_worst worst = kt_worst_make(scene);
     for (size_t k = 0; k < count; k++) {
         double y[NUMBERS];
         size_t found;
-        kt_worst worst = {.what = ways[k].method};
         if (!run(scene, &ways[k], duration, y, &found) ||
             !kt_check_equal_int("numbers", (long long)found, (long long)n))
             continue;
         for (size_t i = 0; i < n; i++)
-            kt_worst_near(&worst, y[i] / size[i], expected[i] / size[i], bound, "%s %zu", scene, i);
-        kt_check_worst(&worst);
+            kt_worst_near(&worst, y[i] / size[i], expected[i] / size[i], bound, "%s %zu", ways[k].method, i);
     }
+    kt_check_worst(&worst);
 }
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
@@ -145,7 +146,7 @@ KT_TEST(thruster_with_a_lag_follows_its_closed_form) {
                                {"radau5", 0.0, 1e-11}, {"rodas5p", 0.0, 1e-11}, {"auto", 0.0, 1e-12},
                                {"ab4", 1e-3, 0.0},     {"rk4", 1e-3, 0.0}};
     const double expected[] = {q, v, x}, size[] = {1.0, 1.0, 1.0};
-    compare("thruster-lag", ways, COUNT(ways), t, expected, size, 3, 1e-9);
+    compare("thruster-lag", ways, COUNT(ways), t, expected, size, 3, 1e-10);
 }
 
 static void against_gsl(const char *scene, right_hand_side *f, const double *start, const double *size, size_t n,
@@ -184,6 +185,6 @@ KT_TEST(block_on_bristles_moves_as_its_equations) {
     static const double start[] = {0.0, 0.0, 0.0}, size[] = {1.0, 1.0, 1e-5};
     static const way ways[] = {{"dopri5", 0.0, 1e-12}, {"dop853", 0.0, 1e-13}, {"radau5", 0.0, 1e-13}},
                      stuck[] = {{"ab4", 1e-4, 0.0}};
-    against_gsl("lugre", block, start, size, 3, 13.0, ways, COUNT(ways), 1e-9);
-    against_gsl("lugre", block, start, size, 3, 7.0, stuck, COUNT(stuck), 1e-9);
+    against_gsl("lugre", block, start, size, 3, 13.0, ways, COUNT(ways), 1e-10);
+    against_gsl("lugre", block, start, size, 3, 7.0, stuck, COUNT(stuck), 1e-13);
 }
