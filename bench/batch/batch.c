@@ -221,8 +221,27 @@ static kt_status make_planar(int n, kt_isa isa, kt_chain *chain, kt_error *error
     return status;
 }
 
+/* A mechanism with its loops and effects, at its initial state. */
+static kt_status compile_whole(const kt_description *description, kt_isa isa, kt_chain *chain, kt_error *error) {
+    kt_model_options options = kt_model_options_default();
+    options.isa = isa;
+    *chain = (kt_chain){.n = 0};
+    kt_status status = kt_model_compile(description, &options, &chain->model, error);
+    if (status == KT_OK)
+        status = kt_data_create(chain->model, &chain->data, error);
+    if (status != KT_OK)
+        return status;
+    chain->n = kt_model_nv(chain->model);
+    chain->nq = kt_model_nq(chain->model);
+    chain->q = calloc((size_t)chain->nq, sizeof *chain->q);
+    if (!chain->q)
+        return KT_ERROR_MEMORY;
+    kt_model_initial(chain->model, chain->q, NULL);
+    return KT_OK;
+}
+
 #ifdef KT_SCENES
-/* A bundled scene, at its initial state. */
+/* A bundled scene: of one without loops the tree alone. */
 static kt_status make_scene(const char *name, kt_isa isa, kt_chain *chain, kt_error *error) {
     kt_scene scene;
     char path[1024];
@@ -230,9 +249,8 @@ static kt_status make_scene(const char *name, kt_isa isa, kt_chain *chain, kt_er
     kt_status status = kt_scene_read(path, &scene, NULL, NULL, error);
     if (status != KT_OK)
         return status;
-    status = kt_chain_of(&scene.description, isa, false, chain, error);
-    if (status == KT_OK && kt_loop_count(chain->model) > 0)
-        kt_model_initial(chain->model, chain->q, chain->v);
+    status = scene.description.loop_count > 0 ? compile_whole(&scene.description, isa, chain, error)
+                                              : kt_chain_of(&scene.description, isa, false, chain, error);
     kt_scene_free(&scene);
     return status;
 }
@@ -301,24 +319,10 @@ static void add_leg(kt_quadruped *r, double x, double y) {
 
 /* Compiles a description that a quadruped has been given. */
 static kt_status compile(kt_quadruped *r, kt_isa isa, kt_chain *chain, kt_error *error) {
-    kt_model_options options = kt_model_options_default();
     r->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
     r->description.bodies = r->body;
     r->description.effects = r->effect;
-    options.isa = isa;
-    *chain = (kt_chain){.n = 0};
-    kt_status status = kt_model_compile(&r->description, &options, &chain->model, error);
-    if (status == KT_OK)
-        status = kt_data_create(chain->model, &chain->data, error);
-    if (status != KT_OK)
-        return status;
-    chain->n = kt_model_nv(chain->model);
-    chain->nq = kt_model_nq(chain->model);
-    chain->q = calloc((size_t)chain->nq, sizeof *chain->q);
-    if (!chain->q)
-        return KT_ERROR_MEMORY;
-    kt_model_initial(chain->model, chain->q, NULL);
-    return KT_OK;
+    return compile_whole(&r->description, isa, chain, error);
 }
 
 /* A leg in a plane: a thigh and a rod behind it, both on the trunk, move a shank. */
