@@ -546,7 +546,7 @@ static kt_status judge(kt_ensemble *e, lane *l) {
     if (status == KT_OK && again)
         return KT_OK;
     if (status == KT_OK)
-        status = kt_simulation_look_back(s, l->repetition++, &l->t_limit, &again, &e->from);
+        status = kt_simulation_check_step(s, l->repetition++, &l->t_limit, &again, &e->from);
     if (status == KT_OK && again)
         status = begin_attempt(l, &e->from);
     if (status == KT_OK && again)

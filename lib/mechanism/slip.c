@@ -331,8 +331,8 @@ static double limited_time_ahead(const kt_data *data, slow_slip *p, int k) {
     return excess > 0.0 ? fmin(most, 0.5 * hypot(s[0], s[1]) / (response * excess) * part * part) : most;
 }
 
-/* Lets those that are slow look ahead, from the directions that they have. */
-static void look_ahead(const kt_data *data, slow_slip *p) {
+/* Predicts the directions of those that are slow, from the ones that they have. */
+static void predict_directions(const kt_data *data, slow_slip *p) {
     double tau[SLIPS];
     for (int k = 0; k < p->c.n; k++)
         tau[k] = limited_time_ahead(data, p, k);
@@ -355,7 +355,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
     if (status != KT_OK)
         return status;
     set_items(model, data, &p);
-    look_ahead(data, &p);
+    predict_directions(data, &p);
     if (kt_coulomb_iterate(&p.c, &p.to))
         for (size_t k = 0; k < n; k++)
             memcpy(data->slip_direction + 2 * k, p.to.e[k], sizeof p.to.e[k]);

@@ -203,7 +203,7 @@ static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_erro
         kt_simulation_begin_try(simulation);
         status = kt_integrator_take_step(simulation->integrator, t_limit, error);
         if (status == KT_OK)
-            status = kt_simulation_look_back(simulation, repetition, &t_limit, &again, error);
+            status = kt_simulation_check_step(simulation, repetition, &t_limit, &again, error);
     }
     return status;
 }

@@ -1,6 +1,6 @@
 /* kt_simulation_take_step in parts, for callers that try the steps of several simulations at once (batch/ensemble.c). `begin_step` puts
  * inputs into force and ends the step at the next corner, `begin_watch` evaluates events where it begins; then, while
- * `again`, `begin_try`, an accepted step of the integrator to *t_limit, and `look_back`, which takes it back where it has
+ * `again`, `begin_try`, an accepted step of the integrator to *t_limit, and `check_step`, which takes it back where it has
  * leapt over a contact or an event happens within it: *t_limit is where the next one is to end. */
 #ifndef KT_SIMULATION_STEP_PARTS_H
 #define KT_SIMULATION_STEP_PARTS_H
@@ -24,8 +24,8 @@ static inline void kt_simulation_begin_try(kt_simulation *simulation) {
     if (KT_HAS_GAP && simulation->watches_gaps && simulation->gap_time != simulation->integrator->memory.t)
         kt_simulation_begin_gaps(simulation);
 }
-static inline kt_status kt_simulation_look_back(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
-                                                kt_error *error) {
+static inline kt_status kt_simulation_check_step(kt_simulation *simulation, int repetition, double *t_limit,
+                                                 bool *again, kt_error *error) {
     *again = KT_HAS_GAP && simulation->watches_gaps && kt_simulation_take_back(simulation, t_limit);
     return KT_HAS_EVENTS && !*again && simulation->watch != NULL
                ? simulation->watch->take_back(simulation, repetition, t_limit, again, error)
