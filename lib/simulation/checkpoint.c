@@ -256,6 +256,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     }
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
+    simulation->memory.piece = memory.piece;
     if (size->panel > 0)
         simulation->panel->known = false;
     memcpy(simulation->torque, from + at.torque, size->user_nv * sizeof(double));

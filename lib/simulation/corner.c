@@ -136,7 +136,7 @@ static double aside(const kt_simulation *simulation, double t) {
 
 void kt_simulation_forget_corners(kt_simulation *simulation) {
     kt_corners *c = &simulation->corners;
-    c->from = c->next = c->begin = c->end = (double)NAN;
+    c->from = c->next = c->begin = c->end = simulation->memory.piece = (double)NAN;
 }
 
 /* Finds the corner after t. Returns whether the accelerations jump at t itself. */
@@ -151,6 +151,7 @@ static bool enter_piece(kt_simulation *simulation, double t) {
         last = fmax(t, next.time);
         next = next_corner(simulation, next.time);
     }
+    simulation->memory.piece = t;
     *c = (kt_corners){.any = true,
                       .own = c->own,
                       .from = t,
@@ -165,6 +166,8 @@ static bool enter_piece(kt_simulation *simulation, double t) {
 kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error) {
     const kt_corners *c = &simulation->corners;
     const double t = kt_integrator_time(simulation->integrator);
+    if (isnan(c->from) && simulation->memory.piece <= t) /* after a checkpoint */
+        (void)enter_piece(simulation, simulation->memory.piece);
     if ((c->from <= t && t < c->next - margin_at(c->next)) || !enter_piece(simulation, t))
         return KT_OK;
     simulation->memory.powers.count = 0;

@@ -51,6 +51,7 @@ typedef struct kt_simulation_memory {
     bool refined;        /* the works of the last step are those of balance.c */
     uint64_t balance_evaluations;
     uint64_t joined; /* states within steps that are not of the dense output (dense.c) */
+    double piece;    /* s, from where the corner after the last step was sought; NaN: not known */
     uint64_t factorizations;
     kt_iterations iterations;
     kt_crossings crossings;
