@@ -79,6 +79,34 @@ KT_TEST(killed_linkage_goes_on_to_the_last_byte) {
     check_break(KT_SCENES "/slider-crank-spring.yaml", "--integrator rk4 --step 1e-3");
 }
 
+/* An event has set the stiffness of a spring before most of the breaks, another one a force; formulas of time have corners;
+ * a joint sticks and slips, and meets a stop. */
+KT_TEST(killed_run_with_events_and_contacts_goes_on_to_the_last_byte) {
+    kt_write_file(
+        "events.yaml",
+        "kinetree: 1\n"
+        "gravity: [0, 0, -9.81]\n"
+        "parameters: {k: 20, pull: 1}\n"
+        "bodies:\n"
+        "  - {name: a, joint: {type: revolute, axis: y, position: 0.5}, mass: 1, shape: {type: rod, to: [0, 0, "
+        "-0.6]}}\n"
+        "  - {name: b, parent: a, joint: {type: revolute, axis: y, at: [0, 0, -0.6], position: 0.3}, mass: 1,\n"
+        "     shape: {type: rod, to: [0, 0, -0.6]}}\n"
+        "effects:\n"
+        "  - {type: joint_spring, joint: a, stiffness: =k}\n"
+        "  - {type: expression, joint: a, force: \"pull*6*sin(3*t)\"}\n"
+        "  - {name: friction, type: joint_friction, joint: b, coulomb: 1, stick: true}\n"
+        "  - {name: stop, type: joint_limit, joint: a, lower: -0.4, restitution: 0.5}\n"
+        "events:\n"
+        "  - {name: harden, when: t - 0.3, limit: 1, then: {set: {k: 2*k}}}\n"
+        "  - {name: turn, when: velocity.a, direction: rising, then: {set: {pull: 1.5 + 0.3*position.b}}}\n");
+    check_break("events.yaml", "--integrator dopri5");
+    kt_expect(1, "it belongs to another scene",
+              "sed 's/k: 2/k: 3/' events.yaml > other.yaml; $K run other.yaml %s --integrator dopri5 --out part.csv "
+              "--resume part.state",
+              options);
+}
+
 KT_TEST(killed_absolute_run_goes_on_to_the_last_byte) {
     check_break(KT_SCENES "/double-pendulum.yaml", "--formulation absolute");
 }

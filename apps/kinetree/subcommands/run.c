@@ -355,6 +355,17 @@ static int write_scene(const kt_outcome *outcome, const char *path) {
     return KT_EXIT_INTEGRATION;
 }
 
+/* Goes on from a checkpoint: numbers of the model that events had set by then are set again. */
+static int resume(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint) {
+    kt_error error;
+    const int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome);
+    if (code >= 0 || outcome->events == NULL ||
+        kt_scene_watch_sync(outcome->events, outcome->simulation, &error) == KT_OK)
+        return code;
+    kt_say_error(&error);
+    return KT_EXIT_INTEGRATION;
+}
+
 /* Opens the file of records: a new one, or the one to which a checkpoint belongs. */
 static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint,
                         const char *out, kt_results *results) {
@@ -364,7 +375,7 @@ static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, 
     }
     if (arguments->resume == NULL)
         return kt_csv_open(&results->csv, out, &results->columns);
-    int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome);
+    const int code = resume(arguments, outcome, checkpoint);
     return code >= 0 ? code : kt_csv_reopen(&results->csv, out, &results->columns, &checkpoint->records);
 }
 
@@ -646,12 +657,11 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
                           kt_integrated_model(outcome->model, outcome->absolute));
     kt_half_turns_begin(&outcome->half_turns, outcome->model);
     kt_simulation_options options = choose_options(arguments, names, outcome, manner);
-    kt_scene_watch *events = NULL;
     unsigned record = 0;
     kt_status status = kt_columns_own_record(outcome->scene, outcome->model, &record, &error);
     options.record |= record;
     if (status == KT_OK)
-        status = create_simulation(outcome, &options, &events, &error);
+        status = create_simulation(outcome, &options, &outcome->events, &error);
     int code = status != KT_OK ? kt_exit_code(status) : -1;
     if (status != KT_OK)
         kt_say_error(&error);
@@ -668,17 +678,13 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     if (code < 0 && (arguments->checkpoint != NULL || arguments->resume != NULL))
         code = kt_checkpoint_open(&checkpoint, arguments->checkpoint, arguments->checkpoint_interval, outcome, &options,
                                   modes);
-    if (code < 0 && events != NULL && kt_scene_watch_sync(events, outcome->simulation, &error) != KT_OK) {
-        kt_say_error(&error);
-        code = KT_EXIT_INTEGRATION;
-    }
     if (code < 0)
         code = run_simulation(arguments, outcome, names, kt_run_record(outcome->run, outcome->model) | options.record,
                               &checkpoint, modes);
     kt_checkpoint_close(&checkpoint);
     kt_mode_watch_free(modes);
     kt_simulation_free(outcome->simulation);
-    kt_scene_watch_free(events);
+    kt_scene_watch_free(outcome->events);
     kt_warnings_free(&outcome->warnings);
     json_decref(outcome->moved);
     return code;

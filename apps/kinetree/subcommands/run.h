@@ -104,6 +104,7 @@ typedef struct kt_outcome {
     const kt_absolute *absolute; /* its absolute formulation, where that is integrated; else NULL */
     const kt_run *run;           /* with the options of the command line applied */
     kt_simulation *simulation;
+    kt_scene_watch *events;       /* those of the scene; NULL: it has none */
     const char *name;             /* the scene's name, or the file's if it has none */
     bool unprojected;             /* --unprojected */
     int64_t records;              /* number of records passed to the recorder */

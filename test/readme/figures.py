@@ -1,0 +1,165 @@
+"""Figures in the text of pages are those of the commands that they name.
+
+figures.py COMMAND SOURCE-ROOT
+
+Each is read from its page and compared with what the command says today, to the digits that the page gives. A page whose
+words have changed so that a figure is not found fails, too.
+"""
+import concurrent.futures
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+COMMAND, ROOT = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+SCENES = ROOT / "apps/scenes"
+QUIET = ("--quiet", "--out", "/dev/null", "--summary", "-")
+
+
+def text_of(page):
+    return (ROOT / "include/pages" / page).read_text()
+
+
+def kinetree(*words, text=None):
+    run = subprocess.run([COMMAND, *map(str, words)], input=text, capture_output=True, text=True)
+    return run.stdout + run.stderr if run.returncode == 0 else f"status {run.returncode}: {run.stderr}"
+
+
+def summary(scene, *options, text=None):
+    """The summary of a run; empty where it fails."""
+    run = subprocess.run([COMMAND, "run", scene, *map(str, options), *QUIET], input=text, capture_output=True, text=True)
+    return json.loads(run.stdout) if run.returncode == 0 else {}
+
+
+def cost(scene, *options, text=None):
+    return summary(scene, *options, text=text).get("cost", {})
+
+
+def digits_of(figure):
+    """Half a unit of the last digit that is given: 0.34 is right to 0.005."""
+    mantissa, _, exponent = figure.replace(",", "").lower().partition("e")
+    return 0.5 * 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+
+
+def differs(name, shown, found):
+    """What is wrong with a figure of a page, as a list."""
+    off = abs(float(shown.replace(",", "")) - found) if isinstance(found, (int, float)) else float("inf")
+    if off <= 1.001 * digits_of(shown):
+        return []
+    return [f"{name}: the page has {shown}, the command says {found}"]
+
+
+def compare(page, pattern, found):
+    """Whether the groups of a pattern, which is on the page once, are the figures found."""
+    places = re.findall(pattern, text_of(page))
+    shown = places[0] if places and isinstance(places[0], tuple) else tuple(places)
+    wrong = [] if len(places) == 1 and len(shown) == len(found) else [f"{page}: '{pattern}' is there {len(places)} times"]
+    for figure, value in zip(shown, found):
+        wrong += differs(pattern, figure, value)
+    claim(f"{page}: {pattern}", wrong)
+
+
+def table(page, head):
+    """The rows of the table under a head, without marks of bold."""
+    lines = text_of(page).split(head, 1)[1].splitlines()[2:]
+    rows = []
+    for line in lines:
+        if not line.startswith("|"):
+            break
+        rows.append([cell.strip().replace("**", "") for cell in line.strip("|").split("|")])
+    return rows
+
+
+# ---- choosing-a-method.md ----------------------------------------------------------------------------------------------
+
+METHODS = "rk4 | rkc4 | dopri5 | tsit5 | dop853 | radau5 | auto"
+DEAR = 50_000  # evaluations a second; a cell with more takes longer than the test should
+
+
+def evaluations(scene, method, setting):
+    found = summary(SCENES / f"{scene}.yaml", "--integrator", method, "--tolerance", setting, "--record", "position", "--interval", 1000)
+    return found["cost"]["evaluations"] / found["time"] if found else None
+
+
+def evaluations_for_an_error():
+    cells = []
+    for row in table("choosing-a-method.md", f"| scene | {METHODS} |"):
+        scene = row[0].partition(":")[0]
+        for method, cell in zip(METHODS.split(" | "), row[1:]):
+            found = re.fullmatch(r"(\d+) \(([\d.e-]+)\)", cell)
+            if method != "rk4" and cell != "-" and (not found or float(found[1]) < DEAR):
+                cells.append((scene, method, found[1] if found else cell, found[2] if found else ""))
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        seen = list(pool.map(lambda cell: evaluations(cell[0], cell[1], cell[3]), cells))
+    wrong = []
+    for (scene, method, shown, _), value in zip(cells, seen):
+        wrong += differs(f"{scene}, {method}", shown, value)
+    note(f"{len(cells)} cells of the table")
+    claim("choosing-a-method.md: the evaluations for an error of 1e-6 are those of its settings",
+          wrong + ([] if len(cells) >= 35 else ["most of the table was not read"]))
+
+
+def governor():
+    scene = SCENES / "flyball-governor.yaml"
+    steps = [cost(scene, "--integrator", method, "--tolerance", tolerance).get("steps") for tolerance in ("1e-6", "1e-8")
+             for method in ("rodas5p", "radau5")]
+    compare("choosing-a-method.md", r"governor: (\d+) against (\d+) at 1e-6, (\d+) against (\d+) at 1e-8", steps)
+    said = kinetree("stability", scene, "--step", "1e-4")
+    rate = re.search(r"^ +-(\d+\.\d+) ", said, flags=re.M)
+    limits = {name: float(step) for name, step in re.findall(r"^  ([\w-]+) +(0\.\d+) ", said, flags=re.M)}
+    wave = re.search(r"undamped oscillation of ([\d.]+) Hz", said)
+    figures = [float(rate[1]) if rate else None, *(limits.get(name, 0.0) * scale for name, scale in
+               (("rk4", 1e3), ("dop853", 1e3), ("rkc2", 1e3), ("rkc4", 1.0))), float(wave[1]) if wave else None]
+    compare("choosing-a-method.md", r"fastest mode decays at (\d+) /s. That bounds `rk4` to ([\d.]+) ms, `dop853` to ([\d.]+) ms, `rkc2` to "
+            r"(\d+) ms and `rkc4` to ([\d.]+) s: for the\nlast two it is the oscillation at ([\d.]+) Hz", figures)
+    warned = kinetree("run", scene, "--integrator", "dopri5", "--out", "/dev/null")
+    quoted = re.search(r'"(the steps of dopri5 are bounded[^"]*)"', text_of("choosing-a-method.md"))
+    words = " ".join(quoted[1].split()) if quoted else "no quotation"
+    claim("choosing-a-method.md: the warning that it quotes is what a run says", [] if words in warned else [words, warned])
+
+
+def strong_damper():
+    page = text_of("choosing-a-method.md")
+    scene = re.search(r"```yaml\n(kinetree: 1\n# stop\.yaml\n.*?)```", page, flags=re.S)[1]
+    counts = [cost("-", *options, text=scene).get("evaluations") for options in (("--integrator", "rk4", "--step", "9e-4"), ())]
+    said = kinetree("stability", "-", "--step", "0.01", text=scene)
+    rate, limit = re.search(r"^ +-(\d+\.\d+) ", said, flags=re.M), re.search(r"^  rk4 +(0\.\d+) ", said, flags=re.M)
+    compare("choosing-a-method.md", r"decays at (\d+) /s: `rk4` must stay below ([\d.]+) ms and takes ([\d,]+) evaluations for these ten seconds, `rkc4` ([\d,]+)\.",
+            [float(rate[1]) if rate else None, 1e3 * float(limit[1]) if limit else None, *counts])
+
+
+# ---- other pages -------------------------------------------------------------------------------------------------------
+
+
+def watch_resolution():
+    wrong, rows = [], table("scene-files.md", "| scene | uncertainty over scale |")
+    for names, shown in rows:
+        for name in names.split(", "):
+            watch = summary(SCENES / f"{name}.yaml").get("energy_watch", {})
+            found = watch.get("uncertainty", float("nan")) / watch.get("scale", 1.0)
+            note(f"{name}: {found:.3g}, the page has {shown}")
+            wrong += differs(name, shown, found)
+    claim("scene-files.md: what the watch of energies can show", wrong + ([] if len(rows) > 8 else ["no table"]))
+
+
+def ten_stops():
+    links = "".join(f"  - {{name: l{i}, {f'parent: l{i - 1}, ' if i else ''}joint: {{type: revolute, axis: y, at: [{int(i > 0)}, 0, 0]}}, mass: 1, "
+                    "shape: {type: rod, to: [1, 0, 0]}}\n" for i in range(10))
+    stops = "".join(f"  - {{name: s{i}, type: joint_limit, joint: l{i}, lower: -1, restitution: 0.5}}\n" for i in range(10))
+    with tempfile.TemporaryDirectory() as folder:
+        scene = pathlib.Path(folder) / "stops.yaml"
+        scene.write_text(f"kinetree: 1\nbodies:\n{links}effects:\n{stops}")
+        said = kinetree("info", scene)
+    found = re.search(r"([\d,]+) models.*?([\d.]+) MB", said, flags=re.S)
+    compare("events.md", r"how many models there are and what they take: ([\d,]+) and (\d+) MB for ten stops",
+            [float(found[i].replace(",", "")) for i in (1, 2)] if found else [None, None])
+
+
+for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops):
+    ask()
+finish()
