@@ -512,7 +512,7 @@ static kt_status act(kt_simulation *simulation, size_t k, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const kt_occurrence what = {.event = event,
                                 .time = t,
-                                .side = (int)simulation->event_memory[k].side,
+                                .side = (int)simulation->event_root[k].side,
                                 .count = ++simulation->event_memory[k].count};
     const int code = event->action != NULL ? event->action(simulation, &what, &from, event->user) : 0;
     if (code < 0)
@@ -520,22 +520,6 @@ static kt_status act(kt_simulation *simulation, size_t k, kt_error *error) {
     if (code > 0 || event->stop)
         simulation->memory.stopped = (int64_t)k + 1;
     return KT_OK;
-}
-
-/* One event that is due. A recorder that asks to stop has its record, and will not be given it again. */
-static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
-    kt_event_root *root = &simulation->event_root[k];
-    const double t = kt_integrator_time(simulation->integrator);
-    kt_status status = KT_OK;
-    if (!root->recorded) {
-        root->recorded = true;
-        status = hand_over(simulation, k, recorder, user, error);
-    }
-    if (status != KT_OK)
-        return status;
-    root->due = root->recorded = false;
-    status = act(simulation, k, error);
-    return status == KT_OK && simulation->event_time != t ? hand_over(simulation, k, recorder, user, error) : status;
 }
 
 /* After actions: an event whose value they changed is on the side of the new value; at zero, on the next one that is
@@ -551,6 +535,25 @@ static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
         if (simulation->event_value[k] != before[k] && k >= kt_simulation_contact_events(simulation))
             simulation->event_memory[k].side = sign_of(simulation->event_value[k]);
     return status;
+}
+
+/* One event that is due. A recorder that asks to stop has its record, and will not be given it again. */
+static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
+    kt_event_root *root = &simulation->event_root[k];
+    const double t = kt_integrator_time(simulation->integrator);
+    kt_status status = KT_OK;
+    if (!root->recorded) {
+        root->recorded = true;
+        status = hand_over(simulation, k, recorder, user, error);
+    }
+    if (status != KT_OK)
+        return status;
+    root->due = root->recorded = false;
+    status = act(simulation, k, error);
+    if (status != KT_OK || simulation->event_time == t)
+        return status;
+    status = renew_sides(simulation, error); /* before the record: a checkpoint there holds them */
+    return status == KT_OK ? hand_over(simulation, k, recorder, user, error) : status;
 }
 
 static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {

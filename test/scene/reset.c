@@ -144,6 +144,62 @@ KT_TEST(checkpoints_hold_what_events_have_set) {
     stop(&b);
 }
 
+/* A checkpoint at each record of events, before and behind what they set. */
+typedef struct saves {
+    kt_simulation *of;
+    char *blocks; /* SAVES_MOST */
+    int count;
+} saves;
+
+enum { SAVES_MOST = 16 };
+
+static int save_at_events(const kt_record *record, void *user) {
+    saves *s = user;
+    if (record->event != NULL && s->count < SAVES_MOST)
+        kt_simulation_save(s->of, s->blocks + (size_t)s->count++ * kt_simulation_state_size(s->of));
+    return 0;
+}
+
+static int ignore(const kt_record *record, void *user) {
+    (void)record, (void)user;
+    return 0;
+}
+
+/* An event whose action moves its own value to the other side happens as often behind a checkpoint that was made in the
+ * record of it. */
+KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
+    static const char charged[] = "kinetree: 1\n"
+                                  "bodies: [{name: rotor, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+                                  "states: {charge: {rate: 1 + velocity.rotor}}\n"
+                                  "effects: [{type: expression, joint: rotor, force: 0.3*charge}]\n"
+                                  "events: [{name: full, when: charge - 1, then: {set: {charge: 0.5*charge}}}]\n"
+                                  "simulate: {duration: 2, integrator: dopri5, tolerance: 1e-8}\n";
+    running a, b;
+    kt_error error = {0};
+    int differ = 0;
+    if (!start(charged, NULL, &a) || !start(charged, NULL, &b))
+        return;
+    saves s = {.of = a.simulation, .blocks = malloc(SAVES_MOST * kt_simulation_state_size(a.simulation))};
+    if (kt_check_true("memory", s.blocks != NULL) &&
+        kt_check_equal_int("runs", kt_simulation_run(a.simulation, save_at_events, &s, &error), KT_OK)) {
+        const double end = kt_simulation_positions(a.simulation)[0];
+        for (int i = 0; i < s.count; i++) {
+            const char *block = s.blocks + (size_t)i * kt_simulation_state_size(a.simulation);
+            const bool fine = kt_simulation_restore(b.simulation, block, &error) == KT_OK &&
+                              kt_scene_watch_sync(b.watch, b.simulation, &error) == KT_OK &&
+                              kt_simulation_run(b.simulation, ignore, NULL, &error) == KT_OK;
+            differ +=
+                !fine || kt_simulation_positions(b.simulation)[0] != end ||
+                kt_simulation_event_count(b.simulation, "full") != kt_simulation_event_count(a.simulation, "full");
+        }
+        kt_check_above("checkpoints", s.count, 5);
+        kt_check_equal_int("ends of other bits", differ, 0);
+    }
+    free(s.blocks);
+    stop(&a);
+    stop(&b);
+}
+
 /* Corners of formulas of time are roots, whose last bits depend on where the search began: steps behind a checkpoint end
  * at the same. Every step is gone on from. */
 KT_TEST(checkpoints_keep_the_corners_of_formulas_of_time) {
