@@ -203,7 +203,7 @@ KT_TEST(coins_agree_with_time_stepping) {
 /* The slip of this coin turns across the direction in which it began; KT_COINS: so many coins, for a second. */
 KT_TEST(coins_whose_slip_turns_run_to_their_end) {
     const char *asked = getenv("KT_COINS");
-    const int first = asked != NULL ? 0 : 1, last = asked != NULL ? atoi(asked) : 2;
+    const int first = asked != NULL ? 0 : 1, last = asked != NULL ? (int)strtol(asked, NULL, 10) : 2;
     for (int n = first; n < last; n++) {
         coin c;
         double x[3];
