@@ -641,8 +641,8 @@ KT_TEST(rocking_block_loses_what_housner_says) {
 KT_TEST(thrown_bodies_agree_with_time_stepping) {
     kt_random random = kt_random_named("thrown");
     const char *asked = getenv("KT_THROWS"), *step = getenv("KT_STEP");
-    const int count = asked != NULL ? atoi(asked) : 400;
-    const double T = 0.6, h = step != NULL ? atof(step) : 1e-4;
+    const int count = asked != NULL ? (int)strtol(asked, NULL, 10) : 400;
+    const double T = 0.6, h = step != NULL ? strtod(step, NULL) : 1e-4;
     double sum = 0.0;
     int thrown = 0;
     for (int n = 0; n < count; n++) {
