@@ -164,7 +164,8 @@ static bool is_due(const kt_simulation *simulation, int k) {
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const kt_contact *contact = user;
     struct kt_contacts *c = simulation->contacts;
-    uint64_t due = what->side < 0 ? contact->bit : 0;
+    (void)what;
+    uint64_t due = simulation->event_memory[contact->index].side < 0 ? contact->bit : 0;
     for (int k = 0; k < c->n; k++)
         due |= is_due(simulation, k) ? c->item[k].bit : 0;
     c->met = due & ~simulation->model->set;
