@@ -8,10 +8,9 @@
  *
  *     (1 - G) N = N0
  *
- * and with these N the accelerations are evaluated once more: k + 2 evaluations where k contacts slip, 2 k + 2 where
- * that is slow (below). Where a contact's
- * 1 - G_ii is not positive friction wedges it in its own direction of slip, and the force has no value, or two (Painleve 1895): this
- * is an error.
+ * and with these N the accelerations are evaluated once more: k + 2 evaluations where k contacts slip, 2 k + 2 where that is slow
+ * (below). Where a contact's 1 - G_ii is not positive friction wedges it in its own direction of slip, and the force has no value, or
+ * two (Painleve 1895): this is an error.
  *
  * e jumps where s passes through zero, which ends a step that would go beyond (simulation/contact.c). So that the steps before see
  * no jump, e is -s / |s| where s . d < 0, with d the direction in which the contact began to slip, or which slip had where a step
@@ -32,7 +31,8 @@
  * so that sigma is half of |s|: next to the limit slip follows its forces for much longer than it turns, and where x is larger, it
  * comes to rest before that is stiff. Across e this makes an error of the acceleration of tau times that of s along e, times the rate at which
  * e turns: all in all tau0 s0 times this rate, of the velocity. s' is affine in the forces at all contacts that slip, and
- * linear/coulomb.h has the iteration for the directions.
+ * linear/coulomb.h has the iteration for the directions. Where that does not converge e is the direction of s, which is counted
+ * (kt_iterations.capped).
  *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results on
  * Painleve paradoxes, Eur. J. Mech. A 18, 1999.
@@ -356,9 +356,10 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         return status;
     set_items(model, data, &p);
     predict_directions(data, &p);
-    if (kt_coulomb_iterate(&p.c, &p.to))
-        for (size_t k = 0; k < n; k++)
-            memcpy(data->slip_direction + 2 * k, p.to.e[k], sizeof p.to.e[k]);
+    const bool found = kt_coulomb_iterate(&p.c, &p.to);
+    for (size_t k = 0; found && k < n; k++)
+        memcpy(data->slip_direction + 2 * k, p.to.e[k], sizeof p.to.e[k]);
+    data->iterations.capped += !found;
     for (size_t k = 0; k < n; k++) {
         const double *e = data->slip_direction + 2 * k, mu = friction_of(model, k);
         for (size_t i = 0; i < n; i++) {
