@@ -73,9 +73,14 @@ int kt_effect_loop(const kt_model *model, int effect, int *component) {
     return record->relative.loop;
 }
 
+/* Whether an effect acts in one coordinate, of a joint or of a loop, and not at its ends. */
+static bool is_in_coordinate(const kt_effect_record *effect) {
+    return effect->ends == 0 || (KT_HAS_RELATIVE && effect->relative.type);
+}
+
 double kt_effect_coordinate(const kt_model *model, const kt_data *data, const double *q, int effect) {
     const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
-    if (KT_IS_OTHER_DATA(NULL, model, data) || !record || !q || (record->ends > 0 && !record->relative.type))
+    if (KT_IS_OTHER_DATA(NULL, model, data) || !record || !q || !is_in_coordinate(record))
         return (double)NAN;
     if (!KT_HAS_RELATIVE || record->ends == 0)
         return q[model->link[record->link[0]].q];
@@ -98,7 +103,7 @@ static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, i
         *count = descriptor->quantity_count;
         return descriptor->quantities;
     }
-    const bool in_coordinate = effect->ends == 0 || (KT_HAS_RELATIVE && effect->relative.type);
+    const bool in_coordinate = is_in_coordinate(effect);
     if (is_formula && !in_coordinate && effect->ends == 2) {
         *count = (int)(sizeof along_line_of_ends / sizeof *along_line_of_ends);
         return along_line_of_ends;
@@ -126,7 +131,7 @@ bool kt_effect_is_sliding(const kt_model *model, int effect) {
     const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
     if (KT_HAS_RELATIVE && record && record->relative.type)
         return kt_relative_is_length((kt_relative)record->relative.type);
-    return record && (record->ends > 0 || model->link[record->link[0]].motion == KT_MOTION_PRISMATIC);
+    return record && (!is_in_coordinate(record) || model->link[record->link[0]].motion == KT_MOTION_PRISMATIC);
 }
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
@@ -141,7 +146,7 @@ typedef struct reading {
 
 static double power_of(const reading *r) {
     double power = r->load.joint_force * r->v;
-    for (int k = 0; k < r->effect->ends && !(KT_HAS_RELATIVE && r->effect->relative.type); k++)
+    for (int k = 0; k < r->effect->ends && !is_in_coordinate(r->effect); k++)
         power += kt_vec3_dot(r->load.wrench[k].force, r->end[k].velocity) +
                  kt_vec3_dot(r->load.wrench[k].moment, r->end[k].omega);
     return power;
@@ -157,7 +162,7 @@ static double along_line(const reading *r, kt_vec3 vector) {
 static double excess_of(const reading *r) {
 #if KT_HAS_GAP
     const kt_effect_kind *kind = kt_effect_kind_of(r->effect->type);
-    const bool in_coordinate = r->effect->ends == 0 || (KT_HAS_RELATIVE && r->effect->relative.type);
+    const bool in_coordinate = is_in_coordinate(r->effect);
     if (in_coordinate && kind->joint_gap != NULL)
         return fmax(-kind->joint_gap(r->effect, r->q, r->v).distance, 0.0);
     if (!in_coordinate && kind->gap != NULL)
