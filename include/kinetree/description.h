@@ -347,7 +347,7 @@ typedef struct kt_term {
 typedef enum kt_switching {
     KT_ALWAYS_ON = 0, /* cannot be switched */
     KT_SWITCHED_ON,   /* may be switched; at first it is on */
-    KT_SWITCHED_OFF, /* may be switched; at first it is off. Of what bounds a side: it is released (kt_simulation_release) */
+    KT_SWITCHED_OFF, /* may be switched; at first it is off. Of what bounds a side, or friction that sticks: it is released (kt_simulation_release) */
     KT_SWITCHING_COUNT, /* how many of these there are */
 } kt_switching;
 

@@ -366,12 +366,17 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * allocated. Cost: of a projection, and the data are cleared. */
 KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
                                                  kt_error *error);
-/* Releases hard stops, contacts and slack ropes (kt_loop_side) whose switches (kt_loop_switch) are in the set, at the present time:
- * from now on they do not act, whatever their gaps; all others do, from where they are. What is released at first says its
+/* Releases hard stops, contacts and slack ropes (kt_loop_side), and friction of joints that sticks (kt_effect_stick), whose switches
+ * (kt_loop_switch) are in the set, at the present time: from now on they do not act, whatever their gaps and rates; all others do, from
+ * where they are. Friction that begins to act sticks where its joint rests, and slips otherwise. What is released at first says its
  * description (KT_SWITCHED_OFF). For the actions of events, and between calls; checkpoints hold the set. Errors: KT_ERROR_ARGUMENT
  * (a set of others); KT_ERROR_CONSTRAINT (one that is to act is beyond its boundary), behind which the simulation cannot go on.
  * Nothing is allocated. Cost: as of kt_simulation_switch. */
 KT_API KT_CHECKED kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error);
+/* The loop of an effect's friction that sticks; -1 of an effect that has none, or is none. Of friction of a joint its switch and that of
+ * the effect (kt_effect_switch) together are four models: none is on, and it slips forwards; the effect's alone, it slips backwards; the
+ * loop's alone, it sticks; both, it is released. O(loops). */
+KT_API int kt_effect_stick(const kt_model *model, int effect);
 /* What is released. */
 KT_API uint64_t kt_simulation_released(const kt_simulation *simulation);
 /* The model that the simulation has now: that which it was made with, or another of its sets. */

@@ -17,11 +17,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Hard stops and contacts (hard.c) are off in all models. Friction that sticks has two switches: that of its loop, and that
- * of the effect, which says that it slips backwards; while the loop is on the effect is off. */
+/* Hard stops and contacts (hard.c) are off in all models. Friction that sticks has two switches: that of its loop, and that of
+ * the effect, which says that it slips backwards. The loop's alone: it sticks, and the effect is off; both: it is released, and the
+ * loop is off, too. */
 static kt_switching switching_of(const kt_effect *effect) {
     if (kt_effect_sticks(effect))
-        return KT_SWITCHED_OFF;
+        return effect->switching == KT_SWITCHED_OFF ? KT_SWITCHED_ON : KT_SWITCHED_OFF;
     return kt_effect_is_hard(effect) ? KT_ALWAYS_ON : effect->switching;
 }
 
@@ -129,7 +130,8 @@ static void set_contact(const compilation *c, int32_t stick, int effect, kt_mode
     }
 }
 
-/* Of such a switch: the effect is off while its loop is on; in the model it knows in which direction it slips. */
+/* Of such a switch: the effect is off while its loop is on, and where it is released; in the model it knows in which direction it
+ * slips. */
 static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     const int effect = effect_of_stick(c, k);
     if (effect < 0)
@@ -145,6 +147,7 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     for (int j = 0; j < c->count; j++)
         backwards = backwards || (c->item[j].effect == effect && (set >> j & 1));
     c->effects[effect].switching = set >> k & 1 ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
+    c->loops[loop].switching = (set >> k & 1) && !backwards ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
     for (size_t i = 0; model && i < model->n.effect + model->n.effect_off; i++)
         if (model->effect[i].source == effect)
             model->effect[i].direction = backwards ? -1.0 : 1.0;

@@ -8,7 +8,8 @@
  *     contact        s = 0, whose friction sticks              rolling of a ball, or of the disc, without its contact equation
  *
  * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and keeps its index.
- * One that is switched off in its description is released at first: it says so by `holonomic`, which its type does not read.
+ * One that is switched off in its description is released at first: it says so by `holonomic`, which its type does not read;
+ * friction of a joint by both of its switches (family.c).
  */
 #include "compile/compile.h"
 
@@ -96,7 +97,7 @@ static void add_stick(hard_parts *p, const kt_effect *effect, int index) {
     loop->type = KT_LOOP_RATES;
     loop->terms = term;
     loop->term_count = 1;
-    loop->switching = KT_SWITCHED_OFF;
+    loop->switching = effect->switching == KT_SWITCHED_OFF ? KT_SWITCHED_ON : KT_SWITCHED_OFF;
     loop->equation_count = index + 1;
     loop->restitution = 0.0;
 }

@@ -38,7 +38,4 @@ void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect) {
     if (effect->smoothing != kt_effect_default().smoothing)
         kt_checker_fault(checker, "smoothing", -1,
                          "friction that sticks is not smoothed; leave `smoothing` or `stick` out");
-    if (effect->switching != KT_ALWAYS_ON)
-        kt_checker_fault(checker, "switching", -1,
-                         "friction that sticks is switched by itself; leave `stick` or the other out");
 }

@@ -44,7 +44,7 @@ typedef struct watched {
     const kt_scene_call **calls;
     int call_count;
     uint64_t on, off;          /* the switches that it engages and releases */
-    uint64_t acting, released; /* likewise of hard stops, contacts and slack ropes */
+    uint64_t acting, released; /* likewise of hard stops, contacts, slack ropes and joint friction that sticks */
     formula *values;           /* of the own states that it sets */
     int *states;               /* these */
     int set_count;
@@ -309,8 +309,8 @@ static void put_bit(uint64_t bit, bool on, uint64_t *yes, uint64_t *no) {
     *no = on ? *no & ~bit : *no | bit;
 }
 
-/* Those that bound a side, of this name: a loop, or those of an effect. Returns false if there are none. */
-static bool find_sides(const kt_model *model, const char *name, bool on, watched *to) {
+/* Those that bound a side, of this name: a loop, or those of an effect; or its friction that sticks. Returns false if there are none. */
+static bool find_contacts(const kt_model *model, const char *name, bool on, watched *to) {
     static const char *const suffixes[] = {"", ".lower", ".upper"};
     char text[KT_WHERE_SIZE];
     bool found = false;
@@ -322,14 +322,17 @@ static bool find_sides(const kt_model *model, const char *name, bool on, watched
         put_bit((uint64_t)1 << kt_loop_switch(model, loop), on, &to->acting, &to->released);
         found = true;
     }
-    return found;
+    const int stick = found ? -1 : kt_effect_stick(model, kt_effect_find(model, name));
+    if (stick >= 0)
+        put_bit((uint64_t)1 << kt_loop_switch(model, stick), on, &to->acting, &to->released);
+    return found || stick >= 0;
 }
 
 /* What is named twice ends as it is named last. */
 static kt_status find_switches(const kt_model *model, const kt_scene_event *event, watched *to, kt_error *error) {
     for (int i = 0; i < event->switch_count; i++) {
         const char *name = event->switches[i].name;
-        if (find_sides(model, name, event->switches[i].on, to))
+        if (find_contacts(model, name, event->switches[i].on, to))
             continue;
         const int loop = kt_loop_switch(model, kt_loop_find(model, name));
         const int k = loop >= 0 ? loop : kt_effect_switch(model, kt_effect_find(model, name));

@@ -105,12 +105,15 @@ static double friction_of(const struct kt_contacts *c, const kt_instant *at, int
 static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
     const kt_model *model = at->model;
     kt_status status = KT_OK;
-    bool sticks = false;
-    for (int k = c->sides; k < c->n; k++)
-        sticks = sticks || (kt_contact_rubs(c, k) && kt_contact_is_closed(model, &c->item[k]));
+    bool sticks = false, presses = false;
+    for (int k = 0; k < c->n; k++) {
+        const bool closed = kt_contact_is_closed(model, &c->item[k]);
+        presses = presses || closed;
+        sticks = sticks || (closed && kt_contact_rubs(c, k));
+    }
     if ((model->set & c->mask) != c->mask)
         status = kt_contacts_find_equations(c, model, at->t, at->q, at->v, false, error);
-    if (status == KT_OK && (model->set & c->mask) != 0)
+    if (status == KT_OK && presses)
         status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
@@ -175,7 +178,8 @@ static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *e
 }
 
 static void open_all(kt_simulation *simulation) {
-    const uint64_t set = simulation->model->set & ~simulation->contact_mask;
+    const uint64_t set = (simulation->model->set & ~simulation->contact_mask) |
+                         (simulation->memory.released & simulation->contact_friction);
     if (set != simulation->model->set)
         kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
     simulation->memory.set = set;
@@ -210,7 +214,7 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
     }
     c->meeting = c->touching;
     for (int k = c->sides; k < c->n; k++)
-        if (!kt_contact_rubs(c, k))
+        if (!kt_contact_rubs(c, k) && !kt_contact_is_released(&c->item[k]))
             add_row(c, k, 0);
     c->resting = c->touching;
     for (int i = 0; i < c->meeting; i++)
@@ -425,12 +429,14 @@ static void count_changes(kt_simulation *simulation, uint64_t after) {
     const uint64_t before = simulation->memory.counted;
     simulation->memory.counted = after;
     for (int k = 0; k < c->n; k++) {
-        const bool was = (before & c->item[k].bit) != 0, is = (after & c->item[k].bit) != 0;
+        const kt_contact *contact = &c->item[k];
+        const bool was = kt_contact_is_closed_in(before, contact), is = kt_contact_is_closed_in(after, contact);
         counts->closings += k < c->sides && is && !was;
         counts->openings += k < c->sides && was && !is;
         counts->sticks += k >= c->sides && is && !was;
         counts->slips +=
-            k >= c->sides && was && !is && (!kt_contact_rubs(c, k) || (after & c->item[c->item[k].of].bit) != 0);
+            k >= c->sides && was && !is &&
+            (kt_contact_rubs(c, k) ? (after & c->item[contact->of].bit) != 0 : !kt_contact_is_released(contact));
     }
 }
 
@@ -615,6 +621,7 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
                                       .back = back >= 0 ? (uint64_t)1 << back : 0,
                                       .of = -1};
             c->mask |= c->item[k].bit | c->item[k].back;
+            c->back |= c->item[k].back;
             for (int j = 0; friction && j < c->sides; j++)
                 if (model->loop[c->item[j].loop].rubs == loop->friction) {
                     c->item[j].of = k;
@@ -635,12 +642,17 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     c->n = (int)n;
     c->inverse_size = s.inverse;
     c->time = (double)NAN;
-    c->mask = c->met = 0;
+    c->mask = c->back = c->met = 0;
     simulation->contacts = c;
     list_items(simulation, c);
-    c->all = kt_model_switched(model, model->set | c->mask);
-    for (int k = 0; k < c->sides; k++) /* compile/hard.c */
-        simulation->contact_released |= model->loop[c->item[k].loop].contact ? 0 : c->item[k].bit;
+    c->all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
+    for (int k = 0; k < c->n; k++) { /* compile/hard.c */
+        const uint64_t both = c->item[k].bit | c->item[k].back;
+        const bool is_dry = k >= c->sides && !kt_contact_rubs(c, k);
+        simulation->contact_friction |= is_dry ? both : 0;
+        if (k < c->sides ? !model->loop[c->item[k].loop].contact : is_dry && (model->set & both) == both)
+            simulation->contact_released |= both;
+    }
     simulation->memory.released = simulation->contact_released;
     c->rubs = false;
     for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
@@ -675,23 +687,28 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
 /* ---- released ---------------------------------------------------------------------------------------------------- */
 
 uint64_t kt_simulation_released(const kt_simulation *simulation) {
-    return simulation != NULL ? simulation->memory.released : 0;
+    const bool has = simulation != NULL && simulation->contacts != NULL;
+    return has ? simulation->memory.released & ~simulation->contacts->back : 0;
 }
 
 kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
     const uint64_t before = simulation->memory.released;
-    uint64_t sides = 0;
-    for (int k = 0; simulation->contacts != NULL && k < simulation->contacts->sides; k++)
-        sides |= simulation->contacts->item[k].bit;
-    if ((set & ~sides) != 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_release",
-                            "of the set 0x%llx only 0x%llx are hard stops, contacts or slack ropes",
-                            (unsigned long long)set, (unsigned long long)(set & sides));
-    if (set == before)
+    const struct kt_contacts *c = simulation->contacts;
+    uint64_t known = 0, after = set;
+    for (int k = 0; c != NULL && k < c->n; k++) {
+        known |= kt_contact_rubs(c, k) ? 0 : c->item[k].bit;
+        after |= (set & c->item[k].bit) != 0 ? c->item[k].back : 0;
+    }
+    if ((set & ~known) != 0)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "kt_simulation_release",
+            "of the set 0x%llx only 0x%llx are hard stops, contacts, slack ropes, or joint friction that sticks",
+            (unsigned long long)set, (unsigned long long)(set & known));
+    if (after == before)
         return KT_OK;
-    simulation->memory.released = set;
+    simulation->memory.released = after;
     simulation->contacts->time = (double)NAN;
     const kt_status status = kt_simulation_switch(simulation, simulation->model->set, NULL, error);
     if (status != KT_OK)

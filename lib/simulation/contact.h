@@ -12,7 +12,7 @@ typedef struct kt_contact {
     uint64_t bit;  /* its loop is on */
     double sign;   /* of the residual where the contact is open; 1 of friction */
     int effect;    /* friction: the effect; of contacts -1 */
-    uint64_t back; /* friction of a joint: it slips backwards */
+    uint64_t back; /* friction of a joint: it slips backwards; with `bit`: it is released */
     int v;         /* friction of a joint: its rate */
     int of;        /* friction of a contact: the index of that; of contacts that of their friction; -1: none */
 } kt_contact;
@@ -45,6 +45,7 @@ struct kt_contacts {
     int touching, meeting; /* rows of the list; of these, the first ones bound a side, */
     int resting;           /* and up to here joints have friction; the others are of contacts */
     uint64_t mask;         /* the switches of all: contact_mask */
+    uint64_t back;         /* of these, those of `back` */
     uint64_t met;         /* of those whose gaps end at this instant: they touch, whatever rounding has left of these */
     double speed, change; /* at an event: roots of v'M v and a'M a */
     double time;          /* of the values; NaN: none */
@@ -68,8 +69,11 @@ static inline double kt_contacts_dot(size_t n, const double *x, const double *y)
 /* Friction slower than this has come to rest, m/s or rad/s. */
 static const double kt_contact_resting = 1e-9;
 
+static inline bool kt_contact_is_closed_in(uint64_t set, const kt_contact *contact) {
+    return (set & (contact->bit | contact->back)) == contact->bit;
+}
 static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact *contact) {
-    return (model->set & contact->bit) != 0;
+    return kt_contact_is_closed_in(model->set, contact);
 }
 
 /* It does not act, whatever its gap (kt_simulation_release). */
@@ -97,7 +101,8 @@ double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 
-/* The set in which all contacts are open, and friction of joints slips as the velocities say; where it rests, forwards. */
+/* The set in which all contacts are open, and friction of joints slips as the velocities say; where it rests, forwards; where it is
+ * released, not at all. */
 uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model);
 
 /* The gaps of all contacts; `all`: the rates, drifts and the Jacobian of their equations, too. */

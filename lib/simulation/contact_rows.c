@@ -2,6 +2,7 @@
  * contact_friction.c. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "kinetree/loop.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "simulation/contact.h"
@@ -11,7 +12,7 @@
 
 /* The model in which all contacts are closed, with the loops and effects that are on; its data. */
 static void take_all(struct kt_contacts *c, const kt_model *model) {
-    const kt_model *all = kt_model_switched(model, model->set | c->mask);
+    const kt_model *all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
     if (all != c->all)
         kt_data_adapt(all, c->data);
     c->all = all;
@@ -19,6 +20,13 @@ static void take_all(struct kt_contacts *c, const kt_model *model) {
 
 bool kt_contact_is_released(const kt_contact *contact) {
     return (contact->simulation->memory.released & contact->bit) != 0;
+}
+
+int kt_effect_stick(const kt_model *model, int effect) {
+    for (int loop = 0; loop < kt_loop_count(model); loop++)
+        if (kt_loop_is_stick(model, loop) && model->loop[loop].friction == effect + 1)
+            return loop;
+    return -1;
 }
 
 double kt_contact_limit(const kt_model *model, const kt_contact *contact) {
@@ -83,7 +91,11 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
 uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model) {
     uint64_t set = model->set & ~c->mask;
     for (int k = c->sides; k < c->n; k++)
-        if (!kt_contact_rubs(c, k) && c->v[c->item[k].v] < -kt_contact_resting)
+        if (kt_contact_rubs(c, k))
+            continue;
+        else if (kt_contact_is_released(&c->item[k]))
+            set |= c->item[k].bit | c->item[k].back;
+        else if (c->v[c->item[k].v] < -kt_contact_resting)
             set |= c->item[k].back;
     return set;
 }

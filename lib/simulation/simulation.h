@@ -69,7 +69,7 @@ typedef struct kt_simulation_memory {
     kt_contact_counts contacts;
     double slip[KT_SWITCH_MAX][2];   /* directions in which contacts slip, in the order of contact.c */
     double closes_at[KT_SWITCH_MAX]; /* likewise, gaps at which open ones close, slips that are rest: 0 or less */
-    uint64_t released;               /* contacts that do not act: of the set */
+    uint64_t released;               /* contacts that do not act: of the set; of friction of joints both switches */
     uint64_t held;                   /* friction that slips in joints that contacts hold: of the set */
     uint64_t counted;                /* contacts that are closed, and friction that sticks, as `contacts` counts */
 #endif
@@ -283,8 +283,10 @@ struct kt_simulation {
     size_t contact_count;         /* of these, the first ones are hard contacts */
     struct kt_contacts *contacts; /* NULL: there are none */
     const kt_contact_calls *contact_calls;
-    uint64_t contact_mask;     /* the switches of hard contacts */
-    uint64_t contact_released; /* of these, those that are released at first */
+    uint64_t contact_mask; /* the switches of hard contacts */
+    uint64_t
+        contact_friction; /* of these, those of friction of joints, which is released where both of its own are on */
+    uint64_t contact_released; /* of all, those that are released at first */
     double contact_margin;     /* gaps that become smaller than this below zero have not parted */
 #endif
     double event_time;                 /* of event_value; NaN: not known */

@@ -328,10 +328,10 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     kt_status status;
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
+    simulation->memory.released = simulation->contact_released;
     if (simulation->contacts != NULL)
         simulation->contact_calls->open(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->contact_count};
-    simulation->memory.released = simulation->contact_released;
     simulation->memory.counted = 0;
 #endif
     if (simulation->transformation != NULL) {

@@ -94,6 +94,7 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
         return KT_ERROR_ARGUMENT;
     const kt_model *from = simulation->model;
     set &= ~simulation->contact_mask; /* these close and open by themselves */
+    set |= simulation->memory.released & simulation->contact_friction;
     const kt_model *to = simulation->transformation == NULL ? kt_model_switched(from, set) : NULL;
     kt_simulation_energy before, after = {0.0, 0.0};
     if (to == NULL)

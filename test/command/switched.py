@@ -29,9 +29,31 @@ simulate: {duration: 2}
 output: {record: [position, velocity, energy, balance, reaction, multiplier, effect]}
 """
 
+# Dry friction of 2 N m slips until both turn alike; then it sticks by 0.5 / 0.8 of the drive's 1 N m, until it is released.
+PLATES = """kinetree: 1
+name: plates
+bodies:
+  - {name: engine, joint: {type: revolute, velocity: 10}, mass: 1, inertia: [0.3, 0.3, 0.3]}
+  - {name: load, parent: engine, joint: {type: revolute, velocity: -10}, mass: 1, inertia: [0.5, 0.5, 0.5]}
+effects:
+  - {name: plates, type: joint_friction, joint: load, coulomb: 2, static: 3, stribeck: 0, stick: true, switched: off}
+  - {name: drive, type: motor, joint: engine, torque: 1}
+events:
+  - {name: close, when: t - 0.5, then: {engage: plates}}
+  - {name: open, when: t - 3, then: {release: plates}}
+simulate: {duration: 4}
+output: {record: [position, velocity, energy, balance, reaction, multiplier, effect]}
+"""
+
 with tempfile.TemporaryDirectory() as folder:
     path = pathlib.Path(folder)
     (path / "clutch.yaml").write_text(CLUTCH)
+    (path / "plates.yaml").write_text(PLATES)
+    opened = subprocess.run([KINETREE, "run", "plates.yaml", "--out", "plates.csv", "--summary", "plates.json", "--view", "plates.html"], cwd=path,
+                            capture_output=True, text=True)
+    note(opened.stderr.strip())
+    plates = list(csv.DictReader((path / "plates.csv").open(newline="")))
+    ends = json.loads((path / "plates.json").read_text())
     ran = subprocess.run([KINETREE, "run", "clutch.yaml", "--out", "out.csv", "--summary", "sum.json", "--view", "out.html"], cwd=path,
                          capture_output=True, text=True)
     note(ran.stderr.strip())
@@ -39,6 +61,7 @@ with tempfile.TemporaryDirectory() as folder:
     summary = json.loads((path / "sum.json").read_text())
     rows = list(csv.DictReader((path / "out.csv").open(newline="")))
     refused = subprocess.run([KINETREE, "run", "clutch.yaml", "--formulation", "absolute", "--out", "-"], cwd=path, capture_output=True, text=True)
+plates = [{key.split(" [")[0]: float(value) for key, value in row.items()} for row in plates]
 rows = [{key.split(" [")[0]: float(value) for key, value in row.items()} for row in rows]
 pairs = [(a, b) for a, b in zip(rows, rows[1:]) if a["time"] == b["time"]]
 claim("an_instant_has_two_rows", [] if [round(a["time"], 9) for a, _ in pairs] == [0.5, 1.0] else [str([a["time"] for a, _ in pairs])])
@@ -57,5 +80,13 @@ claim("what_is_off_is_zero", near("clutch", before["reaction.clutch.multiplier"]
 # The drive accelerates 0.8 kg m^2 by 1 N m, and the clutch bears what the load takes of it.
 claim("what_is_on_is_not", near("drive", driven["effect.drive.torque"], 1.0) + near("clutch", abs(driven["reaction.clutch.multiplier"]), 0.625))
 claim("the_summary_says_what_is_on", [] if summary["switched"] == {"clutch": True, "drive": True} and summary["events"]["grip"] == 1 else [str(summary["switched"])])
+claim("friction_is_opened_and_closed_without_a_warning", [] if opened.returncode == 0 and "warning" not in opened.stderr else [opened.stderr])
+(free, slips), (sticks, open_again) = [(a, b) for a, b in zip(plates, plates[1:]) if a["time"] == b["time"]]
+claim("released_friction_is_zero", near("torque", free["effect.plates.torque"], 0.0) + near("stick", free["reaction.plates.stick.multiplier"], 0.0) +
+      near("torque", open_again["effect.plates.torque"], 0.0) + near("stick", open_again["reaction.plates.stick.multiplier"], 0.0))
+claim("engaged_it_slips_and_sticks", near("torque", abs(slips["effect.plates.torque"]), 2.0) + near("stick", slips["reaction.plates.stick.multiplier"], 0.0) +
+      near("torque", sticks["effect.plates.torque"], 0.0) + near("stick", abs(sticks["reaction.plates.stick.multiplier"]), 0.625))
+claim("the_summary_says_that_it_is_released", [] if ends["switched"] == {"plates.stick": False, "plates": False} and ends["contacts"]["sticks"] == 1
+      and ends["contacts"]["slips"] == 0 else [str(ends["switched"]), str(ends["contacts"])])
 claim("the_absolute_formulation_refuses", [] if refused.returncode != 0 and "formulation: tree" in refused.stderr else [refused.stderr])
 finish()

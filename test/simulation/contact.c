@@ -772,9 +772,6 @@ KT_TEST(what_cannot_be_hard_is_told) {
     r.effect[0].smoothing = 0.1;
     check_refused("smoothed", &r.description, "friction that sticks is not smoothed");
     r.effect[0].smoothing = kt_effect_default().smoothing;
-    r.effect[0].switching = KT_SWITCHED_ON;
-    check_refused("switched", &r.description, "friction that sticks is switched by itself");
-    r.effect[0].switching = KT_ALWAYS_ON;
     r.effect[0].stribeck = 0.0;
     r.effect[0].stick = false;
     check_refused("no curve", &r.description, "stribeck is 0; it must be greater than 0");

@@ -146,9 +146,18 @@ static bool add_states(kt_columns *columns) {
     return fine;
 }
 
+/* All that is switched is on, and friction that sticks does: of its two switches that of its loop is on. */
+static uint64_t full_set(const kt_model *model) {
+    uint64_t set = ((uint64_t)1 << kt_switch_count(model)) - 1;
+    for (int i = 0; i < kt_effect_count(model); i++)
+        if (kt_effect_switch(model, i) >= 0 && kt_effect_stick(model, i) >= 0)
+            set &= ~((uint64_t)1 << kt_effect_switch(model, i));
+    return set;
+}
+
 bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
     /* With all that is switched on, so that everything has its columns; what is off is 0 in them. */
-    const kt_model *all = kt_model_switched(model, ((uint64_t)1 << kt_switch_count(model)) - 1);
+    const kt_model *all = kt_model_switched(model, full_set(model));
     *columns = (kt_columns){.model = all, .record = record};
     bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
     if (fine && (record & KT_RECORD_POSITION) != 0)

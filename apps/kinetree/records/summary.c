@@ -85,6 +85,25 @@ static json_t *describe_crossings(const kt_outcome *outcome) {
     return singular;
 }
 
+/* What is on at the end. Of friction that sticks: whether it acts, and whether it sticks, which its two switches say together. */
+static json_t *list_switched(const kt_model *model) {
+    json_t *switched = json_object();
+    const uint64_t set = kt_switch_set(model);
+    for (int k = 0; k < kt_switch_count(model); k++)
+        if (kt_switch_name(model, k)[0] != '\0')
+            json_object_set_new(switched, kt_switch_name(model, k), json_boolean(set >> k & 1));
+    for (int i = 0; i < kt_effect_count(model); i++) {
+        const int back = kt_effect_switch(model, i), stick = kt_loop_switch(model, kt_effect_stick(model, i));
+        if (back < 0 || stick < 0)
+            continue;
+        const bool slips_back = set >> back & 1, is_held = set >> stick & 1;
+        if (kt_switch_name(model, back)[0] != '\0')
+            json_object_set_new(switched, kt_switch_name(model, back), json_boolean(!(slips_back && is_held)));
+        json_object_set_new(switched, kt_switch_name(model, stick), json_boolean(is_held && !slips_back));
+    }
+    return switched;
+}
+
 /* How often each event has happened, and which one has ended the run. */
 static void list_events(const kt_outcome *outcome, json_t *root) {
     const kt_scene *scene = outcome->scene;
@@ -96,13 +115,8 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
                             json_integer((json_int_t)kt_simulation_event_count(outcome->simulation, name)));
     }
     const kt_model *model = kt_simulation_model(outcome->simulation);
-    json_t *switched = json_object();
-    for (int k = 0; k < kt_switch_count(model); k++)
-        if (kt_switch_name(model, k)[0] != '\0')
-            json_object_set_new(switched, kt_switch_name(model, k), json_boolean(kt_switch_set(model) >> k & 1));
     if (kt_switch_count(model) > 0)
-        json_object_set(root, "switched", switched);
-    json_decref(switched);
+        json_object_set_new(root, "switched", list_switched(model));
     if (kt_scene_event_room(scene) > 0) {
         json_object_set(root, "events", counts);
         json_object_set_new(root, "ended_by", stopped != NULL ? json_string(stopped->name) : json_null());

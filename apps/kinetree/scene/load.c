@@ -35,8 +35,8 @@ void kt_say_open_contacts(const kt_model *model) {
             first = i;
         }
     if (count > 0)
-        kt_say("'%s'%s: hard stops, contacts and slack ropes are open here, and friction that sticks slips forwards; "
-               "`run` closes them",
+        kt_say("'%s'%s: hard stops, contacts and slack ropes are open here, and friction that sticks slips forwards "
+               "unless it is switched off; `run` closes them",
                kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
 }
 

@@ -1,0 +1,199 @@
+/* Clutches that events of a scene open and close: one that grips at once, and one of dry friction that sticks, against closed forms, an own time
+ * stepping, and differences. */
+#include "kinetree/dynamics.h"
+#include "kinetree/loop.h"
+
+#include <float.h>
+
+#include "watched.h"
+
+/* ---- a clutch grips ---------------------------------------------------------------------------------------------- */
+
+static const char clutch[] =
+    "kinetree: 1\n"
+    "bodies:\n"
+    "  - {name: engine, joint: {type: revolute, velocity: 10}, mass: 1, inertia: [0.3, 0.3, 0.3]}\n"
+    "  - {name: load, joint: {type: revolute, velocity: -2}, mass: 1, inertia: [0.5, 0.5, 0.5]}\n"
+    "loops:\n"
+    "  - {name: clutch, type: rates, coefficients: {engine: 1, load: -1}, switched: off}\n"
+    "effects:\n"
+    "  - {name: drive, type: motor, joint: engine, torque: 6}\n"
+    "events:\n"
+    "  - {name: grip, when: t - 0.5, direction: rising, then: [{engage: clutch}, {release: drive}]}\n"
+    "simulate: {duration: 2, until: t - 1, tolerance: 1e-12}\n";
+
+/* At 0.5 s the engine turns at 20 rad/s: the common speed is (0.3 20 - 0.5 2) / 0.8, and the loss 0.3 0.5 / 0.8 22^2 / 2.
+ * Constant accelerations are integrated exactly: what differs is rounding. */
+KT_TEST(a_clutch_that_grips_loses_what_two_discs_do) {
+    rows r;
+    if (!run_scene(clutch, "dopri5", &r) || !kt_check_equal_int("rows", r.count, 3))
+        return;
+    const double lost = 0.5 * 0.3 * 0.5 / 0.8 * 22.0 * 22.0, rounding = 64.0 * DBL_EPSILON;
+    kt_check_near("engine before", r.v[0][0], 20.0, 20.0 * rounding);
+    kt_check_near("engine behind", r.v[1][0], 6.25, 6.25 * rounding);
+    kt_check_near("load behind", r.v[1][1], 6.25, 6.25 * rounding);
+    kt_check_near("lost, J", r.dissipated[1] - r.dissipated[0], lost, lost * rounding);
+    kt_check_near("nothing drives it any more", r.v[2][0], 6.25, 6.25 * rounding);
+    kt_check_near("energy", r.total[2], r.total[0], r.total[0] * rounding);
+}
+
+/* Two discs on one axis, with dry friction between them that is released at first. */
+static const char plates[] =
+    "kinetree: 1\n"
+    "gravity: [0, 0, 0]\n"
+    "bodies:\n"
+    "  - {name: engine, joint: {type: revolute, velocity: 10}, mass: 1, inertia: [0.3, 0.3, 0.3]}\n"
+    "  - {name: load, parent: engine, joint: {type: revolute, velocity: -10}, mass: 1, inertia: [0.5, 0.5, 0.5]}\n"
+    "effects:\n"
+    "  - {name: plates, type: joint_friction, joint: load, coulomb: 2, static: 3, stribeck: 0, stick: true, switched: "
+    "off}\n"
+    "  - {name: drive, type: motor, joint: engine, torque: 1}\n"
+    "events:\n"
+    "  - {name: close, when: t - 0.5, then: {engage: plates}}\n"
+    "  - {name: open, when: t - 3, then: {release: plates}}\n"
+    "  - {name: again, when: t - 3.5, then: {engage: plates}}\n"
+    "  - {name: idle, when: t - 4, then: {release: drive}}\n"
+    "  - {name: part, when: t - 4.5, then: {release: plates}}\n"
+    "  - {name: hold, when: t - 5, then: {engage: plates}}\n"
+    "  - {name: pull, when: t - 5.5, then: {engage: drive}}\n"
+    "simulate: {duration: 7, until: t - 6, tolerance: 1e-12}\n";
+
+/* Released, the drive has the engine alone; engaged, the plates slip with C until both turn alike, after r / ((C - P) / I1 + C / I2), and
+ * then have one acceleration. What turns alike when they are engaged sticks at once. */
+KT_TEST(a_clutch_of_friction_is_opened_and_closed) {
+    static const char *const methods[] = {"dopri5", "dop853", "radau5", "rkc2", "auto"};
+    const double I1 = 0.3, I2 = 0.5, P = 1.0, C = 2.0, closing = (C - P) / I1 + C / I2, both = P / (I1 + I2);
+    const double r1 = 10.0 + 0.5 * P / I1, d1 = r1 / closing, w3 = C / I2 * d1 + both * (2.5 - d1);
+    const double r2 = 0.5 * P / I1, d2 = r2 / closing, w4 = w3 + C / I2 * d2 + both * (0.5 - d2);
+    const double lost = 0.5 * C * (r1 * d1 + r2 * d2), w6 = w4 + 0.5 * both;
+    const double engine[15] = {r1, r1, w3, w3, w3 + r2, w3 + r2, w4, w4, w4, w4, w4, w4, w4, w4, w6};
+    const double slip[15] = {-r1, -r1, 0.0, 0.0, -r2, -r2, 0.0};
+    /* Of the switches the first is that of the stick, then there are that of its effect, and the drive's. */
+    static const uint64_t sets[15] = {7, 6, 5, 7, 7, 6, 5, 1, 1, 3, 3, 1, 1, 5, 5};
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        rows r;
+        double worst = 0.0;
+        kt_note("%s", methods[m]);
+        if (!run_scene(plates, methods[m], &r) || !kt_check_equal_int("rows", r.count, 15))
+            continue;
+        for (int i = 0; i < 15; i++) {
+            kt_check_equal_int("set", (long long)r.set[i], (long long)sets[i]);
+            worst = fmax(worst, fmax(fabs(r.v[i][0] - engine[i]), fabs(r.v[i][1] - slip[i])));
+            worst = fmax(worst, fabs(r.total[i] - r.total[0]));
+        }
+        kt_check_below("speeds, rad/s, and balance, J", worst, 1e-12);
+        kt_check_near("dissipated, J", r.dissipated[14], lost, 1e-12);
+        kt_check_near("sticks to the bit", r.q[14][1], r.q[6][1], 0.0);
+        kt_check_equal_int("sticks", (long long)r.counts.sticks, 3);
+        kt_check_equal_int("slips: what is released does not", (long long)r.counts.slips, 0);
+    }
+}
+
+KT_TEST(checkpoint_of_an_open_clutch_goes_on_with_the_same_bits) {
+    watched one, two;
+    kt_status status = watched_open(&one, plates, NULL, KT_RECORD_BALANCE);
+    kt_status other = watched_open(&two, plates, NULL, KT_RECORD_BALANCE);
+    void *block = status == KT_OK ? malloc(kt_simulation_state_size(one.simulation)) : NULL;
+    if (status == KT_OK && other == KT_OK && block != NULL) {
+        status = kt_simulation_advance(one.simulation, 3.2, &one.error);
+        kt_check_equal_int("released", (long long)kt_simulation_released(one.simulation), 1);
+        kt_simulation_save(one.simulation, block);
+        if (status == KT_OK)
+            status = kt_simulation_advance(one.simulation, 6.0, &one.error);
+        other = kt_simulation_restore(two.simulation, block, &two.error);
+        if (other == KT_OK)
+            other = kt_simulation_advance(two.simulation, 6.0, &two.error);
+        const kt_work work[2] = {kt_simulation_work(one.simulation), kt_simulation_work(two.simulation)};
+        kt_check_equal_bits("q", kt_simulation_positions(two.simulation), kt_simulation_positions(one.simulation), 2);
+        kt_check_equal_bits("v", kt_simulation_velocities(two.simulation), kt_simulation_velocities(one.simulation), 2);
+        kt_check_equal_bits("dissipated", &work[1].dissipated, &work[0].dissipated, 1);
+        kt_check_equal_int("sticks", (long long)kt_simulation_contacts(two.simulation).sticks, 3);
+        const uint64_t both = 3; /* the switch of its effect is none of those that are released */
+        kt_check_equal_int("refused", kt_simulation_release(one.simulation, both, &one.error), KT_ERROR_ARGUMENT);
+        kt_check_equal_int("begins anew",
+                           kt_simulation_set_state(one.simulation, 0.0, (double[2]){0.0}, (double[2]){0.0}, &one.error),
+                           KT_OK);
+        kt_check_equal_int("released as at first", (long long)kt_simulation_released(one.simulation), 1);
+    }
+    free(block);
+    (void)watched_close(&one, status);
+    (void)watched_close(&two, other);
+}
+
+/* A load on a spring, on which an engine turns with friction; its clutch opens and closes by the load's speed. */
+static const char jerks[] =
+    "kinetree: 1\n"
+    "gravity: [0, 0, 0]\n"
+    "bodies:\n"
+    "  - {name: load, joint: {type: revolute}, mass: 1, inertia: [0.5, 0.5, 0.5]}\n"
+    "  - {name: engine, parent: load, joint: {type: revolute}, mass: 1, inertia: [0.3, 0.3, 0.3]}\n"
+    "effects:\n"
+    "  - {type: joint_spring, joint: load, stiffness: 6}\n"
+    "  - {name: plates, type: joint_friction, joint: engine, coulomb: 0.8, stick: true}\n"
+    "  - {type: expression, joint: engine, force: 1.5*cos(2*t)}\n"
+    "events:\n"
+    "  - {name: open, when: velocity.load > 0.2, then: {release: plates}}\n"
+    "  - {name: close, when: velocity.load < 0.05, then: {engage: plates}}\n"
+    "simulate: {duration: 10, until: t - 6, tolerance: 1e-12}\n";
+
+/* The same by an own time stepping: the impulse that would stop the slip at the end of a step, cut off at C h. *opened: how often. */
+static void step_jerks(double h, double *q, double *v, int *opened) {
+    const double I1 = 0.3, I2 = 0.5, C = 0.8, k = 6.0;
+    double angle = 0.0, turned = 0.0, w1 = 0.0, w2 = 0.0, before = 0.0;
+    bool acts = true;
+    *opened = 0;
+    for (int n = 0; n < (int)lround(6.0 / h); n++) {
+        const double P = 1.5 * cos(2.0 * (n + 0.5) * h);
+        w1 += h * P / I1;
+        w2 += h * (-P - k * angle) / I2;
+        const double stop = (w1 - w2) / (1.0 / I1 + 1.0 / I2), p = acts ? fmax(-C * h, fmin(C * h, stop)) : 0.0;
+        w1 -= p / I1;
+        w2 += p / I2;
+        angle += h * w2;
+        turned += h * (w1 - w2);
+        *opened += before <= 0.2 && w2 > 0.2;
+        acts = before <= 0.2 && w2 > 0.2 ? false : before >= 0.05 && w2 < 0.05 ? true : acts;
+        before = w2;
+    }
+    q[0] = angle, q[1] = turned, v[0] = w2, v[1] = w1 - w2;
+}
+
+KT_TEST(a_clutch_agrees_with_a_time_stepping_of_its_own) {
+    rows r;
+    double q[2], v[2];
+    int opened;
+    if (!run_scene(jerks, "dop853", &r) || !kt_check_above("rows", (double)r.count, 8.5))
+        return;
+    const int last = r.count - 1;
+    kt_check_above("sticks", (double)r.counts.sticks, 1.5);
+    for (double h = 1e-4; h > 5e-7; h *= 0.1) {
+        double worst = 0.0;
+        step_jerks(h, q, v, &opened);
+        for (int i = 0; i < 2; i++)
+            worst = fmax(worst, fmax(fabs(q[i] - r.q[last][i]), fabs(v[i] - r.v[last][i])));
+        kt_note("%d openings, %d rows, %llu sticks", opened, r.count, (unsigned long long)r.counts.sticks);
+        kt_check_below("difference, in steps of time", worst / h, 10.0);
+    }
+}
+
+/* What the plates slip by, and when they stick, depends on the speed at which the load begins; the clutch of the other two opens and closes when they say. */
+KT_TEST(derivatives_pass_a_clutch_that_is_opened_and_closed) {
+    check_derivatives(plates, 4.9, -10.0);
+    check_derivatives(jerks, 6.0, 1.0);
+}
+
+/* Neighbours of discs that turn alike slip when the clutch is closed, and have other equations from there on. */
+KT_TEST(derivatives_refuse_a_clutch_that_is_closed_at_rest) {
+    double A[16];
+    watched w;
+    kt_status status = watched_open(&w, plates, NULL, 0);
+    const size_t size = status == KT_OK ? kt_motion_work_size(w.simulation) : 0;
+    void *work = size > 0 ? aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT) / KT_ALIGNMENT * KT_ALIGNMENT) : NULL;
+    if (work != NULL) {
+        const kt_status refused = kt_motion_derivatives(w.simulation, work, size, 6.0, A, NULL, &w.error);
+        kt_check_equal_int("refused", refused, KT_ERROR_SINGULAR);
+        kt_check_contains("where", w.error.where, "event 'hold' at t = 5 s");
+    }
+    free(work);
+    (void)watched_close(&w, status);
+}
