@@ -142,13 +142,14 @@ static void take_large(const double *q, const int32_t *angle, size_t count, doub
     }
 }
 
-/* Those of some vectors; `left` receives the sign of a size that is too large. */
+/* Those of some vectors; `left` receives the sign of a size that is too large. A vector alone is not worth the question
+ * whether it can be loaded whole. */
 KT_INLINE void take_groups(const int groups, const double *q, const int32_t *angle, kt_i8 *left, double *sine,
                            double *cosine) {
     kt_v8 x[GROUPS], s[GROUPS], c[GROUPS];
     KT_EACH {
         const int32_t *i = angle + g * LANES;
-        if (kt_are_neighbours(i))
+        if (groups > 1 && kt_are_neighbours(i))
             x[g] = *(const kt_v8_anywhere *)(q + i[0]);
         else
             x[g] = (kt_v8)KT_TAKEN(q, i);
