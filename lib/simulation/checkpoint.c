@@ -251,9 +251,11 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (KT_HAS_EVENTS && size->event > 0) {
         memcpy(simulation->event_memory, from + at.events, size->event * sizeof(kt_event_memory));
         memcpy(simulation->event_root, from + at.roots, size->event * sizeof(kt_event_root));
-        if (simulation->contacts != NULL)
-            simulation->contact_calls->follow(simulation);
     }
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->follow(simulation);
+#endif
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
     simulation->memory.piece = memory.piece;
