@@ -503,12 +503,12 @@ static kt_status hand_over(lane *l) {
                : status;
 }
 
-/* Gives the lane the numbers of its model, of which events or a recorder have set some, if those of the other lanes agree with
- * it. */
+/* Gives the lane the numbers of its model, of which events or a recorder have set some, if lanes still compute such a model
+ * (an armature may have come to it) and those of the other lanes agree with it. */
 static void renew_numbers(kt_ensemble *e, lane *l) {
     const kt_model *model = l->member.simulation->model;
     const lane *other = first_lane(e);
-    if (other && !kt_lanes_agree(other->member.simulation->model, model))
+    if (why_model(e, model) || (other && !kt_lanes_agree(other->member.simulation->model, model)))
         return;
     e->kernels->put_model(model, e->work, other ? (kt_lane_mask)1 << (l - e->lane) : kt_lanes_first(e->n.width));
     l->revision = model->revision;

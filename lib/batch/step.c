@@ -180,7 +180,7 @@ static void finish(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_f
     if (batch->model->n.group > 0)
         closed = project(w, group, h);
     else if (n->nq > n->nv)
-        closed = batch->kernels->make_units(batch->model, w->lanes, w->stage);
+        closed = batch->kernels ? batch->kernels->make_units(batch->model, w->lanes, w->stage) : 0;
     for (size_t lane = 0; lane < n->width; lane++)
         if (kt_lane_is_in(group->live & ~closed, lane))
             close_alone(w, group, lane, h, fault);

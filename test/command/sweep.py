@@ -223,6 +223,38 @@ def eventful():
             same(f"{axis}: events happen", sum(int(line["event.turn"]) + int(line["event.low"]) for line in lines) > len(lines), True)
 
 
+ARMED = """kinetree: 1
+parameters: {J: 0}
+gravity: [0, 0, -9.81]
+bodies:
+  - name: base
+    joint: {type: spherical, velocity: [0.3, 0.4, 0.5], armature: [=J, =J, =J]}
+    mass: 3
+    inertia: [0.4, 0.5, 0.6]
+  - {name: a, parent: base, joint: {type: revolute, axis: [0.1, 0.2, 1], at: [0.1, 0, 0], velocity: 1}, mass: 1, com: [0.3, 0.1, 0.2], inertia: [0.1, 0.11, 0.12]}
+  - {name: b, parent: a, joint: {type: spherical, at: [0.7, 0.1, 0.2]}, mass: 1, com: [0.3, 0.1, 0], inertia: [0.1, 0.11, 0.12]}
+  - {name: c, parent: base, joint: {type: revolute, axis: [0.2, 1, 0.3], at: [0.1, 0.7, 0], velocity: 1}, mass: 1, com: [0.2, 0.3, 0], inertia: [0.1, 0.11, 0.12]}
+  - {name: d, parent: c, joint: {type: universal, axis: x, axis2: y, at: [0.4, 0.2, 0.3]}, mass: 1, com: [0.2, 0.3, 0], inertia: [0.1, 0.11, 0.12]}
+loops:
+  - {name: close, type: spherical, between: [{body: b, at: [0.1, 0.8, 0.3]}, d]}
+events:
+  - {name: arm, when: t - 0.05, then: {set: {J: 0.5}}, limit: 1}
+simulate: {duration: 0.3, tolerance: 1e-9, integrator: dopri5}
+"""
+
+
+def armed():
+    """An event gives a joint below a loop in space armature, which lanes do not compute there: runs go on by themselves."""
+    pathlib.Path("armed.yaml").write_text(ARMED)
+    sweep = ["armed.yaml", "--vary", "gravity[0]=0:0.3:4", "--jobs", "1"]
+    told = run(*sweep, "--out", "lanes.csv").stderr
+    same("runs of a loop in space are in lanes at first", "of them in lanes" in told, True)
+    run(*sweep, "--quiet", "--one-by-one", "--out", "ones.csv")
+    one, together = (pathlib.Path(name).read_text() for name in ("ones.csv", "lanes.csv"))
+    same("armature by an event: the bytes of runs one by one", one == together, True)
+    same("the event happens", {line["event.arm"] for line in rows(one)}, {"1"})
+
+
 def killed():
     """Killed for real, wherever it is; the rest is the same."""
     sweep = ["fall.yaml", "--vary", "g=1:2:400" if fewer else "g=1:2:4000", "--quiet", "--out", "k.csv"]
@@ -491,8 +523,8 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, fused, equal_bytes, lanes, eventful, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
-        if part in (equal_bytes, lanes, eventful, killed, ranks) and is_fused():
+    for part in (grids, samples, fused, equal_bytes, lanes, eventful, armed, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
+        if part in (equal_bytes, lanes, eventful, armed, killed, ranks) and is_fused():
             print(f"skipped: {part.__name__}: lanes of this build are fused and have not the bits of single runs")
         else:
             part()
