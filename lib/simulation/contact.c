@@ -78,6 +78,12 @@ static double direction_of(const kt_model *model, const kt_contact *contact) {
     return (model->set & contact->back) != 0 ? -1.0 : 1.0;
 }
 
+/* The slip of a joint along its direction; of one that is held (find_held), from the rate that rests. */
+static double slip_of_joint(const kt_model *model, const kt_contact *contact, const double *v) {
+    const bool is_held = (contact->simulation->memory.held & contact->bit) != 0;
+    return direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
+}
+
 /* The slip of a contact along its direction, by the last evaluation. */
 static double slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact) {
     size_t slips = 0;
@@ -124,10 +130,8 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
         else if (k < c->sides)
             c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->memory.closes_at[k];
         else if (!kt_contact_rubs(c, k))
-            c->value[k] = closed ? kt_contact_limit(model, contact) - fabs(reaction)
-                          : (contact->simulation->memory.held & contact->bit) != 0
-                              ? 1.0
-                              : direction_of(model, contact) * at->v[contact->v];
+            c->value[k] =
+                closed ? kt_contact_limit(model, contact) - fabs(reaction) : slip_of_joint(model, contact, at->v);
     }
     if (status == KT_OK && sticks)
         status = kt_contacts_find_reactions(c, at, error);
@@ -382,8 +386,9 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
     return KT_OK;
 }
 
-/* Friction of joints that slips at no rate, since contacts that are closed, or other friction that sticks, hold the joint: its row
- * depends on theirs, which is so where orthogonalisation in the metric of W leaves nothing of it. Its rate is rounding, and is not watched. */
+/* Friction of joints that slips at no rate, since loops, contacts that are closed, or other friction that sticks, hold the joint: its row
+ * depends on theirs, which is so where orthogonalisation in the metric of W leaves nothing of it. Its rate is rounding until what holds it
+ * moves: slip has turned where it is against its direction, and faster than what rests. */
 static uint64_t find_held(const kt_simulation *simulation, const double *W, uint64_t on) {
     const struct kt_contacts *c = simulation->contacts;
     const int m = c->touching;

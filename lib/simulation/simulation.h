@@ -70,7 +70,7 @@ typedef struct kt_simulation_memory {
     double slip[KT_SWITCH_MAX][2];   /* directions in which contacts slip, in the order of contact.c */
     double closes_at[KT_SWITCH_MAX]; /* likewise, gaps at which open ones close, slips that are rest: 0 or less */
     uint64_t released;               /* contacts that do not act: of the set; of friction of joints both switches */
-    uint64_t held;                   /* friction that slips in joints that contacts hold: of the set */
+    uint64_t held;                   /* friction that slips in joints that contacts or loops hold: of the set */
     uint64_t counted;                /* contacts that are closed, and friction that sticks, as `contacts` counts */
 #endif
     int64_t fires; /* events happened at the present time, and have not taken effect yet */

@@ -1,5 +1,5 @@
 /* Clutches that events of a scene open and close: one that grips at once, and one of dry friction that sticks, against closed forms, an own time
- * stepping, and differences. */
+ * stepping, and differences; and friction of joints that something else moves. */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 
@@ -197,4 +197,47 @@ KT_TEST(derivatives_refuse_a_clutch_that_is_closed_at_rest) {
     }
     free(work);
     (void)watched_close(&w, status);
+}
+
+/* ---- friction of joints that others move ------------------------------------------------------------------------- */
+
+/* A shaft that is driven by 1 rad, rests, and is driven back, twice; its brake is put on while it rests. */
+static const char brake[] =
+    "kinetree: 1\n"
+    "gravity: [0, 0, 0]\n"
+    "bodies: [{name: shaft, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+    "loops:\n"
+    "  - {name: drive, type: motion, joint: shaft,\n"
+    "     position: {table: [[0, 0], [1, 1], [2, 1], [3, 0], [4, 0], [5, 1]], interpolation: monotone}}\n"
+    "effects: [{name: brake, type: joint_friction, joint: shaft, coulomb: 0.7, stick: true, switched: off}]\n"
+    "events: [{name: on, when: t - 1.5, then: {engage: brake}}]\n"
+    "simulate: {duration: 6, until: t - 5, tolerance: 1e-10}\n";
+
+/* A body in a guide with friction lies on a table that is driven down and up again. */
+static const char guide[] =
+    "kinetree: 1\n"
+    "gravity: [0, 0, -9.81]\n"
+    "bodies:\n"
+    "  - {name: table, joint: {type: prismatic, axis: z}, mass: 1}\n"
+    "  - {name: body, joint: {type: prismatic, axis: z}, mass: 1, markers: {foot: [0, 0, 0]}}\n"
+    "loops:\n"
+    "  - {name: drive, type: motion, joint: table,\n"
+    "     position: {table: [[0, 0], [1, 0], [2, -0.2], [3, -0.2], [4, 0]], interpolation: monotone}}\n"
+    "effects:\n"
+    "  - {name: guide, type: joint_friction, joint: body, coulomb: 2, stick: true}\n"
+    "  - {name: contact, type: contact, point: body.foot, plane: table, restitution: 0}\n"
+    "simulate: {duration: 5, until: t - 4, tolerance: 1e-10}\n";
+
+/* What holds the joint moves it on, to either side: friction is against it there and back, and dissipates C times the way. */
+KT_TEST(friction_of_a_joint_that_is_moved_follows_where_it_has_rested) {
+    static const char *const methods[] = {"dopri5", "dop853", "radau5"};
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        rows r;
+        kt_note("%s", methods[m]);
+        if (!run_scene(brake, methods[m], &r))
+            continue;
+        kt_check_near("braked, J", r.dissipated[r.count - 1], 0.7 * 2.0, 64.0 * DBL_EPSILON);
+        if (run_scene(guide, methods[m], &r))
+            kt_check_near("in the guide, J", r.dissipated[r.count - 1], 2.0 * 0.4, 64.0 * DBL_EPSILON);
+    }
 }
