@@ -448,8 +448,8 @@ KT_TEST(checkpoint_between_events_goes_on_with_the_same_bits_and_nothing_allocat
                       .limit = 5};
     kt_simulation *one = model != NULL ? simulate(model, &run, 1, 0) : NULL;
     kt_simulation *two = model != NULL ? simulate(model, &run, 1, 0) : NULL;
-    void *block = one != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
-    if (one == NULL || two == NULL || block == NULL)
+    void *block = one != NULL && two != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
+    if (block == NULL)
         return;
     add(one, &event);
     event.user = &again;
