@@ -254,7 +254,8 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
 /* Whether the velocities of a group satisfy its equations; equations and `right` are those of v. */
 static bool group_fits(const kt_model *model, kt_data *data, size_t g, double t, const double *q, const double *v) {
     kt_violation violation = kt_violation_none;
-    kt_group_velocity_violation(model, data, g, v, &violation);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    kt_group_velocity_violation(model, data, g, &w, v, &violation);
     return violation.slip <= KT_CLOSED_STEP * violation.speed ||
            kt_group_velocities_fit(model, data, g, t, q, v, KT_CLOSED_STEP);
 }

@@ -71,25 +71,15 @@ kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, cons
 /* right <- A d - phi in all groups, as last filled. */
 void kt_aim_nearest(const kt_model *model, kt_data *data, const double *d);
 
-/* Stores -(A v + phi_t) in `right` and its violation in *violation: of one group, added to what is there; of all. By the
- * entries of A or, in a group with fronts, by its kernel. */
-static inline void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const double *v,
-                                               kt_violation *violation) {
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (!kt_group_has_fronts(&model->group[g])) {
-        kt_group_velocity_residuals(model, &model->group[g], &w, v, violation);
-        return;
-    }
-    model->group_kernels->apply(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
-    kt_group_violation(&w, w.multiplier, violation);
-}
-
+/* Stores -(A v + phi_t) of all groups in `right` and its violation in *violation. */
 static inline void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v,
                                          kt_violation *violation) {
     violation->velocity = violation->slip = 0.0;
     violation->speed = KT_SPEED_LEAST;
-    for (size_t g = 0; g < model->n.group; g++)
-        kt_group_velocity_violation(model, data, g, v, violation);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        kt_group_velocity_violation(model, data, g, &w, v, violation);
+    }
 }
 
 /* right <- -phi in all groups whose gap is above `goal`. */

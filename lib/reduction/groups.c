@@ -68,12 +68,8 @@ void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t 
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_group_position_residuals(&w, violation);
-    if (v && kt_group_has_fronts(group))
-        KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
-    if (v && kt_group_has_fronts(group))
-        kt_group_violation(&w, w.multiplier, violation);
-    else if (v)
-        kt_group_velocity_residuals(model, group, &w, v, violation);
+    if (v)
+        kt_group_velocity_violation(model, data, g, &w, v, violation);
     for (int i = 0; i < w.m && held && kt_group_has_fronts(group); i++)
         data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
     for (int i = 0; i < w.m && held && !kt_group_has_fronts(group); i++)

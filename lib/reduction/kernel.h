@@ -56,6 +56,18 @@ KT_REDUCTION_DECLARE(v4)
  * model->group_kernels. */
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model);
 
+/* Stores -(A v + phi_t) of a group in `right` and adds its violation to what is there: by the entries of A or, where
+ * fronts reduce the group, by `apply`. w: the group's matrices of all rows. */
+static inline void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w,
+                                               const double *v, kt_violation *violation) {
+    if (kt_group_has_fronts(&model->group[g])) {
+        model->group_kernels->apply(model, data, g, KT_ROWS_ALL, v, w->right, w->multiplier);
+        kt_group_violation(w, w->multiplier, violation);
+    } else {
+        kt_group_velocity_residuals(model, &model->group[g], w, v, violation);
+    }
+}
+
 /* The spatial kernels, which treat planar links like all others. */
 const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model);
 
