@@ -254,8 +254,8 @@ void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
     check_resets(r, scene);
     bool follows = v->noted_count == 0;
     v->parameters = r->parameter_values;
-    for (size_t i = 0; follows && i < v->count; i++)
-        follows = is_in_place(r, &v->followers[i], scene);
+    for (size_t i = 0; i < v->count; i++) /* all: also those of a scene that has to be read anew may be set by events */
+        follows = is_in_place(r, &v->followers[i], scene) && follows;
     v->is_fixed = !follows;
     tell_where(r, path, v->noted_count > 0 ? v->noted[0].node : NULL, v->where);
     v->noted = NULL;

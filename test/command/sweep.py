@@ -255,6 +255,25 @@ def armed():
     same("the event happens", {line["event.arm"] for line in rows(one)}, {"1"})
 
 
+LIGHTER = """kinetree: 1
+parameters: {a: 1, G: 9.81}
+gravity: [0, 0, =-G]
+bodies: [{name: stone, joint: {type: prismatic, axis: z}, mass: 1}]
+events: [{name: lighter, when: t - a, then: {set: {G: 0}}, limit: 1}]
+simulate: {duration: 2}
+"""
+
+
+def lighter():
+    """An event sets gravity in scenes that are read anew for each run, as its formula follows from what varies: v = -9.81 a."""
+    pathlib.Path("lighter.yaml").write_text(LIGHTER)
+    done = run("lighter.yaml", "--vary", "a=0.5:1.5:3", "--jobs", "1", "--out", "lighter.csv")
+    same("the scene is read anew", "read anew for each run" in done.stderr, True)
+    for line in rows(pathlib.Path("lighter.csv").read_text()):
+        same(f"a={line['a']}: done, one event", (line["status"], line["event.lighter"]), ("done", "1"))
+        check(f"a={line['a']}: velocity", abs(float(line["velocity.stone.end"]) / (9.81 * float(line["a"])) + 1), 8 * sys.float_info.epsilon)
+
+
 def killed():
     """Killed for real, wherever it is; the rest is the same."""
     sweep = ["fall.yaml", "--vary", "g=1:2:400" if fewer else "g=1:2:4000", "--quiet", "--out", "k.csv"]
@@ -523,7 +542,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, fused, equal_bytes, lanes, eventful, armed, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
+    for part in (grids, samples, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
         if part in (equal_bytes, lanes, eventful, armed, killed, ranks) and is_fused():
             print(f"skipped: {part.__name__}: lanes of this build are fused and have not the bits of single runs")
         else:
