@@ -13,6 +13,7 @@
  *                    2 (|b_11| + |b_12|)                              within it, for sums up to m = 12
  *
  * A panel whose errors exceed the tolerances is halved; where that does not help, the works stay those of the method.
+ * Next to a singular position of loops, where powers are not known better, the whole step is one panel.
  * The motion changes not one bit.
  *
  * Source: R. Piessens, E. de Doncker-Kapenga, C. W. Ueberhuber, D. K. Kahaner, QUADPACK, 1983.
@@ -116,6 +117,10 @@ static kt_work end_of(const kt_work_panel *panel) {
                      panel->start.supplied + 2.0 * panel->b[0].supplied};
 }
 
+/* Whether the last step was accepted although its error estimate was too large, since that was made of errors of
+ * accelerations (kt_noise). Those of powers are, too, and shorter panels do not lower them. */
+static bool is_noise(const kt_simulation *simulation) { return simulation->integrator->memory.last_error > 1.0; }
+
 /* The next panel, from where the last one ends. Returns false if no panel is short enough. */
 static bool advance(kt_simulation *simulation, kt_work_panel *panel) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
@@ -131,7 +136,7 @@ static bool advance(kt_simulation *simulation, kt_work_panel *panel) {
             return false;
         expand(panel, power);
         const double error = error_of(simulation, panel, power);
-        if (error <= 1.0) { /* ~ L^12 */
+        if (error <= 1.0 || is_noise(simulation)) { /* ~ L^12 */
             panel->next = (panel->to - panel->from) * (error < 1e-4 ? 2.0 : 1.0);
             return true;
         }

@@ -18,7 +18,7 @@ its path bends next to it, within some sqrt(d), and a method that looks across t
      (`initial.tolerance`): what they miss the positions of their motion by does work
   e  with fixed steps, end with an error on the way
 Wrong are X without a word, T a warning where the distance is above rounding, V the advice to take a smaller tolerance, which does not help
-there, E another error, O no end in --patience seconds.
+there, E another error, O no end in --patience seconds, C an account of energy that takes more evaluations than the motion.
 Without --full there are some distances of some families and methods (30 s); with it thirteen distances a decade from 1e-16 to 0.1, both signs
 and zero, of every family by every method (RUNS), for hours: choose some by --families and --runs.
 """
@@ -405,6 +405,8 @@ def run(program, family, d, options, duration, keep, patience):
     header, *rows = [line.split(",") for line in done.stdout.splitlines()]
     kinetic = max(float(row[header.index("energy.kinetic")]) for row in rows)
     fixed = "--step" in options
+    if found["cost"]["balance_evaluations"] > found["cost"]["evaluations"]:
+        return Result("C", d, drift, f"{found['cost']['balance_evaluations']} evaluations for the account of energy", steps, cpu)
     works = max(abs(found["balance"][of]) for of in ("supplied", "dissipated"))
     limit = FIXED_LIMIT * kinetic if fixed else LIMIT if "--tolerance" in options else LIMIT * max(1.0, kinetic, works)
     if drift <= limit:
