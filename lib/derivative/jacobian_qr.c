@@ -38,13 +38,13 @@ static kt_qr qr_of(const kt_jacobian_qr *w) {
         .m = (int)w->n, .k = (int)w->p, .factor = w->factor, .reflector_scale = w->reflector_scale, .pivot = w->pivot};
 }
 
-/* basis = Q */
+/* basis = Q, column by column. H_j leaves rows before j as they are, and with them unit vectors c < j. */
 static void write_basis(const kt_jacobian_qr *w) {
     const size_t n = w->n;
     memset(w->basis, 0, n * n * sizeof *w->basis);
     for (size_t c = 0; c < n; c++) {
         w->basis[c * n + c] = 1.0;
-        for (int j = w->rank - 1; j >= 0; j--)
+        for (int j = (int)c < w->rank ? (int)c : w->rank - 1; j >= 0; j--)
             kt_reflect(w->factor + (size_t)j * n, w->reflector_scale[j], j, (int)n, w->basis + c * n);
     }
 }

@@ -92,7 +92,8 @@ static void solve_dense(const kt_projection_work *w, bool mass, const double *e,
     const size_t n = w->n, r = (size_t)w->qr.rank;
     double *y = w->work, *z = y + r, *across = w->work + n;
     kt_jacobian_qr_solve_lower(&w->qr, e, y);
-    kt_dense_apply(w->qr.basis, (int)n, (int)r, y, across);
+    if (mass)
+        kt_dense_apply(w->qr.basis, (int)n, (int)r, y, across);
     for (size_t k = 0; k < n - r; k++) {
         z[k] = kt_dense_dot(w->qr.basis + (r + k) * n, x, (int)n);
         if (mass)
