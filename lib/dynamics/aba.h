@@ -142,10 +142,7 @@ KT_INLINE void kt_articulated_subtract_square(kt_articulated *x, kt_real1 d, kt_
         x->g[k] = kt_sub3(x->g[k], kt_scale3(KT_PART3(vn, k), uf));
 }
 
-/* Zeros where several children add what they pass on. */
-KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
-    if (!link->branches)
-        return;
+KT_INLINE void kt_articulated_zero(kt_articulated *sum) {
 #ifdef __OPTIMIZE_SIZE__
     memset(sum, 0, sizeof *sum);
 #else /* a string instruction, which compilers take for memset, is slow to begin */
@@ -153,6 +150,12 @@ KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
         sum->j[k] = sum->g[k] = sum->m[k] = kt_zero3();
     sum->moment = sum->force = kt_zero3();
 #endif
+}
+
+/* Zeros where several children add what they pass on. */
+KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
+    if (link->branches)
+        kt_articulated_zero(sum);
 }
 
 /* From the child's origin to the parent's. */

@@ -88,7 +88,7 @@ static inline void kt_group_columns(const kt_model *model, const kt_data *data, 
 /* Computes M, F and tau - h; returns in `total` the inertia and bias wrench on the parent while x = 0: (Ic, W). */
 static inline void kt_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
                                      const kt_group_work *w, const kt_real1 *tau, kt_articulated *total) {
-    memset(total, 0, sizeof *total);
+    kt_articulated_zero(total);
     memset(w->mass, 0, (size_t)w->m * (size_t)w->m * sizeof *w->mass);
     kt_group_bias(model, data, group);
     for (int l = group->link_count - 1; l >= 0; l--) {
