@@ -23,12 +23,15 @@ KT_INLINE void enter_slots(kt_front *f, KT_COLUMN *constant, int s) {
     const kt_front_step *step = &f->step[s];
     const KT_COLUMN *up = step->up < 0 ? NULL : constant_at(f, constant, step->up);
     const int n = f->components;
-    KT_COLUMN x[KT_FRONT_SPACE];
-    for (int c = 0; c < n; c++)
-        x[c] = up ? up[c] : (KT_COLUMN){0};
+    KT_COLUMN x[KT_FRONT_SPACE], *own = constant_at(f, constant, s);
+    /* Not to n: the compiler would take a string instruction, which is slow to begin. */
+    for (int c = 0; c < KT_FRONT_SPACE; c++)
+        x[c] = up && c < n ? up[c] : (KT_COLUMN){0};
     if (up)
         KT_COLUMN_SHIFT(n, kt_front_offset(f, step->link), x);
-    memcpy(constant_at(f, constant, s), x, (size_t)n * sizeof *x);
+    for (int c = 0; c < KT_FRONT_SPACE; c++)
+        if (c < n)
+            own[c] = x[c];
     kt_front_enter(f, s);
     for (int i = step->term; i < step->term + step->term_count; i++) {
         const int32_t slot = f->group->link_count + f->model->front_term[i].slot;
