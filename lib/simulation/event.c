@@ -159,19 +159,31 @@ static int insert(knot *knots, int count, knot new) {
     return count + 1;
 }
 
+/* A step that ended at the root may have left a value of rounding on the side from which it came: by its rate g is on the other one
+ * within the same instant. Up to there what is no farther is the same rounding, and counts as on that side. Contacts sink instead.
+ * Returns its size. */
+static double clear_rounding(const kt_simulation *simulation, size_t k, knot *base) {
+    const int from = simulation->event_search[k].side;
+    const double left = fabs(base[0].g), reach = fabs(base[1].g - base[0].g) * together(base[0].t);
+    if (from == 0 || sign_of(base[0].g) == from)
+        return 0.0;
+    base[0].g = from * DBL_MIN;
+    if (k < kt_simulation_contact_events(simulation) || !(left * (base[1].t - base[0].t) <= reach))
+        return 0.0;
+    for (int j = 1; j < LOOKS && sign_of(base[j].g) == -from && fabs(base[j].g) <= left; j++)
+        base[j].g = from * DBL_MIN;
+    return left;
+}
+
 /* The knots of event k along the step, with those that parabolas add. */
 static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *times, knot *knots, int *count,
                            kt_error *error) {
     knot base[LOOKS];
     kt_status status = KT_OK;
-    for (int j = 0; j < LOOKS; j++) {
+    for (int j = 0; j < LOOKS; j++)
         base[j] = (knot){times[j], simulation->event_value[(size_t)j * simulation->size.event + k]};
-        knots[j] = base[j];
-    }
-    /* A step that ended at the root may have left a value of rounding on the side from which it came. */
-    const int from = simulation->event_search[k].side;
-    if (from != 0 && sign_of(base[0].g) != from)
-        knots[0].g = base[0].g = from * DBL_MIN;
+    const double left = clear_rounding(simulation, k, base);
+    memcpy(knots, base, sizeof base);
     *count = LOOKS;
     for (int j = 1; status == KT_OK && j + 1 < LOOKS; j++) {
         const int side = sign_of(base[j].g);
@@ -180,7 +192,7 @@ static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *ti
         if (side == 0 || sign_of(base[j - 1].g) != side || sign_of(base[j + 1].g) != side)
             continue;
         status = find_hidden(simulation, k, base[j - 1], base[j], base[j + 1], &hidden, &found, error);
-        if (status == KT_OK && found)
+        if (status == KT_OK && found && !(fabs(hidden.g) <= left))
             *count = insert(knots, *count, hidden);
     }
     return status;

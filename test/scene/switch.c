@@ -535,3 +535,27 @@ KT_TEST(a_coin_spins_to_its_end) {
     kt_model_free(model);
     kt_scene_free(&scene);
 }
+
+/* ---- where a stop is --------------------------------------------------------------------------------------------- */
+
+static const char bouncing[] =
+    "kinetree: 1\n"
+    "gravity: [0, 0, -9.81]\n"
+    "bodies: [{name: ball, joint: {type: prismatic, axis: z, position: 1.1}, mass: 1}]\n"
+    "effects: [{name: floor, type: joint_limit, joint: ball, lower: 0.3, restitution: 0.7}]\n"
+    "events: [{name: there, when: position.ball - 0.3, then: record}]\n"
+    "simulate: {duration: 1.5, tolerance: 1e-9}\n";
+
+/* An event where the stop is happens once on the way down and once on the way up, at each impact: the times of these are
+ * t, (1 + 2 e) t, (1 + 2 e + 2 e^2) t with t^2 = 2 h / g. */
+KT_TEST(an_event_where_a_stop_is_happens_twice_at_each_impact) {
+    static const char *const methods[] = {"dopri5", "dop853", "radau5", "rodas5p"};
+    const double t = sqrt(2.0 * 0.8 / 9.81), expected[3] = {t, 2.4 * t, 3.38 * t};
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        rows r;
+        if (!run_scene(bouncing, methods[m], &r) || !kt_check_equal_int(methods[m], r.count, 6))
+            continue;
+        for (int i = 0; i < 6; i++)
+            kt_check_near("time, s", r.time[i], expected[i / 2], 64.0 * DBL_EPSILON);
+    }
+}
