@@ -4,30 +4,59 @@
 
 #include <stdbool.h>
 
-enum { KT_EVENTS_WORDS = 40 };
+enum { KT_EVENTS_WORDS = 40, KT_EVENTS_BODIES = 5, KT_EVENTS_COUNT = 8 };
 
-typedef enum kt_events_case { KT_EVENTS_CREEP, KT_EVENTS_BOUNCE, KT_EVENTS_BELT, KT_EVENTS_COUNT } kt_events_case;
+/* Axes along which bodies move and contacts press. Nothing leaves the plane of x and z. */
+typedef enum kt_events_axis { KT_EVENTS_X, KT_EVENTS_Z, KT_EVENTS_AXES } kt_events_axis;
 
-/* One mass on a plane z = 0. A block (half sides 0.1, 0.1, 0.05 m, its centre 0.05 m high) under gravity that is tilted towards x,
- * with friction, and perhaps on a spring along x whose other end moves at -`belt`, as seen from a belt; or a ball. */
-typedef struct kt_events_problem {
+typedef enum kt_events_shape { KT_EVENTS_BLOCK, KT_EVENTS_BALL } kt_events_shape;
+
+/* A body on slides along those axes along which it is free; a ball may turn about y as well. */
+typedef struct kt_events_body {
+    kt_events_shape shape;
+    double half[KT_EVENTS_AXES]; /* half sides, m; of a ball both are its radius */
+    double at[KT_EVENTS_AXES];   /* its centre at the start, m */
+    bool is_free[KT_EVENTS_AXES], turns;
+    double mass, speed, push; /* kg; along x at the start, m/s; a constant force along x, N */
+} kt_events_body;
+
+/* `upper` stays on the positive side of `lower` along the axis. Engines that look for contacts themselves need only the planes. */
+typedef struct kt_events_contact {
+    int lower, upper; /* bodies; a lower one of -1 is the plane through the origin */
+    kt_events_axis axis;
+} kt_events_contact;
+
+/* Bodies in the plane of x and z, and their contacts, which all have the same friction and restitution. The first one is perhaps on
+ * a spring along x, whose other end moves at -`belt`, as seen from a belt, or on a rope whose other end is the origin. */
+typedef struct kt_events_problem kt_events_problem;
+struct kt_events_problem {
     const char *name, *measured;
-    double bound, duration, step;     /* of the error, m; s; s, of the engines with fixed steps */
-    double mass, gravity, tilt;       /* kg, m/s^2, rad */
-    double friction;                  /* mu */
-    double stiffness, belt;           /* N/m, m/s */
-    double restitution, drop, radius; /* of the ball, m, m */
-} kt_events_problem;
+    double bound, duration, step; /* of the error, m; s; s, of the engines with fixed steps */
+    double gravity, tilt;         /* m/s^2, rad: from -z towards x */
+    double friction, restitution; /* mu, e */
+    double stiffness, belt;       /* N/m, m/s */
+    double rope;                  /* its length, m */
+    int body_count, contact_count;
+    kt_events_body body[KT_EVENTS_BODIES];
+    kt_events_contact contact[KT_EVENTS_BODIES];
+    kt_events_axis axis;                                             /* of what is measured: */
+    double (*exact)(const kt_events_problem *p, int body, double t); /* where the body's centre is, m */
+};
 
-/* What is watched every millisecond: x of the block, from where it was put, or the height of the ball above the plane. */
+extern const kt_events_problem kt_events_problems[KT_EVENTS_COUNT];
+
+/* What is watched every millisecond: the centres of all bodies, along one axis. */
 typedef struct kt_events_watch {
     const kt_events_problem *problem;
-    kt_events_case which;
     double error, seconds; /* the largest, m; processor time of the motion */
     char words[KT_EVENTS_WORDS];
 } kt_events_watch;
 
-void kt_events_see(kt_events_watch *watch, double t, double x);
+/* Where the centre of a body is at t, along the problem's axis. */
+void kt_events_see(kt_events_watch *watch, int body, double t, double at);
+
+/* The force of the spring on the first body where that is at x, N. */
+double kt_events_pull(const kt_events_problem *p, double x, double t);
 
 /* Processor time of this process, s. */
 double kt_events_clock(void);

@@ -1,7 +1,9 @@
-/* Impacts, stick and slip in ODE: a box or a sphere on a plane, contacts by dCollide before each step with Coulomb's pyramid
- * along the slip (dContactApprox1), dWorldStep. ERP and CFM of contacts as ODE sets them. */
+/* Impacts, stick and slip in ODE: boxes and spheres, those that move along one axis alone on a slider, and planes; contacts by dCollide
+ * before each step with Coulomb's pyramid along the slip (dContactApprox1), dWorldStep. ERP and CFM of contacts as ODE sets them.
+ * A rope is a contact, too, while it is taut: the first body touches the sphere of its length from inside. */
 #include "events.h"
 
+#include <math.h>
 #include <ode/ode.h>
 #include <stdio.h>
 
@@ -9,7 +11,7 @@ typedef struct scene {
     const kt_events_problem *problem;
     dWorldID world;
     dSpaceID space;
-    dBodyID body;
+    dBodyID body[KT_EVENTS_BODIES];
     dJointGroupID contacts;
 } scene;
 
@@ -28,36 +30,68 @@ static void touch(void *data, dGeomID a, dGeomID b) {
     }
 }
 
-static void build(scene *s, bool is_ball) {
-    const kt_events_problem *p = s->problem;
+static void pull_rope(const scene *s) {
+    const dReal *at = dBodyGetPosition(s->body[0]);
+    const double distance = hypot(at[0], at[2]), depth = distance - s->problem->rope;
+    if (s->problem->rope <= 0.0 || depth < 0.0)
+        return;
+    dContact contact = {
+        .geom = {.pos = {at[0], 0.0, at[2]}, .normal = {-at[0] / distance, 0.0, -at[2] / distance}, .depth = depth}};
+    dJointAttach(dJointCreateContact(s->world, s->contacts, &contact), s->body[0], NULL);
+}
+
+static dBodyID add_body(const scene *s, const kt_events_body *given) {
+    const double *half = given->half;
+    const bool is_free_x = given->is_free[KT_EVENTS_X], is_free_z = given->is_free[KT_EVENTS_Z];
+    dBodyID body = dBodyCreate(s->world);
     dMass mass;
     dGeomID geom;
-    dWorldSetGravity(s->world, p->gravity * sin(p->tilt), 0.0, -p->gravity * cos(p->tilt));
-    (void)dCreatePlane(s->space, 0.0, 0.0, 1.0, 0.0);
-    if (is_ball) {
-        dMassSetSphereTotal(&mass, p->mass, p->radius);
-        geom = dCreateSphere(s->space, p->radius);
-        dBodySetPosition(s->body, 0.0, 0.0, p->drop + p->radius);
+    if (given->shape == KT_EVENTS_BALL) {
+        dMassSetSphereTotal(&mass, given->mass, half[KT_EVENTS_X]);
+        geom = dCreateSphere(s->space, half[KT_EVENTS_X]);
     } else {
-        dMassSetBoxTotal(&mass, p->mass, 0.2, 0.2, 0.1);
-        geom = dCreateBox(s->space, 0.2, 0.2, 0.1);
-        dBodySetPosition(s->body, 0.0, 0.0, 0.05);
+        dMassSetBoxTotal(&mass, given->mass, 2.0 * half[KT_EVENTS_X], 0.2, 2.0 * half[KT_EVENTS_Z]);
+        geom = dCreateBox(s->space, 2.0 * half[KT_EVENTS_X], 0.2, 2.0 * half[KT_EVENTS_Z]);
     }
-    dBodySetMass(s->body, &mass);
-    dGeomSetBody(geom, s->body);
+    dBodySetPosition(body, given->at[KT_EVENTS_X], 0.0, given->at[KT_EVENTS_Z]);
+    dBodySetLinearVel(body, given->speed, 0.0, 0.0);
+    dBodySetMass(body, &mass);
+    dGeomSetBody(geom, body);
+    if (is_free_x != is_free_z) {
+        dJointID slider = dJointCreateSlider(s->world, NULL);
+        dJointAttach(slider, body, NULL);
+        dJointSetSliderAxis(slider, is_free_x ? 1.0 : 0.0, 0.0, is_free_z ? 1.0 : 0.0);
+    }
+    return body;
+}
+
+static void build(scene *s) {
+    const kt_events_problem *p = s->problem;
+    dWorldSetGravity(s->world, p->gravity * sin(p->tilt), 0.0, -p->gravity * cos(p->tilt));
+    for (int i = 0; i < p->contact_count; i++)
+        if (p->contact[i].lower < 0) {
+            const bool is_wall = p->contact[i].axis == KT_EVENTS_X;
+            (void)dCreatePlane(s->space, is_wall ? 1.0 : 0.0, 0.0, is_wall ? 0.0 : 1.0, 0.0);
+        }
+    for (int i = 0; i < p->body_count; i++)
+        s->body[i] = add_body(s, &p->body[i]);
 }
 
 static void move(scene *s, kt_events_watch *watch) {
     const kt_events_problem *p = s->problem;
     const long every = lround(1e-3 / p->step), steps = lround(p->duration / p->step);
     for (long k = 0; k <= steps; k++) {
-        const dReal *at = dBodyGetPosition(s->body);
         const double t = (double)k * p->step;
-        if (k % every == 0)
-            kt_events_see(watch, t, watch->which == KT_EVENTS_BOUNCE ? at[2] - p->radius : at[0]);
-        if (p->stiffness > 0.0)
-            dBodyAddForce(s->body, -p->stiffness * (at[0] + p->belt * t), 0.0, 0.0);
+        for (int i = 0; i < p->body_count; i++) {
+            const dReal *at = dBodyGetPosition(s->body[i]);
+            const double force = p->body[i].push + (i == 0 ? kt_events_pull(p, at[0], t) : 0.0);
+            if (k % every == 0)
+                kt_events_see(watch, i, t, at[p->axis == KT_EVENTS_X ? 0 : 2]);
+            if (force != 0.0)
+                dBodyAddForce(s->body[i], force, 0.0, 0.0);
+        }
         dSpaceCollide(s->space, s, touch);
+        pull_rope(s);
         (void)dWorldStep(s->world, p->step);
         dJointGroupEmpty(s->contacts);
     }
@@ -73,9 +107,8 @@ bool kt_events_ode(kt_events_watch *watch) {
     dInitODE2(0);
     dSetMessageHandler(say_nothing);
     scene s = {.problem = watch->problem, .world = dWorldCreate(), .space = dSimpleSpaceCreate(NULL)};
-    s.body = dBodyCreate(s.world);
     s.contacts = dJointGroupCreate(0);
-    build(&s, watch->which == KT_EVENTS_BOUNCE);
+    build(&s);
     const double begin = kt_events_clock();
     move(&s, watch);
     watch->seconds = kt_events_clock() - begin;
