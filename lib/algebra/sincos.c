@@ -79,6 +79,7 @@ KT_INLINE void kt_v8_sincos(const int groups, const kt_v8 *x, kt_v8 *sine, kt_v8
     kt_i8 minus[GROUPS], quadrant[GROUPS];
     kt_v8 size[GROUPS], n[GROUPS], a[GROUPS], b[GROUPS], p2[GROUPS], p3[GROUPS], r[GROUPS], e[GROUPS];
     KT_EACH {
+        /* cppcheck-suppress uninitvar ; callers fill as many vectors as `groups` */
         minus[g] = (kt_i8)x[g] & KT_I8(INT64_MIN);
         size[g] = (kt_v8)((kt_i8)x[g] ^ minus[g]); /* so that sine(-0) is -0 */
         n[g] = size[g] * KT_V8(0x1.45f306dc9c883p-1) + round;

@@ -242,12 +242,11 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
             value = kt_planar_row_distance(model, x->loop, flat, row, r, t, out);
             break;
         case KT_PLANAR_ROW_SPATIAL:
-#ifndef KT_LANES
-            in_space++;
-#endif
-            continue;
         case KT_PLANAR_ROW_VOID:
         default:
+#ifndef KT_LANES
+            in_space += row->kind == KT_PLANAR_ROW_SPATIAL;
+#endif
             continue;
         }
         out->slot = at;

@@ -61,6 +61,7 @@ KT_INLINE kt_relation1 kt_loop_relate(const kt_loop_record *loop, const double *
     const kt_loop_lanes at = {
         .width = KT_LANES, .t = (const double *)&t, .end = {(const double *)&sum}, .row = (double *)&row};
     row.closes = KT_OF_ONE(kt_loop_relate)(loop, numbers, &at);
+    /* cppcheck-suppress uninitvar ; written through `at` */
     return row;
 }
 
