@@ -180,19 +180,23 @@ static void apply_wrenches(sum *s, const kt_effect_batch *batch) {
     }
 }
 
+static sum begin_sum(const kt_model *model, kt_data *data, const kt_lane_state *at) {
+    return (sum){.model = model,
+                 .data = data,
+                 .t = *(const kt_real1 *)(const void *)at->t,
+                 .q = (const void *)at->q,
+                 .v = (const void *)at->v,
+                 .x = (const void *)at->x,
+                 .live = at->live,
+                 .excess = kt_real1_splat(0.0),
+                 .sound = kt_condition_true()};
+}
+
 kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *tau,
                                        kt_external *applied) {
-    sum s = {.model = model,
-             .data = data,
-             .t = *(const kt_real1 *)(const void *)at->t,
-             .q = (const void *)at->q,
-             .v = (const void *)at->v,
-             .x = (const void *)at->x,
-             .tau = tau,
-             .applied = applied,
-             .live = at->live,
-             .excess = kt_real1_splat(0.0),
-             .sound = kt_condition_true()};
+    sum s = begin_sum(model, data, at);
+    s.tau = tau;
+    s.applied = applied;
     kt_copy(tau, at->tau, model->n.v * sizeof *tau);
     if (model->n.force_link > 0) {
         kt_clear(applied, model->n.body * sizeof *applied);
@@ -208,15 +212,7 @@ kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, con
 }
 
 kt_condition KT_KERNEL(kt_own_rates)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *rates) {
-    sum s = {.model = model,
-             .data = data,
-             .t = *(const kt_real1 *)(const void *)at->t,
-             .q = (const void *)at->q,
-             .v = (const void *)at->v,
-             .x = (const void *)at->x,
-             .live = at->live,
-             .excess = kt_real1_splat(0.0),
-             .sound = kt_condition_true()};
+    sum s = begin_sum(model, data, at);
     for (size_t i = 0; i < KT_OWN_STATES(&model->n); i++) {
         rates[i] = evaluate_formula(&s, &model->state[i]);
         s.excess += rates[i] - rates[i];
