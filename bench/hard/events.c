@@ -16,8 +16,6 @@
  * This engine takes the contacts as they are (restitution, friction), with steps of its own to 1e-10. */
 #include "events.h"
 
-#include "kinetree/simulation.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <time.h>
@@ -399,8 +397,7 @@ static int see_record(const kt_record *record, void *user) {
     return 0;
 }
 
-static bool run(scene *s, const kt_description *description) {
-    kt_events_watch *watch = s->watch;
+bool kt_events_run(kt_events_watch *watch, const kt_description *description, kt_recorder *see, void *user) {
     kt_error error = {0};
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
@@ -413,7 +410,7 @@ static bool run(scene *s, const kt_description *description) {
         status = kt_simulation_create(model, &options, NULL, &simulation, &error);
     const double begin = kt_events_clock();
     if (status == KT_OK)
-        status = kt_simulation_run(simulation, see_record, s, &error);
+        status = kt_simulation_run(simulation, see, user, &error);
     watch->seconds = kt_events_clock() - begin;
     if (status != KT_OK)
         (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
@@ -441,5 +438,5 @@ bool kt_events_kinetree(kt_events_watch *watch) {
         d.loops = &s.rope;
         d.loop_count = 1;
     }
-    return run(&s, &d);
+    return kt_events_run(watch, &d, see_record, &s);
 }

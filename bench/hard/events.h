@@ -2,9 +2,11 @@
 #ifndef KT_BENCH_HARD_EVENTS_H
 #define KT_BENCH_HARD_EVENTS_H
 
+#include "kinetree/simulation.h"
+
 #include <stdbool.h>
 
-enum { KT_EVENTS_WORDS = 40, KT_EVENTS_BODIES = 5, KT_EVENTS_COUNT = 8 };
+enum { KT_EVENTS_WORDS = 40, KT_EVENTS_BODIES = 5, KT_EVENTS_COUNT = 8, KT_EVENTS_ENGINES = 3 };
 
 /* Axes along which bodies move and contacts press. Nothing leaves the plane of x and z. */
 typedef enum kt_events_axis { KT_EVENTS_X, KT_EVENTS_Z, KT_EVENTS_AXES } kt_events_axis;
@@ -26,16 +28,23 @@ typedef struct kt_events_contact {
     kt_events_axis axis;
 } kt_events_contact;
 
+typedef struct kt_events_watch kt_events_watch;
+
+/* False where the engine is not here, or gave up; then with words. */
+typedef bool kt_events_engine(kt_events_watch *watch);
+kt_events_engine kt_events_kinetree, kt_events_mujoco, kt_events_ode;
+
 /* Bodies in the plane of x and z, and their contacts, which all have the same friction and restitution. The first one is perhaps on
  * a spring along x, whose other end moves at -`belt`, as seen from a belt, or on a rope whose other end is the origin. */
 typedef struct kt_events_problem kt_events_problem;
 struct kt_events_problem {
     const char *name, *measured;
-    double bound, duration, step; /* of the error, m; s; s, of the engines with fixed steps */
-    double gravity, tilt;         /* m/s^2, rad: from -z towards x */
-    double friction, restitution; /* mu, e */
-    double stiffness, belt;       /* N/m, m/s */
-    double rope;                  /* its length, m */
+    kt_events_engine *engine[KT_EVENTS_ENGINES]; /* of NULL, the one that builds these bodies and contacts */
+    double bound, duration, step;                /* of the error, m; s; s, of the engines with fixed steps */
+    double gravity, tilt;                        /* m/s^2, rad: from -z towards x */
+    double friction, restitution;                /* mu, e */
+    double stiffness, belt;                      /* N/m, m/s */
+    double rope;                                 /* its length, m */
     int body_count, contact_count;
     kt_events_body body[KT_EVENTS_BODIES];
     kt_events_contact contact[KT_EVENTS_BODIES];
@@ -45,12 +54,16 @@ struct kt_events_problem {
 
 extern const kt_events_problem kt_events_problems[KT_EVENTS_COUNT];
 
+/* Motions of mechanisms that each engine describes by itself, in sources of their own. */
+extern const kt_events_problem kt_events_coin;
+kt_events_engine kt_events_coin_mujoco, kt_events_coin_ode;
+
 /* What is watched every millisecond: the centres of all bodies, along one axis. */
-typedef struct kt_events_watch {
+struct kt_events_watch {
     const kt_events_problem *problem;
     double error, seconds; /* the largest, m; processor time of the motion */
     char words[KT_EVENTS_WORDS];
-} kt_events_watch;
+};
 
 /* Where the centre of a body is at t, along the problem's axis. */
 void kt_events_see(kt_events_watch *watch, int body, double t, double at);
@@ -61,8 +74,7 @@ double kt_events_pull(const kt_events_problem *p, double x, double t);
 /* Processor time of this process, s. */
 double kt_events_clock(void);
 
-/* False where the engine is not here, or gave up; then with words. */
-typedef bool kt_events_engine(kt_events_watch *watch);
-kt_events_engine kt_events_kinetree, kt_events_mujoco, kt_events_ode;
+/* Runs a description in this engine for the problem's duration, with a record each millisecond, which `see` takes with `user`. */
+bool kt_events_run(kt_events_watch *watch, const kt_description *description, kt_recorder *see, void *user);
 
 #endif

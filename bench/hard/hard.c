@@ -231,17 +231,21 @@ static void write_events(kt_csv *csv, const kt_events_problem *p, const char (*t
     }
 }
 
+static const kt_events_problem *const mechanisms[] = {&kt_events_coin};
+enum { MOTIONS = KT_EVENTS_COUNT + sizeof mechanisms / sizeof *mechanisms };
+
 /* Returns how many errors of this engine are over their bounds. */
 static int compare_events(const options *o, kt_csv *csv) {
-    static kt_events_engine *const engines[1 + PEERS] = {kt_events_kinetree, kt_events_mujoco, kt_events_ode};
+    static kt_events_engine *const engines[KT_EVENTS_ENGINES] = {kt_events_kinetree, kt_events_mujoco, kt_events_ode};
     int missed = 0;
-    for (int which = 0; which < KT_EVENTS_COUNT; which++) {
-        char text[1 + PEERS][2][CELL] = {{"-", "-"}, {"-", "-"}, {"-", "-"}};
-        const kt_events_problem *p = &kt_events_problems[which];
+    for (int which = 0; which < MOTIONS; which++) {
+        char text[KT_EVENTS_ENGINES][2][CELL] = {{"-", "-"}, {"-", "-"}, {"-", "-"}};
+        const kt_events_problem *p =
+            which < KT_EVENTS_COUNT ? &kt_events_problems[which] : mechanisms[which - KT_EVENTS_COUNT];
         bool held = false;
-        for (int k = 0; k < (o->alone ? 1 : 1 + PEERS); k++) {
+        for (int k = 0; k < (o->alone ? 1 : KT_EVENTS_ENGINES); k++) {
             kt_events_watch watch;
-            const bool good = run_events(engines[k], p, &watch);
+            const bool good = run_events(p->engine[k] ? p->engine[k] : engines[k], p, &watch);
             if (good) {
                 (void)snprintf(text[k][0], CELL, "%.1e", watch.error);
                 (void)snprintf(text[k][1], CELL, "%.1e", watch.seconds);
@@ -310,7 +314,7 @@ int main(int argc, char **argv) {
     }
     if (o.only == 0 || o.only == EVENTS) {
         missed += compare_events(&o, &csv);
-        count += KT_EVENTS_COUNT;
+        count += MOTIONS;
     }
     if (!o.markdown)
         printf("\n%d measures, %d over their bounds\n", count, missed);

@@ -3,6 +3,12 @@
 #include "events.h"
 #include "peers.h"
 
+#define NOT_HERE(engine)                                                                                               \
+    bool engine(kt_events_watch *watch) {                                                                              \
+        watch->words[0] = '-';                                                                                         \
+        return false;                                                                                                  \
+    }
+
 #ifdef KT_WITHOUT_MUJOCO
 bool kt_hard_mujoco(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch, char *words) {
     (void)h;
@@ -13,10 +19,8 @@ bool kt_hard_mujoco(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *wat
 }
 const char *kt_hard_mujoco_version(void) { return "MuJoCo (not here)"; }
 
-bool kt_events_mujoco(kt_events_watch *watch) {
-    watch->words[0] = '-';
-    return false;
-}
+NOT_HERE(kt_events_mujoco)
+NOT_HERE(kt_events_coin_mujoco)
 #endif
 
 #ifdef KT_WITHOUT_ODE
@@ -29,10 +33,8 @@ bool kt_hard_ode(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch,
 }
 const char *kt_hard_ode_version(void) { return "ODE (not here)"; }
 
-bool kt_events_ode(kt_events_watch *watch) {
-    watch->words[0] = '-';
-    return false;
-}
+NOT_HERE(kt_events_ode)
+NOT_HERE(kt_events_coin_ode)
 #endif
 
 #ifdef KT_WITHOUT_CAIRO

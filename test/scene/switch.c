@@ -11,6 +11,7 @@
 #include <gsl/gsl_odeiv2.h>
 #endif
 
+#include "coin.h"
 #include "difference.h"
 #include "watched.h"
 
@@ -459,45 +460,25 @@ KT_TEST(a_woodpecker_pecks_on_its_published_orbit) {
 
 /* ---- a spinning coin --------------------------------------------------------------------------------------------- */
 
-/* A thin disc of radius r rolls on its rim, inclined by alpha, its centre at rest: Omega^2 sin(alpha) = 4 g / r (Moffatt, Euler's disk and
- * its finite-time singularity, Nature 404, 2000), and E = 3/2 m g r sin(alpha). A damper c against Omega takes c Omega^2, so that while it
- * falls slowly sin(alpha)^2 = sin(alpha_0)^2 - 16 c t / (3 m r^2), but for terms of the order of alpha: its centre begins to move. */
-#define COIN                                                                                                           \
-    "kinetree: 1\n"                                                                                                    \
-    "gravity: [0, 0, -9.81]\n"                                                                                         \
-    "parameters: {r: 0.0375, m: 0.44, alpha: %g, c: %g, Omega: '=sqrt(4*9.81/(r*sin(alpha)))'}\n"                      \
-    "bodies:\n"                                                                                                        \
-    "  - {name: carriage, joint: {type: planar, axis: z, velocity: [0, 0, =Omega]}, mass: 0}\n"                        \
-    "  - {name: post, parent: carriage, joint: {type: prismatic, axis: z, position: =r*sin(alpha)}, mass: 0}\n"        \
-    "  - {name: tilt, parent: post, joint: {type: revolute, axis: x, position: =alpha}, mass: 0}\n"                    \
-    "  - {name: coin, parent: tilt, joint: {type: revolute, axis: z, velocity: =-Omega*cos(alpha)}, mass: =m,\n"       \
-    "     inertia: [=m*r^2/4, =m*r^2/4, =m*r^2/2], markers: {centre: [0, 0, 0]}}\n"                                    \
-    "loops:\n"                                                                                                         \
-    "  - {name: rim, type: rolling, wheel: coin.centre, radius: =r, on: world}\n"                                      \
-    "effects:\n"                                                                                                       \
-    "  - {type: joint_damper, joint: 'carriage[2]', damping: =c}\n"                                                    \
-    "simulate: {duration: 2, tolerance: %g, until: %s}\n"
-
-enum { TILT = 4, TURN = 2 }; /* positions; velocities likewise */
-
 static bool run_coin(double alpha, double damping, const char *until, rows *r) {
     char text[2000];
-    (void)snprintf(text, sizeof text, COIN, alpha, damping, 1e-10, until);
+    (void)snprintf(text, sizeof text, KT_COIN(KT_COIN_ROLLS), alpha, damping, 1e-10, until);
     return run_scene(text, "dop853", r);
 }
 
 KT_TEST(a_coin_rolls_steadily_and_sinks_by_its_law) {
-    const double s0 = sin(0.2), Omega = sqrt(4.0 * 9.81 / (0.0375 * s0));
+    const double s0 = sin(0.2), Omega = sqrt(4.0 * 9.81 / (KT_COIN_RADIUS * s0));
     double off[2] = {0.0, 0.0};
     rows r;
     if (run_coin(0.2, 0.0, "t - 1", &r)) {
-        kt_check_near("inclination: the tolerance", r.q[r.count - 1][TILT], 0.2, 1e-10);
-        kt_check_near("rate, times Omega over two alpha, rad/s", r.v[r.count - 1][TURN], Omega, 2e-8);
-        kt_check_near("energy, J", r.total[r.count - 1], 1.5 * 0.44 * 9.81 * 0.0375 * s0, 1e-12);
+        kt_check_near("inclination: the tolerance", r.q[r.count - 1][KT_COIN_TILT], 0.2, 1e-10);
+        kt_check_near("rate, times Omega over two alpha, rad/s", r.v[r.count - 1][KT_COIN_TURN], Omega, 2e-8);
+        kt_check_near("energy, J", r.total[r.count - 1], 1.5 * KT_COIN_MASS * 9.81 * KT_COIN_RADIUS * s0, 1e-12);
     }
     for (int k = 0; k < 2; k++) {
         const double alpha = k == 0 ? 0.2 : 0.1, c = k == 0 ? 8e-6 : 2e-6;
-        const double fall = 0.75 * sin(alpha) * sin(alpha) * 3.0 * 0.44 * 0.0375 * 0.0375 / (16.0 * c);
+        const double fall =
+            0.75 * sin(alpha) * sin(alpha) * 3.0 * KT_COIN_MASS * KT_COIN_RADIUS * KT_COIN_RADIUS / (16.0 * c);
         if (run_coin(alpha, c, "\"sin(position.tilt) < 0.5*sin(alpha)\"", &r))
             off[k] = fabs(r.time[r.count - 1] / fall - 1.0);
     }
@@ -512,8 +493,9 @@ KT_TEST(a_coin_spins_to_its_end) {
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
     kt_error error = {0};
-    const double c = 2e-6, s0 = sin(0.1), end = s0 * s0 * 3.0 * 0.44 * 0.0375 * 0.0375 / (16.0 * c);
-    (void)snprintf(text, sizeof text, COIN, 0.1, c, 1e-7, "t - 2");
+    const double c = 2e-6, s0 = sin(0.1),
+                 end = s0 * s0 * 3.0 * KT_COIN_MASS * KT_COIN_RADIUS * KT_COIN_RADIUS / (16.0 * c);
+    (void)snprintf(text, sizeof text, KT_COIN(KT_COIN_ROLLS), 0.1, c, 1e-7, "t - 2");
     if (!kt_check_true("it is read", parse(text, &scene)))
         return;
     kt_simulation_options options = kt_simulation_options_default();
@@ -528,7 +510,7 @@ KT_TEST(a_coin_spins_to_its_end) {
         kt_check_true("ends in words", status != KT_OK && strlen(error.message) > 20);
         kt_check_contains("where", error.where, "joint 'carriage'");
         kt_check_near("when, over the law", kt_simulation_time(simulation) / end, 1.0, 0.05);
-        kt_check_below("inclination", fabs(q[TILT]),
+        kt_check_below("inclination", fabs(q[KT_COIN_TILT]),
                        1e-5); /* of 0.1 at the start: flat, as nearly as steps come to it */
     }
     kt_simulation_free(simulation);
