@@ -4,6 +4,7 @@ the loss in the energies, no warning of it, and whether it is on at the end; and
 import csv
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -12,6 +13,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 KINETREE = sys.argv[1]
+DASHED = re.compile(r'stroke-dasharray:3,3;" d="(M [^"]*)"')
 # 0.3 at 10 rad/s and 0.5 at -2 rad/s: 2.5 rad/s together, and 13.5 J of 16 J lost.
 CLUTCH = """kinetree: 1
 name: clutch
@@ -81,6 +83,16 @@ with tempfile.TemporaryDirectory() as folder:
     claim("it_runs_without_a_warning", [] if ran.returncode == 0 and "warning" not in ran.stderr else [ran.stderr])
     summary = json.loads((path / "sum.json").read_text())
     rows = list(csv.DictReader((path / "out.csv").open(newline="")))
+    drawn = {}
+    for name in ("clutch", "plates"):
+        run = [KINETREE, "run", f"{name}.yaml", "--quiet", "--record", "position", "--out", f"{name}-again.csv"]
+        subprocess.run([*run, "--summary", f"{name}-again.json", "--plot", f"{name}-run.svg"], cwd=path, check=True)
+        subprocess.run([KINETREE, "plot", f"{name}-again.csv", "--marks", f"{name}-again.json", "--out", f"{name}-plot.svg"], cwd=path, check=True)
+        subprocess.run([KINETREE, "plot", f"{name}-again.csv", "--out", f"{name}-bare.svg"], cwd=path, check=True)
+        drawn[name] = [DASHED.findall((path / f"{name}-{kind}.svg").read_text()) for kind in ("run", "plot", "bare")]
+        drawn[name].append(json.loads((path / f"{name}-again.json").read_text())["marks"])
+    unmarked = subprocess.run([KINETREE, "plot", "out.csv", "--marks", "stool.json", "--x", "position.load"], cwd=path, capture_output=True, text=True)
+    markless = subprocess.run([KINETREE, "plot", "out.csv", "--marks", "clutch.yaml"], cwd=path, capture_output=True, text=True)
     refused = subprocess.run([KINETREE, "run", "clutch.yaml", "--formulation", "absolute", "--out", "-"], cwd=path, capture_output=True, text=True)
 plates = [{key.split(" [")[0]: float(value) for key, value in row.items()} for row in plates]
 rows = [{key.split(" [")[0]: float(value) for key, value in row.items()} for row in rows]
@@ -112,5 +124,11 @@ claim("the_summary_says_that_it_is_released", [] if ends["switched"] == {"plates
 told = [warning for warning in fallen["warnings"] if warning["code"] == "contact_capped"]
 claim("a_direction_of_slow_slip_that_is_not_found_is_told_once", [] if fallen["cost"]["capped"] > 0 and len(told) == 1 and stool.stderr.count("direction of slow slip") == 1
       and f"{fallen['cost']['capped']} iterations ended at their limit" in stool.stderr else [stool.stderr, str(fallen["cost"])])
+claim("the_summary_lists_events_and_transitions", [] if [(round(m["time"], 9), m["name"]) for m in drawn["clutch"][3]] == [(0.5, "grip"), (1.0, "pull")]
+      and [m["name"] for m in drawn["plates"][3]] == ["close", "plates.stick", "open"] else [str(drawn["clutch"][3]), str(drawn["plates"][3])])
+claim("a_plot_of_finished_records_has_the_marks_of_the_run", [f"{name}: {run} {plot} {bare}" for name, (run, plot, bare, marks) in drawn.items()
+      if len(plot) != len(marks) or run[:len(plot)] != plot or bare != []])
+claim("marks_are_refused_where_they_cannot_be_drawn", [] if unmarked.returncode == 1 and "with the time as x" in unmarked.stderr and markless.returncode == 2
+      and "it is no summary" in markless.stderr else [unmarked.stderr, markless.stderr])
 claim("the_absolute_formulation_refuses", [] if refused.returncode != 0 and "formulation: tree" in refused.stderr else [refused.stderr])
 finish()

@@ -199,8 +199,7 @@ static int draw(picture *p, const double *columns, const kt_outcome *outcome, co
     const kt_method_words method = kt_describe_method(outcome->run);
     const kt_noise_words noise = kt_candidates_note_noise(p->candidates, p->candidate_count);
     char subtitle[400];
-    snprintf(subtitle, sizeof subtitle, "%s%s%s", method.text, noise.text,
-             outcome->marks.is_cut ? "; the first 500 events are marked" : "");
+    snprintf(subtitle, sizeof subtitle, "%s%s%s", method.text, noise.text, kt_marks_note(&outcome->marks));
     const kt_plot chart = {.title = outcome->name,
                            .subtitle = subtitle,
                            .x_title = "time",

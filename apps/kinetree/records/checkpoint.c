@@ -1,5 +1,5 @@
 /* Checkpoints of a run: a header, what the run has recorded so far, the simulation's state and that of the watch on
- * modes, the extremes of all columns, the warnings so far as JSON, and a checksum over all of it.
+ * modes, the extremes of all columns, the warnings and marks so far as JSON, and a checksum over all of it.
  *
  * A checkpoint belongs to one scene, one set of options and one beginning of a file of records. The fingerprints are
  * computed from the scene as it would be written now, without and with the options of the command line applied, and from
@@ -33,7 +33,7 @@ typedef struct kt_progress_so_far {
     kt_half_turns half_turns;
     kt_stability_watch stability;
     uint64_t extremes; /* columns */
-    uint64_t warnings; /* bytes of their text */
+    uint64_t words;    /* bytes of the text with warnings and marks */
 } kt_progress_so_far;
 
 typedef struct kt_checkpoint_head {
@@ -42,9 +42,9 @@ typedef struct kt_checkpoint_head {
     char words[160];
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 9";
+static const char checkpoint_kind[16] = "kinetree run 10";
 
-enum { WARNINGS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
+enum { WORDS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
 
 static bool say_no_memory(void) {
     kt_say("there is not enough memory for checkpoints");
@@ -162,7 +162,7 @@ static bool put(int file, const void *bytes, size_t size, uint64_t *sum) {
 }
 
 static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
-                        const kt_extremes *extremes, const char *warnings) {
+                        const kt_extremes *extremes, const char *words) {
     kt_checkpoint_head head;
     uint64_t sum = KT_SUM_START, unused = 0;
     memset(&head, 0, sizeof head);
@@ -174,16 +174,16 @@ static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_prog
     return put(file, &head, sizeof head, &sum) && put(file, so_far, sizeof *so_far, &sum) &&
            put(file, checkpoint->block, head.size, &sum) &&
            put(file, extremes->column, extremes->count * sizeof *extremes->column, &sum) &&
-           put(file, warnings, so_far->warnings, &sum) && put(file, &sum, sizeof sum, &unused);
+           put(file, words, so_far->words, &sum) && put(file, &sum, sizeof sum, &unused);
 }
 
 /* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name. */
 static bool write_and_rename(const char *new_name, kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
-                             const kt_extremes *extremes, const char *warnings) {
+                             const kt_extremes *extremes, const char *words) {
     const int file = kt_open_locked(new_name, O_WRONLY | O_CREAT);
     if (file < 0)
         return false;
-    if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, extremes, warnings) && fsync(file) == 0 &&
+    if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, extremes, words) && fsync(file) == 0 &&
         rename(new_name, checkpoint->path) == 0) {
         (void)close(checkpoint->lock);
         checkpoint->lock = file;
@@ -213,13 +213,13 @@ static bool sum_records(kt_checkpoint *checkpoint, const kt_lines *lines) {
 }
 
 static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
-                       const char *warnings) {
+                       const char *words) {
     const size_t room = strlen(checkpoint->path) + sizeof ".new";
     char *new_name = malloc(room);
     if (new_name == NULL)
         return say_no_memory();
     snprintf(new_name, room, "%s.new", checkpoint->path);
-    const bool fine = write_and_rename(new_name, checkpoint, so_far, extremes, warnings);
+    const bool fine = write_and_rename(new_name, checkpoint, so_far, extremes, words);
     if (!fine)
         kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
     free(new_name);
@@ -227,11 +227,12 @@ static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_f
 }
 
 int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines) {
-    json_t *list = kt_warnings_describe(&outcome->warnings);
-    char *warnings = json_dumps(list, JSON_COMPACT | JSON_REAL_PRECISION(17));
-    bool fine = warnings != NULL || say_no_memory();
+    json_t *reported = kt_marks_describe(&outcome->marks);
+    json_object_set_new(reported, "warnings", kt_warnings_describe(&outcome->warnings));
+    char *words = json_dumps(reported, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    bool fine = (words != NULL && !kt_json_is_short()) || say_no_memory();
     kt_progress_so_far so_far;
-    json_decref(list);
+    json_decref(reported);
     fine = fine && sum_records(checkpoint, lines);
     if (fine) {
         memset(&so_far, 0, sizeof so_far);
@@ -246,13 +247,13 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
                                       .half_turns = outcome->half_turns,
                                       .stability = outcome->stability,
                                       .extremes = outcome->extremes.count,
-                                      .warnings = strlen(warnings)};
+                                      .words = strlen(words)};
         kt_simulation_save(outcome->simulation, checkpoint->block);
         if (checkpoint->modes != NULL)
             kt_mode_watch_save(checkpoint->modes, (char *)checkpoint->block + checkpoint->size);
-        fine = write_file(checkpoint, &so_far, &outcome->extremes, warnings);
+        fine = write_file(checkpoint, &so_far, &outcome->extremes, words);
     }
-    free(warnings);
+    free(words);
     checkpoint->last = kt_clock();
     return fine ? 0 : -1;
 }
@@ -270,7 +271,7 @@ static bool take(FILE *file, void *bytes, size_t size, uint64_t *sum) {
 typedef struct kt_checkpoint_content {
     kt_progress_so_far so_far;
     kt_extreme *extremes; /* of all columns */
-    char *warnings;       /* their text */
+    char *words;          /* the text with warnings and marks */
     char wrong[480];      /* empty: nothing is */
 } kt_checkpoint_content;
 
@@ -307,11 +308,11 @@ static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t colum
     if (!check_head(checkpoint, &head, content))
         return;
     bool fine = take(file, so_far, sizeof *so_far, &sum) && take(file, checkpoint->block, head.size, &sum) &&
-                so_far->extremes == columns && so_far->warnings < WARNINGS_MOST &&
+                so_far->extremes == columns && so_far->words < WORDS_MOST &&
                 (content->extremes = calloc(columns + 1, sizeof *content->extremes)) != NULL &&
                 take(file, content->extremes, columns * sizeof *content->extremes, &sum) &&
-                (content->warnings = calloc(1, so_far->warnings + 1)) != NULL;
-    fine = fine && take(file, content->warnings, so_far->warnings, &sum) && take(file, &given, sizeof given, &unused) &&
+                (content->words = calloc(1, so_far->words + 1)) != NULL;
+    fine = fine && take(file, content->words, so_far->words, &sum) && take(file, &given, sizeof given, &unused) &&
            fgetc(file) == EOF;
     if (!fine)
         refuse(content, "it is not as long as it was written: was it copied in full?");
@@ -323,13 +324,13 @@ static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t colum
 static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_outcome *outcome) {
     const kt_progress_so_far *so_far = &content->so_far;
     kt_error error = {0};
-    json_t *warnings = json_loads(content->warnings, 0, NULL);
-    if (warnings == NULL) {
-        refuse(content, "there is not enough memory for its warnings");
+    json_t *reported = json_loads(content->words, 0, NULL);
+    if (reported == NULL || !kt_marks_read(&outcome->marks, reported)) {
+        refuse(content, "there is not enough memory for its warnings and marks");
     } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK) {
         refuse(content, error.message);
     } else {
-        kt_warnings_replace(&outcome->warnings, warnings);
+        kt_warnings_replace(&outcome->warnings, json_object_get(reported, "warnings"));
         if (checkpoint->modes != NULL)
             kt_mode_watch_restore(checkpoint->modes, (const char *)checkpoint->block + checkpoint->size);
         checkpoint->records = so_far->records;
@@ -344,11 +345,11 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
         outcome->stability = so_far->stability;
         memcpy(outcome->extremes.column, content->extremes, outcome->extremes.count * sizeof *content->extremes);
     }
-    json_decref(warnings);
+    json_decref(reported);
 }
 
 int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome *outcome) {
-    kt_checkpoint_content content = {.warnings = NULL};
+    kt_checkpoint_content content = {.words = NULL};
     struct stat status;
     const bool is_other = stat(path, &status) == 0 && !S_ISREG(status.st_mode);
     FILE *file = is_other ? NULL : fopen(path, "rb");
@@ -360,7 +361,7 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
     (void)fclose(file);
     if (content.wrong[0] == '\0')
         apply(checkpoint, &content, outcome);
-    free(content.warnings);
+    free(content.words);
     free(content.extremes);
     if (content.wrong[0] == '\0')
         return -1;

@@ -121,6 +121,11 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
         json_object_set(root, "events", counts);
         json_object_set_new(root, "ended_by", stopped != NULL ? json_string(stopped->name) : json_null());
     }
+    if (kt_scene_event_room(scene) > 0 || kt_simulation_contacts(outcome->simulation).count > 0) {
+        json_t *marks = kt_marks_describe(&outcome->marks);
+        json_object_update(root, marks);
+        json_decref(marks);
+    }
     json_decref(counts);
 }
 

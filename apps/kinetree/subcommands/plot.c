@@ -5,6 +5,7 @@
 #include "plot/choice.h"
 #include "plot/sweep.h"
 #include "records/keep.h"
+#include "records/marks.h"
 #include "text/arguments.h"
 #include "text/list.h"
 
@@ -14,7 +15,7 @@
 #include <string.h>
 
 typedef struct kt_plot_arguments {
-    const char *columns, *phase, *x, *by, *map, *title, *out;
+    const char *columns, *phase, *x, *by, *map, *marks, *title, *out;
     bool histogram, log, dark;
 } kt_plot_arguments;
 
@@ -28,6 +29,8 @@ static const kt_option options[] = {
     {"map", KT_OPTION_TEXT, KT_AT(map), "A,B", "of a sweep: colours over these two columns", NULL},
     {"histogram", KT_OPTION_FLAG, KT_AT(histogram), NULL, "of a sweep: how many runs have which values", NULL},
     {"log", KT_OPTION_FLAG, KT_AT(log), NULL, "magnitudes on logarithmic axes", NULL},
+    {"marks", KT_OPTION_TEXT, KT_AT(marks), "SUMMARY",
+     "lines at the events and impacts that this summary of the run has", NULL},
     {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT", "default: the file's name", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "FILE.svg or FILE.png; default: NAME.svg, here", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "on a dark page", NULL},
@@ -41,6 +44,7 @@ const kt_usage kt_usage_plot = {
                 "  kinetree plot pendulum.csv --x marker.lower.tip.x --columns marker.lower.tip.y\n"
                 "  kinetree plot short.csv long.csv --columns position.arm\n"
                 "  kinetree plot records.h5 --columns position.arm\n"
+                "  kinetree plot ball.csv --marks ball.json             after run --summary ball.json\n"
                 "  kinetree plot lengths-sweep.csv --columns position.arm.max --by m\n"
                 "  kinetree plot lengths-sweep.csv --columns energy.error --map L,m --log\n"
                 "  kinetree run pendulum.yaml --out - | kinetree plot - --out pendulum.svg\n",
@@ -131,6 +135,8 @@ typedef struct kt_chart {
     int candidate_count;
     kt_plot_panel panels[KINDS];
     int panel_count;
+    kt_marks marks;
+    kt_plot_event events[KT_MARKS_MAX]; /* as lines */
 } kt_chart;
 
 /* A logarithmic axis shows magnitudes and cannot show zero. */
@@ -333,11 +339,57 @@ static int add_phase(kt_chart *chart, const char *joint, char *title, size_t siz
     return -1;
 }
 
+/* ---- marks ------------------------------------------------------------------------------------------------------- */
+
+static int say_no_marks(const char *path) {
+    kt_say("plot: --marks: %s has none: it takes what 'kinetree run SCENE --summary FILE' writes of a scene with "
+           "events, hard "
+           "contacts, slack ropes or friction that sticks",
+           path);
+    return KT_EXIT_SCENE;
+}
+
+/* Reads the marks of a summary. Returns -1, or an exit code after printing the error. */
+static int read_marks(const char *path, kt_marks *marks) {
+    json_error_t error;
+    json_t *root = json_load_file(path, 0, &error);
+    if (root == NULL) {
+        if (error.line < 0)
+            kt_say("plot: --marks: %s", error.text);
+        else
+            kt_say("%s:%d:%d: it is no summary: %s", path, error.line, error.column, error.text);
+        return KT_EXIT_SCENE;
+    }
+    const bool fine = kt_marks_read(marks, root);
+    json_decref(root);
+    return fine ? -1 : say_no_marks(path);
+}
+
+/* Adds them to all panels, which are over the time. Returns -1, or an exit code after printing the error. */
+static int add_marks(kt_chart *chart) {
+    const kt_plot_arguments *arguments = chart->arguments;
+    if (arguments->marks == NULL)
+        return -1;
+    if (arguments->phase != NULL || strcmp(chart->x_name, "time") != 0) {
+        kt_say("plot: --marks are instants, and go with the time as x; leave them out");
+        return KT_EXIT_USAGE;
+    }
+    const int code = read_marks(arguments->marks, &chart->marks);
+    for (int i = 0; i < chart->marks.count; i++)
+        chart->events[i] = (kt_plot_event){chart->marks.mark[i].time, chart->marks.mark[i].name};
+    for (int i = 0; i < chart->panel_count; i++) {
+        chart->panels[i].events = chart->events;
+        chart->panels[i].event_count = chart->marks.count;
+        chart->panels[i].names_events = i == 0;
+    }
+    return code;
+}
+
 static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
     kt_chart *chart = calloc(1, sizeof *chart);
     double *magnitudes = malloc((size_t)table->columns * table->rows * sizeof *magnitudes);
     kt_candidate *candidates = malloc((size_t)table->columns * sizeof *candidates);
-    char title[300], subtitle[160];
+    char title[300], subtitle[240];
     int code = -1;
     if (chart == NULL || magnitudes == NULL || candidates == NULL) {
         kt_say("there is not enough memory for the picture");
@@ -364,14 +416,17 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
     }
     if (code < 0 && is_path(chart))
         make_path(chart);
+    if (code < 0)
+        code = add_marks(chart);
     if (code < 0) {
         const bool is_time = strcmp(chart->x_name, "time") == 0;
         const kt_noise_words noise = kt_candidates_note_noise(chart->candidates, chart->candidate_count);
         char parts[48] = "";
         if (table->part_count > 1)
             snprintf(parts, sizeof parts, " of %zu results", table->part_count);
-        snprintf(subtitle, sizeof subtitle, "%zu records%s%s",
-                 table->rows - (table->part_count > 1 ? table->part_count - 1 : 0), parts, noise.text);
+        snprintf(subtitle, sizeof subtitle, "%zu records%s%s%s",
+                 table->rows - (table->part_count > 1 ? table->part_count - 1 : 0), parts, noise.text,
+                 kt_marks_note(&chart->marks));
         const kt_plot plot = {.title = arguments->title != NULL ? arguments->title : base,
                               .subtitle = subtitle,
                               .x_title = chart->x_name,
@@ -384,6 +439,8 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
     }
     free(candidates);
     free(magnitudes);
+    if (chart != NULL)
+        kt_marks_free(&chart->marks);
     free(chart);
     return code;
 }
@@ -469,8 +526,12 @@ static int draw_sweep(const kt_plot_arguments *arguments, const kt_table *table,
 
 static int draw_table(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
     int first, count;
-    if (kt_sweep_table_find(table, &first, &count))
-        return draw_sweep(arguments, table, first, count, base, out);
+    if (kt_sweep_table_find(table, &first, &count)) {
+        if (arguments->marks == NULL)
+            return draw_sweep(arguments, table, first, count, base, out);
+        kt_say("plot: --marks go with the records of a run, and these are the lines of a sweep; leave them out");
+        return KT_EXIT_USAGE;
+    }
     if (arguments->by != NULL || arguments->map != NULL || arguments->histogram) {
         kt_say("plot: --by, --map and --histogram draw the lines of a sweep ('run', what varies, 'status', ...), and "
                "this is none");

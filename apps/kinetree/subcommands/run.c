@@ -615,7 +615,9 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     kt_absolute_use(outcome->absolute, &options);
     options.unprojected = arguments->unprojected;
     options.events = kt_scene_event_room(outcome->scene);
-    options.record_contacts = names->view != NULL || names->plot != NULL; /* they are marked there */
+    /* They are marked in pictures and listed in summaries, which may be asked for at the break. */
+    options.record_contacts = names->view != NULL || names->plot != NULL || names->summary != NULL ||
+                              arguments->checkpoint != NULL || arguments->resume != NULL;
     options.kinematics = names->view != NULL || names->glb != NULL || outcome->half_turns.count > 0;
     if (kt_loop_count(outcome->model) > 0)
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
@@ -686,6 +688,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_simulation_free(outcome->simulation);
     kt_scene_watch_free(outcome->events);
     kt_warnings_free(&outcome->warnings);
+    kt_marks_free(&outcome->marks);
     json_decref(outcome->moved);
     return code;
 }

@@ -124,8 +124,10 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
         return KT_EXIT_USAGE;
     }
     if (arguments->resume != NULL && arguments->plot != NULL) {
-        kt_say("%s: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records",
-               arguments->command);
+        kt_say(
+            "%s: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records, and "
+            "with --marks the events that --summary lists",
+            arguments->command);
         return KT_EXIT_USAGE;
     }
     if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL)) {
