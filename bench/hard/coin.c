@@ -10,7 +10,6 @@
 #include "coin.h"
 
 #include "events.h"
-#include "kinetree/scene.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -88,7 +87,7 @@ static bool run(kt_events_watch *watch) {
         (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
         return false;
     }
-    const bool good = kt_events_run(watch, &scene.description, see, watch);
+    const bool good = kt_events_run(watch, &scene, see, watch);
     kt_scene_free(&scene);
     return good;
 }

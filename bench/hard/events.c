@@ -283,7 +283,7 @@ double kt_events_clock(void) {
 enum { JOINTS = KT_EVENTS_AXES + 1, NAME = 8 }; /* of a body: along x, along z, about y */
 
 /* Each body is a chain of the joints that it has; the last link carries its mass. */
-typedef struct scene {
+typedef struct slides {
     kt_events_watch *watch;
     kt_body link[KT_EVENTS_BODIES * JOINTS];
     char name[KT_EVENTS_BODIES * JOINTS][NAME], spring[80];
@@ -293,14 +293,14 @@ typedef struct scene {
     kt_effect effect[2 * KT_EVENTS_BODIES + 1];
     int effect_count;
     kt_loop rope;
-} scene;
+} slides;
 
 static kt_vec3 direction(kt_events_axis axis, double length) {
     return axis == KT_EVENTS_X ? kt_vec3_make(length, 0.0, 0.0) : kt_vec3_make(0.0, 0.0, length);
 }
 
 /* One more link of the chain that ends with `parent` (-1: the world). Returns its number. */
-static int add_link(scene *s, int parent, kt_joint_type type, kt_vec3 axis) {
+static int add_link(slides *s, int parent, kt_joint_type type, kt_vec3 axis) {
     const int i = s->count++;
     kt_body *link = &s->link[i];
     *link = kt_body_default();
@@ -312,7 +312,7 @@ static int add_link(scene *s, int parent, kt_joint_type type, kt_vec3 axis) {
     return i;
 }
 
-static void add_body(scene *s, int which) {
+static void add_body(slides *s, int which) {
     const kt_events_body *body = &s->watch->problem->body[which];
     const int first = s->count;
     int last = -1;
@@ -338,7 +338,7 @@ static void add_body(scene *s, int which) {
     s->carrier[which] = last;
 }
 
-static kt_effect *add_effect(scene *s, kt_effect_type type) {
+static kt_effect *add_effect(slides *s, kt_effect_type type) {
     kt_effect *effect = &s->effect[s->effect_count++];
     *effect = kt_effect_default();
     effect->type = type;
@@ -347,7 +347,7 @@ static kt_effect *add_effect(scene *s, kt_effect_type type) {
 
 /* A sphere in the upper body on a plane of the lower one, normal to the axis: blocks do not turn, and balls move there along the axis
  * alone, or on a floor. */
-static void add_contact(scene *s, const kt_events_contact *contact) {
+static void add_contact(slides *s, const kt_events_contact *contact) {
     const kt_events_problem *p = s->watch->problem;
     kt_effect *effect = add_effect(s, KT_EFFECT_CONTACT);
     effect->between[0].body = s->name[s->carrier[contact->upper]];
@@ -361,7 +361,7 @@ static void add_contact(scene *s, const kt_events_contact *contact) {
     effect->restitution = p->restitution;
 }
 
-static void add_forces(scene *s) {
+static void add_forces(slides *s) {
     const kt_events_problem *p = s->watch->problem;
     for (int i = 0; i < p->body_count; i++)
         if (p->body[i].push != 0.0) {
@@ -378,7 +378,7 @@ static void add_forces(scene *s) {
     }
 }
 
-static void add_rope(scene *s) {
+static void add_rope(slides *s) {
     s->rope = kt_loop_default();
     s->rope.name = "rope";
     s->rope.type = KT_LOOP_DISTANCE;
@@ -388,7 +388,7 @@ static void add_rope(scene *s) {
 }
 
 static int see_record(const kt_record *record, void *user) {
-    const scene *s = user;
+    const slides *s = user;
     const kt_events_problem *p = s->watch->problem;
     for (int i = 0; i < p->body_count; i++) {
         const int link = s->along[i][p->axis];
@@ -397,46 +397,61 @@ static int see_record(const kt_record *record, void *user) {
     return 0;
 }
 
-bool kt_events_run(kt_events_watch *watch, const kt_description *description, kt_recorder *see, void *user) {
-    kt_error error = {0};
-    kt_model *model = NULL;
+static kt_status run(kt_events_watch *watch, const kt_scene *scene, const kt_model *model, kt_recorder *see, void *user,
+                     kt_error *error) {
     kt_simulation *simulation = NULL;
-    kt_run options = kt_run_default();
-    options.duration = watch->problem->duration;
-    options.interval = 1e-3;
-    options.relative = options.absolute = 1e-10;
-    kt_status status = kt_model_compile(description, NULL, &model, &error);
+    kt_scene_watch *events = NULL;
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_run times = kt_run_default();
+    options.events = kt_scene_event_room(scene);
+    times.duration = watch->problem->duration;
+    times.interval = 1e-3;
+    times.relative = times.absolute = 1e-10;
+    kt_status status = kt_simulation_create(model, &times, &options, &simulation, error);
     if (status == KT_OK)
-        status = kt_simulation_create(model, &options, NULL, &simulation, &error);
+        status = kt_scene_watch_create(scene, model, simulation, NULL, 0, &events, error);
     const double begin = kt_events_clock();
     if (status == KT_OK)
-        status = kt_simulation_run(simulation, see, user, &error);
+        status = kt_simulation_run(simulation, see, user, error);
     watch->seconds = kt_events_clock() - begin;
+    kt_simulation_free(simulation);
+    kt_scene_watch_free(events);
+    return status;
+}
+
+bool kt_events_run(kt_events_watch *watch, const kt_scene *scene, kt_recorder *see, void *user) {
+    kt_error error = {0};
+    kt_model *model = NULL;
+    kt_model_options options = kt_model_options_default();
+    options.settable = kt_scene_sets(scene);
+    kt_status status = kt_model_compile(&scene->description, &options, &model, &error);
+    if (status == KT_OK)
+        status = run(watch, scene, model, see, user, &error);
     if (status != KT_OK)
         (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
-    kt_simulation_free(simulation);
     kt_model_free(model);
     return status == KT_OK;
 }
 
 bool kt_events_kinetree(kt_events_watch *watch) {
     const kt_events_problem *p = watch->problem;
-    kt_description d = kt_description_default();
-    scene s = {.watch = watch};
+    kt_scene scene = kt_scene_default();
+    kt_description *d = &scene.description;
+    slides s = {.watch = watch};
     for (int i = 0; i < p->body_count; i++)
         add_body(&s, i);
     for (int i = 0; i < p->contact_count; i++)
         add_contact(&s, &p->contact[i]);
     add_forces(&s);
-    d.gravity = kt_vec3_make(p->gravity * sin(p->tilt), 0.0, -p->gravity * cos(p->tilt));
-    d.bodies = s.link;
-    d.body_count = s.count;
-    d.effects = s.effect;
-    d.effect_count = s.effect_count;
+    d->gravity = kt_vec3_make(p->gravity * sin(p->tilt), 0.0, -p->gravity * cos(p->tilt));
+    d->bodies = s.link;
+    d->body_count = s.count;
+    d->effects = s.effect;
+    d->effect_count = s.effect_count;
     if (p->rope > 0.0) {
         add_rope(&s);
-        d.loops = &s.rope;
-        d.loop_count = 1;
+        d->loops = &s.rope;
+        d->loop_count = 1;
     }
-    return kt_events_run(watch, &d, see_record, &s);
+    return kt_events_run(watch, &scene, see_record, &s);
 }

@@ -2,7 +2,7 @@
 #ifndef KT_BENCH_HARD_EVENTS_H
 #define KT_BENCH_HARD_EVENTS_H
 
-#include "kinetree/simulation.h"
+#include "kinetree/scene.h"
 
 #include <stdbool.h>
 
@@ -74,7 +74,8 @@ double kt_events_pull(const kt_events_problem *p, double x, double t);
 /* Processor time of this process, s. */
 double kt_events_clock(void);
 
-/* Runs a description in this engine for the problem's duration, with a record each millisecond, which `see` takes with `user`. */
-bool kt_events_run(kt_events_watch *watch, const kt_description *description, kt_recorder *see, void *user);
+/* Runs a scene with its events in this engine, by dopri5 to 1e-10 for the problem's duration, with a record each millisecond, which
+ * `see` takes with `user`. */
+bool kt_events_run(kt_events_watch *watch, const kt_scene *scene, kt_recorder *see, void *user);
 
 #endif

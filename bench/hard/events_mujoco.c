@@ -2,13 +2,10 @@
  * design; those without restitution are as stiff as is advised for the step, with the elliptic cone, ten times the impedance along
  * friction, and the solver that removes slip. MuJoCo has no restitution: such a contact is a spring and a damper that do not pull,
  * whose damping ratio gives back e (T. Schwager, T. Poeschel, Granular Matter 9, 2007). */
-#include "events.h"
 #include "mujoco.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 static const char *const axes[KT_EVENTS_AXES] = {"1 0 0", "0 0 1"};
 
@@ -59,12 +56,7 @@ static void write_rope(FILE *xml, const kt_events_problem *p) {
             p->rope, 2.0 * p->step);
 }
 
-static char *write_scene(const kt_events_watch *watch, size_t *size) {
-    const kt_events_problem *p = watch->problem;
-    char *text = NULL;
-    FILE *xml = open_memstream(&text, size);
-    if (!xml)
-        return NULL;
+static void write_scene(FILE *xml, const kt_events_problem *p) {
     (void)fprintf(
         xml,
         "<mujoco><option gravity='%.17g 0 %.17g' timestep='%.17g' integrator='%s' solver='Newton' iterations='100'"
@@ -80,26 +72,10 @@ static char *write_scene(const kt_events_watch *watch, size_t *size) {
     (void)fputs("<site name='origin'/></worldbody>", xml);
     write_rope(xml, p);
     (void)fputs("</mujoco>", xml);
-    if (fclose(xml) == 0)
-        return text;
-    free(text);
-    return NULL;
 }
-
-static mjModel *load(kt_events_watch *watch) {
-    char reason[KT_MUJOCO_REASON];
-    size_t size = 0;
-    char *text = write_scene(watch, &size);
-    mjModel *model = kt_mujoco_read(text, size, reason);
-    if (!model)
-        (void)snprintf(watch->words, sizeof watch->words, "%.39s", reason);
-    return model;
-}
-
-static void say_nothing(const char *words) { (void)words; }
 
 /* Coordinates are counted from the start. A body's slides come first among its joints, that along x before that along z. */
-static void see(kt_events_watch *watch, const mjModel *m, const mjData *d, double t) {
+static void see(kt_events_watch *watch, const mjModel *m, mjData *d, double t) {
     const kt_events_problem *p = watch->problem;
     for (int i = 0; i < p->body_count; i++) {
         const kt_events_body *body = &p->body[i];
@@ -109,7 +85,7 @@ static void see(kt_events_watch *watch, const mjModel *m, const mjData *d, doubl
     }
 }
 
-static void push(const kt_events_problem *p, const mjModel *m, mjData *d, double t) {
+static void push(const kt_events_problem *p, mjModel *m, mjData *d, double t) {
     for (int i = 0; i < p->body_count; i++)
         if (p->body[i].is_free[KT_EVENTS_X]) {
             const int joint = m->body_jntadr[i + 1];
@@ -118,26 +94,56 @@ static void push(const kt_events_problem *p, const mjModel *m, mjData *d, double
         }
 }
 
-bool kt_events_mujoco(kt_events_watch *watch) {
-    const kt_events_problem *p = watch->problem;
-    const long every = lround(1e-3 / p->step), steps = lround(p->duration / p->step);
-    mju_user_warning = say_nothing; /* it would write a file */
-    mjModel *m = load(watch);
-    if (!m)
-        return false;
-    mjData *d = mj_makeData(m);
+static void begin(const kt_events_problem *p, const mjModel *m, mjData *d) {
     for (int i = 0; i < p->body_count; i++)
         if (p->body[i].is_free[KT_EVENTS_X])
             d->qvel[m->body_dofadr[i + 1]] = p->body[i].speed;
-    const double begin = kt_events_clock();
+}
+
+bool kt_events_mujoco(kt_events_watch *watch) {
+    static const kt_mujoco_motion slides = {write_scene, begin, see, push};
+    return kt_mujoco_run(watch, &slides);
+}
+
+/* ---- any motion -------------------------------------------------------------------------------------------------- */
+
+static mjModel *load(kt_events_watch *watch, const kt_mujoco_motion *motion) {
+    char reason[KT_MUJOCO_REASON], *text = NULL;
+    size_t size = 0;
+    FILE *xml = open_memstream(&text, &size);
+    if (!xml)
+        return NULL;
+    motion->write(xml, watch->problem);
+    if (fclose(xml) != 0) {
+        free(text);
+        return NULL;
+    }
+    mjModel *model = kt_mujoco_read(text, size, reason);
+    if (!model)
+        (void)snprintf(watch->words, sizeof watch->words, "%.39s", reason);
+    return model;
+}
+
+static void say_nothing(const char *words) { (void)words; }
+
+bool kt_mujoco_run(kt_events_watch *watch, const kt_mujoco_motion *motion) {
+    const kt_events_problem *p = watch->problem;
+    const long every = lround(1e-3 / p->step), steps = lround(p->duration / p->step);
+    mju_user_warning = say_nothing; /* it would write a file */
+    mjModel *m = load(watch, motion);
+    if (!m)
+        return false;
+    mjData *d = mj_makeData(m);
+    motion->begin(p, m, d);
+    const double start = kt_events_clock();
     for (long k = 0; k <= steps; k++) {
         const double t = (double)k * p->step;
         if (k % every == 0)
-            see(watch, m, d, t);
-        push(p, m, d, t);
+            motion->see(watch, m, d, t);
+        motion->act(p, m, d, t);
         mj_step(m, d);
     }
-    watch->seconds = kt_events_clock() - begin;
+    watch->seconds = kt_events_clock() - start;
     mj_deleteData(d);
     mj_deleteModel(m);
     return true;

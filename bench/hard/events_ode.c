@@ -1,36 +1,18 @@
 /* Impacts, stick and slip in ODE: boxes and spheres, those that move along one axis alone on a slider, and planes; contacts by dCollide
  * before each step with Coulomb's pyramid along the slip (dContactApprox1), dWorldStep. ERP and CFM of contacts as ODE sets them.
  * A rope is a contact, too, while it is taut: the first body touches the sphere of its length from inside. */
-#include "events.h"
+#include "ode.h"
 
 #include <math.h>
-#include <ode/ode.h>
-#include <stdio.h>
 
-typedef struct scene {
-    const kt_events_problem *problem;
-    dWorldID world;
-    dSpaceID space;
-    dBodyID body[KT_EVENTS_BODIES];
-    dJointGroupID contacts;
-} scene;
-
-static void touch(void *data, dGeomID a, dGeomID b) {
-    enum { MOST = 8 };
-    const scene *s = data;
-    dContactGeom found[MOST];
-    const int count = dCollide(a, b, MOST, found, sizeof found[0]);
-    for (int i = 0; i < count; i++) {
-        dContact contact = {.geom = found[i]};
-        contact.surface.mode = dContactApprox1 | dContactBounce;
-        contact.surface.mu = s->problem->friction;
-        contact.surface.bounce = s->problem->restitution;
-        contact.surface.bounce_vel = 1e-6;
-        dJointAttach(dJointCreateContact(s->world, s->contacts, &contact), dGeomGetBody(a), dGeomGetBody(b));
-    }
+static void touch(const kt_ode_scene *s, dSurfaceParameters *surface) {
+    surface->mode = dContactApprox1 | dContactBounce;
+    surface->mu = s->problem->friction;
+    surface->bounce = s->problem->restitution;
+    surface->bounce_vel = 1e-6;
 }
 
-static void pull_rope(const scene *s) {
+static void pull_rope(const kt_ode_scene *s) {
     const dReal *at = dBodyGetPosition(s->body[0]);
     const double distance = hypot(at[0], at[2]), depth = distance - s->problem->rope;
     if (s->problem->rope <= 0.0 || depth < 0.0)
@@ -40,7 +22,7 @@ static void pull_rope(const scene *s) {
     dJointAttach(dJointCreateContact(s->world, s->contacts, &contact), s->body[0], NULL);
 }
 
-static dBodyID add_body(const scene *s, const kt_events_body *given) {
+static dBodyID add_body(const kt_ode_scene *s, const kt_events_body *given) {
     const double *half = given->half;
     const bool is_free_x = given->is_free[KT_EVENTS_X], is_free_z = given->is_free[KT_EVENTS_Z];
     dBodyID body = dBodyCreate(s->world);
@@ -65,7 +47,7 @@ static dBodyID add_body(const scene *s, const kt_events_body *given) {
     return body;
 }
 
-static void build(scene *s) {
+static void build(kt_ode_scene *s) {
     const kt_events_problem *p = s->problem;
     dWorldSetGravity(s->world, p->gravity * sin(p->tilt), 0.0, -p->gravity * cos(p->tilt));
     for (int i = 0; i < p->contact_count; i++)
@@ -77,23 +59,44 @@ static void build(scene *s) {
         s->body[i] = add_body(s, &p->body[i]);
 }
 
-static void move(scene *s, kt_events_watch *watch) {
+static void see(kt_events_watch *watch, const kt_ode_scene *s, double t) {
+    for (int i = 0; i < s->problem->body_count; i++)
+        kt_events_see(watch, i, t, dBodyGetPosition(s->body[i])[s->problem->axis == KT_EVENTS_X ? 0 : 2]);
+}
+
+static void push(kt_ode_scene *s, double t) {
     const kt_events_problem *p = s->problem;
-    const long every = lround(1e-3 / p->step), steps = lround(p->duration / p->step);
-    for (long k = 0; k <= steps; k++) {
-        const double t = (double)k * p->step;
-        for (int i = 0; i < p->body_count; i++) {
-            const dReal *at = dBodyGetPosition(s->body[i]);
-            const double force = p->body[i].push + (i == 0 ? kt_events_pull(p, at[0], t) : 0.0);
-            if (k % every == 0)
-                kt_events_see(watch, i, t, at[p->axis == KT_EVENTS_X ? 0 : 2]);
-            if (force != 0.0)
-                dBodyAddForce(s->body[i], force, 0.0, 0.0);
-        }
-        dSpaceCollide(s->space, s, touch);
-        pull_rope(s);
-        (void)dWorldStep(s->world, p->step);
-        dJointGroupEmpty(s->contacts);
+    for (int i = 0; i < p->body_count; i++) {
+        const double x = dBodyGetPosition(s->body[i])[0];
+        const double force = p->body[i].push + (i == 0 ? kt_events_pull(p, x, t) : 0.0);
+        if (force != 0.0)
+            dBodyAddForce(s->body[i], force, 0.0, 0.0);
+    }
+    pull_rope(s);
+}
+
+bool kt_events_ode(kt_events_watch *watch) {
+    static const kt_ode_motion slides = {build, see, push, touch};
+    return kt_ode_run(watch, &slides);
+}
+
+/* ---- any motion -------------------------------------------------------------------------------------------------- */
+
+typedef struct collision {
+    const kt_ode_scene *scene;
+    const kt_ode_motion *motion;
+} collision;
+
+static void collide(void *data, dGeomID a, dGeomID b) {
+    enum { MOST = 8 };
+    const collision *c = data;
+    dContactGeom found[MOST];
+    const int count = dCollide(a, b, MOST, found, sizeof found[0]);
+    for (int i = 0; i < count; i++) {
+        dContact contact = {.geom = found[i]};
+        c->motion->touch(c->scene, &contact.surface);
+        dJointAttach(dJointCreateContact(c->scene->world, c->scene->contacts, &contact), dGeomGetBody(a),
+                     dGeomGetBody(b));
     }
 }
 
@@ -103,14 +106,31 @@ static void say_nothing(int number, const char *format, va_list arguments) {
     (void)arguments;
 }
 
-bool kt_events_ode(kt_events_watch *watch) {
+static void move(kt_events_watch *watch, kt_ode_scene *s, const kt_ode_motion *motion) {
+    const kt_events_problem *p = watch->problem;
+    const long every = lround(1e-3 / p->step), steps = lround(p->duration / p->step);
+    collision c = {s, motion};
+    for (long k = 0; k <= steps; k++) {
+        const double t = (double)k * p->step;
+        if (k % every == 0)
+            motion->see(watch, s, t);
+        motion->act(s, t);
+        dSpaceCollide(s->space, &c, collide);
+        (void)dWorldStep(s->world, p->step);
+        dJointGroupEmpty(s->contacts);
+    }
+}
+
+bool kt_ode_run(kt_events_watch *watch, const kt_ode_motion *motion) {
     dInitODE2(0);
     dSetMessageHandler(say_nothing);
-    scene s = {.problem = watch->problem, .world = dWorldCreate(), .space = dSimpleSpaceCreate(NULL)};
-    s.contacts = dJointGroupCreate(0);
-    build(&s);
+    kt_ode_scene s = {.problem = watch->problem,
+                      .world = dWorldCreate(),
+                      .space = dSimpleSpaceCreate(NULL),
+                      .contacts = dJointGroupCreate(0)};
+    motion->build(&s);
     const double begin = kt_events_clock();
-    move(&s, watch);
+    move(watch, &s, motion);
     watch->seconds = kt_events_clock() - begin;
     dJointGroupDestroy(s.contacts);
     dSpaceDestroy(s.space);

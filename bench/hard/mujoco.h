@@ -1,13 +1,27 @@
-/* What both parts of bench/run hard ask of MuJoCo. */
+/* What the parts of bench/run hard ask of MuJoCo. */
 #ifndef KT_BENCH_HARD_MUJOCO_H
 #define KT_BENCH_HARD_MUJOCO_H
 
+#include "events.h"
+
 #include <mujoco/mujoco.h>
 #include <stddef.h>
+#include <stdio.h>
 
 enum { KT_MUJOCO_REASON = 300 };
 
 /* The model of an MJCF in memory, which is freed; NULL and MuJoCo's words where there is no text, or it is refused. */
 mjModel *kt_mujoco_read(char *text, size_t size, char reason[KT_MUJOCO_REASON]);
+
+/* A motion with events. */
+typedef struct kt_mujoco_motion {
+    void (*write)(FILE *xml, const kt_events_problem *p);                       /* its MJCF */
+    void (*begin)(const kt_events_problem *p, const mjModel *m, mjData *d);     /* sets its start */
+    void (*see)(kt_events_watch *watch, const mjModel *m, mjData *d, double t); /* each millisecond */
+    void (*act)(const kt_events_problem *p, mjModel *m, mjData *d, double t);   /* before each step */
+} kt_mujoco_motion;
+
+/* Runs it in the problem's steps. */
+bool kt_mujoco_run(kt_events_watch *watch, const kt_mujoco_motion *motion);
 
 #endif
