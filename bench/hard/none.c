@@ -20,6 +20,7 @@ bool kt_hard_mujoco(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *wat
 const char *kt_hard_mujoco_version(void) { return "MuJoCo (not here)"; }
 
 NOT_HERE(kt_events_mujoco)
+NOT_HERE(kt_events_clutch_mujoco)
 NOT_HERE(kt_events_coin_mujoco)
 #endif
 
@@ -34,6 +35,7 @@ bool kt_hard_ode(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch,
 const char *kt_hard_ode_version(void) { return "ODE (not here)"; }
 
 NOT_HERE(kt_events_ode)
+NOT_HERE(kt_events_clutch_ode)
 NOT_HERE(kt_events_coin_ode)
 #endif
 

@@ -1,0 +1,20 @@
+/* A clutch of dry friction in each engine. */
+#ifndef KT_BENCH_HARD_CLUTCH_H
+#define KT_BENCH_HARD_CLUTCH_H
+
+/* A motor (0) and a load (1) turn about the x axis; the load rests at the start. */
+typedef struct kt_clutch {
+    double mass[2], inertia[2], speed; /* kg; kg m^2; of the motor at the start, rad/s */
+    double coulomb, breakaway;         /* C, S, N m */
+    double stribeck;                   /* vs, rad/s */
+} kt_clutch;
+
+extern const kt_clutch kt_clutch_data;
+
+/* The torque on the motor from t on, until it changes, N m. */
+double kt_clutch_push(double t);
+
+/* What the plates transmit at a slip, and at most while they stick, N m: C + (S - C) exp(-(slip / vs)^2). */
+double kt_clutch_friction(double slip);
+
+#endif
