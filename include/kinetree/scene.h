@@ -237,6 +237,11 @@ KT_API int kt_scene_event_room(const kt_scene *scene);
 /* Whether events of the scene set parameters: its model is then to be settable (kt_model_options), or a copy. O(events). */
 KT_API bool kt_scene_sets(const kt_scene *scene);
 
+/* A checksum over an event of the scene, one of `events` or `until`: what it watches and does, and, where it sets parameters, the
+ * formulas of the numbers that follow from these, which files of kt_scene_write do not have. Events that do the same have the
+ * same sum; checkpoints are refused where it differs (kt_event.sum). Allocates nothing. O(numbers that follow). */
+KT_API uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event);
+
 /* Adds the events of a scene to a simulation of its model. Formulas are evaluated in the simulation's own data, and
  * allocate nothing; *watch holds what they need, must outlive the simulation, as must the model and `calls`, and is
  * released with kt_scene_watch_free; the scene may be released before. Errors: KT_ERROR_MODEL (a body is not in the

@@ -450,6 +450,8 @@ typedef struct kt_event {
     bool repeatable; /* the action jumps and switches, as a function of the state, and does nothing else: it may be
                                     called at neighbouring states, which are taken back (kt_motion_derivatives) */
     uint64_t limit;  /* how often it happens at most; 0: any number */
+    uint64_t sum; /* of what it watches and does, if the program has such a checksum (kt_scene_event_sum): a checkpoint
+                                    of events with other sums is refused; 0: none */
 } kt_event;
 
 /* Adds an event to a simulation whose options have room for it (kt_simulation_options.events). Steps end at events: to
@@ -621,8 +623,8 @@ KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
 KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
 
 /* Restores a checkpoint: all subsequent results have the same bits as without the interruption. What they depend on is
- * compared: the structure of the model (names, order and types of bodies, loops and effects, but not the values of
- * parameters), the method, its step or tolerances, duration, interval, the limits on steps, `unprojected`, `smooth_inputs`, and the
+ * compared: the structure of the model (names, order and types of bodies, loops and effects, operators and variables
+ * of formulas, but not the values of parameters), the sums of events (kt_event.sum), the method, its step or tolerances, duration, interval, the limits on steps, `unprojected`, `smooth_inputs`, and the
  * library's version. Errors: KT_ERROR_ARGUMENT naming what differs, or for a block that is no checkpoint,
  * KT_ERROR_NOT_FINITE; the simulation is then as before.
  *

@@ -1,6 +1,7 @@
 /* Parameters that events set (reset.h): which numbers of a model follow from them, and their new values. */
 #include "scene/reset.h"
 
+#include "base/sum.h"
 #include "expression/expression.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -15,6 +16,56 @@ bool kt_scene_sets(const kt_scene *scene) {
         any = any || scene->events[i].set_count > 0;
     return any;
 }
+
+/* ---- checksums ----------------------------------------------------------------------------------------------------- */
+
+static uint64_t sum_of_text(uint64_t sum, const char *text) { return kt_sum_add(sum, text, strlen(text) + 1); }
+
+static uint64_t sum_of_formula(uint64_t sum, const kt_expression *expression) {
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        const int32_t code[] = {term->code, term->code == KT_OPERATOR_SYMBOL ? term->symbol : 0};
+        sum = kt_sum_add(kt_sum_add(sum, code, sizeof code), &term->number, sizeof term->number);
+    }
+    return sum;
+}
+
+/* Where a number lies: a parameter of the scene, or a number of its description. */
+static uint64_t sum_of_place(uint64_t sum, const kt_scene *scene, const kt_reset_number *number) {
+    kt_reset_target target = {.item = number->parameter};
+    const bool is_target = number->parameter < 0 && kt_reset_target_of(&scene->description, number->at, &target);
+    const int place[] = {is_target, (int)target.kind, target.item, target.component};
+    sum = kt_sum_add(sum, place, sizeof place);
+    return is_target && target.key != NULL ? sum_of_text(sum, target.key->name) : sum;
+}
+
+/* How numbers of a scene follow from the parameters that its events set: the formulas, and which numbers these are. */
+static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
+    kt_reset_number number;
+    for (int k = 0; k < scene->parameter_count; k++) /* formulas know them by their index */
+        sum = sum_of_text(sum, scene->parameters[k].name);
+    for (size_t k = 0; kt_resets_next(scene, &k, &number);)
+        if (number.expression != NULL)
+            sum = sum_of_place(sum_of_formula(sum, number.expression), scene, &number);
+    return sum;
+}
+
+uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) {
+    const int numbers[] = {(int)event->direction, event->record, event->stop, event->limit, event->switch_count};
+    uint64_t sum = sum_of_text(sum_of_text(KT_SUM_START, event->name), event->when);
+    sum = kt_sum_add(sum, numbers, sizeof numbers);
+    for (int i = 0; i < event->switch_count; i++) {
+        const int on = event->switches[i].on;
+        sum = kt_sum_add(sum_of_text(sum, event->switches[i].name), &on, sizeof on);
+    }
+    for (int i = 0; i < event->set_count; i++)
+        sum = sum_of_text(sum_of_text(sum, event->sets[i].name), event->sets[i].value);
+    for (int i = 0; i < event->call_count; i++)
+        sum = sum_of_text(sum, event->call[i]);
+    return event->set_count > 0 ? sum_of_numbers(sum, scene) : sum;
+}
+
+/* ---- binding ------------------------------------------------------------------------------------------------------- */
 
 /* A number that follows. */
 typedef struct follower {

@@ -408,7 +408,8 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
                             .record = event->record || acts,
                             .stop = event->stop,
                             .repeatable = to->call_count == 0 && event->set_count == 0,
-                            .limit = (uint64_t)event->limit};
+                            .limit = (uint64_t)event->limit,
+                            .sum = kt_scene_event_sum(in->scene, event)};
     return kt_simulation_event_add(in->simulation, &added, error);
 }
 

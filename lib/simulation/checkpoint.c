@@ -9,6 +9,7 @@
  * may go on with others.
  */
 #include "base/sum.h"
+#include "expression/expression.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
@@ -41,6 +42,9 @@ typedef struct kt_checkpoint_head {
     char method[32]; /* its name, cut to fit */
     uint64_t size, nq, nv, body;
     uint64_t model; /* checksum: see sum_of_model */
+#if KT_HAS_EVENTS
+    uint64_t events; /* checksum of theirs (kt_event.sum) */
+#endif
     kt_checkpoint_settings settings;
 } kt_checkpoint_head;
 
@@ -50,8 +54,28 @@ static uint64_t sum_of_text(uint64_t sum, const char *text) {
     return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
 }
 
-/* Names, order and types of bodies, loops and effects, and the library's version, which the layout belongs to; of a family those of
- * its first model, since what is off is no effect of the others. */
+/* The operators of an effect's formulas, or of an own state's rate, and what they read, but not their numbers, which are
+ * values of parameters. */
+static uint64_t sum_of_formulas(uint64_t sum, const kt_model *model, const kt_effect_record *effect) {
+    for (int k = 0; k < 6; k++) {
+        const kt_expression *formula =
+            effect->formula[k] > 0 ? (const void *)(model->number + effect->formula[k] - 1) : NULL;
+        for (size_t i = 0; formula != NULL && i < formula->count; i++) {
+            const kt_expression_term *term = &formula->term[i];
+            const int32_t numbers[] = {k, term->code, term->code == KT_OPERATOR_SYMBOL ? term->symbol : 0};
+            sum = kt_sum_add(sum, numbers, sizeof numbers);
+        }
+    }
+    for (int32_t i = 0; i < effect->variable_count; i++) {
+        const kt_variable_record *variable = &model->variable[effect->variable + i];
+        const int32_t numbers[] = {variable->type, variable->v, variable->x, variable->link, variable->component};
+        sum = kt_sum_add(sum, numbers, sizeof numbers);
+    }
+    return sum;
+}
+
+/* Names, order and types of bodies, loops and effects, what formulas compute, and the library's version, which the layout
+ * belongs to; of a family those of its first model, since what is off is no effect of the others. */
 static uint64_t sum_of_model(const kt_model *model) {
     model = KT_HAS_SWITCHES ? kt_model_switched(model, 0) : model;
     uint64_t sum = sum_of_text(KT_SUM_START, kt_version());
@@ -66,10 +90,21 @@ static uint64_t sum_of_model(const kt_model *model) {
     }
     for (size_t i = 0; i < model->n.effect; i++)
         sum = kt_sum_add(sum, &model->effect[i].type, sizeof model->effect[i].type);
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.effect; i++)
+        sum = sum_of_formulas(sum, model, &model->effect[i]);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
-        sum = sum_of_text(sum, kt_own_state_name(model, (int)i));
+        sum = sum_of_formulas(sum_of_text(sum, kt_own_state_name(model, (int)i)), model, &model->state[i]);
     return sum;
 }
+
+#if KT_HAS_EVENTS
+static uint64_t sum_of_events(const kt_simulation *simulation) {
+    uint64_t sum = KT_SUM_START;
+    for (size_t k = 0; k < simulation->event_count; k++)
+        sum = kt_sum_add(sum, &simulation->event[k].sum, sizeof simulation->event[k].sum);
+    return sum;
+}
+#endif
 
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
 
@@ -130,6 +165,9 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
     head.nv = simulation->size.nv;
     head.body = simulation->size.body;
     head.model = sum_of_model(simulation->user_model);
+#if KT_HAS_EVENTS
+    head.events = sum_of_events(simulation);
+#endif
     head.settings = settings_of(simulation);
     return head;
 }
@@ -206,10 +244,19 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
             "it is of another model, or only one of the two keeps an energy balance: %llu bytes; here: %llu",
             (unsigned long long)head->size, (unsigned long long)own.size);
     if (head->model != own.model)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
-                            "it is of another model, with as many coordinates but other names or types, or of another "
-                            "version of the library, which is %s here",
-                            kt_version());
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "checkpoint",
+            "it is of another model, with as many coordinates but other names, types or formulas, or of "
+            "another version of the library, which is %s here",
+            kt_version());
+#if KT_HAS_EVENTS
+    if (head->events != own.events)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "checkpoint",
+            "it was made with events that watch or do something else, or from which other numbers of the model "
+            "follow; add the events of that simulation before this call, or let kt_simulation_set_state take "
+            "over a time and a state alone");
+#endif
     return check_settings(&head->settings, &own.settings, error);
 }
 

@@ -105,6 +105,10 @@ KT_TEST(killed_run_with_events_and_contacts_goes_on_to_the_last_byte) {
               "sed 's/k: 2/k: 3/' events.yaml > other.yaml; $K run other.yaml %s --integrator dopri5 --out part.csv "
               "--resume part.state",
               options);
+    kt_expect(1, "it belongs to another scene", /* the same number, which does not follow k */
+              "sed 's/=k}/20}/' events.yaml > other.yaml; $K run other.yaml %s --integrator dopri5 --out part.csv "
+              "--resume part.state",
+              options);
 }
 
 KT_TEST(killed_absolute_run_goes_on_to_the_last_byte) {

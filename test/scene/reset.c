@@ -144,6 +144,55 @@ KT_TEST(checkpoints_hold_what_events_have_set) {
     stop(&b);
 }
 
+/* Replaces the first occurrence in a scene of at most 2000 characters. */
+static void replace(const char *text, const char *old, const char *new, char *to) {
+    const char *at = strstr(text, old);
+    kt_check_true(old, at != NULL);
+    if (at != NULL)
+        (void)snprintf(to, 2000, "%.*s%s%s", (int)(at - text), text, new, at + strlen(old));
+}
+
+/* What follows from the parameters has the same value in all of them when they are read. */
+KT_TEST(checkpoints_are_refused_where_numbers_follow_otherwise) {
+    static const struct {
+        const char *old, *new, *words;
+    } rows[] = {
+        {"4*k,", "4*k,", NULL},
+        {"m: 2, pull: 3,", "m: 2.5, pull: 3.5,", NULL}, /* values may differ */
+        {"twice/2", "k", "other numbers of the model follow"},
+        {"twice/2", "twice - 100", "other numbers of the model follow"},
+        {"twice/2", "100", "other numbers of the model follow"},
+        {"=2*k", "=100 + k", "other numbers of the model follow"},
+        {"4*k,", "5*k,", "watch or do something else"},
+        {"k/500", "k/400", "watch or do something else"},
+        {"direction: falling", "direction: rising", "watch or do something else"},
+        {"pull + 0*twice", "pull - 0*twice", "other names, types or formulas"},
+        {"pull + 0*twice", "twice + 0*pull", "other names, types or formulas"},
+    };
+    running a, b;
+    char other[2000];
+    kt_error error = {0};
+    if (!start(hardens, NULL, &a))
+        return;
+    kt_check_equal_int("to 1 s", kt_simulation_advance(a.simulation, 1.0, &error), KT_OK);
+    void *block = malloc(kt_simulation_state_size(a.simulation));
+    if (block != NULL)
+        kt_simulation_save(a.simulation, block);
+    for (size_t i = 0; block != NULL && i < sizeof rows / sizeof *rows; i++) {
+        replace(hardens, rows[i].old, rows[i].new, other);
+        if (!start(other, NULL, &b))
+            break;
+        error = (kt_error){0};
+        kt_check_equal_int(rows[i].new, kt_simulation_restore(b.simulation, block, &error),
+                           rows[i].words == NULL ? KT_OK : KT_ERROR_ARGUMENT);
+        if (rows[i].words != NULL)
+            kt_check_contains("words", error.message, rows[i].words);
+        stop(&b);
+    }
+    free(block);
+    stop(&a);
+}
+
 /* A checkpoint at each record of events, before and behind what they set. */
 typedef struct saves {
     kt_simulation *of;

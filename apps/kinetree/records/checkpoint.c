@@ -51,22 +51,6 @@ static bool say_no_memory(void) {
     return false;
 }
 
-static uint64_t add_text(uint64_t sum, const char *text) { return kt_sum_add(sum, text, strlen(text) + 1); }
-
-static uint64_t add_event(uint64_t sum, const kt_scene_event *event) {
-    const int numbers[] = {(int)event->direction, event->record, event->stop, event->limit, event->switch_count};
-    sum = kt_sum_add(add_text(add_text(sum, event->name), event->when), numbers, sizeof numbers);
-    for (int i = 0; i < event->switch_count; i++) {
-        const int on = event->switches[i].on;
-        sum = kt_sum_add(add_text(sum, event->switches[i].name), &on, sizeof on);
-    }
-    for (int i = 0; i < event->set_count; i++)
-        sum = add_text(add_text(sum, event->sets[i].name), event->sets[i].value);
-    for (int i = 0; i < event->call_count; i++)
-        sum = add_text(sum, event->call[i]);
-    return sum;
-}
-
 /* The sum of a scene with these settings, and of the library's version; 0: memory is insufficient. Events are summed by
  * themselves: a scene in which they set what numbers follow is not written. */
 static uint64_t sum_of_scene(const kt_scene *from, const kt_run *run) {
@@ -80,8 +64,10 @@ static uint64_t sum_of_scene(const kt_scene *from, const kt_run *run) {
     const kt_status status = stream == NULL ? KT_ERROR_MEMORY : kt_scene_write(&scene, stream, &error);
     const bool fine = (stream == NULL || fclose(stream) == 0) && status == KT_OK && text != NULL;
     uint64_t sum = fine ? kt_sum_add(kt_sum_add(KT_SUM_START, text, size), kt_version(), strlen(kt_version())) : 0;
-    for (int i = 0; fine && i < from->event_count; i++)
-        sum = add_event(sum, &from->events[i]);
+    for (int i = 0; fine && i < from->event_count; i++) {
+        const uint64_t event = kt_scene_event_sum(from, &from->events[i]);
+        sum = kt_sum_add(sum, &event, sizeof event);
+    }
     free(text);
     return sum;
 }
