@@ -1,4 +1,6 @@
 """What the test scripts share: each claim prints a line as cmocka does, with what speaks against it."""
+import pathlib
+import subprocess
 import sys
 
 _failed = 0
@@ -17,6 +19,16 @@ def claim(name, problems):
 def skip(name, reason):
     """States that a claim cannot be tested on this machine, and why; test/count.py counts it."""
     print(f"[  SKIPPED ] {name}: {reason}")
+
+
+def output_of(*command):
+    """What a program prints of files that the build makes; where it cannot read them, its words end the test."""
+    ended = subprocess.run(command, capture_output=True, text=True)
+    if ended.returncode != 0:
+        words = ended.stderr.strip().splitlines()[:3] or [f"it ends with {ended.returncode}"]
+        claim(f"{pathlib.Path(command[0]).name}_reads_what_was_built", [*words, "build all of it first, by ninja in the build directory"])
+        finish()
+    return ended.stdout
 
 
 def note(text):

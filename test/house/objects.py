@@ -7,17 +7,16 @@ A folder of objects, that of a program, is asked for circles alone.
 import collections
 import pathlib
 import re
-import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish, note
+from claims import claim, finish, note, output_of
 from folders import FOLDERS
 
 
 def objects(archive):
     """(name, symbols that it defines, symbols that it needs) of each object: kernels come once a level, of one name."""
-    text = subprocess.run(["nm", "-P", "-g", archive], check=True, capture_output=True, text=True).stdout
+    text = output_of("nm", "-P", "-g", archive)
     parts = re.split(r"^.*\[(?:.*/)?([^/\]]+)\.c\.o\]:$", text, flags=re.MULTILINE)
     for name, lines in zip(parts[1::2], parts[2::2]):
         symbols = [line.split()[:2] for line in lines.splitlines() if line]
@@ -28,7 +27,7 @@ def objects(archive):
 def objects_of_program(folder):
     """The same of a folder of objects."""
     paths = sorted(pathlib.Path(folder).glob("*.c.o"))
-    text = subprocess.run(["nm", "-A", "-P", "-g", *paths], check=True, capture_output=True, text=True).stdout
+    text = output_of("nm", "-A", "-P", "-g", *paths)
     symbols = collections.defaultdict(list)
     for path, symbol, kind in (line.split()[:3] for line in text.splitlines()):
         symbols[pathlib.Path(path.removesuffix(":")).name.removesuffix(".c.o")].append((symbol, kind))

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish, note
+from claims import claim, finish, note, output_of
 
 without, full, nm = sys.argv[1:]
 
@@ -18,8 +18,7 @@ def run(program):
 
 
 def symbols(program, *options):
-    listed = subprocess.run([nm, *options, program], capture_output=True, text=True, check=True).stdout
-    return re.findall(r"\b(?:LAPACKE?_\w+|cblas_\w+|openblas\w*|d(?:geqp3|ormqr|geevx|potrf|gesv)_\w*)", listed)
+    return re.findall(r"\b(?:LAPACKE?_\w+|cblas_\w+|openblas\w*|d(?:geqp3|ormqr|geevx|potrf|gesv)_\w*)", output_of(nm, *options, program))
 
 
 state, rope = run(without)

@@ -6,16 +6,14 @@ fused.py OBJDUMP LIBRARY...
 """
 import pathlib
 import re
-import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish, note
+from claims import claim, finish, note, output_of
 
 objdump, *libraries = sys.argv[1:]
-run = subprocess.run([objdump, "-d", "--no-show-raw-insn", *libraries], capture_output=True, text=True, check=True)
 function, instructions, fused = "", 0, []
-for line in run.stdout.splitlines():
+for line in output_of(objdump, "-d", "--no-show-raw-insn", *libraries).splitlines():
     start = re.match(r"[0-9a-f]+ <(.*)>:", line)
     if start:
         function = start[1]

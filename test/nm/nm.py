@@ -6,11 +6,10 @@ import collections
 import fnmatch
 import pathlib
 import re
-import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish, note
+from claims import claim, finish, note, output_of
 
 # Whatever an object of the core may call. All of it is bounded, reads and writes only what it is given, and allocates
 # nothing (qsort does, printf prints, getenv and time are hidden inputs: they are not here).
@@ -50,10 +49,6 @@ OF_LOOPS = ["kt_loop_kinds*", "kt_loop_[a-z]*_baseline", "kt_loop_planar_rows", 
             "kt_assemble_levenberg_marquardt", "kt_damped_step"]
 
 
-def run(*command):
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
-
-
 def matches(name, patterns):
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
@@ -67,7 +62,7 @@ def plain(symbol):
 
 def imports(archive):
     """(object, symbol) for what each object of an archive does not define itself."""
-    for line in run("nm", "-A", "--undefined-only", archive).splitlines():
+    for line in output_of("nm", "-A", "--undefined-only", archive).splitlines():
         place, kind, symbol = line.split()[0], *line.split()[-2:]
         assert kind in "Uwv", line
         yield place.rstrip(":").split(":")[-1].split("/")[-1], plain(symbol)
@@ -80,7 +75,7 @@ def is_among(object_name, sources):
 def writable_sections(archive):
     """What an object would keep from one call to the next. Tables of pointers are in .data.rel.ro: constant once loaded."""
     place = "?"
-    for line in run("size", "-A", "-d", archive).splitlines():
+    for line in output_of("size", "-A", "-d", archive).splitlines():
         if "(ex " in line:
             place = line.split()[0]
         field = line.split()
@@ -91,12 +86,12 @@ def writable_sections(archive):
 
 
 def of_loops(archive):
-    names = {line.split()[-1] for line in run("nm", "--defined-only", archive).splitlines() if len(line.split()) == 3}
+    names = {line.split()[-1] for line in output_of("nm", "--defined-only", archive).splitlines() if len(line.split()) == 3}
     return {name for name in names if matches(name, OF_LOOPS)}
 
 
 def exports(shared):
-    return {line.split()[-1].split("@")[0] for line in run("nm", "-D", "--defined-only", shared).splitlines()}
+    return {line.split()[-1].split("@")[0] for line in output_of("nm", "-D", "--defined-only", shared).splitlines()}
 
 
 def declared(headers, mark):
