@@ -5,6 +5,7 @@
  * Positions are the same numbers in both: joints differ in their order alone. KT_MJCF_FILES names more files, apart by
  * blanks, of which those that both read are compared. */
 #include "check.h"
+#include "equality.h"
 #include "match.h"
 
 #include "algebra/principal.h"
@@ -442,21 +443,18 @@ KT_TEST(fixed_tendons_pull_as_those_of_mujoco) {
     release(&p);
 }
 
-/* The place of an end in the world, where MuJoCo's bodies stand. */
-static kt_pose place_of(const pair *p, const kt_end *end) {
+/* The pose of MuJoCo's body of this name; NULL: the world. */
+static kt_pose pose_of_body(const pair *p, const char *name) {
     int body = 0;
     for (int i = 1; i < p->m->nbody; i++)
-        body = end->body != NULL && strcmp(name_of(p->m, p->m->name_bodyadr[i]), end->body) == 0 ? i : body;
-    kt_pose pose = kt_pose_identity(), own = kt_pose_identity();
+        body = name != NULL && strcmp(name_of(p->m, p->m->name_bodyadr[i]), name) == 0 ? i : body;
+    kt_pose pose = kt_pose_identity();
     const mjtNum *x = p->d->xpos + 3 * body, *r = p->d->xmat + 9 * body;
     pose.position = kt_vec3_make(x[0], x[1], x[2]);
     pose.rotation.x = kt_vec3_make(r[0], r[3], r[6]);
     pose.rotation.y = kt_vec3_make(r[1], r[4], r[7]);
     pose.rotation.z = kt_vec3_make(r[2], r[5], r[8]);
-    own.position = end->at;
-    if (end->rotation.type != KT_ROTATION_NONE)
-        (void)!kt_rotation_evaluate(&end->rotation, &own.rotation, NULL);
-    return kt_pose_compose(pose, own);
+    return pose;
 }
 
 /* The variables of a coupling's formula are the positions of the joints of its terms. */
@@ -500,22 +498,6 @@ static void compare_coupling(const pair *p, const kt_loop *loop, int row, kt_wor
     }
 }
 
-/* The distance of both points along the world's axes; a weld's orientations agree where its residual does. */
-static void compare_ends(const pair *p, const kt_loop *loop, const mjtNum *theirs, kt_worst *worst) {
-    const kt_pose a = place_of(p, &loop->between[0]), b = place_of(p, &loop->between[1]);
-    const kt_vec3 between_points = kt_vec3_sub(a.position, b.position);
-    const double d[3] = {between_points.x, between_points.y, between_points.z};
-    for (int k = 0; k < 3; k++)
-        kt_worst_near(worst, d[k], theirs[k], 1e-14, "%s, %d", loop->name, k);
-    if (loop->type != KT_LOOP_WELD)
-        return;
-    /* MuJoCo: the vector part of the quaternion between both, so that its norm is the sine of half the angle */
-    const kt_mat3 between = kt_mat3_multiply(kt_mat3_transpose(a.rotation), b.rotation);
-    const double angle = kt_vec3_norm(kt_euler_vector_from_matrix(between));
-    const double norm = kt_vec3_norm(kt_vec3_make(theirs[3], theirs[4], theirs[5]));
-    kt_worst_near(worst, sin(0.5 * angle), norm, 1e-14, "%s, sine of half the angle", loop->name);
-}
-
 KT_TEST(loops_are_open_by_what_equalities_of_mujoco_are) {
     pair p;
     kt_random random = kt_random_of_test();
@@ -529,10 +511,12 @@ KT_TEST(loops_are_open_by_what_equalities_of_mujoco_are) {
             for (int row = 0; row < p.d->ne;) {
                 const int e = p.d->efc_id[row];
                 const kt_loop *loop = find_loop(&p, name_of(p.m, p.m->name_eqadr[e]));
+                const kt_end *ends = loop != NULL ? loop->between : NULL;
                 if (loop != NULL && loop->type == KT_LOOP_COUPLING)
                     compare_coupling(&p, loop, row, &worst);
                 else if (loop != NULL)
-                    compare_ends(&p, loop, p.d->efc_pos + row, &worst);
+                    compare_ends(loop, pose_of_end(pose_of_body(&p, ends[0].body), &ends[0]),
+                                 pose_of_end(pose_of_body(&p, ends[1].body), &ends[1]), p.d->efc_pos + row, &worst);
                 compared += loop != NULL;
                 while (row < p.d->ne && p.d->efc_id[row] == e)
                     row++;

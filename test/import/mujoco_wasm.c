@@ -5,6 +5,7 @@
  * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. KT_ROBOT_FILES names more files, apart by
  * blanks; what one of both refuses is said. */
 #include "check.h"
+#include "equality.h"
 #include "match.h"
 
 #include "kinetree/import.h"
@@ -258,29 +259,10 @@ static void compare_places(const pair *p, findings *f) {
     }
 }
 
-static kt_pose place_of(const pair *p, const kt_end *end) {
-    const int carrier = end->body != NULL ? our_body(p->model, end->body) : 0;
-    kt_pose own = kt_pose_identity();
-    own.position = end->at;
-    if (end->rotation.type != KT_ROTATION_NONE)
-        (void)!kt_rotation_evaluate(&end->rotation, &own.rotation, NULL);
-    return kt_pose_compose(carrier > 0 ? kt_body_pose(p->model, p->data, carrier) : kt_pose_identity(), own);
-}
-
-/* The distance of both points along the world's axes; of a weld also the vector part of the quaternion between both,
- * whose norm is the sine of half the angle. */
-static void compare_ends(const pair *p, const kt_loop *loop, const double *theirs, kt_worst *worst) {
-    const kt_pose a = place_of(p, &loop->between[0]), b = place_of(p, &loop->between[1]);
-    const kt_vec3 d = kt_vec3_sub(a.position, b.position);
-    const double apart[3] = {d.x, d.y, d.z}, scale = fmax(1.0, kt_vec3_norm(d));
-    for (int k = 0; k < 3; k++)
-        kt_worst_near(worst, apart[k], theirs[k], 1e-14 * scale, "%s, %d", loop->name, k);
-    if (loop->type != KT_LOOP_WELD)
-        return;
-    const kt_mat3 between = kt_mat3_multiply(kt_mat3_transpose(a.rotation), b.rotation);
-    const double angle = kt_vec3_norm(kt_euler_vector_from_matrix(between));
-    kt_worst_near(worst, sin(0.5 * angle), kt_vec3_norm(kt_vec3_make(theirs[3], theirs[4], theirs[5])), 1e-14,
-                  "%s, sine of half the angle", loop->name);
+/* The pose of our body of this name; NULL: the world. */
+static kt_pose pose_of_body(const pair *p, const char *name) {
+    const int body = name != NULL ? our_body(p->model, name) : 0;
+    return body > 0 ? kt_body_pose(p->model, p->data, body) : kt_pose_identity();
 }
 
 /* The sum of a linear coupling of joints. Formulas, and lengths of tendons, are compared with MuJoCo 2.2.2 (mjcf_mujoco.c). */
@@ -312,7 +294,9 @@ static int compare_equalities(const pair *p, kt_worst *worst) {
             if (loop->type == KT_LOOP_COUPLING) {
                 compared += compare_coupling(p, loop, *theirs, worst);
             } else {
-                compare_ends(p, loop, theirs, worst);
+                const kt_end *ends = loop->between;
+                compare_ends(loop, pose_of_end(pose_of_body(p, ends[0].body), &ends[0]),
+                             pose_of_end(pose_of_body(p, ends[1].body), &ends[1]), theirs, worst);
                 compared++;
             }
         }
