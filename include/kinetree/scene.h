@@ -239,7 +239,8 @@ KT_API bool kt_scene_sets(const kt_scene *scene);
 
 /* A checksum over an event of the scene, one of `events` or `until`: what it watches and does, and, where it sets parameters, the
  * formulas of the numbers that follow from these, which files of kt_scene_write do not have. Events that do the same have the
- * same sum; checkpoints are refused where it differs (kt_event.sum). Allocates nothing. O(numbers that follow). */
+ * same sum; checkpoints are refused where it differs (kt_event.sum). Returns 0 if one of both is NULL. Allocates nothing.
+ * O(numbers that follow). */
 KT_API uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event);
 
 /* Adds the events of a scene to a simulation of its model. Formulas are evaluated in the simulation's own data, and

@@ -19,7 +19,9 @@ bool kt_scene_sets(const kt_scene *scene) {
 
 /* ---- checksums ----------------------------------------------------------------------------------------------------- */
 
-static uint64_t sum_of_text(uint64_t sum, const char *text) { return kt_sum_add(sum, text, strlen(text) + 1); }
+static uint64_t sum_of_text(uint64_t sum, const char *text) {
+    return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
+}
 
 static uint64_t sum_of_formula(uint64_t sum, const kt_expression *expression) {
     for (size_t i = 0; i < expression->count; i++) {
@@ -51,6 +53,8 @@ static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
 }
 
 uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) {
+    if (!scene || !event)
+        return 0;
     const int numbers[] = {(int)event->direction, event->record, event->stop, event->limit, event->switch_count};
     uint64_t sum = sum_of_text(sum_of_text(KT_SUM_START, event->name), event->when);
     sum = kt_sum_add(sum, numbers, sizeof numbers);
