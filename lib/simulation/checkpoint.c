@@ -246,7 +246,7 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
     if (head->model != own.model)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "checkpoint",
-            "it is of another model, with as many coordinates but other names, types or formulas, or of "
+            "it is of another model, with as many coordinates but other names or types, or other formulas, or of "
             "another version of the library, which is %s here",
             kt_version());
 #if KT_HAS_EVENTS

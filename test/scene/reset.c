@@ -166,8 +166,8 @@ KT_TEST(checkpoints_are_refused_where_numbers_follow_otherwise) {
         {"4*k,", "5*k,", "watch or do something else"},
         {"k/500", "k/400", "watch or do something else"},
         {"direction: falling", "direction: rising", "watch or do something else"},
-        {"pull + 0*twice", "pull - 0*twice", "other names, types or formulas"},
-        {"pull + 0*twice", "twice + 0*pull", "other names, types or formulas"},
+        {"pull + 0*twice", "pull - 0*twice", "or other formulas"},
+        {"pull + 0*twice", "twice + 0*pull", "or other formulas"},
     };
     running a, b;
     char other[2000];
