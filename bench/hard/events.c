@@ -12,6 +12,9 @@
  *     rope     a stone that hangs on a rope of length L and is struck at v0, 2 g L < v0^2 < 5 g L, swings up until the rope is
  *              slack, above the horizontal by an angle a, 3 g L sin(a) = v0^2 - 2 g L; it flies with v^2 = g L sin(a) for
  *              4 v cos(a) / g, until the rope takes its velocity along itself, and swings on with the rest
+ *     rock     a block of half diagonal R that leans on an edge falls back and rocks from edge to edge (G. W. Housner, Bull. Seism.
+ *              Soc. Am. 53, 1963). With f the angle of that diagonal from the vertical, a where the block stands, f'' = p^2 sin(f),
+ *              p^2 = 3 g / (4 R); each impact leaves 1 - 3/2 sin(a)^2 of its rate, until it rests
  *
  * This engine takes the contacts as they are (restitution, friction), with steps of its own to 1e-10. */
 #include "events.h"
@@ -123,6 +126,47 @@ static double roped(const kt_events_problem *p, int body, double t) {
     const double x = L * c - v * s * flight, z = L * s - v * c * flight; /* of z, v c t - g t^2 / 2 */
     const double across = (v * s * z + (v * c - g * flight) * x) / L;    /* of (-v s, v c - g t) along (-z, x) */
     return swinging(L, w, atan2(x, -z), across / L, t - slack - flight);
+}
+
+/* From edge to edge, f is least, at rest, at the time `top`; f = a at `reach` before and after that. */
+typedef struct arc {
+    double cosine, top, reach; /* cos(f) at the top; s */
+} arc;
+
+/* The arcs of a block, until they are too small to be seen. p^2 cos(f) + f'^2 / 2 is constant between impacts; an impact leaves `keep` of
+ * f' at f = a, and therefore keep^2 of d = cos(f) - cos(a) at the top. From the top on sin(f / 2) = sin(f_top / 2) / dn(p t, k),
+ * k = cos(f_top / 2), and f = a where sn(p t) = sqrt(d / 2) / (k sin(a / 2)). */
+enum { ARCS = 64 };
+
+static void find_arcs(double alpha, double top, double p, arc arcs[ARCS]) {
+    const double keep = 1.0 - 1.5 * sin(alpha) * sin(alpha);
+    double above = cos(top) - cos(alpha), begin = 0.0;
+    for (int n = 0; n < ARCS; n++) {
+        const double cosine = cos(alpha) + above, k = sqrt(0.5 * (1.0 + cosine));
+        const double reach = elliptic_f(asin(sqrt(0.5 * above) / (k * sin(0.5 * alpha))), k) / p;
+        begin += n == 0 ? 0.0 : reach;
+        arcs[n] = (arc){cosine, begin, reach};
+        begin += reach;
+        above *= keep * keep;
+    }
+}
+
+/* It remembers the arcs: there is one block that rocks. */
+static double rocked(const kt_events_problem *p, int body, double t) {
+    static arc arcs[ARCS];
+    const kt_events_body *block = &p->body[body];
+    const double b = block->half[KT_EVENTS_X], h = block->half[KT_EVENTS_Z], R = hypot(b, h), alpha = atan2(b, h);
+    const double frequency = sqrt(0.75 * p->gravity / R);
+    int n = 0;
+    if (arcs[0].reach == 0.0)
+        find_arcs(alpha, alpha - block->lean, frequency, arcs);
+    while (n < ARCS && t > arcs[n].top + arcs[n].reach)
+        n++;
+    if (n == ARCS)
+        return 0.0;
+    const double k = sqrt(0.5 * (1.0 + arcs[n].cosine)), sn = jacobi_sn(frequency * (t - arcs[n].top), k);
+    const double half = sqrt(0.5 * (1.0 - arcs[n].cosine) / (1.0 - k * k * sn * sn)); /* sin(f / 2) */
+    return (n % 2 == 0 ? 1.0 : -1.0) * (b - 2.0 * R * half * sqrt(1.0 - half * half));
 }
 
 /* ---- the problems ------------------------------------------------------------------------------------------------ */
@@ -261,6 +305,25 @@ const kt_events_problem kt_events_problems[KT_EVENTS_COUNT] = {
                .speed = 5.69}}, /* 3.3 g L */
      .axis = KT_EVENTS_X,
      .exact = roped},
+    {.name = "block that rocks until it rests",
+     .measured = "place, m",
+     .bound = 2e-10,
+     .duration = 2.0,
+     .step = 1e-4,
+     .gravity = G,
+     .friction = 1.0,
+     .body_count = 1,
+     .contact_count = 1,
+     .body = {{.shape = KT_EVENTS_BLOCK,
+               .half = {0.2, 0.4},
+               .at = {0.10517909935968023, 0.43704576053516253},
+               .is_free = {true, true},
+               .turns = true,
+               .lean = 0.25,
+               .mass = 2.0}},
+     .contact = {FLOOR},
+     .axis = KT_EVENTS_X,
+     .exact = rocked},
 };
 
 void kt_events_see(kt_events_watch *watch, int body, double t, double at) {
@@ -327,14 +390,15 @@ static void add_body(slides *s, int which) {
             fixed = kt_vec3_add(fixed, direction((kt_events_axis)axis, body->at[axis]));
         }
     }
-    if (body->turns)
+    if (body->turns) { /* it is solid; other moments of inertia than that about y are not felt */
+        const double x = body->half[KT_EVENTS_X], z = body->half[KT_EVENTS_Z];
+        const double inertia = body->mass * (body->shape == KT_EVENTS_BALL ? 0.4 * x * x : (x * x + z * z) / 3.0);
         last = add_link(s, last, KT_JOINT_REVOLUTE, kt_vec3_make(0.0, 1.0, 0.0));
-    s->link[first].joint.at = fixed;
-    s->link[last].mass = body->mass;
-    if (body->turns) { /* a ball is solid */
-        const double inertia = 0.4 * body->mass * body->half[KT_EVENTS_X] * body->half[KT_EVENTS_X];
+        s->link[last].joint.position[0] = body->lean;
         s->link[last].inertia = (kt_sym3){.xx = inertia, .yy = inertia, .zz = inertia};
     }
+    s->link[first].joint.at = fixed;
+    s->link[last].mass = body->mass;
     s->carrier[which] = last;
 }
 
@@ -345,9 +409,9 @@ static kt_effect *add_effect(slides *s, kt_effect_type type) {
     return effect;
 }
 
-/* A sphere in the upper body on a plane of the lower one, normal to the axis: blocks do not turn, and balls move there along the axis
- * alone, or on a floor. */
-static void add_contact(slides *s, const kt_events_contact *contact) {
+/* A sphere in the upper body on a plane of the lower one, normal to the axis: blocks that do not turn touch so, and balls that move there
+ * along the axis alone, or on a floor. */
+static kt_effect *add_contact(slides *s, const kt_events_contact *contact) {
     const kt_events_problem *p = s->watch->problem;
     kt_effect *effect = add_effect(s, KT_EFFECT_CONTACT);
     effect->between[0].body = s->name[s->carrier[contact->upper]];
@@ -359,6 +423,20 @@ static void add_contact(slides *s, const kt_events_contact *contact) {
     }
     effect->friction = p->friction;
     effect->restitution = p->restitution;
+    return effect;
+}
+
+/* A block that turns stands on a floor, on one of its edges or on both. */
+static void add_contacts(slides *s, const kt_events_contact *contact) {
+    const kt_events_body *body = &s->watch->problem->body[contact->upper];
+    const bool on_edges = body->turns && body->shape == KT_EVENTS_BLOCK;
+    for (int side = on_edges ? -1 : 1; side <= 1; side += 2) {
+        kt_effect *effect = add_contact(s, contact);
+        if (on_edges) {
+            effect->radius = 0.0;
+            effect->between[0].at = kt_vec3_make(side * body->half[KT_EVENTS_X], 0.0, -body->half[KT_EVENTS_Z]);
+        }
+    }
 }
 
 static void add_forces(slides *s) {
@@ -441,7 +519,7 @@ bool kt_events_kinetree(kt_events_watch *watch) {
     for (int i = 0; i < p->body_count; i++)
         add_body(&s, i);
     for (int i = 0; i < p->contact_count; i++)
-        add_contact(&s, &p->contact[i]);
+        add_contacts(&s, &p->contact[i]);
     add_forces(&s);
     d->gravity = kt_vec3_make(p->gravity * sin(p->tilt), 0.0, -p->gravity * cos(p->tilt));
     d->bodies = s.link;

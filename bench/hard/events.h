@@ -6,19 +6,20 @@
 
 #include <stdbool.h>
 
-enum { KT_EVENTS_WORDS = 40, KT_EVENTS_BODIES = 5, KT_EVENTS_COUNT = 8, KT_EVENTS_ENGINES = 3 };
+enum { KT_EVENTS_WORDS = 40, KT_EVENTS_BODIES = 5, KT_EVENTS_COUNT = 9, KT_EVENTS_ENGINES = 3 };
 
 /* Axes along which bodies move and contacts press. Nothing leaves the plane of x and z. */
 typedef enum kt_events_axis { KT_EVENTS_X, KT_EVENTS_Z, KT_EVENTS_AXES } kt_events_axis;
 
 typedef enum kt_events_shape { KT_EVENTS_BLOCK, KT_EVENTS_BALL } kt_events_shape;
 
-/* A body on slides along those axes along which it is free; a ball may turn about y as well. */
+/* A body on slides along those axes along which it is free; it may turn about y as well. */
 typedef struct kt_events_body {
     kt_events_shape shape;
     double half[KT_EVENTS_AXES]; /* half sides, m; of a ball both are its radius */
     double at[KT_EVENTS_AXES];   /* its centre at the start, m */
     bool is_free[KT_EVENTS_AXES], turns;
+    double lean;              /* of one that turns, from z towards x at the start, rad */
     double mass, speed, push; /* kg; along x at the start, m/s; a constant force along x, N */
 } kt_events_body;
 

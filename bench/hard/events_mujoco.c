@@ -95,9 +95,12 @@ static void push(const kt_events_problem *p, mjModel *m, mjData *d, double t) {
 }
 
 static void begin(const kt_events_problem *p, const mjModel *m, mjData *d) {
-    for (int i = 0; i < p->body_count; i++)
+    for (int i = 0; i < p->body_count; i++) {
         if (p->body[i].is_free[KT_EVENTS_X])
             d->qvel[m->body_dofadr[i + 1]] = p->body[i].speed;
+        if (p->body[i].turns) /* by the last of its joints */
+            d->qpos[m->jnt_qposadr[m->body_jntadr[i + 1] + m->body_jntnum[i + 1] - 1]] = p->body[i].lean;
+    }
 }
 
 bool kt_events_mujoco(kt_events_watch *watch) {

@@ -28,6 +28,7 @@ static dBodyID add_body(const kt_ode_scene *s, const kt_events_body *given) {
     dBodyID body = dBodyCreate(s->world);
     dMass mass;
     dGeomID geom;
+    dMatrix3 leaning;
     if (given->shape == KT_EVENTS_BALL) {
         dMassSetSphereTotal(&mass, given->mass, half[KT_EVENTS_X]);
         geom = dCreateSphere(s->space, half[KT_EVENTS_X]);
@@ -35,7 +36,9 @@ static dBodyID add_body(const kt_ode_scene *s, const kt_events_body *given) {
         dMassSetBoxTotal(&mass, given->mass, 2.0 * half[KT_EVENTS_X], 0.2, 2.0 * half[KT_EVENTS_Z]);
         geom = dCreateBox(s->space, 2.0 * half[KT_EVENTS_X], 0.2, 2.0 * half[KT_EVENTS_Z]);
     }
+    dRFromAxisAndAngle(leaning, 0.0, 1.0, 0.0, given->lean);
     dBodySetPosition(body, given->at[KT_EVENTS_X], 0.0, given->at[KT_EVENTS_Z]);
+    dBodySetRotation(body, leaning);
     dBodySetLinearVel(body, given->speed, 0.0, 0.0);
     dBodySetMass(body, &mass);
     dGeomSetBody(geom, body);
