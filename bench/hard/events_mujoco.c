@@ -10,7 +10,7 @@
 static const char *const axes[KT_EVENTS_AXES] = {"1 0 0", "0 0 1"};
 
 /* The damping ratio z of e = exp(-z / w (pi - atan2(2 z w, 1 - 2 z^2))), w = sqrt(1 - z^2), which falls with z; 0 for e = 1. */
-static double damping_of(double e) {
+double kt_mujoco_damping(double e) {
     const double pi = 3.14159265358979323846;
     double low = 0.0, high = 0.999;
     for (int i = 0; i < 60; i++) {
@@ -26,7 +26,7 @@ static double damping_of(double e) {
 static void write_contacts(FILE *xml, const kt_events_problem *p) {
     const double w = 0.18 / p->step;
     if (p->restitution > 0.0)
-        (void)fprintf(xml, "<default><geom solref='%.17g %.17g'", -w * w, -2.0 * damping_of(p->restitution) * w);
+        (void)fprintf(xml, "<default><geom solref='%.17g %.17g'", -w * w, -2.0 * kt_mujoco_damping(p->restitution) * w);
     else
         (void)fprintf(xml, "<default><geom solref='%.17g 1'", 2.0 * p->step);
     (void)fprintf(xml, " solimp='0.9999 0.9999 0.001' friction='%.17g 0 0'/></default>", p->friction);

@@ -24,4 +24,7 @@ typedef struct kt_mujoco_motion {
 /* Runs it in the problem's steps. */
 bool kt_mujoco_run(kt_events_watch *watch, const kt_mujoco_motion *motion);
 
+/* The damping ratio of a contact, as a spring and a damper that do not pull, which gives back e (events_mujoco.c). */
+double kt_mujoco_damping(double e);
+
 #endif

@@ -1,0 +1,52 @@
+/* A woodpecker toy that jams, slides and pecks its way down a pole: its period, held to a time stepping of its own equations. */
+#include "../../test/scene/woodpecker.h"
+
+#include "events.h"
+#include "kinetree/scene.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* By steps of 1e-5 s: it is the same for all engines. */
+static double stepped(const kt_events_problem *p, int body, double t) {
+    static double period = 0.0;
+    (void)p;
+    (void)body;
+    (void)t;
+    if (period == 0.0)
+        period = kt_woodpecker_period(1e-5);
+    return period;
+}
+
+/* Once a period the bird passes the angle of the start ("section") while the sleeve slides. */
+static int see(const kt_record *record, void *user) {
+    if (record->index == KT_INDEX_EVENT && record->v[0] < -0.3)
+        kt_pecks_see(user, record->time);
+    return 0;
+}
+
+static bool run(kt_events_watch *watch) {
+    kt_scene scene;
+    kt_error error = {0};
+    kt_pecks pecks = {.count = 0};
+    if (kt_scene_parse("woodpecker", kt_woodpecker_scene, strlen(kt_woodpecker_scene), &scene, NULL, NULL, &error) !=
+        KT_OK) {
+        (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
+        return false;
+    }
+    const bool good = kt_events_run(watch, &scene, see, &pecks);
+    if (good)
+        kt_events_see(watch, 0, scene.run.duration, kt_pecks_period(&pecks));
+    kt_scene_free(&scene);
+    return good;
+}
+
+const kt_events_problem kt_events_woodpecker = {
+    .name = "woodpecker toy on its pole",
+    .measured = "period, s",
+    .bound = 6e-5, /* the time stepping has an error of 2.7e-5 s */
+    .duration = 3.0,
+    .step = 1e-4,
+    .engine = {run, kt_events_woodpecker_mujoco, kt_events_woodpecker_ode},
+    .exact = stepped,
+};

@@ -1,0 +1,12 @@
+/* The woodpecker toy in engines whose bodies turn by finite angles: its equations are those of small ones. Levers that are N times as long,
+ * with N^2 times the moments of inertia and the stiffness, have the same equations in angles N times as small, which are small; edges and
+ * the beak are spheres of the radius RHO. */
+#ifndef KT_BENCH_HARD_WOODPECKER_H
+#define KT_BENCH_HARD_WOODPECKER_H
+
+#include "../../test/scene/woodpecker.h"
+
+#define KT_WOODPECKER_N 100.0
+#define KT_WOODPECKER_RHO 0.01
+
+#endif
