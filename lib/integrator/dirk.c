@@ -147,7 +147,7 @@ kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (kt_newton_retry(it, result) == KT_TRY_PASSED)
         return KT_TRY_PASSED;
-    if (result->result != KT_TRY_DIVERGED || w->damped || (int)w->now.state == KT_JACOBIAN_ZERO)
+    if (result->result != KT_TRY_DIVERGED || w->damped || kt_newton_is_zero(w))
         return result->result;
     w->damped = true;
     return result->result = KT_TRY_PASSED;

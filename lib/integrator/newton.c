@@ -103,7 +103,7 @@ static kt_try_result recompute(kt_integrator *it, kt_try *result) {
     const kt_newton_memory *m = memory_of(it);
     kt_newton_of(it)->factored = 0.0;
     kt_newton_of(it)->is_in_memory = true;
-    if ((int)m->state != KT_JACOBIAN_KNOWN)
+    if ((int)m->state != KT_JACOBIAN_KNOWN && (int)m->state != KT_JACOBIAN_LEFT_OUT)
         return KT_TRY_PASSED;
     if (kt_evaluate(it, m->time, jacobian_point(it), 1, result) != KT_TRY_PASSED)
         return result->result;
@@ -216,7 +216,7 @@ kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_comp
     if (!kt_is_same_step(h, w->now.step))
         w->now.step = h;
     h = w->now.step;
-    if (w->factored == h || (int)w->now.state == KT_JACOBIAN_ZERO)
+    if (w->factored == h || kt_newton_is_zero(w))
         return KT_TRY_PASSED;
     it->matrices_known = false;
     w->factored = 0.0;
@@ -242,7 +242,7 @@ static void divide(kt_complex sigma, double *re, double *im, size_t first, size_
 kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, double *im, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     const kt_newton *newton = it->options.newton;
-    const bool zero = (int)w->now.state == KT_JACOBIAN_ZERO;
+    const bool zero = kt_newton_is_zero(w);
     divide(sigma, re, im, zero ? 0 : it->counted, it->sizes.n);
     if (zero)
         return KT_TRY_PASSED;
@@ -433,26 +433,47 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     return diverged(result, it->memory.t, 0.5);
 }
 
+/* Where no Jacobian can be computed, as next to a singular position of loops, that of earlier steps may make iterations
+ * diverge however short the step is. What is not stiff needs none: it is left out, for as long as that serves. */
+static bool is_left_out(const kt_integrator *it) {
+    kt_newton_work *w = kt_newton_of(it);
+    const bool serves = (int)w->now.state == KT_JACOBIAN_KNOWN && !(it->options.step > 0.0);
+    if (serves)
+        w->now.state = KT_JACOBIAN_LEFT_OUT;
+    return serves;
+}
+
+/* Without it the iteration has diverged, too: a shorter step begins with it. */
+static kt_try_result bring_back(kt_integrator *it, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    if ((int)w->now.state == KT_JACOBIAN_LEFT_OUT) {
+        w->now.state = KT_JACOBIAN_KNOWN;
+        if (recompute(it, result) != KT_TRY_PASSED)
+            return result->result;
+    }
+    return diverged(result, it->memory.t, 0.5);
+}
+
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {
     const kt_newton_work *w = kt_newton_of(it);
     if (result->result != KT_TRY_DIVERGED || w->is_of_now)
         return result->result;
     if (kt_newton_refresh(it, result) != KT_TRY_PASSED)
         return result->result;
-    return w->is_of_now ? KT_TRY_PASSED : diverged(result, it->memory.t, 0.5);
+    return w->is_of_now || is_left_out(it) ? KT_TRY_PASSED : bring_back(it, result);
 }
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
 void kt_newton_accept(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
-    w->now.wanted = w->rate > KT_SLOW_RATE || w->damped || (int)w->now.state == KT_JACOBIAN_ZERO ? 1.0 : 0.0;
+    w->now.wanted = w->rate > KT_SLOW_RATE || w->damped || kt_newton_is_zero(w) ? 1.0 : 0.0;
     if (!isfinite(w->now.ratio))
         w->now.ratio = 1.0;
     memcpy(it->history, &w->now, sizeof w->now);
     if (w->is_of_now)
         memcpy(jacobian_point(it), it->previous_y, it->sizes.n * sizeof(double)); /* commit has exchanged them */
-    it->matrices_known = w->factored == w->now.step || (int)w->now.state == KT_JACOBIAN_ZERO;
+    it->matrices_known = w->factored == w->now.step || kt_newton_is_zero(w);
 }
 
 void kt_newton_want(kt_integrator *it) {

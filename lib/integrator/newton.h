@@ -11,7 +11,8 @@ enum { KT_NEWTON_ITERATIONS = 7, KT_NEWTON_ITERATIONS_FIXED = 50 };
 typedef enum kt_jacobian_state {
     KT_JACOBIAN_NONE = 0,
     KT_JACOBIAN_KNOWN,
-    KT_JACOBIAN_ZERO /* it could not be computed at (t_J, y_J), and there was none before: J = 0 */
+    KT_JACOBIAN_ZERO,    /* it could not be computed at (t_J, y_J), and there was none before: J = 0 */
+    KT_JACOBIAN_LEFT_OUT /* by the one of (t_J, y_J) iterations diverge where none can be computed: J = 0 */
 } kt_jacobian_state;
 
 /* The numbers that determine the next step besides the state: the first part of an implicit method's history. */
@@ -51,6 +52,11 @@ typedef struct kt_newton_work {
 } kt_newton_work;
 
 static inline kt_newton_work *kt_newton_of(const kt_integrator *it) { return (kt_newton_work *)(void *)it->scratch; }
+
+/* Whether a try takes J = 0. */
+static inline bool kt_newton_is_zero(const kt_newton_work *w) {
+    return (int)w->now.state == KT_JACOBIAN_ZERO || (int)w->now.state == KT_JACOBIAN_LEFT_OUT;
+}
 
 /* One of the method's own vectors of a try. */
 static inline double *kt_newton_row(const kt_integrator *it, int i) {
@@ -101,7 +107,8 @@ kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t
 kt_try_result kt_newton_relinearize(kt_integrator *it, double t, const double *stage, size_t slot, double sigma,
                                     kt_try *result);
 
-/* How a try that did not converge goes on: with J as of now and the same step (KT_TRY_PASSED), or not at all. */
+/* How a try that did not converge goes on: with J as of now and the same step (KT_TRY_PASSED), without J where it cannot be
+ * computed now, or not at all. */
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result);
 
 /* After a step, and before the first one of a motion. kt_newton_want, after the first: the next step begins with a new

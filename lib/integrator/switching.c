@@ -407,7 +407,7 @@ static bool is_dear(const kt_integrator *it, watch *w) {
 static void watch_implicit(kt_integrator *it) {
     const kt_newton_work *newton = kt_newton_of(it);
     watch *w = watch_of(it);
-    if ((int)newton->now.state == KT_JACOBIAN_ZERO)
+    if (kt_newton_is_zero(newton))
         w->radius = 0.0;
     else if (newton->is_of_now || w->age == 0.0)
         w->radius = jacobian_radius(it);

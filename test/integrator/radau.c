@@ -172,6 +172,61 @@ KT_TEST(a_jacobian_that_cannot_be_computed_for_a_while_is_done_without) {
     }
 }
 
+/* y' = lambda (y - (sin t, cos t)) + (cos t, -sin t), whose Jacobian is known while `known`. */
+typedef struct relaxing {
+    solver solver; /* what its functions are handed */
+    double lambda;
+    bool known;
+} relaxing;
+
+static int relaxing_rhs(double t, const double *y, double *dydt, void *user) {
+    const double lambda = ((const relaxing *)user)->lambda;
+    dydt[0] = lambda * (y[0] - sin(t)) + cos(t);
+    dydt[1] = lambda * (y[1] - cos(t)) - sin(t);
+    return 0;
+}
+
+static int relaxing_jacobian(double t, const double *y, const double *dydt, void *user) {
+    relaxing *r = user;
+    (void)t;
+    (void)y;
+    (void)dydt;
+    if (!r->known)
+        return 1;
+    r->solver.jacobian[0][0] = r->solver.jacobian[1][1] = r->lambda;
+    r->solver.jacobian[0][1] = r->solver.jacobian[1][0] = 0.0;
+    return 0;
+}
+
+static const kt_newton relaxing_newton = {relaxing_jacobian, own_factor, own_solve, NULL, NULL};
+
+/* By the Jacobian of the stiff part iterations of the other converge in steps of 1e-5 s alone. Stiff again, they do by that
+ * Jacobian. */
+KT_TEST(a_jacobian_by_which_iterations_diverge_is_left_out_where_none_can_be_computed) {
+    static const struct {
+        double lambda, end;
+        bool known;
+    } part[] = {{-1e5, 1.0, true}, {-1.0, 3.0, false}, {-1e5, 4.0, false}, {-1.0, 6.0, true}};
+    kt_error error;
+    kt_integrator_options options = tolerance(1e-6, 1e-6);
+    options.newton = &relaxing_newton;
+    relaxing r = {.lambda = -1e5};
+    const kt_integrator_callbacks callbacks = {relaxing_rhs, NULL, &r};
+    kt_integrator *it = integrator_make(radau(), 2, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0, 1.0}, &callbacks, &error), &error);
+    for (size_t i = 0; i < sizeof part / sizeof *part; i++) {
+        const uint64_t before = kt_integrator_counts_get(it).evaluations;
+        r.lambda = part[i].lambda;
+        r.known = part[i].known;
+        integrate_to(it, part[i].end);
+        const uint64_t evaluations = kt_integrator_counts_get(it).evaluations - before;
+        kt_note("until %g s: %d evaluations", part[i].end, (int)evaluations);
+        kt_check_below("evaluations", (double)evaluations, 300.0);
+        kt_check_near("y1", kt_integrator_state(it)[0], sin(part[i].end), 1e-6);
+    }
+    integrator_free(it);
+}
+
 KT_TEST(a_stop_of_any_part_of_the_solution_stops_the_step_and_changes_nothing) {
     for (int part = 0; part < 3; part++) {
         kt_error error;
