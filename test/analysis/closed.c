@@ -57,7 +57,7 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
                 largest = sin(3.0 * i * pi / (N + 1));
         for (int i = 1; i <= N; i++)
             kt_worst_near(&form, shape[2 * (i - 1)] / s.system->unit[i - 1], sin(3.0 * i * pi / (N + 1)) / largest,
-                          2e-12, "mass %d", i);
+                          5e-14, "mass %d", i);
         kt_check_worst(&form);
     }
     small_free(&s);

@@ -117,9 +117,9 @@ KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
         }
         const double re = a * a * a - 3.0 * a * b * b + 2.0 / J * (a * a - b * b) + k / J * a + 15.0 / J;
         const double im = 3.0 * a * a * b - b * b * b + 4.0 / J * a * b + k / J * b;
-        kt_check_near("root", hypot(re, im), 0.0, 1e-9);
+        kt_check_near("root", hypot(re, im), 0.0, 1e-11);
         /* x = -q / lambda, with q = 1 */
-        kt_check_near("share of the sum", hypot(shape[0], shape[1]), 1.0 / hypot(a, b), 1e-9);
+        kt_check_near("share of the sum", hypot(shape[0], shape[1]), 1.0 / hypot(a, b), 1e-14);
     }
     kt_check_equal_int("aside", aside, 1);
     kt_check_equal_int("all", count, 4);
@@ -210,7 +210,7 @@ static void compare(const char *text) {
             kt_worst_near(&worst, a->state[i], b->state[i], 4.0 * (a->state_error[i] + b->state_error[i]) + 1e-13,
                           "%d %d", i % a->states, i / a->states);
     kt_check_true("it has columns of states", a->states == a->positions + a->velocities + 2);
-    kt_check_below("error", b->error, 1e-9);
+    kt_check_below("error", b->error, 1e-11);
     kt_check_worst(&worst);
     end(&m);
 }
@@ -233,9 +233,9 @@ KT_TEST(equilibrium_in_space_with_a_loop_rests) {
     (void)kt_fine("acceleration", kt_acceleration_evaluate(m.model, data, 0.0, q, v, NULL, NULL, a, &error), &error);
     (void)kt_fine("rates", kt_own_state_rates(m.model, data, 0.0, q, v, rates, &error), &error);
     for (int i = 0; i < 4; i++)
-        kt_check_near("acceleration", a[i], 0.0, 1e-11);
+        kt_check_near("acceleration", a[i], 0.0, 2e-12);
     for (int i = 0; i < 2; i++)
-        kt_check_near("rate", rates[i], 0.0, 1e-12);
+        kt_check_near("rate", rates[i], 0.0, 1e-13);
     kt_data_free(data);
     end(&m);
 }
