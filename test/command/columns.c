@@ -42,14 +42,14 @@ KT_TEST(own_columns_are_computed_of_what_is_recorded_and_what_is_not) {
         kt_check_near("Newton's law", kt_csv_number(csv, line, kt_csv_column(csv, "newton")), 0.0, 1e-13);
         kt_check_near("place of the marker", kt_csv_number(csv, line, kt_csv_column(csv, "ahead")), 0.25, 1e-14);
         kt_check_near("weight and momentum", kt_csv_number(csv, line, kt_csv_column(csv, "weight")), 20.0 + 2.0 * v,
-                      1e-9);
+                      2e-11);
         kt_check_near("force", kt_csv_number(csv, line, kt_csv_column(csv, "rest")), 1.0, 1e-13);
         kt_check_near("clock", kt_csv_number(csv, line, kt_csv_column(csv, "clock")), 2.0 * t + 1.0, 1e-15);
     }
     json_t *summary = kt_json(kt_read_file("block.json"));
     kt_check_near("end", kt_json_at(summary, "columns.clock.end"), 3.0, 1e-15);
     kt_check_near("largest", kt_json_at(summary, "columns.clock.max"), 3.0, 1e-15);
-    kt_check_near("final state", kt_json_at(summary, "state.thrust"), 3.0 * exp(-2.0), 1e-9);
+    kt_check_near("final state", kt_json_at(summary, "state.thrust"), 3.0 * exp(-2.0), 2e-12);
     json_decref(summary);
 }
 
@@ -60,8 +60,8 @@ KT_TEST(own_columns_are_swept) {
     snprintf(csv, sizeof csv, "%s", kt_read_file("sweep.csv"));
     const int end = kt_csv_column(csv, "weight.end");
     const double p = 3.0 * 0.5 * (1.0 - exp(-2.0)); /* impulse of the force */
-    kt_check_near("m = 1", kt_csv_number(csv, 1, end), 10.0 + 1.0 + p, 1e-9);
-    kt_check_near("m = 2", kt_csv_number(csv, 2, end), 20.0 + 2.0 + p, 1e-9);
+    kt_check_near("m = 1", kt_csv_number(csv, 1, end), 10.0 + 1.0 + p, 2e-12);
+    kt_check_near("m = 2", kt_csv_number(csv, 2, end), 20.0 + 2.0 + p, 2e-12);
 }
 
 KT_TEST(names_that_are_no_columns_are_told) {
@@ -80,12 +80,12 @@ KT_TEST(written_scenes_have_their_columns_and_states) {
     kt_expect(0, NULL, "$K run block.yaml --quiet --duration 0.5 --out half.csv --scene end.yaml --summary half.json");
     kt_expect(0, NULL, "$K run end.yaml --quiet --duration 0.5 --out rest.csv --summary rest.json");
     json_t *rest = kt_json(kt_read_file("rest.json"));
-    kt_check_near("state of a written scene", kt_json_at(rest, "state.thrust"), 3.0 * exp(-2.0), 1e-9);
+    kt_check_near("state of a written scene", kt_json_at(rest, "state.thrust"), 3.0 * exp(-2.0), 2e-12);
     kt_check_near("column of a written scene", kt_json_at(rest, "columns.clock.end"), 2.0, 1e-15);
     json_decref(rest);
     kt_expect(0, NULL, "$K run block.yaml --from half.json --quiet --duration 0.5 --out rest.csv --summary rest.json");
     rest = kt_json(kt_read_file("rest.json"));
-    kt_check_near("state from a summary", kt_json_at(rest, "state.thrust"), 3.0 * exp(-2.0), 1e-9);
+    kt_check_near("state from a summary", kt_json_at(rest, "state.thrust"), 3.0 * exp(-2.0), 2e-12);
     json_decref(rest);
     kt_expect(0, "half.csv has no state 'thrust', which starts as the scene says",
               "$K run block.yaml --from half.csv --quiet --duration 0.5 --out rest.csv");

@@ -58,7 +58,7 @@ KT_TEST(a_scene_names_the_result_that_it_starts_from) {
     kt_write_file("sub/on.yaml", text);
     kt_expect(0, NULL, "$K run chain.yaml --quiet --duration 1 --out /dev/null --summary sub/mid.json");
     json_t *start = kt_json(kt_read_file("sub/mid.json")), *now = kt_json(kt_shell("$K evaluate sub/on.yaml").out);
-    kt_check_near("energy of the start", kt_json_at(now, "energy.kinetic"), kt_json_at(start, "energy.kinetic"), 1e-9);
+    kt_check_near("energy of the start", kt_json_at(now, "energy.kinetic"), kt_json_at(start, "energy.kinetic"), 2e-13);
     json_decref(now);
     json_decref(start);
     kt_expect(2, "mid.json cannot be read", "cp sub/on.yaml lost.yaml; $K check lost.yaml");
@@ -124,7 +124,7 @@ static double rocker_of(const char *coupler, const char *rocker, const char *tol
     json_t *root = kt_json(kt_read_file("s.json"));
     const double angle = kt_json_at(root, "position.rocker");
     if (told == NULL)
-        kt_check_near("the crank stays", kt_json_at(root, "position.crank"), 1.0471975511965976, 1e-12);
+        kt_check_near("the crank stays", kt_json_at(root, "position.crank"), 1.0471975511965976, 1e-14);
     json_decref(root);
     return angle;
 }

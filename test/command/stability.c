@@ -200,7 +200,7 @@ KT_TEST(run_tells_that_stability_bounds_adaptive_explicit_steps_and_what_is_chea
                      methods[i]);
         json_t *root = kt_json(ran.out);
         kt_check_text("code", json_string_value(kt_json_find(root, "warnings[0].code")), "bounded_by_stability");
-        kt_check_near("the rate", kt_json_at(root, "warnings[0].value"), 8117.2033, 0.05 * 8117.2033);
+        kt_check_near("the rate", kt_json_at(root, "warnings[0].value"), 8117.2033, 0.02);
         json_decref(root);
         const char *words = kt_read_file("err.txt");
         kt_check_equal_int("once", count(words, "bounded by its stability, not by the tolerance, in"), 1);
