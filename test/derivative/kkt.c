@@ -70,7 +70,7 @@ static void count(const tangle *g, census *c) {
     }
 }
 
-/* Bounds: what rounding of the matrices makes of each right-hand side (tangle_solve), or 1e-10 of scale. */
+/* Bounds: what rounding of the matrices makes of each right-hand side (tangle_solve), or 1e-12 of scale. */
 static void check(const tangle *g, const tangle_system *s, const right_sides *r, const right_sides *solved,
                   kt_worst *worst) {
     static tangle_system of;
@@ -82,7 +82,7 @@ static void check(const tangle *g, const tangle_system *s, const right_sides *r,
         memcpy(of.drift, r->b + c * g->rows, (size_t)g->rows * sizeof *of.drift);
         (void)tangle_solve(g, &of, (tangle_way){.mixes = true}, expected, moved);
         for (int i = 0; i < nv; i++)
-            kt_worst_near(worst, solved->f[c * nv + i], r->x[c * nv + i], fmax(1e-10, 8.0 * moved[i]),
+            kt_worst_near(worst, solved->f[c * nv + i], r->x[c * nv + i], fmax(1e-12, 8.0 * moved[i]),
                           "nv %d, column %d, %d", nv, c, i);
     }
 }
@@ -256,7 +256,7 @@ static void compare_ways(bool reduced, const char *const name[3]) {
         if (tangle_grow(&g, &plan, &random) && derive(&g, KT_STRUCTURE_FRONTS, reduced, &along, &first) &&
             derive(&g, KT_STRUCTURE_DENSE, reduced, &dense, &second)) {
             const double *const to[3] = {along.q, along.v, along.tau}, *const of[3] = {dense.q, dense.v, dense.tau};
-            const double rounding = fmax(1e-10, 32.0 * relative_rounding(&g));
+            const double rounding = fmax(1e-12, 32.0 * relative_rounding(&g));
             const int all = g.tree.nv * g.tree.nv;
             ways += !first && second;
             for (int k = is_plain(g.tree.model) ? 0 : 2; k < 3; k++)
