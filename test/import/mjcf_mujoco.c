@@ -276,7 +276,7 @@ static void compare_tree_with(const char *path, const kt_robot_options *options,
             compare_mass(&p, &f, bound);
             compare_places(&p, &f);
             if (forces)
-                compare_forces(&p, &f, 100.0 * bound);
+                compare_forces(&p, &f, 10.0 * bound);
         }
         kt_worst *all[] = {&f.mass, &f.bias, &f.place, &f.turn, &f.force, &f.acceleration};
         for (int i = 0; i < (forces ? 6 : 4); i++)
@@ -292,7 +292,7 @@ static void compare_tree(const char *path, const kt_robot_options *options, bool
 /* All elements together: inertias by what does not depend on axes, all else with the axes of these inertias, to
  * rounding. */
 KT_TEST(tree_of_every_element_is_that_of_mujoco_to_rounding_but_for_its_principal_axes) {
-    compare_tree_with(MODELS "/tree.xml", NULL, true, true, 1e-12);
+    compare_tree_with(MODELS "/tree.xml", NULL, true, true, 1e-13);
 }
 
 KT_TEST(tree_of_every_element_is_the_one_that_mujoco_reads) { compare_tree(MODELS "/tree.xml", NULL, true, 1e-9); }
@@ -338,7 +338,7 @@ KT_TEST(tree_of_every_element_without_principal_axes_is_that_of_mujoco_to_roundi
     d.bodies = bodies;
     d.loop_count = d.effect_count = 0;
     if (bodies != NULL)
-        compare_exported(&d, 1e-12);
+        compare_exported(&d, 1e-13);
     free(bodies);
     kt_scene_free(&scene);
 }
@@ -375,7 +375,7 @@ KT_TEST(exported_trees_are_those_that_mujoco_computes) {
         d.bodies = bodies;
         d.body_count = BODIES;
         d.gravity = kt_vec3_make(1.0, -2.0, -9.0);
-        compare_exported(&d, 1e-12);
+        compare_exported(&d, 1e-13);
     }
 }
 

@@ -330,10 +330,10 @@ static void compare_forces(pair *p, findings *f, double bound) {
     compare_vector(&f->force, p, p->tau, p->force, bound);
     if (kt_acceleration_evaluate(p->model, p->data, 0.0, p->q, p->v, NULL, NULL, p->a, &error) != KT_OK)
         kt_worst_below(&f->acceleration, (double)NAN, 0.0, "%s", error.message);
-    compare_vector(&f->acceleration, p, p->a, p->qacc, 100.0 * bound);
+    compare_vector(&f->acceleration, p, p->a, p->qacc, 40.0 * bound);
 }
 
-/* The bound is that of matrices, forces and places; accelerations have a hundred times it. Returns how many equalities are
+/* The bound is that of matrices, forces and places; accelerations have forty times it. Returns how many equalities are
  * compared. */
 static int compare_states(FILE *from, pair *p, double bound) {
     findings f = {kt_worst_make("masses"),        kt_worst_make("mass matrix"),
