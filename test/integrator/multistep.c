@@ -305,7 +305,7 @@ KT_TEST(modes_grow_as_the_largest_root) {
             double y[200][2];
             states_of(m, z[l], 200, y);
             const double growth = log(hypot(y[199][0], y[199][1]) / hypot(y[99][0], y[99][1])) / 100.0;
-            kt_check_near(m->name, growth, log(kt_stability_gain(&s, z[l])), 1e-12);
+            kt_check_near(m->name, growth, log(kt_stability_gain(&s, z[l])), 2e-14);
         }
 }
 
@@ -335,7 +335,8 @@ KT_TEST(limits_of_the_adams_methods_are_where_runs_begin_to_grow) {
     const kt_stability two = stability_of(kt_method_find("ab2")), four = stability_of(kt_method_find("ab4"));
     const double limits[] = {kt_stability_real_limit(&two), kt_stability_imaginary_limit(&two),
                              kt_stability_real_limit(&four)};
-    kt_check_near("ab2, real", limits[0], 2.0, 1e-11);
+    static const double grown[] = {1e12, 100.0, 2.0}; /* in 200 steps a little beyond the limit */
+    kt_check_near("ab2, real", limits[0], 2.0, 2e-14);
     kt_check_near("ab4, real", limits[2], 1.25, 0.05);
     kt_check_near("ab4, imaginary", kt_stability_imaginary_limit(&four), 0.0, 0.0);
     kt_check_near("ab4, 0.1i", kt_stability_gain(&four, (kt_complex){0.0, 0.1}) - 1.0, 1.58693e-7, 1e-11);
@@ -350,7 +351,7 @@ KT_TEST(limits_of_the_adams_methods_are_where_runs_begin_to_grow) {
             if (side == 0)
                 kt_check_below("within", growth, 1.0);
             else
-                kt_check_above("beyond", growth, 1.0);
+                kt_check_above("beyond", growth, grown[i]);
         }
 }
 
@@ -372,6 +373,6 @@ KT_TEST(two_step_methods_are_a_stable_and_have_their_radius_at_infinity) {
         kt_check_worst(&left);
         /* A double root, which what is left of 1 / z moves by its square root. */
         kt_check_near("radius at infinity", kt_stability_gain(&s, (kt_complex){-1e14, 0.0}), m.rho,
-                      i % 4 == 0 ? 1e-6 : 1e-12);
+                      i % 4 == 0 ? 1e-6 : 4e-13);
     }
 }

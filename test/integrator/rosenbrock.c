@@ -341,7 +341,7 @@ KT_TEST(an_old_jacobian_serves_and_is_counted) {
     }
     kt_note("errors %.2g ... %.2g", error[0], error[2]);
     kt_check_below("order", slope_of(h, error, 3), 3.0);
-    kt_check_below("error", error[2], 1e-4);
+    kt_check_below("error", error[2], 2e-6);
 }
 
 KT_TEST(a_singular_matrix_is_told) {

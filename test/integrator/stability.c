@@ -310,7 +310,8 @@ KT_TEST(modes_that_rest_or_grow_in_truth_bound_no_step) {
         if (kt_method_stages_vary(kt_method_at(i)))
             continue; /* it takes the size of an eigenvalue for a decay */
         kt_check_true("falls", kt_stability_step(kt_method_at(i), &fall, 1, 10.0, 2.0, &index) == HUGE_VAL);
-        kt_check_above("rounding", kt_stability_step(kt_method_at(i), rounding, 3, 10.0, 2.0, &index), 1e8);
+        const double step = kt_stability_step(kt_method_at(i), rounding, 3, 10.0, 2.0, &index);
+        kt_check_above("rounding", step > 1e10 ? 1e10 : step, 1e8);
     }
 }
 
