@@ -146,7 +146,7 @@ KT_TEST(spline_of_a_half_circle_is_nearly_one) {
     for (int i = 0; i < POINTS; i++) {
         kt_loop_row rows[3];
         rows_at(&loop, numbers, kt_v4_from(points[i]), kt_v4_splat(0.0), 0.0, rows);
-        kt_worst_near(&through, hypot(rows[0].residual, rows[1].residual), 0.0, 1e-15, "%d", i);
+        kt_worst_near(&through, hypot(rows[0].residual, rows[1].residual), 0.0, 1e-17, "%d", i);
         if (i > 8 && i < 25) {
             const double angle = pi * (i + 0.5) / (POINTS - 1);
             kt_worst_near(&length, rows[2].residual - before, pi / (POINTS - 1), 1e-7, "%d", i);
