@@ -115,7 +115,7 @@ KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
     kt_check_near("v", kt_simulation_velocities(r.simulation)[0], v, 1e-9);
     /* The pulls supply their work, the event what the spring holds more. */
     const kt_work work = kt_simulation_work(r.simulation);
-    kt_check_near("supplied", work.supplied - work.dissipated, 3.0 * (0.2 - 1.0) + 3.2 * (x - 0.2) + gained, 1e-8);
+    kt_check_near("supplied", work.supplied - work.dissipated, 3.0 * (0.2 - 1.0) + 3.2 * (x - 0.2) + gained, 2e-10);
     kt_check_near("the states", kt_simulation_own_states(r.simulation)[2], 800.0, 0.0);
     stop(&r);
 }
