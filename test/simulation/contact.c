@@ -611,12 +611,12 @@ KT_TEST(coin_bounces_as_its_impulse_says) {
         coin_run run = coin_start(&c);
         if (coin_until(&run, offsetof(kt_contact_counts, impacts))) {
             const double *v = kt_simulation_velocities(run.simulation), turned = 20.0 * sqrt(2.0 * h / g);
-            kt_check_near("when, s", kt_simulation_time(run.simulation), sqrt(2.0 * h / g), 1e-13);
-            kt_check_near("speed", v[2], p / coin_mass - w, 1e-12);
+            kt_check_near("when, s", kt_simulation_time(run.simulation), sqrt(2.0 * h / g), 4e-15);
+            kt_check_near("speed", v[2], p / coin_mass - w, 1e-13);
             kt_check_near("rate", v[3], -rate * cos(turned), 1e-11);
             kt_check_near("rate across", v[4], rate * sin(turned), 1e-11);
             kt_check_near("spin", v[5], 20.0, 1e-12);
-            kt_check_near("lost, J", kt_simulation_contacts(run.simulation).dissipated, 0.5 * p * w * (1.0 - e), 1e-13);
+            kt_check_near("lost, J", kt_simulation_contacts(run.simulation).dissipated, 0.5 * p * w * (1.0 - e), 1e-14);
         }
         coin_end(&run, 1e-13);
     }
@@ -662,8 +662,8 @@ KT_TEST(sliding_disc_rolls_at_two_thirds) {
         kt_check_near("rolls from, s", kt_simulation_time(run.simulation), time, 1e-12);
         kt_check_near("at, m", kt_simulation_positions(run.simulation)[0], 5.0 / 6.0 * v0 * time, 1e-12);
         (void)kt_fine("rolls", kt_simulation_advance(run.simulation, 0.3, &run.error), &run.error);
-        kt_check_near("speed", kt_simulation_velocities(run.simulation)[0], 2.0 / 3.0 * v0, 1e-12);
-        kt_check_near("spin", kt_simulation_velocities(run.simulation)[5], -2.0 / 3.0 * v0 / coin_radius, 1e-11);
+        kt_check_near("speed", kt_simulation_velocities(run.simulation)[0], 2.0 / 3.0 * v0, 2e-14);
+        kt_check_near("spin", kt_simulation_velocities(run.simulation)[5], -2.0 / 3.0 * v0 / coin_radius, 5e-13);
     }
     coin_end(&run, 1e-12);
 }
@@ -689,8 +689,8 @@ KT_TEST(coin_leaves_a_floor_that_falls_faster) {
         (void)kt_fine("flies", kt_simulation_advance(run.simulation, t1 + flight, &run.error), &run.error);
         const double *q = kt_simulation_positions(run.simulation),
                      z = a * sin(k * t1) + (v1 - 0.5 * g * flight) * flight;
-        kt_check_near("height, m", q[3], coin_radius + z, 1e-12);
-        kt_check_near("along, m", q[1], v0 * (t1 + flight), 1e-12);
+        kt_check_near("height, m", q[3], coin_radius + z, 5e-15);
+        kt_check_near("along, m", q[1], v0 * (t1 + flight), 5e-15);
         kt_check_near("spin", kt_simulation_velocities(run.simulation)[6], w[2], 1e-11);
     }
     coin_end(&run, 1e-10);
@@ -711,11 +711,11 @@ KT_TEST(coin_that_bounces_with_friction_keeps_its_account) {
         deepest = fmax(deepest, 2.0 * coin_radius * hypot(x, y) - q[2]);
     }
     if (kt_fine("bounces", run.status, &run.error)) {
-        kt_check_below("deepest, m", deepest, 1e-12);
+        kt_check_below("deepest, m", deepest, 5e-15);
         kt_check_above("bounces", (double)kt_simulation_contacts(run.simulation).impacts, 3.0);
-        kt_check_above("sticks", (double)kt_simulation_contacts(run.simulation).sticks, 0.0);
+        kt_check_above("sticks", (double)kt_simulation_contacts(run.simulation).sticks, 1.0);
     }
-    coin_end(&run, 1e-11);
+    coin_end(&run, 2e-13);
 }
 
 static void check_refused(const char *what, const kt_description *d, const char *words) {

@@ -152,7 +152,7 @@ KT_TEST(inclined_disc_slides_with_its_force_at_the_rim) {
     kt_simulation *simulation = start(model, "dopri5", 0.0);
     if (simulation != NULL && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
         for (int k = 0; k < 6; k++)
-            kt_check_near("acceleration", record.a[k], expected[k], 1e-12 * g / r);
+            kt_check_near("acceleration", record.a[k], expected[k], 2e-14 * g / r);
     kt_simulation_free(simulation);
     kt_model_free(model);
 }
@@ -587,7 +587,7 @@ KT_TEST(poissons_rule_does_not_let_the_energy_of_kanes_pendulum_grow) {
         kt_check_near("upper", after[0], rate[0] + by[0], 1e-14);
         kt_check_near("lower", after[1], rate[1] + by[1], 1e-14);
         const double before = rods_energy(angle, rate), lost = before - rods_energy(angle, after);
-        kt_check_above("lost, J", lost, 1e-6);
+        kt_check_above("lost, J", lost, 1e-3);
         kt_check_near("told", poisson.dissipated, lost, 1e-15);
         told += strike_floor(mus[k], e, false, angle, rate, newton).reduced;
         kt_check_above("never grows", before - rods_energy(angle, newton), -1e-16);

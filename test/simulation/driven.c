@@ -146,7 +146,8 @@ static double supplied_to_press(double t) {
 }
 
 typedef struct account {
-    kt_worst worst;
+    kt_worst *worst;
+    const char *method;
     supplied_at *right;
     double bound, works[512];
     int stop_at; /* -1: never */
@@ -157,7 +158,8 @@ static int enter(const kt_record *record, void *user) {
     if (record->index == a->stop_at)
         return -1;
     a->works[record->index] = record->work.supplied;
-    kt_worst_near(&a->worst, record->work.supplied, a->right(record->time), a->bound, "%g s", record->time);
+    kt_worst_near(a->worst, record->work.supplied, a->right(record->time), a->bound, "%s, %g s", a->method,
+                  record->time);
     return 0;
 }
 
@@ -175,6 +177,7 @@ static kt_model *compile(const char *text, kt_error *error) {
 static void check_works(const char *text, supplied_at *right, double bound, double bound_of_order_2) {
     kt_error error;
     kt_model *model = compile(text, &error);
+    kt_worst worst = kt_worst_make("supplied, J");
     for (int i = 0; i < kt_method_count() && model != NULL; i++) {
         const kt_method *method = kt_method_at(i);
         if (!kt_method_is_adaptive(method) || !kt_is_asked(&asked_works, 4))
@@ -182,7 +185,8 @@ static void check_works(const char *text, supplied_at *right, double bound, doub
         kt_run run = kt_run_fixed(method->name, 0.0, 4.0);
         run.interval = 0.01;
         run.record = KT_RECORD_POSITION | KT_RECORD_BALANCE;
-        account a = {.worst = kt_worst_make(method->name),
+        account a = {.worst = &worst,
+                     .method = method->name,
                      .right = right,
                      .bound = method->order > 2 ? bound : bound_of_order_2,
                      .stop_at = -1};
@@ -191,9 +195,9 @@ static void check_works(const char *text, supplied_at *right, double bound, doub
         const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
         kt_note("%s: %llu steps, %llu evaluations, and %llu for works", method->name, (unsigned long long)counts.steps,
                 (unsigned long long)counts.evaluations, (unsigned long long)counts.balance);
-        kt_check_worst(&a.worst);
         kt_simulation_free(simulation);
     }
+    kt_check_worst(&worst);
     kt_model_free(model);
 }
 
@@ -255,7 +259,7 @@ KT_TEST(records_of_a_step_that_ends_at_a_dead_point_are_of_the_motion) {
         kt_check_worst(&worst);
         kt_simulation_free(simulation);
     }
-    kt_check_above("states joined", (double)joined, 0.0);
+    kt_check_above("states joined", (double)joined, 100.0);
     kt_model_free(model);
 }
 
@@ -380,8 +384,8 @@ KT_TEST(works_before_a_dead_point_are_given_up) {
     kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
     kt_check_true("ends there", kt_simulation_advance(simulation, 2.0, &error) != KT_OK);
     kt_note("%s: %s", error.where, error.message);
-    kt_check_near("time", kt_simulation_time(simulation), 1.43329539, 1e-7);
-    kt_check_below("evaluations for works", (double)kt_simulation_counts_get(simulation).balance, 1e5);
+    kt_check_near("time", kt_simulation_time(simulation), 1.43329539, 1e-9);
+    kt_check_below("evaluations for works", (double)kt_simulation_counts_get(simulation).balance, 2e3);
     kt_simulation_free(simulation);
     kt_model_free(model);
 }
@@ -394,7 +398,8 @@ KT_TEST(works_go_on_bit_for_bit_within_a_long_step) {
     kt_run run = kt_run_fixed("dopri5", 0.0, 4.0);
     run.interval = 0.01;
     run.record = KT_RECORD_POSITION | KT_RECORD_BALANCE;
-    whole = (account){.worst = kt_worst_make("whole"), .right = supplied_to_crank, .bound = 1e-8, .stop_at = -1};
+    kt_worst worst = kt_worst_make("supplied, J");
+    whole = (account){.worst = &worst, .method = "dopri5", .right = supplied_to_crank, .bound = 1e-9, .stop_at = -1};
     first = second = whole;
     first.stop_at = 237;
     kt_simulation *one = kt_scene_simulate(model, &run, NULL), *two = kt_scene_simulate(model, &run, NULL),
@@ -408,6 +413,7 @@ KT_TEST(works_go_on_bit_for_bit_within_a_long_step) {
         (void)kt_fine("second", kt_simulation_run(three, enter, &second, &error), &error);
         kt_check_equal_bits("first", first.works, whole.works, 237);
         kt_check_equal_bits("second", second.works + 238, whole.works + 238, 401 - 238);
+        kt_check_worst(&worst);
         free(block);
     }
     kt_simulation_free(one);

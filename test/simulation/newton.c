@@ -231,7 +231,7 @@ KT_TEST(the_slope_in_time_is_that_of_rates_of_own_states) {
             expected[i] += weight[l] * one[i] / h;
     }
     for (size_t i = 0; i < n; i++)
-        kt_worst_near(&worst, slope[i], expected[i], 1e-9, "%d", (int)i);
+        kt_worst_near(&worst, slope[i], expected[i], 3e-11, "%d", (int)i);
     kt_check_equal_int("not autonomous", kt_simulation_newton.autonomous(at.s), 0);
     kt_check_worst(&worst);
     close_states(&at);

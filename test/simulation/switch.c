@@ -193,7 +193,7 @@ KT_TEST(what_a_clutch_loses_is_dissipated) {
         kt_check_near("dissipated, J", last.work.dissipated, lost, 1e-10);
         kt_check_near("supplied, J", last.work.supplied, 0.0, 1e-10);
         kt_check_near("balance, J", last.kinetic + last.potential + last.work.dissipated - last.work.supplied,
-                      first.kinetic + first.potential, 1e-10);
+                      first.kinetic + first.potential, 4e-12);
     }
     kt_simulation_free(simulation);
     kt_model_free(model);
