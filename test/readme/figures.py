@@ -160,6 +160,31 @@ def ten_stops():
             [float(found[i].replace(",", "")) for i in (1, 2)] if found else [None, None])
 
 
-for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops):
+def warning_codes():
+    """Those of the command's sources, and no others."""
+    sources = "".join(path.read_text() for path in sorted((ROOT / "apps/kinetree").rglob("*.c")))
+    codes = set(re.findall(r'(?:kt_warning_of\(|\.code =)\s*"(\w+)"', sources))
+    line = re.search(r"^\| `code` \|(.*)\|$", text_of("scene-files.md"), flags=re.M)
+    shown = set(re.findall(r"`(\w+)`", line[1])) if line else set()
+    note(f"{len(codes)} codes of warnings")
+    claim("scene-files.md: the codes of warnings are those that runs have",
+          [f"{code} is {'not on the page' if code in codes else 'no code'}" for code in sorted(codes ^ shown)])
+
+
+def callers_memory():
+    """What can be laid out in the caller's memory, and what cannot."""
+    headers = "".join(path.read_text() for path in sorted((ROOT / "include/kinetree").glob("*.h")))
+    made = set(re.findall(r"\b(kt_\w+)_create\(", headers))
+    laid_out = {name for name in made if f"{name}_size(" in headers and f"{name}_init(" in headers}
+    page = text_of("memory-and-threads.md")
+    sentence = re.search(r"^Every `\.\.\._create` but (.*?) has a pair", page, flags=re.M)
+    named = set(re.findall(r"`(kt_\w+)_create`", sentence[1])) if sentence else set()
+    wrong = [f"{name}_create: the page says otherwise" for name in sorted(named ^ (made - laid_out))]
+    wrong += [f"{name}_size is not on the page" for name in sorted(laid_out) if f"`{name}_size`" not in page]
+    note(f"{len(laid_out)} of {len(made)} in the caller's memory")
+    claim("memory-and-threads.md: what can be laid out in the caller's memory", wrong)
+
+
+for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops, warning_codes, callers_memory):
     ask()
 finish()
