@@ -461,7 +461,7 @@ typedef struct kt_event {
  * are found where five values along it, or parabolas through three of them, show the change: along each part of it in
  * which no joint turns by more than half a turn, by its rates at both ends of the step, and that ends at the next corner; max_step bounds
  * what they miss. Where events accumulate (a ball that bounces ever lower), so that all that remain lie within 1e-9 of the interval
- * between records, or 64 in a row follow each other so closely, the call fails with KT_ERROR_STEP. Nothing is allocated. Errors: KT_ERROR_ARGUMENT (no name, no function), KT_ERROR_MEMORY (no
+ * between records, or 64 in a row follow each other so closely, the call fails with KT_ERROR_STEP. Nothing is allocated. Errors: KT_ERROR_ARGUMENT (no name, or that of another event, no function), KT_ERROR_MEMORY (no
  * room), KT_ERROR_UNSUPPORTED (a library without Jacobians). Cost: four values of the function a step (a part of it, where joints turn by more than half a turn), some ten for each event, and one to
  * three steps repeated; `corner` is called once for each corner that is passed. */
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);

@@ -410,7 +410,10 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
                             .repeatable = to->call_count == 0 && event->set_count == 0,
                             .limit = (uint64_t)event->limit,
                             .sum = kt_scene_event_sum(in->scene, event)};
-    return kt_simulation_event_add(in->simulation, &added, error);
+    status = kt_simulation_event_add(in->simulation, &added, error);
+    if (status == KT_ERROR_ARGUMENT && error != NULL) /* its name, which the scene gives */
+        error->code = KT_ERROR_SCENE;
+    return status == KT_ERROR_ARGUMENT ? KT_ERROR_SCENE : status;
 }
 
 kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt_simulation *simulation,

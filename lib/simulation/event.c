@@ -589,6 +589,14 @@ static const kt_event_watch watch = {
 
 /* ---- for callers ------------------------------------------------------------------------------------------------- */
 
+/* The index of the event of this name; how many there are if there is none. */
+static size_t find_event(const kt_simulation *simulation, const char *name) {
+    size_t k = 0;
+    while (k < simulation->event_count && strcmp(simulation->event[k].name, name) != 0)
+        k++;
+    return k;
+}
+
 kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, event))
         return KT_ERROR_ARGUMENT;
@@ -598,6 +606,13 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     if (event->name == NULL || event->function == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
                             "an event needs a name and a function");
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "event '%.60s'", event->name);
+    if (find_event(simulation, event->name) < simulation->event_count)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, where,
+            "there is an event of this name already (hard stops, contacts, slack ropes and friction that "
+            "sticks are events of the names of their loops, and `until` is one); give this one another");
     if (simulation->event_count == simulation->size.event)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_simulation_event_add",
                             "there is room for %zu events; give their number in the simulation's options (events)",
@@ -617,8 +632,6 @@ const kt_event *kt_simulation_stopped(const kt_simulation *simulation) {
 }
 
 uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name) {
-    for (size_t k = 0; simulation && name && k < simulation->event_count; k++)
-        if (strcmp(simulation->event[k].name, name) == 0)
-            return simulation->event_memory[k].count;
-    return 0;
+    const size_t k = simulation && name ? find_event(simulation, name) : 0;
+    return simulation && name && k < simulation->event_count ? simulation->event_memory[k].count : 0;
 }

@@ -139,3 +139,51 @@ KT_TEST(a_guess_that_assembly_moves_is_not_told) {
     kt_check_near("the other side", remainder(below - (bearing + half), 6.283185307179586), 0.0, 1e-9);
     (void)rocker_of("-20 deg", "100 deg", "assembly moved initial values that the scene gives");
 }
+
+/* By 1 s a string and a floor are released, a brake is engaged, and a drive is off. */
+static const char let_go[] =
+    "kinetree: 1\n"
+    "gravity: [0, -9.81, 0]\n"
+    "bodies:\n"
+    "  - {name: stone, joint: {type: planar, position: [1, 0, 0]}, mass: 0.3, inertia: [1, 1, 1]}\n"
+    "  - {name: clock, joint: {type: prismatic, axis: z, velocity: 1}, mass: 1}\n"
+    "  - {name: block, joint: {type: prismatic, axis: y}, mass: 1}\n"
+    "  - {name: wheel, joint: {type: revolute, axis: z, velocity: 5}, mass: 1, inertia: [1, 1, 1]}\n"
+    "  - {name: rotor, joint: {type: revolute, axis: z}, mass: 1, inertia: [1, 1, 1]}\n"
+    "loops:\n"
+    "  - {name: string, type: distance, between: [world, stone], length: 1}\n"
+    "effects:\n"
+    "  - {name: floor, type: joint_limit, joint: block, lower: 0, restitution: 0}\n"
+    "  - {name: brake, type: joint_friction, joint: wheel, coulomb: 1, stick: true, switched: off}\n"
+    "  - {name: drive, type: motor, joint: rotor, torque: 1}\n"
+    "events:\n"
+    "  - {name: now, when: position.clock - 0.6, then: [{release: string}, {release: floor}, {engage: brake}, "
+    "{release: drive}]}\n"
+    "simulate: {duration: 2, integrator: dop853, tolerance: 1e-12}\n"
+    "output: {interval: 0.125}\n";
+
+static void check_same_motion(const char *what, const json_t *whole, const char *summary) {
+    static const char *const joints[] = {"stone[0]", "stone[1]", "clock", "block", "wheel", "rotor"};
+    json_t *part = kt_json(kt_read_file(summary));
+    kt_note("%s", what);
+    for (size_t i = 0; i < sizeof joints / sizeof *joints; i++) {
+        char at[64];
+        snprintf(at, sizeof at, "position.%s", joints[i]);
+        kt_check_near(joints[i], kt_json_at(part, at), kt_json_at(whole, at), 1e-13);
+    }
+    json_decref(part);
+}
+
+KT_TEST(what_is_released_stays_so_where_a_run_goes_on) {
+    kt_write_file("go.yaml", let_go);
+    kt_expect(0, NULL, "$K run go.yaml --quiet --out all.csv --summary all.json");
+    json_t *whole = kt_json(kt_read_file("all.json"));
+    kt_expect(0, NULL, "$K run go.yaml --quiet --duration 1 --out half.csv --summary half.json --scene end.yaml");
+    kt_expect(0, NULL, "$K run go.yaml --quiet --from half.json --duration 1 --out a.csv --summary a.json");
+    check_same_motion("from a summary", whole, "a.json");
+    kt_expect(0, NULL, "$K run end.yaml --quiet --duration 1 --out b.csv --summary b.json");
+    check_same_motion("the scene that was written", whole, "b.json");
+    kt_expect(3, "half.csv does not say which loops and effects are released there: string, floor, brake, drive begin",
+              "$K run go.yaml --from half.csv --duration 1 --out c.csv");
+    json_decref(whole);
+}

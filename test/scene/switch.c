@@ -134,6 +134,38 @@ KT_TEST(a_floor_above_what_has_fallen_is_refused) {
     kt_scene_free(&scene);
 }
 
+/* Counts and marks know events by their names. */
+KT_TEST(an_event_of_a_name_that_another_one_has_is_refused) {
+    static const char *const names[] = {"floor.lower", "table.stick", "until", "low"};
+    for (int i = 0; i < 4; i++) {
+        kt_scene scene = {.events = NULL};
+        kt_model *model = NULL;
+        kt_simulation *simulation = NULL;
+        kt_scene_watch *watch = NULL;
+        kt_error error = {0};
+        kt_simulation_options options = kt_simulation_options_default();
+        char text[2000];
+        (void)snprintf(text, sizeof text, FLOORS("  - {name: %s, when: t - 0.8, then: record}\n"), names[i]);
+        if (!kt_check_true("it is read", parse(text, &scene)))
+            return;
+        options.events = kt_scene_event_room(&scene);
+        kt_status status = kt_model_compile(&scene.description, NULL, &model, &error);
+        if (status == KT_OK)
+            status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
+        if (status == KT_OK)
+            status = kt_scene_watch_create(&scene, model, simulation, NULL, 0, &watch, &error);
+        kt_check_equal_int(names[i], (long long)status, i < 3 ? (long long)KT_ERROR_SCENE : (long long)KT_OK);
+        if (i < 3) {
+            kt_check_contains("where", error.where, names[i]);
+            kt_check_contains("words", error.message, "an event of this name already");
+        }
+        kt_simulation_free(simulation);
+        kt_scene_watch_free(watch);
+        kt_model_free(model);
+        kt_scene_free(&scene);
+    }
+}
+
 /* ---- a rimless wheel --------------------------------------------------------------------------------------------- */
 
 /* Six spokes of 1 m about a hub of mass 1 and inertia 0.1, on a slope of 0.35 rad, along which gravity is inclined. The feet

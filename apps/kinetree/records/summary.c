@@ -1,4 +1,5 @@
 /* The results of a run: the summary as JSON, and a short report for the terminal. */
+#include "scene/released.h"
 #include "subcommands/run.h"
 #include "text/json.h"
 
@@ -117,6 +118,8 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
     const kt_model *model = kt_simulation_model(outcome->simulation);
     if (kt_switch_count(model) > 0)
         json_object_set_new(root, "switched", list_switched(model));
+    if (kt_switch_count(model) > 0)
+        json_object_set_new(root, "released", kt_released_list(scene, outcome->simulation));
     if (kt_scene_event_room(scene) > 0) {
         json_object_set(root, "events", counts);
         json_object_set_new(root, "ended_by", stopped != NULL ? json_string(stopped->name) : json_null());

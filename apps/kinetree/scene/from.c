@@ -2,6 +2,7 @@
 #include "scene/from.h"
 #include "picture/picture.h"
 #include "records/table.h"
+#include "scene/released.h"
 #include "scene/start.h"
 #include "text/json.h"
 #include "text/list.h"
@@ -234,6 +235,20 @@ static kt_status take_own_states(kt_scene *scene, const source *s, const kt_mode
     return status;
 }
 
+/* What is released there is released here; records do not say it. */
+static void take_released(kt_scene *scene, const source *s) {
+    const json_t *list = json_object_get(s->root, "released");
+    char names[400];
+    kt_released_names(scene, names, sizeof names);
+    if (json_is_array(list))
+        kt_released_apply(scene, list);
+    else if (names[0] != '\0')
+        kt_say("%s does not say which loops and effects are released there: %s begin as the scene says; the summary of "
+               "that run "
+               "(--summary) says it",
+               s->path, names);
+}
+
 static int take_state(kt_scene *scene, const source *s, const kt_model *model, double *q, double *v) {
     char missing[400] = "";
     kt_error error = {0};
@@ -254,6 +269,8 @@ static int take_state(kt_scene *scene, const source *s, const kt_model *model, d
                "moved to where they begin",
                s->path);
     kt_status status = kt_scene_start_from(scene, model, q, v, &error);
+    if (status == KT_OK)
+        take_released(scene, s);
     if (status == KT_OK && kt_own_state_count(model) > 0)
         status = take_own_states(scene, s, model, &error);
     if (status != KT_OK)

@@ -5,6 +5,7 @@
 #include "advice/penetration.h"
 #include "picture/picture.h"
 #include "plot/run.h"
+#include "scene/released.h"
 #include "view/glb.h"
 #include "view/view.h"
 
@@ -346,6 +347,10 @@ static int write_scene(const kt_outcome *outcome, const char *path) {
                                            kt_simulation_velocities(outcome->simulation), &error);
     if (status == KT_OK)
         status = kt_scene_start_states(&end, kt_simulation_own_states(outcome->simulation), &error);
+    json_t *released = kt_released_list(outcome->scene, outcome->simulation);
+    if (status == KT_OK)
+        kt_released_apply(&end, released);
+    json_decref(released);
     if (status == KT_OK)
         status = kt_write_scene(&end, path, &error);
     kt_scene_free(&end);

@@ -1,0 +1,19 @@
+/* Which loops and effects of a scene that are switched are off or released at the end of a run: what goes on from there begins so. */
+#ifndef KT_COMMAND_SCENE_RELEASED_H
+#define KT_COMMAND_SCENE_RELEASED_H
+
+#include "kinetree/scene.h"
+#include "kinetree/simulation.h"
+
+#include <jansson.h>
+
+/* Their names, as a new list. */
+json_t *kt_released_list(const kt_scene *scene, const kt_simulation *simulation);
+
+/* Lets the listed ones begin released, and the others engaged. The scene's loops and effects are its own (kt_scene_start_from). */
+void kt_released_apply(kt_scene *scene, const json_t *list);
+
+/* Writes the names of all that are switched, "string, floor", as snprintf does. */
+void kt_released_names(const kt_scene *scene, char *text, size_t size);
+
+#endif
