@@ -26,13 +26,12 @@ static void add_context(kt_phrase *phrase, const kt_element *e) {
 
 bool kt_mjcf_fault(kt_mjcf *m, const kt_element *e, const char *format, ...) {
     kt_phrase where = {.length = 0};
-    char what[KT_MESSAGE_SIZE];
     va_list arguments;
-    va_start(arguments, format);
-    (void)vsnprintf(what, sizeof what, format, arguments);
-    va_end(arguments);
     add_context(&where, e);
-    return kt_xml_fault(m->r, e, "%s%s", where.text, what);
+    va_start(arguments, format);
+    const bool result = kt_xml_fault_in(m->r, e, where.text, format, arguments);
+    va_end(arguments);
+    return result;
 }
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */

@@ -114,13 +114,12 @@ static void add_context(kt_phrase *phrase, const kt_element *e) {
 
 bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) {
     kt_phrase where = {.length = 0};
-    char what[KT_MESSAGE_SIZE];
     va_list arguments;
-    va_start(arguments, format);
-    (void)vsnprintf(what, sizeof what, format, arguments);
-    va_end(arguments);
     add_context(&where, e);
-    return kt_xml_fault(r, e, "%s%s", where.text, what);
+    va_start(arguments, format);
+    const bool result = kt_xml_fault_in(r, e, where.text, format, arguments);
+    va_end(arguments);
+    return result;
 }
 
 /* ---- names of bodies --------------------------------------------------------------------------------------------- */

@@ -24,16 +24,22 @@ static uint32_t column_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentCo
 /* Ends the reading after a fault or for want of memory. */
 static void stop(kt_xml *x) { (void)XML_StopParser(x->parser, XML_FALSE); }
 
-bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ...) {
+bool kt_xml_fault_in(kt_reader *reader, const kt_element *e, const char *context, const char *format,
+                     va_list arguments) {
     char what[KT_MESSAGE_SIZE];
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    if (e->included == NULL)
+        return kt_fault_put(reader, KT_ERROR_SCENE, e->line, e->column, "%s%s", context, what);
+    return kt_fault_put(reader, KT_ERROR_SCENE, e->included->line, e->included->column, "%.200s:%u:%u: %s%s", e->file,
+                        (unsigned)e->line, (unsigned)e->column, context, what);
+}
+
+bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    (void)vsnprintf(what, sizeof what, format, arguments);
+    const bool result = kt_xml_fault_in(reader, e, "", format, arguments);
     va_end(arguments);
-    if (e->included == NULL)
-        return kt_fault_put(reader, KT_ERROR_SCENE, e->line, e->column, "%s", what);
-    return kt_fault_put(reader, KT_ERROR_SCENE, e->included->line, e->included->column, "%.200s:%u:%u: %s", e->file,
-                        (unsigned)e->line, (unsigned)e->column, what);
+    return result;
 }
 
 /* The place that the parser has reached, as an element. */

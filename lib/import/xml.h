@@ -4,6 +4,8 @@
 
 #include "scene/reader.h"
 
+#include <stdarg.h>
+
 /* Children are chained by `next`. Text is kept of elements that have nothing else. */
 typedef struct kt_element {
     const char *name;
@@ -34,6 +36,10 @@ bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, con
 
 /* Puts a fault at an element, or in the file that includes it. Returns false. */
 bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
+
+/* The same with words before it that tell the element, and the arguments of the format as a list. */
+bool kt_xml_fault_in(kt_reader *reader, const kt_element *e, const char *context, const char *format, va_list arguments)
+    KT_PRINTF(4, 0);
 
 /* The value of an attribute, and the first child or the next sibling of a name; NULL if there is none. */
 const char *kt_xml_attribute(const kt_element *element, const char *name);

@@ -332,33 +332,27 @@ kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_erro
     return status == KT_OK ? measure_smallest(w, q, error) : status;
 }
 
-/* Columns of changes, by the correction `by` of positions. */
-static void change_positions(kt_projection_work *w, linear_step step, const double *by, size_t columns, double *x,
-                             const kt_parameter_work *parameter) {
+/* Columns of changes, by the correction `by` of positions; NULL: by that of velocities. */
+static void change_columns(kt_projection_work *w, linear_step step, const double *by, size_t columns, double *x,
+                           const kt_parameter_work *parameter) {
     const size_t n = w->n;
     find_matrices(w, step);
     for (size_t from = 0; from < columns; from += KT_LANES) {
         const size_t count = columns - from < KT_LANES ? columns - from : KT_LANES;
         double *first = x + 2 * n * from;
         change(w, step, count, first, parameter, from);
-        for (size_t c = 0; c < count; c++)
-            kt_tangent_add(w->model, by, first + 2 * n * c, w->moved + n * c, first + 2 * n * c);
+        for (size_t c = 0; c < count; c++, first += 2 * n) {
+            const double *moved = w->moved + n * c;
+            if (by != NULL)
+                kt_tangent_add(w->model, by, first, moved, first);
+            for (size_t i = 0; i < n && by == NULL; i++)
+                first[n + i] += moved[i];
+        }
     }
 }
 
-/* The same of velocities. */
 static void change_velocities(kt_projection_work *w, size_t columns, double *x, const kt_parameter_work *parameter) {
-    const linear_step step = {.mass = true, .moves = true, .fast = true};
-    const size_t n = w->n;
-    find_matrices(w, step);
-    for (size_t from = 0; from < columns; from += KT_LANES) {
-        const size_t count = columns - from < KT_LANES ? columns - from : KT_LANES;
-        double *first = x + 2 * n * from;
-        change(w, step, count, first, parameter, from);
-        for (size_t c = 0; c < count; c++)
-            for (size_t i = 0; i < n; i++)
-                first[(2 * c + 1) * n + i] += w->moved[c * n + i];
-    }
+    change_columns(w, (linear_step){.mass = true, .moves = true, .fast = true}, NULL, columns, x, parameter);
 }
 
 /* The iterations that move positions. */
@@ -374,7 +368,7 @@ static kt_status propagate_positions(kt_projection_work *w, size_t columns, doub
         if (status == KT_OK && parameter)
             status = factor_again(w, KT_ROWS_CLOSED, q, step.mass, error);
         if (status == KT_OK)
-            change_positions(w, step, w->x, columns, x, parameter);
+            change_columns(w, step, w->x, columns, x, parameter);
         if (status == KT_OK)
             kt_position_add(w->model, q, w->x, q + w->model->n.q);
     }
@@ -390,7 +384,7 @@ static kt_status propagate_changes(kt_projection_work *w, const double *q, size_
     if (status == KT_OK && parameter)
         status = factor_again(w, KT_ROWS_CLOSED, q, step.mass, error);
     if (status == KT_OK)
-        change_positions(w, step, w->model->zero, columns, x, parameter);
+        change_columns(w, step, w->model->zero, columns, x, parameter);
     return status;
 }
 
