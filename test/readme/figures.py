@@ -185,6 +185,13 @@ def callers_memory():
     claim("memory-and-threads.md: what can be laid out in the caller's memory", wrong)
 
 
-for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops, warning_codes, callers_memory):
+def page_of_a_view():
+    size = sum(path.stat().st_size for path in (ROOT / "apps/kinetree/view").iterdir() if path.suffix in (".html", ".css", ".js"))
+    shown = re.search(r"The page's own sources, some (\d+) kB", text_of("views.md"))
+    note(f"{size} bytes")
+    claim("views.md: the size of the page's own sources, to 5 kB", [] if shown and abs(1000 * int(shown[1]) - size) <= 5000 else [f"{size} bytes"])
+
+
+for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops, warning_codes, callers_memory, page_of_a_view):
     ask()
 finish()
