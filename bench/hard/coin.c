@@ -30,28 +30,13 @@ void kt_coin_damper(const double axle[3], const double w[3], double torque[3]) {
 
 enum { STATES = 4 }; /* alpha, w */
 
-static void rates(const double y[STATES], double dy[STATES]) {
+static void rates(const double y[], double dy[]) {
     const double A = 0.25 * m * r * r, C = 2.0 * A, mrr = m * r * r, s = sin(y[0]), c = cos(y[0]);
     const double turn = y[2] * c / s;
     dy[0] = y[1];
     dy[1] = (y[2] * (A * turn - (C + mrr) * y[3]) - m * g * r * c) / (A + mrr);
     dy[2] = (y[1] * (C * y[3] - A * turn) - KT_COIN_DAMPING * y[2] / (s * s)) / A;
     dy[3] = mrr * y[1] * y[2] / (C + mrr);
-}
-
-static void step(double y[STATES], double h) {
-    static const double at[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
-    double k[STATES] = {0.0}, sum[STATES] = {0.0};
-    for (int stage = 0; stage < 4; stage++) {
-        double here[STATES];
-        for (int i = 0; i < STATES; i++)
-            here[i] = y[i] + at[stage] * h * k[i];
-        rates(here, k);
-        for (int i = 0; i < STATES; i++)
-            sum[i] += weight[stage] * k[i];
-    }
-    for (int i = 0; i < STATES; i++)
-        y[i] += h / 6.0 * sum[i];
 }
 
 /* The height of its centre after t, by RK4 in steps of 1/16 ms; goes on from the last one asked for, if that was not later. */
@@ -67,7 +52,7 @@ static double sinking(const kt_events_problem *p, int body, double t) {
         done = 0;
     }
     for (; (double)done * h < t - 0.5 * h; done++)
-        step(y, h);
+        kt_events_step(rates, STATES, y, h);
     return r * sin(y[0]);
 }
 

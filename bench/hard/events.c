@@ -329,7 +329,8 @@ const kt_events_problem kt_events_problems[KT_EVENTS_COUNT] = {
 void kt_events_see(kt_events_watch *watch, int body, double t, double at) {
     const kt_events_problem *p = watch->problem;
     const double error = fabs(at - p->exact(p, body, t));
-    if (!(error <= watch->error)) /* NaN stays */
+    watch->is_seen = true;
+    if (!isnan(watch->error) && !(error <= watch->error)) /* NaN stays */
         watch->error = error;
 }
 
@@ -339,6 +340,20 @@ double kt_events_clock(void) {
     struct timespec now;
     (void)clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+void kt_events_step(kt_events_rate *rate, int n, double y[], double h) {
+    static const double at[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
+    double k[KT_EVENTS_STATES] = {0.0}, sum[KT_EVENTS_STATES] = {0.0}, here[KT_EVENTS_STATES];
+    for (int stage = 0; stage < 4; stage++) {
+        for (int i = 0; i < n; i++)
+            here[i] = y[i] + at[stage] * h * k[i];
+        rate(here, k);
+        for (int i = 0; i < n; i++)
+            sum[i] += weight[stage] * k[i];
+    }
+    for (int i = 0; i < n; i++)
+        y[i] += h / 6.0 * sum[i];
 }
 
 /* ---- this engine ------------------------------------------------------------------------------------------------- */
@@ -484,7 +499,7 @@ static kt_status run(kt_events_watch *watch, const kt_scene *scene, const kt_mod
     options.events = kt_scene_event_room(scene);
     times.duration = watch->problem->duration;
     times.interval = 1e-3;
-    times.relative = times.absolute = 1e-10;
+    times.relative = times.absolute = watch->problem->tolerance > 0.0 ? watch->problem->tolerance : 1e-10;
     kt_status status = kt_simulation_create(model, &times, &options, &simulation, error);
     if (status == KT_OK)
         status = kt_scene_watch_create(scene, model, simulation, NULL, 0, &events, error);

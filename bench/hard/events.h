@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-enum { KT_EVENTS_WORDS = 40, KT_EVENTS_BODIES = 5, KT_EVENTS_COUNT = 9, KT_EVENTS_ENGINES = 3 };
+enum { KT_EVENTS_WORDS = 40, KT_EVENTS_BODIES = 5, KT_EVENTS_COUNT = 9, KT_EVENTS_ENGINES = 3, KT_EVENTS_STATES = 8 };
 
 /* Axes along which bodies move and contacts press. Nothing leaves the plane of x and z. */
 typedef enum kt_events_axis { KT_EVENTS_X, KT_EVENTS_Z, KT_EVENTS_AXES } kt_events_axis;
@@ -41,7 +41,8 @@ typedef struct kt_events_problem kt_events_problem;
 struct kt_events_problem {
     const char *name, *measured;
     kt_events_engine *engine[KT_EVENTS_ENGINES]; /* of NULL, the one that builds these bodies and contacts */
-    double bound, duration, step;                /* of the error, m; s; s, of the engines with fixed steps */
+    double bound, duration, step;                /* of the error; s; s, of the engines with fixed steps */
+    double tolerance;                            /* of this engine's steps; 0: 1e-10 */
     double gravity, tilt;                        /* m/s^2, rad: from -z towards x */
     double friction, restitution;                /* mu, e */
     double stiffness, belt;                      /* N/m, m/s */
@@ -50,25 +51,27 @@ struct kt_events_problem {
     kt_events_body body[KT_EVENTS_BODIES];
     kt_events_contact contact[KT_EVENTS_BODIES];
     kt_events_axis axis;                                             /* of what is measured: */
-    double (*exact)(const kt_events_problem *p, int body, double t); /* where the body's centre is, m */
+    double (*exact)(const kt_events_problem *p, int body, double t); /* where its centre is, m */
 };
 
 extern const kt_events_problem kt_events_problems[KT_EVENTS_COUNT];
 
 /* Motions of mechanisms that each engine describes by itself, in sources of their own. */
-extern const kt_events_problem kt_events_clutch, kt_events_coin, kt_events_woodpecker;
+extern const kt_events_problem kt_events_clutch, kt_events_coin, kt_events_trebuchet, kt_events_woodpecker;
 kt_events_engine kt_events_clutch_mujoco, kt_events_clutch_ode;
 kt_events_engine kt_events_coin_mujoco, kt_events_coin_ode;
+kt_events_engine kt_events_trebuchet_mujoco, kt_events_trebuchet_ode;
 kt_events_engine kt_events_woodpecker_mujoco, kt_events_woodpecker_ode;
 
-/* What is watched every millisecond: the centres of all bodies, along one axis. */
+/* What is watched every millisecond: the centres of all bodies, along one axis; or numbers of a mechanism. */
 struct kt_events_watch {
     const kt_events_problem *problem;
-    double error, seconds; /* the largest, m; processor time of the motion */
+    double error, seconds; /* the largest; processor time of the motion */
+    bool is_seen;          /* something was */
     char words[KT_EVENTS_WORDS];
 };
 
-/* Where the centre of a body is at t, along the problem's axis. */
+/* Where the centre of a body is at t, along the problem's axis; or a number of a mechanism. */
 void kt_events_see(kt_events_watch *watch, int body, double t, double at);
 
 /* The force of the spring on the first body where that is at x, N. */
@@ -77,8 +80,12 @@ double kt_events_pull(const kt_events_problem *p, double x, double t);
 /* Processor time of this process, s. */
 double kt_events_clock(void);
 
-/* Runs a scene with its events in this engine, by dopri5 to 1e-10 for the problem's duration, with a record each millisecond, which
- * `see` takes with `user`. */
+/* A step of an integration of a motion's own equations, y' = rate(y), by RK4 in place; n <= KT_EVENTS_STATES. */
+typedef void kt_events_rate(const double y[], double rate[]);
+void kt_events_step(kt_events_rate *rate, int n, double y[], double h);
+
+/* Runs a scene with its events in this engine, by dopri5 for the problem's duration, with a record each millisecond, which `see` takes
+ * with `user`. */
 bool kt_events_run(kt_events_watch *watch, const kt_scene *scene, kt_recorder *see, void *user);
 
 #endif

@@ -16,7 +16,7 @@ mjModel *kt_mujoco_read(char *text, size_t size, char reason[KT_MUJOCO_REASON]);
 /* A motion with events. */
 typedef struct kt_mujoco_motion {
     void (*write)(FILE *xml, const kt_events_problem *p);                       /* its MJCF */
-    void (*begin)(const kt_events_problem *p, const mjModel *m, mjData *d);     /* sets its start */
+    void (*begin)(const kt_events_problem *p, const mjModel *m, mjData *d);     /* sets its start; NULL: it rests */
     void (*see)(kt_events_watch *watch, const mjModel *m, mjData *d, double t); /* each millisecond */
     void (*act)(const kt_events_problem *p, mjModel *m, mjData *d, double t);   /* before each step */
 } kt_mujoco_motion;

@@ -22,6 +22,7 @@ const char *kt_hard_mujoco_version(void) { return "MuJoCo (not here)"; }
 NOT_HERE(kt_events_mujoco)
 NOT_HERE(kt_events_clutch_mujoco)
 NOT_HERE(kt_events_coin_mujoco)
+NOT_HERE(kt_events_trebuchet_mujoco)
 NOT_HERE(kt_events_woodpecker_mujoco)
 #endif
 
@@ -38,6 +39,7 @@ const char *kt_hard_ode_version(void) { return "ODE (not here)"; }
 NOT_HERE(kt_events_ode)
 NOT_HERE(kt_events_clutch_ode)
 NOT_HERE(kt_events_coin_ode)
+NOT_HERE(kt_events_trebuchet_ode)
 NOT_HERE(kt_events_woodpecker_ode)
 #endif
 
