@@ -416,6 +416,25 @@ KT_TEST(gravity_that_is_missing_or_in_millimetres_is_doubted) {
               "$K check g.yaml");
 }
 
+/* A point of 1.3 kg, 1e-6 m off the axis that turns it, 0.1 m along it. */
+KT_TEST(a_joint_that_hardly_turns_its_mass_is_doubted) {
+    static const char head[] =
+        "kinetree: 1\n"
+        "gravity: [0, -1, -9.81]\n"
+        "bodies:\n"
+        "  - {name: neck, joint: {type: revolute, axis: y}, mass: 0.5, inertia: [0.01, 0.01, 0.01]}\n"
+        "  - {name: head, parent: neck, joint: {type: revolute, axis: z, name: turn}, mass: 1.3, com: [1e-6, 0, 0.1],\n"
+        "     inertia: [0, 0, 0]}\n";
+    kt_write_file("head.yaml", head);
+    kt_expect(0,
+              "warning: joint 'turn' turns an inertia of 1.3e-12 kg m^2, 1e-10 of what its bodies could have about it, "
+              "and begins with -1e+06 rad/s^2",
+              "$K check head.yaml");
+    kt_expect(0, NULL, "$K check head.yaml --set bodies.head.joint.armature=1e-6");
+    kt_expect(0, NULL, "$K check head.yaml --set 'bodies.head.inertia=[1e-6, 1e-6, 1e-6]'");
+    kt_expect(0, NULL, "$K check head.yaml --set 'gravity=[0, 0, -9.81]'"); /* nothing turns it */
+}
+
 KT_TEST(two_motions_of_one_joint_are_told) {
     static const char twice[] = "kinetree: 1\n"
                                 "bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"

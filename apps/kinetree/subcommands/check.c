@@ -113,6 +113,67 @@ static void check_gravity(check *c) {
         warn(c, "gravity is %.6g m/s^2, %.3g times that of the earth, 9.81", size, size / 9.81);
 }
 
+/* ---- inertia ----------------------------------------------------------------------------------------------------- */
+
+static bool carries(const check *c, int body, int other) {
+    while (other > body)
+        other = kt_body_parent(c->model, other);
+    return other == body;
+}
+
+/* The sum of m d^2 of the bodies that a joint carries, d being the distance of their centres of mass from its body's origin. */
+static double largest_inertia(const check *c, int body) {
+    const kt_vec3 origin = kt_body_pose(c->model, c->data, body).position;
+    double sum = 0.0;
+    for (int other = body; other < kt_model_body_count(c->model); other++) {
+        kt_vec3 com;
+        kt_sym3 inertia;
+        kt_error error;
+        if (!carries(c, body, other) || kt_body_inertia(&c->scene->description.bodies[kt_body_source(c->model, other)],
+                                                        &com, &inertia, &error) != KT_OK)
+            continue;
+        const double d = kt_vec3_norm(kt_vec3_sub(kt_point_position(c->model, c->data, other, com), origin));
+        sum += kt_body_mass(c->model, other) * d * d;
+    }
+    return sum;
+}
+
+/* The inertia that coordinate i moves: what its force grows by with a unit of its acceleration, all else being at rest. */
+static double moved_inertia(const check *c, int i, double *work) {
+    const size_t nv = (size_t)kt_model_nv(c->model);
+    double *a = work, *tau = work + nv, rest;
+    kt_error error;
+    memset(work, 0, 2 * nv * sizeof *work);
+    kt_status status = kt_dynamics_inverse(c->model, c->data, c->q, NULL, a, NULL, tau, &error);
+    rest = tau[i];
+    a[i] = 1.0;
+    if (status == KT_OK)
+        status = kt_dynamics_inverse(c->model, c->data, c->q, NULL, a, NULL, tau, &error);
+    return status == KT_OK ? tau[i] - rest : (double)NAN;
+}
+
+/* A joint whose axis all but meets the mass that it turns, as a robot's with points for links has, begins with an
+ * acceleration that steps can hardly follow. */
+static void check_inertia(check *c) {
+    enum { FAST = 100000 /* rad/s^2 */ };
+    kt_error error;
+    double *work = calloc(2 * (size_t)kt_model_nv(c->model) + 1, sizeof *work);
+    bool known = work != NULL && kt_kinematics_update(c->model, c->data, c->q, c->v, NULL, &error) == KT_OK;
+    for (int body = 1; known && body < kt_model_body_count(c->model); body++) {
+        const kt_coordinates at = kt_body_coordinates(c->model, body);
+        if (at.type != KT_JOINT_REVOLUTE || !(fabs(c->a[at.v]) > FAST))
+            continue;
+        const double inertia = moved_inertia(c, at.v, work), share = inertia / largest_inertia(c, body);
+        if (share < 1e-8)
+            warn(c,
+                 "joint '%s' turns an inertia of %.3g kg m^2, %.1g of what its bodies could have about it, and begins "
+                 "with %.3g rad/s^2: its steps are as short as that asks for, or too short; give the joint an "
+                 "'armature', or the body an 'inertia'",
+                 kt_joint_name(c->model, body), inertia, share, c->a[at.v]);
+    }
+    free(work);
+}
+
 /* ---- angles ------------------------------------------------------------------------------------------------------ */
 
 /* An angle beyond one turn that is not a multiple of 0.001 degrees was probably given in degrees without the unit. */
@@ -284,6 +345,7 @@ static int check_start(check *c) {
     c->warnings += warn_of_double_motions(c);
     check_mobility(c);
     check_gravity(c);
+    check_inertia(c);
     check_angles(c);
     check_driven_angles(c);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
