@@ -124,6 +124,10 @@ const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *ab
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model);
 /* Says that hard stops, contacts and slack ropes are open in what is computed of a model by itself, if it has any. */
 void kt_say_open_contacts(const kt_model *model);
+/* Refuses a model that has some of them, with the reason: returns an exit code; -1: it has none. */
+int kt_refuse_contacts(const char *command, const kt_model *model);
+/* Says that what a command computes is the motion without the scene's events, if it has any. */
+void kt_say_left_out(const char *command, const kt_scene *scene);
 
 /* Returns the file's name without folders and extension: "scenes/four-bar.yaml" gives "four-bar"; "-" gives "scene".
  * The caller frees it. NULL: not enough memory. */

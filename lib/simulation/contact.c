@@ -208,10 +208,11 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
             continue;
         if (c->gap[k] < -deep * scale) {
             snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
-            return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                                "it is %.3g (m or rad) beyond its boundary; begin on the side that is free, and bound "
-                                "the steps (max_step) where one leaps over it",
-                                -c->gap[k]);
+            return kt_error_set(
+                error, KT_ERROR_CONSTRAINT, where,
+                "'%.60s' is %.3g (m or rad) beyond its boundary; begin on the side that is free, and bound "
+                "the steps (max_step) where one leaps over it",
+                kt_loop_name(c->all, c->item[k].loop), -c->gap[k]);
         }
         if (c->gap[k] <= touching * scale || ((c->met | simulation->model->set) & c->item[k].bit) != 0)
             add_row(c, k, 0);

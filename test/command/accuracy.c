@@ -178,6 +178,24 @@ KT_TEST(accuracy_takes_a_run_as_its_reference) {
               "r.csv");
 }
 
+/* What is left out of a motion is told, and what has no methods to compare is refused. */
+KT_TEST(events_are_left_out_in_words_and_hard_contacts_are_refused) {
+    char text[600];
+    snprintf(text, sizeof text,
+             "%sevents: [{name: half, when: t - 1, then: record}, {name: third, when: t - 1.5, then: record}]\n",
+             pendulum);
+    kt_write_file("events.yaml", text);
+    kt_expect(0, "accuracy: event 'half' and others are left out: this is the motion without",
+              "$K accuracy events.yaml %s", quick);
+    kt_expect(0, "stability: event 'half' and others are left out", "$K stability events.yaml");
+    kt_expect(0, "modes: --period: event 'half' and others are left out", "$K modes events.yaml --period 2.1");
+    snprintf(text, sizeof text,
+             "%seffects: [{name: stop, type: joint_limit, joint: bob, upper: 1.5, restitution: 0.5}]\n", pendulum);
+    kt_write_file("stop.yaml", text);
+    kt_expect(2, "accuracy: 'stop.upper': methods are not compared where there are hard stops",
+              "$K accuracy stop.yaml %s", quick);
+}
+
 KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {
     kt_write_file("p.yaml", pendulum);
     kt_expect(1, "SCENE is missing", "$K accuracy");

@@ -118,6 +118,7 @@ KT_TEST(a_floor_above_what_has_fallen_is_refused) {
         kt_check_equal_int("the net is released", (long long)kt_simulation_released(simulation), (long long)all);
         kt_check_true("fails", kt_simulation_advance(simulation, 3.0, &error) != KT_OK);
         kt_check_near("when, s", kt_simulation_time(simulation), 1.2, 16.0 * DBL_EPSILON);
+        kt_check_contains("words", error.message, "'floor.lower' is");
         kt_check_contains("words", error.message, "beyond its boundary");
         const kt_contact_counts counts =
             kt_simulation_contacts(simulation); /* what lay on has not closed again at 0.8 s */

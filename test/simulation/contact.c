@@ -792,6 +792,6 @@ KT_TEST(what_cannot_be_hard_is_told) {
     kt_error error = {0};
     kt_check_true("deep", kt_simulation_create(model, &run, NULL, &simulation, &error) == KT_ERROR_CONSTRAINT);
     kt_check_contains("where", error.where, "contact 'a.lower' at t = 0 s");
-    kt_check_contains("words", error.message, "it is 0.01 (m or rad) beyond its boundary");
+    kt_check_contains("words", error.message, "'a.lower' is 0.01 (m or rad) beyond its boundary");
     kt_model_free(model);
 }

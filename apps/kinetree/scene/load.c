@@ -27,17 +27,43 @@ int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene
     return kt_read_scene_from(path, settings, NULL, scene);
 }
 
-void kt_say_open_contacts(const kt_model *model) {
-    int count = 0, first = 0;
+/* How many hard stops, contacts, slack ropes and joints with friction that sticks there are; *first: the loop of the first one. */
+static int count_contacts(const kt_model *model, int *first) {
+    int count = 0;
     for (int i = kt_loop_count(model) - 1; i >= 0; i--)
         if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i)) {
             count++;
-            first = i;
+            *first = i;
         }
+    return count;
+}
+
+void kt_say_open_contacts(const kt_model *model) {
+    int first = 0;
+    const int count = count_contacts(model, &first);
     if (count > 0)
         kt_say("'%s'%s: hard stops, contacts and slack ropes are open here, and friction that sticks slips forwards "
                "unless it is switched off; `run` closes them",
                kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
+}
+
+int kt_refuse_contacts(const char *command, const kt_model *model) {
+    int first = 0;
+    const int count = count_contacts(model, &first);
+    if (count == 0)
+        return -1;
+    kt_say("%s: '%s'%s: methods are not compared where there are hard stops, contacts, slack ropes or friction that "
+           "sticks; compare 'kinetree run' at several tolerances, or take elastic ones (stiffness)",
+           command, kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
+    return KT_EXIT_SCENE;
+}
+
+void kt_say_left_out(const char *command, const kt_scene *scene) {
+    const int count = kt_scene_event_room(scene);
+    if (count > 0)
+        kt_say("%s: event '%s'%s left out: this is the motion without; 'kinetree run' watches events", command,
+               kt_show(scene->event_count > 0 ? scene->events[0].name : scene->until.name).text,
+               count > 1 ? " and others are" : " is");
 }
 
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model) {

@@ -261,6 +261,13 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     if (code != KT_EXIT_DONE)
         return code;
     const char *title = scene.description.name;
+    kt_say_left_out("accuracy", &scene);
+    code = kt_refuse_contacts("accuracy", model);
+    if (code >= 0) {
+        kt_model_free(model);
+        kt_scene_free(&scene);
+        return code;
+    }
     if ((arguments->formulations || arguments->baselines) && kt_loop_count(model) == 0) {
         kt_say("accuracy: %s: --%s: nothing to compare: there are no loops to keep closed", path,
                arguments->baselines ? "baselines" : "formulations");

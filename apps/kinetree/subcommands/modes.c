@@ -479,8 +479,10 @@ int kt_command_modes(int argc, char **argv) {
         return code;
     code = kt_small_motion_open(&motion, argv[1], &arguments.settings);
     if (!isnan(arguments.period)) {
-        if (code == KT_EXIT_DONE)
+        if (code == KT_EXIT_DONE) {
+            kt_say_left_out("modes: --period", &motion.scene);
             code = kt_modes_print_period(&motion, arguments.period, arguments.steps, arguments.json);
+        }
         kt_small_motion_close(&motion);
         return code;
     }
