@@ -38,6 +38,6 @@ static void transmit(const kt_events_problem *p, mjModel *m, mjData *d, double t
 }
 
 bool kt_events_clutch_mujoco(kt_events_watch *watch) {
-    static const kt_mujoco_motion clutch = {write_clutch, begin, see, transmit};
+    static const kt_mujoco_motion clutch = {.write = write_clutch, .begin = begin, .see = see, .act = transmit};
     return kt_mujoco_run(watch, &clutch);
 }

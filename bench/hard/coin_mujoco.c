@@ -42,6 +42,6 @@ static void damp(const kt_events_problem *p, mjModel *m, mjData *d, double t) {
 }
 
 bool kt_events_coin_mujoco(kt_events_watch *watch) {
-    static const kt_mujoco_motion coin = {write_coin, begin, see, damp};
+    static const kt_mujoco_motion coin = {.write = write_coin, .begin = begin, .see = see, .act = damp};
     return kt_mujoco_run(watch, &coin);
 }

@@ -57,10 +57,12 @@ struct kt_events_problem {
 extern const kt_events_problem kt_events_problems[KT_EVENTS_COUNT];
 
 /* Motions of mechanisms that each engine describes by itself, in sources of their own. */
-extern const kt_events_problem kt_events_clutch, kt_events_coin, kt_events_trebuchet, kt_events_woodpecker;
+extern const kt_events_problem kt_events_clutch, kt_events_coin, kt_events_trebuchet, kt_events_whip,
+    kt_events_woodpecker;
 kt_events_engine kt_events_clutch_mujoco, kt_events_clutch_ode;
 kt_events_engine kt_events_coin_mujoco, kt_events_coin_ode;
 kt_events_engine kt_events_trebuchet_mujoco, kt_events_trebuchet_ode;
+kt_events_engine kt_events_whip_mujoco, kt_events_whip_ode;
 kt_events_engine kt_events_woodpecker_mujoco, kt_events_woodpecker_ode;
 
 /* What is watched every millisecond: the centres of all bodies, along one axis; or numbers of a mechanism. */

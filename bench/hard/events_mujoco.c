@@ -104,24 +104,34 @@ static void begin(const kt_events_problem *p, const mjModel *m, mjData *d) {
 }
 
 bool kt_events_mujoco(kt_events_watch *watch) {
-    static const kt_mujoco_motion slides = {write_scene, begin, see, push};
+    static const kt_mujoco_motion slides = {.write = write_scene, .begin = begin, .see = see, .act = push};
     return kt_mujoco_run(watch, &slides);
 }
 
 /* ---- any motion -------------------------------------------------------------------------------------------------- */
 
-static mjModel *load(kt_events_watch *watch, const kt_mujoco_motion *motion) {
-    char reason[KT_MUJOCO_REASON], *text = NULL;
-    size_t size = 0;
-    FILE *xml = open_memstream(&text, &size);
+/* With no text where there is no memory. */
+static void write_text(const kt_mujoco_motion *motion, const kt_events_problem *p, bool is_part, kt_mujoco_text *out) {
+    FILE *xml = open_memstream(&out->text, &out->size);
     if (!xml)
-        return NULL;
-    motion->write(xml, watch->problem);
+        return;
+    if (is_part)
+        motion->write_part(xml);
+    else
+        motion->write(xml, p);
     if (fclose(xml) != 0) {
-        free(text);
-        return NULL;
+        free(out->text);
+        out->text = NULL;
     }
-    mjModel *model = kt_mujoco_read(text, size, reason);
+}
+
+static mjModel *load(kt_events_watch *watch, const kt_mujoco_motion *motion) {
+    char reason[KT_MUJOCO_REASON];
+    kt_mujoco_text scene = {.text = NULL}, part = {.text = NULL};
+    write_text(motion, watch->problem, false, &scene);
+    if (motion->write_part)
+        write_text(motion, watch->problem, true, &part);
+    mjModel *model = kt_mujoco_read_parts(&scene, motion->write_part ? &part : NULL, reason);
     if (!model)
         (void)snprintf(watch->words, sizeof watch->words, "%.39s", reason);
     return model;
@@ -144,7 +154,8 @@ bool kt_mujoco_run(kt_events_watch *watch, const kt_mujoco_motion *motion) {
         const double t = (double)k * p->step;
         if (k % every == 0)
             motion->see(watch, m, d, t);
-        motion->act(p, m, d, t);
+        if (motion->act)
+            motion->act(p, m, d, t);
         mj_step(m, d);
     }
     watch->seconds = kt_events_clock() - start;

@@ -235,7 +235,7 @@ static void write_events(kt_csv *csv, const kt_events_problem *p, const char (*t
 }
 
 static const kt_events_problem *const mechanisms[] = {&kt_events_clutch, &kt_events_coin, &kt_events_trebuchet,
-                                                      &kt_events_woodpecker};
+                                                      &kt_events_woodpecker, &kt_events_whip};
 enum { MOTIONS = KT_EVENTS_COUNT + sizeof mechanisms / sizeof *mechanisms };
 
 /* Returns how many errors of this engine are over their bounds. */

@@ -110,21 +110,32 @@ static char *write_scene(const kt_hard *h, double step, size_t *size) {
 
 enum { DEEP_MOST = 90 };
 
-mjModel *kt_mujoco_read(char *text, size_t size, char reason[KT_MUJOCO_REASON]) {
+static bool add_file(mjVFS *files, const char *name, const kt_mujoco_text *text) {
+    if (!text->text || mj_makeEmptyFileVFS(files, name, (int)text->size) != 0)
+        return false;
+    memcpy(files->filedata[mj_findFileVFS(files, name)], text->text, text->size);
+    return true;
+}
+
+mjModel *kt_mujoco_read_parts(kt_mujoco_text *scene, kt_mujoco_text *part, char reason[KT_MUJOCO_REASON]) {
     mjModel *model = NULL;
     mjVFS *files = malloc(sizeof *files);
     reason[0] = '\0';
-    if (text && files) {
+    if (files) {
         mj_defaultVFS(files);
-        if (mj_makeEmptyFileVFS(files, "scene.xml", (int)size) == 0) {
-            memcpy(files->filedata[mj_findFileVFS(files, "scene.xml")], text, size);
+        if (add_file(files, "scene.xml", scene) && (!part || add_file(files, "part.xml", part)))
             model = mj_loadXML("scene.xml", files, reason, KT_MUJOCO_REASON);
-        }
         mj_deleteVFS(files);
     }
     free(files);
-    free(text);
+    free(scene->text);
+    if (part)
+        free(part->text);
     return model;
+}
+
+mjModel *kt_mujoco_read(char *text, size_t size, char reason[KT_MUJOCO_REASON]) {
+    return kt_mujoco_read_parts(&(kt_mujoco_text){text, size}, NULL, reason);
 }
 
 static mjModel *load(const kt_hard *h, double step, char *words) {

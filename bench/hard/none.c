@@ -23,6 +23,7 @@ NOT_HERE(kt_events_mujoco)
 NOT_HERE(kt_events_clutch_mujoco)
 NOT_HERE(kt_events_coin_mujoco)
 NOT_HERE(kt_events_trebuchet_mujoco)
+NOT_HERE(kt_events_whip_mujoco)
 NOT_HERE(kt_events_woodpecker_mujoco)
 #endif
 
@@ -40,6 +41,7 @@ NOT_HERE(kt_events_ode)
 NOT_HERE(kt_events_clutch_ode)
 NOT_HERE(kt_events_coin_ode)
 NOT_HERE(kt_events_trebuchet_ode)
+NOT_HERE(kt_events_whip_ode)
 NOT_HERE(kt_events_woodpecker_ode)
 #endif
 

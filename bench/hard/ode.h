@@ -6,11 +6,13 @@
 
 #include <ode/ode.h>
 
+enum { KT_ODE_BODIES = 100 };
+
 typedef struct kt_ode_scene {
     const kt_events_problem *problem;
     dWorldID world;
     dSpaceID space;
-    dBodyID body[KT_EVENTS_BODIES];
+    dBodyID body[KT_ODE_BODIES];
     dJointID joint;         /* one that changes during the motion */
     dJointGroupID contacts; /* of a step */
 } kt_ode_scene;
@@ -20,7 +22,7 @@ typedef struct kt_ode_motion {
     void (*see)(kt_events_watch *watch, const kt_ode_scene *s, double t); /* each millisecond */
     void (*act)(kt_ode_scene *s, double t);                               /* before each step */
     void (*touch)(const kt_ode_scene *s,
-                  dSurfaceParameters *surface); /* what two bodies that touch are to each other */
+                  dSurfaceParameters *surface); /* what two bodies that touch are to each other; NULL: none do */
 } kt_ode_motion;
 
 /* Runs it by dWorldStep, in the problem's steps. */

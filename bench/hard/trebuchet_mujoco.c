@@ -53,6 +53,6 @@ static void let_go(const kt_events_problem *p, mjModel *m, mjData *d, double t) 
 }
 
 bool kt_events_trebuchet_mujoco(kt_events_watch *watch) {
-    static const kt_mujoco_motion trebuchet = {write_trebuchet, NULL, see, let_go};
+    static const kt_mujoco_motion trebuchet = {.write = write_trebuchet, .see = see, .act = let_go};
     return kt_mujoco_run(watch, &trebuchet);
 }

@@ -10,6 +10,7 @@
 
 #include "check.h"
 #include "scenes.h"
+#include "whip.h"
 
 static const double g = 9.81, pi = 3.14159265358979323846;
 
@@ -208,67 +209,15 @@ KT_TEST(slack_pendulum_flies_and_is_caught) {
 
 /* ---- a whip ------------------------------------------------------------------------------------------------------ */
 
-enum { WHIP = 100 };
-
-typedef struct whip {
-    kt_body body[WHIP];
-    char name[WHIP][8];
-    kt_loop rope;
-    kt_description description;
-} whip;
-
-/* Links of 1 cm that stand out along x, turn about z, and fall; a slack rope of length L from the tip to a point above. */
-static void whip_make(whip *w, double L, bool has_rope) {
-    *w = (whip){.description = kt_description_default()};
-    for (int i = 0; i < WHIP; i++) {
-        kt_body *body = &w->body[i];
-        *body = kt_body_default();
-        (void)snprintf(w->name[i], sizeof w->name[i], "w%d", i);
-        body->name = w->name[i];
-        body->parent = i > 0 ? w->name[i - 1] : NULL;
-        body->joint.type = KT_JOINT_REVOLUTE;
-        body->joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
-        body->joint.at = kt_vec3_make(i > 0 ? 0.01 : 0.0, 0.0, 0.0);
-        body->mass = 0.01;
-        body->com = kt_vec3_make(0.005, 0.0, 0.0);
-        body->inertia.zz = body->inertia.yy = 1e-6 / 12.0;
-    }
-    w->rope = kt_loop_default();
-    w->rope.name = "rope";
-    w->rope.type = KT_LOOP_DISTANCE;
-    w->rope.slack = true;
-    w->rope.restitution = 0.3;
-    w->rope.between[0].at = kt_vec3_make(0.9, 0.3, 0.0);
-    w->rope.between[1] = (kt_end){.body = w->name[WHIP - 1], .at = kt_vec3_make(0.01, 0.0, 0.0)};
-    w->rope.function = kt_function_constant(L);
-    w->description.gravity = kt_vec3_make(0.0, -g, 0.0);
-    w->description.bodies = w->body;
-    w->description.body_count = WHIP;
-    w->description.loops = &w->rope;
-    w->description.loop_count = has_rope;
-}
-
-/* How much longer than L it is from the point to the tip. */
-static double whip_stretch(const double *q, double L) {
-    double x = -0.9, y = -0.3, angle = 0.0;
-    for (int i = 0; i < WHIP; i++) {
-        angle += q[i];
-        x += 0.01 * cos(angle);
-        y += 0.01 * sin(angle);
-    }
-    return hypot(x, y) - L;
-}
-
 /* The rope is taut first when a whip without it, by another method, is so far away; from then on the tip never is farther, and the energy
  * that impacts dissipate is what is missing. */
 KT_TEST(whip_with_a_slack_end_is_caught) {
-    const double L = 0.35;
-    whip w;
+    kt_whip w;
     kt_error error = {0};
     kt_simulation *simulation[2];
     kt_model *model[2];
     for (int i = 0; i < 2; i++) {
-        whip_make(&w, L, i == 0);
+        kt_whip_make(&w, 0.3, i == 0);
         model[i] = kt_scene_compile(&w.description);
         simulation[i] = start(model[i], i == 0 ? "dopri5" : "dop853", 0.0, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
     }
@@ -281,11 +230,11 @@ KT_TEST(whip_with_a_slack_end_is_caught) {
         const double t = kt_simulation_time(simulation[0]);
         kt_check_equal_int("taut", (long long)kt_simulation_contacts(simulation[0]).impacts, 1);
         if (kt_fine("alone", kt_simulation_advance(simulation[1], t, &error), &error))
-            kt_check_near("longer than it, m", whip_stretch(kt_simulation_positions(simulation[1]), L), 0.0, 1e-12);
+            kt_check_near("longer than it, m", kt_whip_stretch(kt_simulation_positions(simulation[1])), 0.0, 1e-12);
         double most = 0.0;
         for (int k = 1; status == KT_OK && k <= 40; k++) {
             status = kt_simulation_advance(simulation[0], t + 0.001 * k, &error);
-            most = fmax(most, whip_stretch(kt_simulation_positions(simulation[0]), L));
+            most = fmax(most, kt_whip_stretch(kt_simulation_positions(simulation[0])));
         }
         (void)kt_fine("is caught", status, &error);
         const kt_contact_counts counts = kt_simulation_contacts(simulation[0]);
