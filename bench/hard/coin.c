@@ -65,16 +65,8 @@ static int see(const kt_record *record, void *user) {
 
 static bool run(kt_events_watch *watch) {
     char text[2000];
-    kt_scene scene;
-    kt_error error = {0};
     (void)snprintf(text, sizeof text, KT_COIN(KT_COIN_TOUCHES), KT_COIN_ALPHA, KT_COIN_DAMPING, 1e-10, "t - 2");
-    if (kt_scene_parse("coin", text, strlen(text), &scene, NULL, NULL, &error) != KT_OK) {
-        (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
-        return false;
-    }
-    const bool good = kt_events_run(watch, &scene, see, watch);
-    kt_scene_free(&scene);
-    return good;
+    return kt_events_run_text(watch, text, see, watch);
 }
 
 const kt_events_problem kt_events_coin = {

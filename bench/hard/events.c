@@ -21,6 +21,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
@@ -524,6 +525,18 @@ bool kt_events_run(kt_events_watch *watch, const kt_scene *scene, kt_recorder *s
         (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
     kt_model_free(model);
     return status == KT_OK;
+}
+
+bool kt_events_run_text(kt_events_watch *watch, const char *text, kt_recorder *see, void *user) {
+    kt_scene scene;
+    kt_error error = {0};
+    if (kt_scene_parse(watch->problem->name, text, strlen(text), &scene, NULL, NULL, &error) != KT_OK) {
+        (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
+        return false;
+    }
+    const bool good = kt_events_run(watch, &scene, see, user);
+    kt_scene_free(&scene);
+    return good;
 }
 
 bool kt_events_kinetree(kt_events_watch *watch) {

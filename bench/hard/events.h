@@ -90,4 +90,7 @@ void kt_events_step(kt_events_rate *rate, int n, double y[], double h);
  * with `user`. */
 bool kt_events_run(kt_events_watch *watch, const kt_scene *scene, kt_recorder *see, void *user);
 
+/* Does the same with a scene's text, named after the problem. */
+bool kt_events_run_text(kt_events_watch *watch, const char *text, kt_recorder *see, void *user);
+
 #endif

@@ -5,7 +5,6 @@
 #include "trebuchet.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- its own equations ------------------------------------------------------------------------------------------- */
@@ -86,18 +85,7 @@ static int see(const kt_record *record, void *user) {
     return 0;
 }
 
-static bool run(kt_events_watch *watch) {
-    kt_scene scene;
-    kt_error error = {0};
-    if (kt_scene_parse("trebuchet", kt_trebuchet_scene, strlen(kt_trebuchet_scene), &scene, NULL, NULL, &error) !=
-        KT_OK) {
-        (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
-        return false;
-    }
-    const bool good = kt_events_run(watch, &scene, see, watch);
-    kt_scene_free(&scene);
-    return good;
-}
+static bool run(kt_events_watch *watch) { return kt_events_run_text(watch, kt_trebuchet_scene, see, watch); }
 
 const kt_events_problem kt_events_trebuchet = {
     .name = "trebuchet that lets go",

@@ -2,10 +2,6 @@
 #include "../../test/scene/woodpecker.h"
 
 #include "events.h"
-#include "kinetree/scene.h"
-
-#include <stdio.h>
-#include <string.h>
 
 /* By steps of 1e-5 s: it is the same for all engines. */
 static double stepped(const kt_events_problem *p, int body, double t) {
@@ -26,19 +22,11 @@ static int see(const kt_record *record, void *user) {
 }
 
 static bool run(kt_events_watch *watch) {
-    kt_scene scene;
-    kt_error error = {0};
     kt_pecks pecks = {.count = 0};
-    if (kt_scene_parse("woodpecker", kt_woodpecker_scene, strlen(kt_woodpecker_scene), &scene, NULL, NULL, &error) !=
-        KT_OK) {
-        (void)snprintf(watch->words, sizeof watch->words, "%.39s", error.message);
+    if (!kt_events_run_text(watch, kt_woodpecker_scene, see, &pecks))
         return false;
-    }
-    const bool good = kt_events_run(watch, &scene, see, &pecks);
-    if (good)
-        kt_events_see(watch, 0, scene.run.duration, kt_pecks_period(&pecks));
-    kt_scene_free(&scene);
-    return good;
+    kt_events_see(watch, 0, watch->problem->duration, kt_pecks_period(&pecks));
+    return true;
 }
 
 const kt_events_problem kt_events_woodpecker = {
