@@ -192,6 +192,14 @@ def page_of_a_view():
     claim("views.md: the size of the page's own sources, to 5 kB", [] if shown and abs(1000 * int(shown[1]) - size) <= 5000 else [f"{size} bytes"])
 
 
-for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops, warning_codes, callers_memory, page_of_a_view):
+def hard_cases():
+    numbers = [number for path in (ROOT / "test/hard").glob("*.c") for number in re.findall(r"\.number = (\d+)", path.read_text())]
+    shown = re.search(r"runs (\d+) cases of (\d+) kinds", (ROOT / "README.md").read_text())
+    found = (len(numbers), len(set(numbers)))
+    note(f"{found[0]} cases of {found[1]} kinds")
+    claim("README.md: how many hard cases there are", [] if shown and found == (int(shown[1]), int(shown[2])) else [str(found)])
+
+
+for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops, warning_codes, callers_memory, page_of_a_view, hard_cases):
     ask()
 finish()
