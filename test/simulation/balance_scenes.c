@@ -206,7 +206,7 @@ static void follow_driven(add_drive *add) {
     if (keep_ledger(&s, "dop853", 0.0, 1e-11, 2.0, &tight)) {
         kt_check_above("heat", tight.last.dissipated, 0.01);
         kt_check_above("supplied", fabs(tight.last.supplied), 0.01);
-        kt_check_below("drift", tight.drift, 1e-9);
+        kt_check_below("drift", tight.drift, 5e-11);
     }
     stage_close(&s);
 }
