@@ -153,8 +153,8 @@ static double expected_slope(const kt_accuracy_curve *curve) {
     const kt_method *method = curve->method;
     if (!curve->adaptive)
         return method->order;
-    if (kt_method_is_implicit(method)) /* a tolerance r stands for r^(2/3) */
-        return 2.0 / 3.0 * (double)method->order / (method->embedded_order + 1);
+    if (kt_method_is_implicit(method)) /* the estimate is held at a power of the tolerance that makes it so */
+        return 1.0;
     const int low = method->embedded_order_low > 0 ? method->embedded_order_low : method->embedded_order;
     return (double)method->order / (2 * method->embedded_order - low + 1);
 }
