@@ -117,6 +117,34 @@ KT_INLINE kt_real1 kt_squares(const kt_real1 *x, int from, int m) {
     return sum;
 }
 
+#ifndef KT_LANES
+
+/* The same of four columns, m apart, and their squared norms from row j + 1 on. The sums of each are added up in the same
+ * order; those of the four wait for one another no more. */
+KT_INLINE void kt_reflect_four(const double *restrict u, double t, int j, int m, double *restrict x, double *norm) {
+    enum { FOUR = 4 };
+    double sum[FOUR];
+    for (int c = 0; c < FOUR; c++)
+        sum[c] = x[c * m + j];
+    for (int i = j + 1; i < m; i++)
+        for (int c = 0; c < FOUR; c++)
+            sum[c] += u[i] * x[c * m + i];
+    for (int c = 0; c < FOUR; c++) {
+        sum[c] *= t;
+        x[c * m + j] -= sum[c];
+        for (int i = j + 1; i < m; i++)
+            x[c * m + i] -= sum[c] * u[i];
+        sum[c] = 0.0;
+    }
+    for (int i = j + 1; i < m; i++)
+        for (int c = 0; c < FOUR; c++)
+            sum[c] += x[c * m + i] * x[c * m + i];
+    for (int c = 0; c < FOUR; c++)
+        norm[c] = sum[c];
+}
+
+#endif
+
 /* Step j of the decomposition: column `best` comes to j; the reflector that maps its rows j.., of squared norm norm[j],
  * onto (R_jj, 0, ...) is applied to all after it. norm holds the squared norms of the columns' rows from j on, and
  * afterwards from j + 1 on. They are recomputed at each column: updated norms would lose their digits where the rank
@@ -129,7 +157,12 @@ KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1
         u[i] /= u0;
     w->reflector_scale[j] = t;
     u[j] = r;
-    for (int c = j + 1; c < w->k; c++) {
+    int c = j + 1;
+#ifndef KT_LANES
+    for (; c + 4 <= w->k; c += 4)
+        kt_reflect_four(u, t, j, m, w->factor + (size_t)c * (size_t)m, norm + c);
+#endif
+    for (; c < w->k; c++) {
         kt_real1 *x = w->factor + (size_t)c * (size_t)m;
         kt_reflect(u, t, j, m, x);
         norm[c] = kt_squares(x, j + 1, m);
