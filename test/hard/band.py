@@ -2,7 +2,7 @@
 """Linkages that pass a singular position at a distance d, from zero to a tenth: their energy is kept, or the run says why not.
 
     band.py [--full] [--families A,B] [--runs A,B] [--distance D]... [--jobs N] [--keep DIRECTORY]
-            [--duration S] [--patience S] KINETREE
+            [--duration S] [--patience S] [--forms PRELOAD] [--sample N --seed S [--csv FILE] [--first I]] KINETREE
 
 Every family is a linkage with a singular position on its way, whose lengths are off by d: at d = 0 the motion meets the position, otherwise
 its path bends next to it, within some sqrt(d), and a method that looks across the bend gains or loses energy. A run must do one of these:
@@ -18,16 +18,24 @@ its path bends next to it, within some sqrt(d), and a method that looks across t
      (`initial.tolerance`): what they miss the positions of their motion by does work
   e  with fixed steps, end with an error on the way
 Wrong are X without a word, T a warning where the distance is above rounding, V the advice to take a smaller tolerance, which does not help
-there, E another error, O no end in --patience seconds, C an account of energy that takes more evaluations than the motion.
+there, E another error, O no end in --patience seconds of CPU time, C an account of energy that takes more evaluations than the motion.
 Without --full there are some distances of some families and methods (30 s); with it thirteen distances a decade from 1e-16 to 0.1, both signs
-and zero, of every family by every method (RUNS), for hours: choose some by --families and --runs.
+and zero, of every family by every method (RUNS), for hours: choose some by --families and --runs. Runs can be combined (dop853+absolute); with
+--forms, which names the library that is made of asked_form.c, forms of groups, too (radau5+fronts).
+With --sample N distances, of either sign and log-uniform, families, methods, formulations, reductions and forms are random instead (SAMPLED). Each
+of the N has a line in --csv, too; it depends on the seed and on its number alone, so that --first I goes on where another sample ended, and what
+it names can be asked again by --families, --runs and --distance.
 """
 import argparse
 import concurrent.futures
+import functools
 import json
 import math
 import os
 import pathlib
+import random
+import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -357,6 +365,15 @@ TIGHT = ["--tolerance", "1e-11"]
 RUNS.update({f"{name}-tight": [*RUNS[name], *TIGHT] for name in ("auto", "dop853", "radau5", "svd", "partition", "absolute", "spatial")})
 LONG = {"forty_windows": 2.0, "ten_windows": 5.0}
 
+# Forms of groups, by what asked_form.c reads: structure and excluded forms (kt_structure, 1 << kt_group_form).
+FORMS = {
+    "dense": {"KT_ASKED_STRUCTURE": "1", "KT_EXCLUDED_FORMS": str(1 << 1)},
+    "fronts": {"KT_ASKED_STRUCTURE": "2", "KT_EXCLUDED_FORMS": str(1 << 1 | 1 << 3 | 1 << 4)},
+    "delassus": {"KT_ASKED_STRUCTURE": "2", "KT_EXCLUDED_FORMS": str(1 << 1 | 1 << 3)},
+    "front4": {"KT_ASKED_STRUCTURE": "2", "KT_EXCLUDED_FORMS": str(1 << 1 | 1 << 4)},
+}
+SAMPLED = [["auto", "dopri5", "dop853", "radau5"], ["", "", "absolute"], ["", "", "spatial"], ["", "", "svd", "partition", "mass"]]
+
 
 # What is run without --full: a choice of families by the default method, two of them by others, too, and pairs whose
 # errors are the hardest to notice (ALSO). Left out are the largest, for their time.
@@ -381,7 +398,24 @@ class Result:
         self.sign, self.d, self.drift, self.words, self.steps, self.cpu = sign, d, drift, words, steps, cpu
 
 
-def run(program, family, d, options, duration, keep, patience):
+def options_of(name):
+    """Options of the command for a run, or for several combined."""
+    return [word for part in name.split("+") for word in RUNS.get(part, [])]
+
+
+def environment_of(o, name):
+    """Forms of groups that a run asks for."""
+    asked = [FORMS[part] for part in name.split("+") if part in FORMS]
+    more = {"LD_PRELOAD": str(pathlib.Path(o.forms).resolve()), **asked[0]} if asked else {}
+    return {**os.environ, "OPENBLAS_NUM_THREADS": "1", **more}
+
+
+def limit_time(seconds):
+    """Time of the processor, which others that run at the same time do not take."""
+    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds) + 1))
+
+
+def run(program, family, d, options, duration, keep, patience, environment):
     with tempfile.TemporaryDirectory() as folder:
         where = pathlib.Path(keep or folder)
         file = where / f"{family}{d:+.6e}.yaml"
@@ -389,11 +423,10 @@ def run(program, family, d, options, duration, keep, patience):
         summary = pathlib.Path(folder) / "summary.json"
         command = [program, "run", str(file), "--out", "-", "--summary", str(summary), "--duration", repr(duration)]
         command += ["--interval", repr(duration / 200.0), "--record", "energy,balance", *options]
-        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=patience, env=environment, check=False)
-        except subprocess.TimeoutExpired:
-            return Result("O", d, words="time is over")
+        limit = functools.partial(limit_time, patience)
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False, preexec_fn=limit)
+        if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+            return Result("O", d, words="time is over", cpu=patience)
         if done.returncode:
             words = done.stderr.strip().splitlines()
             ends = [w for w in words if w.startswith("kinetree: t = ")]
@@ -421,7 +454,7 @@ def run(program, family, d, options, duration, keep, patience):
     if family in RIGID and found["disagreement"]:
         return Result("d", d, drift, "", steps, cpu)
     if found["singular"]["near"] == 0 and not fixed and "--tolerance" not in options:
-        return run(program, family, d, [*options, *TIGHT], duration, keep, patience)
+        return run(program, family, d, [*options, *TIGHT], duration, keep, patience, environment)
     return Result("X", d, drift, "", steps, cpu)
 
 
@@ -435,17 +468,54 @@ def wanted(o):
                 yield family, name
 
 
+def ask(o, family, name, d):
+    duration = min(o.duration, LONG.get(family, o.duration))
+    return run(o.program, family, d, options_of(name), duration, o.keep, o.patience, environment_of(o, name))
+
+
+def problem(family, name, r):
+    return f"{family}, {name}, d = {r.d!r}: {r.sign} {r.drift:.2e} J, {r.steps} steps  {r.words[:300]}"
+
+
 def compare(o, pool, family, name):
     """One line; returns what is wrong."""
-    duration = min(o.duration, LONG.get(family, o.duration))
     all_d = o.distance or distances(o.full, family in ONE_SIDED)
-    results = list(pool.map(lambda d: run(o.program, family, d, RUNS[name], duration, o.keep, o.patience), all_d))
+    results = list(pool.map(lambda d: ask(o, family, name, d), all_d))
     worst = max(results, key=lambda r: (r.sign not in KEPT, r.drift if r.drift == r.drift else -1.0))
     bad = [r for r in results if r.sign not in KEPT]
     signs, cpu = "".join(r.sign for r in results), max(r.cpu for r in results)
     note(f"{family:21s} {name:14s} {signs}  worst {worst.drift:.1e} J at d = {worst.d:+.1e}, most {cpu:.2f} s of CPU time")
     sys.stdout.flush()
-    return [f"{family}, {name}, d = {r.d!r}: {r.sign} {r.drift:.2e} J, {r.steps} steps  {r.words[:300]}" for r in bad]
+    return [problem(family, name, r) for r in bad]
+
+
+def draw_sample(o, index):
+    """A random family, run and distance, which depend on the seed and the index alone."""
+    rng = random.Random(f"{o.seed} {index}")
+    family = rng.choice(sorted(o.families.split(",") if o.families else FAMILIES))
+    parts = [rng.choice(of) for of in SAMPLED]
+    form = rng.choice(["", *FORMS])
+    d = 10.0 ** rng.uniform(-16.0, -1.0) * (1.0 if family in ONE_SIDED else rng.choice((-1.0, 1.0)))
+    parts.append(form if o.forms and parts[-1] not in ("svd", "partition") else "")
+    return family, "+".join(part for part in parts if part), d
+
+
+def sample(o, pool):
+    """Random runs, a line each in --csv; returns what is wrong."""
+    def one(index):
+        family, name, d = draw_sample(o, index)
+        return index, family, name, ask(o, family, name, d)
+
+    wrong, counts = [], {}
+    with open(o.csv or os.devnull, "a", encoding="utf-8") as lines:
+        for index, family, name, r in pool.map(one, range(o.first, o.first + o.sample)):
+            values = [o.seed, index, family, name, repr(r.d), r.sign, f"{r.drift:.3e}", r.steps, f"{r.cpu:.2f}", json.dumps(r.words[:160])]
+            print(*values, sep=",", file=lines, flush=True)
+            counts[r.sign] = counts.get(r.sign, 0) + 1
+            if r.sign not in KEPT:
+                wrong.append(problem(family, name, r))
+    note(", ".join(f"{sign} {count}" for sign, count in sorted(counts.items())))
+    return wrong
 
 
 def main():
@@ -458,10 +528,15 @@ def main():
     p.add_argument("--keep", help="a directory for the scenes")
     p.add_argument("--duration", type=float, default=10.0)
     p.add_argument("--patience", type=float, default=60.0)
+    p.add_argument("--forms", help="the library of asked_form.c")
+    p.add_argument("--sample", type=int, default=0)
+    p.add_argument("--seed", type=int, default=1)
+    p.add_argument("--first", type=int, default=0)
+    p.add_argument("--csv")
     p.add_argument("program")
     o = p.parse_args()
     with concurrent.futures.ThreadPoolExecutor(o.jobs) as pool:
-        wrong = [problem for family, name in wanted(o) for problem in compare(o, pool, family, name)]
+        wrong = sample(o, pool) if o.sample else [line for family, name in wanted(o) for line in compare(o, pool, family, name)]
     claim("linkages_next_to_singular_positions_keep_their_energy_or_say_why_not", wrong)
     finish()
 
