@@ -168,7 +168,7 @@ static kt_status add_contact(hard_parts *p, const kt_description *d, int index, 
     loop->side = KT_SIDE_ABOVE;
     if (effect->friction > 0.0) {
         loop->equation_count = index + 1;
-        add_contact_stick(p, effect, of, index);
+        add_contact_stick(p, effect, loop->name, index);
     }
     return status;
 }

@@ -136,6 +136,28 @@ KT_TEST(a_floor_above_what_has_fallen_is_refused) {
     kt_scene_free(&scene);
 }
 
+/* Of contacts without names each has the friction of its own name. */
+KT_TEST(friction_bears_the_name_of_its_contact) {
+    static const char text[] = "kinetree: 1\n"
+                               "bodies:\n"
+                               "  - {name: b, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
+                               "effects:\n"
+                               "  - {type: contact, point: b, plane: world, restitution: 0}\n"
+                               "  - {type: contact, point: b, plane: world, axis: x, restitution: 0, friction: 0.5}\n"
+                               "  - {type: contact, point: b, plane: world, axis: y, restitution: 0, friction: 0.5}\n";
+    static const char *const names[] = {"b", "b_2", "b_2.stick", "b_3", "b_3.stick"};
+    kt_scene scene = {.events = NULL};
+    kt_model *model = NULL;
+    kt_error error = {0};
+    if (!kt_check_true("it is read", parse(text, &scene)))
+        return;
+    if (kt_check_true("compiles", kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK))
+        for (int i = 0; i < 5; i++)
+            kt_check_text("name", kt_loop_name(model, i), names[i]);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+}
+
 /* Counts and marks know events by their names. */
 KT_TEST(an_event_of_a_name_that_another_one_has_is_refused) {
     static const char *const names[] = {"floor.lower", "table.stick", "until", "low"};
