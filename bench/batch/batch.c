@@ -22,7 +22,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { STATES = 64 };
+enum { STATES = 64, GRADIENT_STEPS = 10 };
 
 /* States of one model, state after state, and as a batch. */
 typedef struct kt_states {
@@ -33,12 +33,35 @@ typedef struct kt_states {
     double *next_q, *next_v;
     void *work;
     size_t work_size;
+    kt_rollout_task *motions; /* from these states, without inputs; work memory of their gradients, and results */
+    void *motion_work;
+    size_t motion_work_size;
+    double *gradients;
     bool failed;
 } kt_states;
 
 static double random_number(uint64_t *seed) {
     *seed = *seed * 6364136223846793005U + 1442695040888963407U;
     return (double)(*seed >> 11) / 4503599627370496.0 - 1.0;
+}
+
+/* The motions from all states by ten steps of 1 ms, and which numbers their gradients have. */
+static bool prepare_motions(kt_states *s) {
+    const size_t nq = (size_t)s->chain->nq, nv = (size_t)s->chain->n, numbers = (2 + GRADIENT_STEPS) * nv;
+    const kt_rollout rollout = {.method = s->method, .h = 1e-3, .steps = GRADIENT_STEPS};
+    s->motion_work_size = kt_rollout_gradients_work_size(s->chain->model, &rollout);
+    s->motion_work =
+        aligned_alloc(KT_ALIGNMENT, (s->motion_work_size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    s->motions = calloc(STATES, sizeof *s->motions);
+    s->gradients = calloc(STATES * numbers, sizeof *s->gradients);
+    for (size_t i = 0; i < STATES && s->motions && s->gradients; i++)
+        s->motions[i] = (kt_rollout_task){.rollout = rollout,
+                                          .q = s->q + i * nq,
+                                          .v = s->v + i * nv,
+                                          .by_start = s->gradients + i * numbers,
+                                          .by_inputs = s->gradients + i * numbers + 2 * nv,
+                                          .user = s->chain};
+    return s->motion_work && s->motions && s->gradients;
 }
 
 /* States around the initial one, whose positions differ from it by up to `spread`. */
@@ -71,13 +94,16 @@ static bool prepare(kt_states *s, kt_chain *chain, double spread, kt_error *erro
         if (status == KT_OK)
             status = kt_batch_set_torque(s->batch, i, s->tau + i * nv, error);
     }
-    return status == KT_OK;
+    return status == KT_OK && prepare_motions(s);
 }
 
 static void release(kt_states *s) {
     kt_batch_free(s->batch);
     free(s->q);
     free(s->work);
+    free(s->motions);
+    free(s->motion_work);
+    free(s->gradients);
 }
 
 /* ---- tasks: all states, once a repetition ------------------------------------------------------------------------ */
@@ -130,6 +156,36 @@ static void step_lanes(void *user, long repetitions) {
         s->failed |= kt_batch_step(s->batch, 0.0, 1, NULL) != KT_OK;
 }
 
+/* Half the squares of all velocities at every step. */
+static int cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
+    const int n = ((const kt_chain *)user)->n;
+    (void)by_tau;
+    for (int i = 0; i < n; i++) {
+        *value += 0.5 * at->v[i] * at->v[i];
+        if (by_state)
+            by_state[n + i] = at->v[i];
+    }
+    return 0;
+}
+
+static void gradient_alone(void *user, long repetitions) {
+    kt_states *s = user;
+    for (; repetitions > 0; repetitions--)
+        for (size_t i = 0; i < STATES; i++) {
+            kt_rollout_task *m = &s->motions[i];
+            s->failed |=
+                kt_rollout_gradient(s->chain->model, s->chain->data, s->motion_work, s->motion_work_size, &m->rollout,
+                                    m->q, m->v, &m->value, m->by_start, m->by_inputs, cost, m->user, NULL) != KT_OK;
+        }
+}
+
+static void gradient_lanes(void *user, long repetitions) {
+    kt_states *s = user;
+    for (; repetitions > 0; repetitions--)
+        s->failed |= kt_rollout_gradients(s->chain->model, s->chain->data, s->motion_work, s->motion_work_size,
+                                          s->motions, STATES, cost, NULL) != KT_OK;
+}
+
 typedef struct kt_pair {
     const char *name;
     void (*alone)(void *user, long repetitions);
@@ -141,6 +197,7 @@ static const kt_pair pairs[] = {
     {"ABA", forward_alone, forward_lanes, kt_batch_get_acceleration},
     {"RNEA", inverse_alone, inverse_lanes, kt_batch_get_torque},
     {"rk4 step", step_alone, step_lanes, NULL},
+    {"gradients", gradient_alone, gradient_lanes, NULL}, /* of motions of ten such steps */
 };
 
 /* To the bit; where lanes are fused, to rounding of the largest number. */
@@ -153,8 +210,23 @@ static bool agree(const double *a, const double *b, size_t n) {
     return kt_batch_is_fused() ? difference <= 1e-10 * scale : memcmp(a, b, n * sizeof *a) == 0;
 }
 
+static bool gradients_are_equal(kt_states *s) {
+    const size_t numbers = STATES * (2 + GRADIENT_STEPS) * (size_t)s->chain->n;
+    double *alone = malloc(numbers * sizeof *alone);
+    if (!alone)
+        return false;
+    gradient_alone(s, 1);
+    memcpy(alone, s->gradients, numbers * sizeof *alone);
+    gradient_lanes(s, 1);
+    const bool equal = agree(s->gradients, alone, numbers);
+    free(alone);
+    return equal && !s->failed;
+}
+
 static bool are_equal(kt_states *s, const kt_pair *pair, const double *alone) {
     const size_t nv = (size_t)s->chain->n;
+    if (pair->alone == gradient_alone)
+        return gradients_are_equal(s);
     pair->alone(s, 1);
     pair->lanes(s, 1);
     for (size_t i = 0; i < STATES && pair->get; i++)
@@ -179,6 +251,11 @@ static int measure(const char *name, kt_chain *chain, double spread, kt_goal goa
         status = kt_bench_tell(&error);
     for (size_t p = 0; p < sizeof pairs / sizeof *pairs && status != KT_BENCH_FAILED; p++) {
         static kt_bench_times times[2];
+        const char *why;
+        if (pairs[p].alone == gradient_alone && kt_rollout_width(chain->model, &s.motions[0].rollout, &why) == 1) {
+            printf("%-14s %-9s one by one: %s\n", name, pairs[p].name, why);
+            continue;
+        }
         const kt_bench_task tasks[2] = {{pairs[p].alone, &s}, {pairs[p].lanes, &s}};
         if (!are_equal(&s, &pairs[p], p == 1 ? s.tau : s.a)) {
             fprintf(stderr, "%s, %s: lanes and single states differ\n", name, pairs[p].name);
@@ -447,12 +524,12 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
         const char *name;
         kt_goal goal;
         const char *scene; /* NULL: made here */
-    } cases[] = {
-        {"chain of 32", {4.0, 2.2}, NULL},       {"planar of 128", {4.0, 2.0}, NULL},
-        {"quadruped", {3.0, 1.8}, NULL},         {"four-bar legs", {3.0, 0.0}, NULL},
-        {"humanoid", {3.5, 2.0}, "humanoid"},    {"stewart", {1.2, 0.0}, "stewart"}, /* in space, on the ground */
-        {"bricard", {1.2, 0.0}, "bricard"},                                          /* with redundant equations */
-        {"swashplate", {1.2, 0.0}, "swashplate"}};                                   /* driven */
+    } cases[] = {{"chain of 32", {4.0, 2.2}, NULL},       {"planar of 128", {4.0, 2.0}, NULL},
+                 {"quadruped", {3.0, 1.8}, NULL},         {"four-bar legs", {3.0, 0.0}, NULL},
+                 {"humanoid", {3.5, 2.0}, "humanoid"},    {"arm of 7", {0.0, 0.0}, "arm7"},
+                 {"stewart", {1.2, 0.0}, "stewart"},        /* in space, on the ground */
+                 {"bricard", {1.2, 0.0}, "bricard"},        /* with redundant equations */
+                 {"swashplate", {1.2, 0.0}, "swashplate"}}; /* driven */
     int worst = KT_BENCH_DONE;
     for (int i = 0; i < (int)(sizeof cases / sizeof *cases); i++) {
         kt_chain chain;

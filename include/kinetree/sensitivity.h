@@ -204,6 +204,43 @@ KT_API KT_CHECKED kt_status kt_rollout_gradient(const kt_model *model, kt_data *
                                                 double *value, double *by_start, double *by_inputs, kt_cost *cost,
                                                 void *user, kt_error *error);
 
+/* ---- many motions at once ---------------------------------------------------------------------------------------- */
+
+/* A motion, and what its gradient is written to: as of kt_rollout_gradient. Clear the struct and fill in what there is. */
+typedef struct kt_rollout_task {
+    kt_rollout rollout;           /* with inputs of its own */
+    const kt_model *model;        /* with parameters of its own: a copy of the model; NULL: the model of the call */
+    const double *q, *v;          /* state at the start; v NULL: at rest */
+    double value;                 /* result */
+    double *by_start, *by_inputs; /* results, or NULL */
+    void *user;                   /* passed to the cost */
+    kt_status status;             /* result */
+    bool in_lanes;                /* result: it was computed together with others */
+} kt_rollout_task;
+
+/* Returns how many motions of a model are computed at once, a motion a lane of the processor's vectors: 8 with x86-64-v4, 4
+ * with v3, else 2; 1 where each is computed by itself, and *why (may be NULL) tells the reason, else NULL. Together are
+ * computed trees, in space and in the plane, whose effects act in joints and are neither by formulas nor the caller's, by
+ * explicit methods. */
+KT_API size_t kt_rollout_width(const kt_model *model, const kt_rollout *rollout, const char **why);
+
+/* Returns the number of bytes of work memory of kt_rollout_gradients, aligned to KT_ALIGNMENT: kt_rollout_width times the
+ * checkpoints and inputs of one motion, or if that is more, kt_rollout_work_size; 0 as this. It does not depend on the
+ * number of motions. */
+KT_API size_t kt_rollout_gradients_work_size(const kt_model *model, const kt_rollout *rollout);
+
+/* Computes the gradients of `count` motions: value, by_start and by_inputs of each are those of kt_rollout_gradient, to the
+ * bit, whatever the other motions are, but for a library whose lanes are fused (kt_batch_is_fused). Groups of
+ * kt_rollout_width tasks, as they follow each other, are computed together where they have the same method and the same
+ * numbers of steps and checkpoints, and their models differ in nothing but gravity, masses, centres of mass, inertias and
+ * lengths; times, lengths of steps, inputs and costs are each task's own. The others are computed one after the other, as are all
+ * if work_size is less than kt_rollout_gradients_work_size, and at least kt_rollout_work_size; task->in_lanes tells it. The own states at the start
+ * are those in the data. The cost is called for the motions of a group in turns; for a motion that fails
+ * in lanes from its start again. A motion that fails fails alone, with its status, and its outputs stay as they were.
+ * Errors: that of the first motion that failed, as of kt_rollout_gradient. Cost: `bench/run batch`. */
+KT_API KT_CHECKED kt_status kt_rollout_gradients(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                                 kt_rollout_task *tasks, size_t count, kt_cost *cost, kt_error *error);
+
 #ifdef __cplusplus
 }
 #endif

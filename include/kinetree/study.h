@@ -75,22 +75,13 @@ KT_API KT_CHECKED kt_status kt_step_run(const kt_model *model, kt_data *const *d
                                         size_t work_size, size_t threads, kt_step_task *tasks, size_t count,
                                         size_t *used, kt_error *error);
 
-/* A motion, and what its gradient is written to: as of kt_rollout_gradient. */
-typedef struct kt_rollout_task {
-    kt_rollout rollout;           /* with inputs of its own */
-    const double *q, *v;          /* state at the start */
-    double value;                 /* result */
-    double *by_start, *by_inputs; /* results, or NULL */
-    void *user;                   /* passed to the cost */
-    kt_status status;             /* result */
-} kt_rollout_task;
-
-/* Computes the gradients of `count` motions (kt_rollout_gradient) by `threads` threads, this one among them, each of which
- * takes one motion after the other: every one has the bits that it has alone, whatever the number of threads. data and work
- * have an entry for each thread, work of work_size bytes, which is the most that kt_rollout_work_size returns for these
- * motions. The cost is called by several threads at once. A motion that fails fails alone, and its outputs stay as they were.
- * *used (may be NULL) tells how many threads computed. Errors: that of the first motion that failed; KT_ERROR_ARGUMENT if
- * there are no threads or more than 256, or an entry of theirs is missing. */
+/* Computes the gradients of `count` motions by `threads` threads, this one among them, each of which takes one group after
+ * the other of so many motions as kt_rollout_width returns for the first one, and computes it by kt_rollout_gradients: every
+ * one has the bits that it has alone, whatever the number of threads. data and work have an entry for each thread, work of
+ * work_size bytes: the most that kt_rollout_gradients_work_size returns for these motions; with no more than
+ * kt_rollout_work_size they are computed one by one. The cost is called by several threads at once. A motion that fails
+ * fails alone, and its outputs stay as they were. *used (may be NULL) tells how many threads computed. Errors: that of the
+ * first motion that failed; KT_ERROR_ARGUMENT if there are no threads or more than 256, or an entry of theirs is missing. */
 KT_API KT_CHECKED kt_status kt_rollout_run(const kt_model *model, kt_data *const *data, void *const *work,
                                            size_t work_size, size_t threads, kt_rollout_task *tasks, size_t count,
                                            kt_cost *cost, size_t *used, kt_error *error);

@@ -189,6 +189,24 @@ static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {
     return KT_KERNEL(kt_units)(model_of(model, work), q);
 }
 
+static kt_lane_mask adjoint(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,
+                            double *tangent) {
+    return at->live & kt_mask_of(KT_KERNEL(kt_tree_adjoint)(model_of(model, work), work, memory, at, a, tangent));
+}
+
+static void drop_transposed(const kt_model *model, void *work, const double *q, const double *by_xi, double *by_q) {
+    KT_KERNEL(kt_drop_transposed)(model_of(model, work), q, by_xi, by_q);
+}
+
+static void rate_transposed(const kt_model *model, void *work, const double *q, const double *v, const double *by_rate,
+                            double *by_q, double *by_v) {
+    KT_KERNEL(kt_rate_transposed)(model_of(model, work), q, v, by_rate, by_q, by_v);
+}
+
+static void lift_transposed(const kt_model *model, void *work, const double *q, const double *by_q, double *by_xi) {
+    KT_KERNEL(kt_lift_transposed)(model_of(model, work), q, by_q, by_xi);
+}
+
 static kt_lane_mask finite(const double *x, size_t n) { return finite_lanes(kt_condition_true(), (const void *)x, n); }
 
 #ifdef KT_FUSED
@@ -216,4 +234,9 @@ const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
                                                             .combine = KT_KERNEL(kt_lanes_combine),
                                                             .mean_square = KT_KERNEL(kt_lanes_mean_square),
                                                             .power = KT_KERNEL(kt_lanes_power),
+                                                            .adjoint_layout = KT_KERNEL(kt_adjoint_layout),
+                                                            .adjoint = adjoint,
+                                                            .drop_transposed = drop_transposed,
+                                                            .rate_transposed = rate_transposed,
+                                                            .lift_transposed = lift_transposed,
                                                             .interpolate = KT_KERNEL(kt_lanes_interpolate)};

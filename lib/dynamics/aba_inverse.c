@@ -19,12 +19,12 @@ kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double 
     size_t failed;
 #ifdef KT_ISAS
     if (model->isa == KT_ISA_V4)
-        failed = kt_inverse_compute_v4(model, data, q, terms);
+        failed = kt_inverse_compute_v4(model, data, q, model->zero, terms);
     else if (model->isa == KT_ISA_V3)
-        failed = kt_inverse_compute_v3(model, data, q, terms);
+        failed = kt_inverse_compute_v3(model, data, q, model->zero, terms);
     else
 #endif
-        failed = kt_inverse_compute_baseline(model, data, q, terms);
+        failed = kt_inverse_compute_baseline(model, data, q, model->zero, terms);
     if (!failed)
         return KT_OK;
     char where[KT_WHERE_SIZE];

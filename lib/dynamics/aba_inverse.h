@@ -15,37 +15,48 @@
 #define KT_DYNAMICS_ABA_INVERSE_H
 
 #include "base/arena.h"
+#include "base/isa.h"
 #include "dynamics/dynamics.h"
 
 typedef struct kt_inverse_dof {
-    kt_v4 s[2];    /* S: angular, linear */
-    kt_v4 gain[2]; /* U d */
+    kt_real3 s[2];    /* S: angular, linear */
+    kt_real3 gain[2]; /* U d */
 } kt_inverse_dof;
 
 typedef struct kt_inverse_flow {
-    kt_v4 angular, linear; /* moment and force, or accelerations */
+    kt_real3 angular, linear; /* moment and force, or accelerations */
 } kt_inverse_flow;
 
 /* Every array: type, name, count, meaning. Degrees of freedom have the order of the links. */
 #define KT_INVERSE_FIELDS(X)                                                                                           \
     X(kt_inverse_dof, dof, n->v, "terms of each degree of freedom")                                                    \
-    X(double, reciprocal, n->v, "d")                                                                                   \
-    X(kt_v4, offset, n->link, "origin minus the parent's")                                                             \
+    X(kt_real1, reciprocal, n->v, "d")                                                                                 \
+    X(kt_real3, offset, n->link, "origin minus the parent's")                                                          \
     X(kt_inverse_flow, flow, n->link, "backward: what children pass, where links branch; forward: accelerations")
 
 typedef struct kt_inverse_terms {
     KT_ARENA_DECLARE(KT_INVERSE_FIELDS)
 } kt_inverse_terms;
 
-/* compute: the terms at q, which is finite; returns a link without inertia along a degree of freedom, or 0.
+/* compute: the terms at q, which is finite; zero: as many zeros as velocities; returns a link without inertia along a degree of freedom, or 0.
  * apply: x (nv) becomes M^-1 x. */
 #define KT_INVERSE_DECLARE(isa)                                                                                        \
-    size_t kt_inverse_compute_##isa(const kt_model *model, kt_data *data, const double *q, kt_inverse_terms *terms);   \
+    size_t kt_inverse_compute_##isa(const kt_model *model, kt_data *data, const double *q, const double *zero,         \
+                                    kt_inverse_terms *terms);                                                          \
     void kt_inverse_apply_##isa(const kt_model *model, const kt_inverse_terms *terms, double *x);
 KT_INVERSE_DECLARE(baseline)
 KT_INVERSE_DECLARE(v3)
 KT_INVERSE_DECLARE(v4)
 #undef KT_INVERSE_DECLARE
+
+#ifdef KT_LANES
+
+/* The same in lanes; what is refused stands in data->sound. */
+size_t KT_KERNEL(kt_inverse_compute)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
+                                     kt_inverse_terms *terms);
+void KT_KERNEL(kt_inverse_apply)(const kt_model *model, const kt_inverse_terms *terms, kt_real1 *x);
+
+#endif
 
 /* Places the arrays of the terms of a model with these counts in memory (NULL: none); returns the bytes. */
 size_t kt_inverse_layout(kt_inverse_terms *terms, void *memory, const kt_counts *n);

@@ -10,51 +10,53 @@ typedef struct filling {
 } filling;
 
 /* Sets the terms of one degree of freedom and projects it out; `size` is what rounding errors are proportional to. */
-KT_INLINE bool project(kt_v4 angular, kt_v4 linear, double armature, double size, kt_articulated *x, kt_inverse_dof *to,
-                       double *d) {
-    const kt_v4 un = kt_articulated_moment(x, angular, linear), uf = kt_articulated_force(x, angular, linear);
-    const double inertia = kt_v4_dot2(angular, un, linear, uf) + armature;
-    if (!(inertia > KT_NO_INERTIA * size))
-        return false;
+KT_INLINE kt_condition project(kt_real3 angular, kt_real3 linear, double armature, kt_real1 size, kt_articulated *x,
+                               kt_inverse_dof *to, kt_real1 *d) {
+    const kt_real3 un = kt_articulated_moment(x, angular, linear), uf = kt_articulated_force(x, angular, linear);
+    const kt_real1 inertia = kt_dots3(angular, un, linear, uf) + armature;
+    kt_condition has_inertia = kt_condition_true();
+    if (kt_fails(&has_inertia, inertia > KT_NO_INERTIA * size))
+        return kt_condition_false();
     *d = 1.0 / inertia;
-    const kt_v4 dd = kt_v4_splat(*d);
     kt_articulated_subtract_square(x, *d, un, uf);
-    *to = (kt_inverse_dof){.s = {angular, linear}, .gain = {un * dd, uf * dd}};
-    return true;
+    *to = (kt_inverse_dof){.s = {angular, linear}, .gain = {kt_scale3(*d, un), kt_scale3(*d, uf)}};
+    return has_inertia;
 }
 
 /* All degrees of freedom of a link. A free link's translations are judged by its mass alone, as in aba.h. */
-KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
-                                   void *context) {
+KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                   kt_articulated *x, void *context) {
     const kt_link *link = &model->link[i];
-    const kt_v4 turn = kt_diagonal3(x->j), slide = kt_diagonal3(x->m);
+    const kt_real3 turn = kt_diagonal3(x->j), slide = kt_diagonal3(x->m);
     filling *f = context;
     kt_subspace s;
     (void)tau;
     kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &s);
     f->dof -= (size_t)s.count;
     for (int k = s.count - 1; k >= 0; k--) {
-        const kt_v4 a = s.angular[k], l = s.linear[k];
+        const kt_real3 a = s.angular[k], l = s.linear[k];
         const bool by_mass = s.count == KT_DOF_MAX && k < kt_link_lengths(link);
-        const double size = kt_v4_dot2(a * a, turn, l * l, slide) + (by_mass ? 0.0 : link->size);
-        if (!project(a, l, model->armature[link->v + k], size, x, &f->terms->dof[f->dof + (size_t)k],
-                     &f->terms->reciprocal[f->dof + (size_t)k]))
+        const kt_real1 own = kt_dots3(kt_mul3(a, a), turn, kt_mul3(l, l), slide),
+                       size = by_mass ? own : own + link->size;
+        if (kt_is_refused(data, project(a, l, model->armature[link->v + k], size, x, &f->terms->dof[f->dof + (size_t)k],
+                                        &f->terms->reciprocal[f->dof + (size_t)k])))
             return KT_ELIMINATION_SINGULAR;
     }
     f->terms->offset[i] = data->motion[i].offset;
     return KT_ELIMINATION_PASSED;
 }
 
-size_t KT_KERNEL(kt_inverse_compute)(const kt_model *model, kt_data *data, const double *q, kt_inverse_terms *terms) {
+size_t KT_KERNEL(kt_inverse_compute)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
+                                     kt_inverse_terms *terms) {
     filling f = {.terms = terms, .dof = model->n.v};
-    kt_articulated_motion(model, data, q, model->zero, model->n.link);
-    return kt_articulated_backward(model, data, model->zero, model->n.link, eliminate, &f);
+    kt_articulated_motion(model, data, q, zero, model->n.link);
+    return kt_articulated_backward(model, data, zero, model->n.link, eliminate, &f);
 }
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
 
-KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, double *x) {
-    const kt_v4 none = kt_v4_splat(0.0);
+KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, kt_real1 *x) {
+    const kt_real3 none = kt_zero3();
     kt_inverse_flow carried = {none, none};
     size_t dof = model->n.v;
     for (size_t i = 1; i < model->n.link; i++)
@@ -62,51 +64,52 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, d
             w->flow[i] = carried;
     for (size_t i = model->n.link - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
-        kt_v4 moment = link->leads ? carried.angular : none, force = link->leads ? carried.linear : none;
+        kt_real3 moment = link->leads ? carried.angular : none, force = link->leads ? carried.linear : none;
         if (link->branches) {
-            moment += w->flow[i].angular;
-            force += w->flow[i].linear;
+            moment = kt_add3(moment, w->flow[i].angular);
+            force = kt_add3(force, w->flow[i].linear);
         }
         for (int k = kt_link_dofs(link) - 1; k >= 0; k--) {
             const kt_inverse_dof *t = &w->dof[--dof];
-            const double left = x[link->v + k] - kt_v4_dot2(t->s[0], moment, t->s[1], force);
+            const kt_real1 left = x[link->v + k] - kt_dots3(t->s[0], moment, t->s[1], force);
             x[link->v + k] = left * w->reciprocal[dof];
-            moment += t->gain[0] * kt_v4_splat(left);
-            force += t->gain[1] * kt_v4_splat(left);
+            moment = kt_add3(moment, kt_scale3(left, t->gain[0]));
+            force = kt_add3(force, kt_scale3(left, t->gain[1]));
         }
         if (link->parent == 0)
             continue;
-        moment += kt_v4_cross(w->offset[i], force);
+        moment = kt_add3(moment, kt_cross3(w->offset[i], force));
         if (link->follows) {
             carried = (kt_inverse_flow){moment, force};
         } else {
-            w->flow[link->parent].angular += moment;
-            w->flow[link->parent].linear += force;
+            kt_inverse_flow *up = &w->flow[link->parent];
+            up->angular = kt_add3(up->angular, moment);
+            up->linear = kt_add3(up->linear, force);
         }
     }
 }
 
-KT_INLINE void forward_pass(const kt_model *model, const kt_inverse_terms *w, double *x) {
-    const kt_v4 none = kt_v4_splat(0.0);
+KT_INLINE void forward_pass(const kt_model *model, const kt_inverse_terms *w, kt_real1 *x) {
+    const kt_real3 none = kt_zero3();
     size_t dof = 0;
     w->flow[0] = (kt_inverse_flow){none, none};
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_inverse_flow *up = &w->flow[link->parent];
         const int count = kt_link_dofs(link);
-        kt_v4 alpha = up->angular, linear = up->linear + kt_v4_cross(up->angular, w->offset[i]);
+        kt_real3 alpha = up->angular, linear = kt_add3(up->linear, kt_cross3(up->angular, w->offset[i]));
         for (int k = 0; k < count; k++, dof++) {
             const kt_inverse_dof *t = &w->dof[dof];
-            const double a = x[link->v + k] - kt_v4_dot2(t->gain[0], alpha, t->gain[1], linear);
+            const kt_real1 a = x[link->v + k] - kt_dots3(t->gain[0], alpha, t->gain[1], linear);
             x[link->v + k] = a;
-            alpha += t->s[0] * kt_v4_splat(a);
-            linear += t->s[1] * kt_v4_splat(a);
+            alpha = kt_add3(alpha, kt_scale3(a, t->s[0]));
+            linear = kt_add3(linear, kt_scale3(a, t->s[1]));
         }
         w->flow[i] = (kt_inverse_flow){alpha, linear};
     }
 }
 
-void KT_KERNEL(kt_inverse_apply)(const kt_model *model, const kt_inverse_terms *terms, double *x) {
+void KT_KERNEL(kt_inverse_apply)(const kt_model *model, const kt_inverse_terms *terms, kt_real1 *x) {
     backward_pass(model, terms, x);
     forward_pass(model, terms, x);
 }

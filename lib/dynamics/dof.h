@@ -14,27 +14,27 @@
 
 /* A degree of freedom, world axes: angular and linear parts. */
 typedef struct kt_dof_motion {
-    kt_v4 s[2];    /* S */
-    kt_v4 psi[2];  /* psi' */
-    kt_v4 rate[2]; /* psi'' */
-    kt_v4 phi[2];
+    kt_real3 s[2];    /* S */
+    kt_real3 psi[2];  /* psi' */
+    kt_real3 rate[2]; /* psi'' */
+    kt_real3 phi[2];
 } kt_dof_motion;
 
 /* Spatial velocity and acceleration of the carrying frame, expressed about the link's own origin. */
 typedef struct kt_carried {
-    kt_v4 omega, velocity, alpha, linear;
+    kt_real3 omega, velocity, alpha, linear;
 } kt_carried;
 
 /* (w, v) x (s, u) */
-KT_INLINE void kt_motion_cross(kt_v4 w, kt_v4 v, const kt_v4 s[2], kt_v4 out[2]) {
-    out[0] = kt_v4_cross(w, s[0]);
-    out[1] = kt_v4_cross(w, s[1]) + kt_v4_cross(v, s[0]);
+KT_INLINE void kt_motion_cross(kt_real3 w, kt_real3 v, const kt_real3 s[2], kt_real3 out[2]) {
+    out[0] = kt_cross3(w, s[0]);
+    out[1] = kt_add3(kt_cross3(w, s[1]), kt_cross3(v, s[0]));
 }
 
 /* (omega, velocity): V. */
-KT_INLINE void kt_dof_motion_set(const kt_carried *c, kt_v4 omega, kt_v4 velocity, kt_v4 angular, kt_v4 linear,
-                                 kt_dof_motion *out) {
-    kt_v4 twice[2], along[2];
+KT_INLINE void kt_dof_motion_set(const kt_carried *c, kt_real3 omega, kt_real3 velocity, kt_real3 angular,
+                                 kt_real3 linear, kt_dof_motion *out) {
+    kt_real3 twice[2], along[2];
     out->s[0] = angular;
     out->s[1] = linear;
     kt_motion_cross(c->omega, c->velocity, out->s, out->psi);
@@ -42,8 +42,8 @@ KT_INLINE void kt_dof_motion_set(const kt_carried *c, kt_v4 omega, kt_v4 velocit
     kt_motion_cross(c->alpha, c->linear, out->s, along);
     kt_motion_cross(omega, velocity, out->s, out->phi);
     for (int k = 0; k < 2; k++) {
-        out->rate[k] = along[k] + twice[k];
-        out->phi[k] += out->psi[k];
+        out->rate[k] = kt_add3(along[k], twice[k]);
+        out->phi[k] = kt_add3(out->phi[k], out->psi[k]);
     }
 }
 
@@ -56,28 +56,28 @@ KT_INLINE int kt_link_first_node(const kt_link *link) {
 /* A node that moves at (w, u) and accelerates by (dw, du) against the frame c that carries it. */
 typedef struct kt_dof_node {
     kt_carried *c;
-    kt_v4 w, u, dw, du;
-    kt_v4 omega, velocity; /* V */
+    kt_real3 w, u, dw, du;
+    kt_real3 omega, velocity; /* V */
     kt_dof_motion *out;
 } kt_dof_node;
 
-KT_INLINE void kt_dof_node_begin(kt_dof_node *n, kt_v4 w) {
-    n->omega = n->c->omega + w;
-    n->velocity = n->c->velocity + n->u;
+KT_INLINE void kt_dof_node_begin(kt_dof_node *n, kt_real3 w) {
+    n->omega = kt_add3(n->c->omega, w);
+    n->velocity = kt_add3(n->c->velocity, n->u);
 }
 
 /* c receives the motion of the node. */
-KT_INLINE void kt_dof_node_end(kt_dof_node *n, kt_v4 w, kt_v4 dw) {
+KT_INLINE void kt_dof_node_end(kt_dof_node *n, kt_real3 w, kt_real3 dw) {
     kt_carried *c = n->c;
-    c->linear += n->du + kt_v4_cross(c->omega, n->u) + kt_v4_cross(c->velocity, w);
-    c->alpha += dw + kt_v4_cross(c->omega, w);
+    c->linear = kt_add3(c->linear, kt_add3(kt_add3(n->du, kt_cross3(c->omega, n->u)), kt_cross3(c->velocity, w)));
+    c->alpha = kt_add3(c->alpha, kt_add3(dw, kt_cross3(c->omega, w)));
     c->omega = n->omega;
     c->velocity = n->velocity;
 }
 
 KT_INLINE void kt_dof_motion_add(const kt_dof *dof, void *context) {
     kt_dof_node *n = context;
-    const kt_v4 none = kt_v4_splat(0.0);
+    const kt_real3 none = kt_zero3();
     if (dof->kind == KT_DOF_ROTATION && dof->first && dof->index > 0) { /* the translations before are a node */
         kt_dof_node_end(n, none, none);
         n->u = n->du = none;
@@ -89,11 +89,11 @@ KT_INLINE void kt_dof_motion_add(const kt_dof *dof, void *context) {
 /* Sets all degrees of freedom of a link, in their order; `up` and `m` are its parent's pose and its own. c is the
  * motion of the frame that carries the link; it receives the link's own. */
 KT_INLINE void kt_dof_motions_set(const kt_link *link, const kt_link_motion *up, const kt_link_motion *m,
-                                  const double *v, const double *a, kt_carried *c, kt_dof_motion *out) {
+                                  const kt_real1 *v, const kt_real1 *a, kt_carried *c, kt_dof_motion *out) {
     kt_dof_node n = {.c = c, .out = out};
     kt_joint_twist(link, up, m, v, &n.w, &n.u);
     kt_joint_twist(link, up, m, a, &n.dw, &n.du);
-    kt_dof_node_begin(&n, kt_link_first_node(link) ? kt_v4_splat(0.0) : n.w);
+    kt_dof_node_begin(&n, kt_link_first_node(link) ? kt_zero3() : n.w);
     kt_dofs_visit(link, up->axes, m->axes, kt_dof_motion_add, &n);
     kt_dof_node_end(&n, n.w, n.dw);
 }

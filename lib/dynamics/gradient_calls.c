@@ -5,15 +5,15 @@
 
 kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
                                unsigned choice, const double *w, const kt_gradient *out, kt_error *error) {
-    const bool weightless = choice & KT_GRADIENT_WEIGHTLESS;
+    const kt_gradient_state in = {at->v, a, at->external, choice & KT_GRADIENT_WEIGHTLESS};
     model = kt_model_now(model, data);
     if (model->sweep == KT_SWEEP_PLANAR && choice & KT_GRADIENT_POSED) {
-        KT_BY_ISA(model->isa, , kt_planar_gradient, (model, data, at, a, weightless, w, out));
+        KT_BY_ISA(model->isa, , kt_planar_gradient, (model, data, &in, w, out));
         return KT_OK;
     }
     const kt_status status = kt_links_update(model, data, at->q, at->v, a, false, NULL, error);
     if (status == KT_OK)
-        KT_BY_ISA(model->isa, , kt_inverse_gradient, (model, data, at, a, weightless, w, out));
+        KT_BY_ISA(model->isa, , kt_inverse_gradient, (model, data, &in, w, out));
     return status;
 }
 
@@ -23,7 +23,7 @@ kt_status kt_tree_respond(const kt_model *model, kt_data *data, const double *q,
     model = kt_model_now(model, data);
     if (model->sweep == KT_SWEEP_PLANAR) {
         size_t failed;
-        KT_BY_ISA(model->isa, failed =, kt_planar_respond, (model, data, q, x, x));
+        KT_BY_ISA(model->isa, failed =, kt_planar_respond, (model, data, q, model->zero, x, x));
         if (!failed)
             return KT_OK;
     }

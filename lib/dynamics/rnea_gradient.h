@@ -21,17 +21,17 @@
 
 /* Of a link: its own motion and terms; in the backward pass those of all that it carries are added. */
 typedef struct kt_gradient_link {
-    kt_v4 velocity, linear; /* of the origin; the spatial acceleration's part, minus gravity */
-    kt_v4 w[2];             /* W */
-    kt_v4 h[2], f[2];       /* H, F */
-    kt_v4 n, y;             /* N, Y */
+    kt_real3 velocity, linear; /* of the origin; the spatial acceleration's part, minus gravity */
+    kt_real3 w[2];             /* W */
+    kt_real3 h[2], f[2];       /* H, F */
+    kt_real3 n, y;             /* N, Y */
 } kt_gradient_link;
 
 /* The same in a plane (rnea_gradient_planar.c); velocity and u: of the origin, along the motion and along w. */
 typedef struct kt_planar_gradient_link {
-    kt_v2 velocity, u, force, p; /* F, P */
-    double w, moment, spin;      /* angular velocity along w; moments of F and P about the origin */
-    double n, y;                 /* N, Y */
+    kt_real2 velocity, u, force, p; /* F, P */
+    kt_real1 w, moment, spin;       /* angular velocity along w; moments of F and P about the origin */
+    kt_real1 n, y;                  /* N, Y */
 } kt_planar_gradient_link;
 
 _Static_assert(sizeof(kt_planar_gradient_link) <= sizeof(kt_gradient_link), "one memory holds either");
@@ -39,24 +39,45 @@ _Static_assert(sizeof(kt_planar_gradient_link) <= sizeof(kt_gradient_link), "one
 /* The results, nv numbers each: the gradient, and what the same sums give besides, inverse dynamics and M w without
  * armatures. links: scratch, one for each link. */
 typedef struct kt_gradient {
-    double *by_q, *by_v, *force, *momentum;
+    kt_real1 *by_q, *by_v, *force, *momentum;
     kt_gradient_link *links;
 } kt_gradient;
 
+/* Where it is computed: velocities, accelerations, and wrenches on bodies, or NULL. */
+typedef struct kt_gradient_state {
+    const kt_real1 *v, *a;
+    const kt_external *external;
+    bool weightless; /* without gravity */
+} kt_gradient_state;
+
 /* kt_inverse_gradient: from the motion of all links, accelerations without gravity (kt_links_update), which is in data.
  * kt_planar_gradient: of planar links, from their poses in the plane.
- * kt_planar_respond: x = M^-1 tau of planar trees, and their poses; returns a link without inertia, or 0. x may be tau.
- * at: velocities and wrenches. */
+ * kt_planar_respond: x = M^-1 tau of planar trees, and their poses; returns a link without inertia, or 0. x may be tau;
+ * zero: as many zeros as velocities.
+ */
 #define KT_GRADIENT_DECLARE(isa)                                                                                       \
-    void kt_inverse_gradient_##isa(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,             \
-                                   const double *a, bool weightless, const double *w, const kt_gradient *out);         \
-    void kt_planar_gradient_##isa(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,   \
-                                  bool weightless, const double *w, const kt_gradient *out);                           \
-    size_t kt_planar_respond_##isa(const kt_model *model, kt_data *data, const double *q, const double *tau, double *x);
+    void kt_inverse_gradient_##isa(const kt_model *model, const kt_data *data, const kt_gradient_state *at,            \
+                                   const double *w, const kt_gradient *out);                                           \
+    void kt_planar_gradient_##isa(const kt_model *model, kt_data *data, const kt_gradient_state *at, const double *w,  \
+                                  const kt_gradient *out);                                                             \
+    size_t kt_planar_respond_##isa(const kt_model *model, kt_data *data, const double *q, const double *zero,          \
+                                   const double *tau, double *x);
 KT_GRADIENT_DECLARE(baseline)
 KT_GRADIENT_DECLARE(v3)
 KT_GRADIENT_DECLARE(v4)
 #undef KT_GRADIENT_DECLARE
+
+#ifdef KT_LANES
+
+/* The same in lanes; what is refused stands in data->sound. */
+void KT_KERNEL(kt_inverse_gradient)(const kt_model *model, const kt_data *data, const kt_gradient_state *at,
+                                    const kt_real1 *w, const kt_gradient *out);
+void KT_KERNEL(kt_planar_gradient)(const kt_model *model, kt_data *data, const kt_gradient_state *at, const kt_real1 *w,
+                                   const kt_gradient *out);
+size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
+                                    const kt_real1 *tau, kt_real1 *x);
+
+#endif
 
 /* The gradient by the kernel of the model's instruction set and sweep. posed: the data already hold the poses of q, in
  * the plane if the model is planar; weightless: without gravity. Errors: KT_ERROR_NOT_FINITE. */

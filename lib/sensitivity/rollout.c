@@ -1,12 +1,5 @@
-/* Gradients over many steps, from the last to the first. The adjoint of a step needs the state at its start; as many of
- * these as there is memory for are kept, as checkpoints, and the others are computed again from the last one before
- * them.
- *
- * With c checkpoints in memory, that of the step at hand among them, and r runs over each step at most,
- *     beta(c, r) = (c + r)! / (c! r!)
- * steps can be reversed. The next checkpoint is set beta(c, r - 1) steps on, r being the least that suffices: what is
- * before it is reversed with c checkpoints and one run less, and the rest with c - 1 checkpoints (Griewank, Walther,
- * ACM Transactions on Mathematical Software 26(1), 2000, 19-45: algorithm revolve).
+/* Gradients over many steps, from the last to the first. The adjoint of a step needs the state at its start: checkpoints
+ * (revolve.c) hold it.
  *
  * A checkpoint has the accelerations of the stages of the step from it, too, once that has been taken: the adjoint of
  * this step then evaluates nothing again. */
@@ -37,21 +30,17 @@ typedef struct rollout_work {
     void *user;
     double value;
     int reached; /* steps whose cost is in the value */
-    int kept;    /* checkpoints */
+    kt_revolve checkpoints;
     KT_ARENA_DECLARE(KT_ROLLOUT_FIELDS)
 } rollout_work;
 
 KT_ARENA_ARRAYS(place_arrays, rollout_work, KT_ROLLOUT_FIELDS, const kt_model *model, const kt_rollout *rollout,
                 size_t N, size_t n, size_t changes, size_t kept, size_t s, size_t c, size_t steps)
 
-static int checkpoints_of(const kt_rollout *rollout) {
-    return rollout->checkpoints > 0 && rollout->checkpoints < rollout->steps ? rollout->checkpoints : rollout->steps;
-}
-
 static size_t lay_out(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
     return place_arrays(w, memory, model, rollout, kt_state_numbers(model), model->n.v, kt_tangent_numbers(model),
                         kt_step_kept(model, rollout->method), kt_step_stages_of(rollout->method),
-                        (size_t)checkpoints_of(rollout), (size_t)rollout->steps);
+                        (size_t)kt_checkpoints_of(rollout), (size_t)rollout->steps);
 }
 
 size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
@@ -92,8 +81,9 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
 
 /* From the state at the start of step k to that of k + 1, in place; counts the cost of k where it is passed first. The
  * last checkpoint receives what its own step has computed. */
-static kt_status advance(rollout_work *w, int k, double *state, kt_error *error) {
-    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), last = (size_t)w->kept - 1;
+static kt_status advance(void *user, int k, double *state, kt_error *error) {
+    rollout_work *w = user;
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), last = (size_t)w->checkpoints.kept - 1;
     const kt_step step = step_at(w, k);
     kt_step_work s;
     kt_status status = KT_OK;
@@ -122,7 +112,8 @@ static kt_status advance(rollout_work *w, int k, double *state, kt_error *error)
 
 /* The gradient with respect to the state after step k becomes that before it, with its own cost; kept: the checkpoint
  * of the step, or -1. */
-static kt_status reverse(rollout_work *w, int k, int kept, const double *state, kt_error *error) {
+static kt_status reverse(void *user, int k, int kept, const double *state, kt_error *error) {
+    rollout_work *w = user;
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, changes = kt_tangent_numbers(model), N = kt_state_numbers(model);
     const size_t at = kept < 0 ? 0 : (size_t)kept;
@@ -158,54 +149,6 @@ static kt_status reverse(rollout_work *w, int k, int kept, const double *state, 
     return status;
 }
 
-/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
-
-/* beta(c, r), or any larger number once it reaches n. */
-static double beta(int c, int r, int n) {
-    double product = 1.0;
-    for (int i = 1; i <= r && product < n; i++)
-        product *= (double)(c + i) / i;
-    return product;
-}
-
-/* How far on the next checkpoint is set, with n > 1 steps left to reverse and c checkpoints, the present one
- * included. */
-static int distance(int n, int c) {
-    int r = 1;
-    if (c >= n)
-        return 1;
-    while (beta(c, r, n) < n)
-        r++;
-    const double most = beta(c, r - 1, n);
-    return most < n - 1 ? (int)most : n - 1;
-}
-
-static kt_status run(rollout_work *w, kt_error *error) {
-    const size_t N = kt_state_numbers(w->model);
-    const int most = checkpoints_of(w->rollout);
-    kt_status status = KT_OK;
-    for (int target = w->rollout->steps - 1; target >= 0 && status == KT_OK;) {
-        const double *last = w->state + (size_t)(w->kept - 1) * N;
-        int k = w->index[w->kept - 1];
-        if (k == target) {
-            status = reverse(w, target--, w->kept - 1, last, error);
-            w->kept--;
-            continue;
-        }
-        const int free = most - w->kept, end = free > 0 ? k + distance(target - k + 1, free + 1) : target;
-        memcpy(w->here, last, N * sizeof *w->here);
-        for (; k < end && status == KT_OK; k++)
-            status = advance(w, k, w->here, error);
-        if (free > 0) {
-            memcpy(w->state + (size_t)w->kept * N, w->here, N * sizeof *w->here);
-            w->taken[w->kept] = false;
-            w->index[w->kept++] = end;
-        } else if (status == KT_OK)
-            status = reverse(w, target--, -1, w->here, error);
-    }
-    return status;
-}
-
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
 kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
@@ -215,7 +158,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
         return KT_ERROR_ARGUMENT;
     v = v ? v : model->zero;
     const size_t nq = model->n.q, n = model->n.v, changes = kt_tangent_numbers(model);
-    rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user, .kept = 1};
+    rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user};
     if (rollout->steps <= 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rollout", "there are %d steps", rollout->steps);
     if (kt_step_work_size(model, rollout->method) == 0) { /* the words of kt_step_begin */
@@ -233,9 +176,14 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     if (kt_has_own_states(model))
         kt_copy(w.state + nq + n, data->x, model->n.x * sizeof *v);
     memset(w.gradient, 0, changes * sizeof *w.gradient);
-    w.index[0] = 0;
-    w.taken[0] = false;
-    status = run(&w, error);
+    w.checkpoints = (kt_revolve){.steps = rollout->steps,
+                                 .most = kt_checkpoints_of(rollout),
+                                 .numbers = kt_state_numbers(model),
+                                 .state = w.state,
+                                 .here = w.here,
+                                 .index = w.index,
+                                 .taken = w.taken};
+    status = kt_revolve_run(&w.checkpoints, advance, reverse, &w, error);
     kt_own_states_put(model, data, w.state);
     if (status != KT_OK)
         return status;

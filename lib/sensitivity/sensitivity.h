@@ -14,7 +14,9 @@
  *     step_adjoint.c       its adjoint: a gradient with respect to the state after it becomes that before it
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
  *     stage_loops.c        what loops add to it
- *     rollout.c            gradients over many steps, with checkpoints
+ *     rollout.c            gradients over many steps
+ *     rollout_lanes.c      those of several motions at once
+ *     revolve.c            which states of a motion are kept while it is reversed
  *     contact.c            refuses steps in which hard contacts close or open
  *     motion.c             A and B of a simulation's motion, through its events
  *     projection.c         the derivative of the projection onto the loops
@@ -479,6 +481,37 @@ KT_CHECKED kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *m
 KT_CHECKED kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
                                       kt_error *error);
 KT_CHECKED kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt_error *error);
+
+/* Adds w . dQ of effects in joints at a state. Numbers of q, v and of the gradients are `stride` apart: those of a lane among
+ * others. And why the adjoint of a model's accelerations is not one sweep; NULL: it is, since all effects are joint forces
+ * that the library can differentiate. */
+void kt_joint_effects_add(const kt_model *model, double t, size_t stride, const double *q, const double *v,
+                          const double *by_tau, double *by_xi, double *by_v);
+const char *kt_sweep_refused(const kt_model *model);
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+/* The memory of a motion that is reversed (revolve.c): checkpoints of so many numbers, `kept` of them in use, of which the
+ * last one is that of the step at hand; of which steps, and whether the step from it has been taken since. */
+typedef struct kt_revolve {
+    int steps, most, kept;
+    size_t numbers;
+    double *state, *here; /* most states, and one between them */
+    int *index;
+    bool *taken;
+} kt_revolve;
+
+/* From the state at the start of step k to that of k + 1, in place; and the adjoint of step k, whose start is that of the
+ * checkpoint `kept`, or of none (-1). */
+typedef kt_status kt_revolve_advance(void *user, int k, double *state, kt_error *error);
+typedef kt_status kt_revolve_reverse(void *user, int k, int kept, const double *state, kt_error *error);
+
+/* Reverses all steps; the first checkpoint is at the start of the motion. */
+KT_CHECKED kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_reverse *reverse, void *user,
+                                    kt_error *error);
+
+/* The checkpoints of a rollout. */
+int kt_checkpoints_of(const kt_rollout *rollout);
 
 /* Makes quaternions unit, and unless `unprojected` closes the loops, as a simulation does after a step. */
 KT_CHECKED kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,

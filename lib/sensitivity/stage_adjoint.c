@@ -15,28 +15,28 @@
 
 #include <string.h>
 
-/* Whether all effects are joint forces that the library can differentiate. */
-static bool acts_in_joints(const kt_model *model) {
-    for (size_t i = 0; i < model->n.effect; i++)
-        if (model->effect[i].ends || model->effect[i].type == KT_EFFECT_CUSTOM ||
-            model->effect[i].type == KT_EFFECT_EXPRESSION)
-            return false;
-    return true;
+const char *kt_sweep_refused(const kt_model *model) {
+    for (size_t i = 0; i < model->n.effect; i++) {
+        if (model->effect[i].ends)
+            return "it has effects that act on bodies";
+        if (model->effect[i].type == KT_EFFECT_CUSTOM || model->effect[i].type == KT_EFFECT_EXPRESSION)
+            return "it has effects by formulas or of the caller's";
+    }
+    return NULL;
 }
 
-/* Adds w . dQ. */
-static void add_joint_effects(const kt_step_work *w, size_t stage, const double *q, const double *v, double *by_xi,
-                              double *by_v, const double *by_tau) {
-    const kt_model *model = w->model;
+void kt_joint_effects_add(const kt_model *model, double t, size_t stride, const double *q, const double *v,
+                          const double *by_tau, double *by_xi, double *by_v) {
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
         const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
         const kt_link *link = &model->link[effect->link[0]];
+        const size_t at = (size_t)link->v * stride;
         double derivative[2] = {0.0, 0.0};
         (kind->joint_derivatives ? kind->joint_derivatives : kt_dual_joint_derivatives)(
-            effect, model->number, q[link->q], v[link->v], kt_step_time(w->step, stage), derivative);
-        by_xi[link->v] += by_tau[link->v] * derivative[0];
-        by_v[link->v] += by_tau[link->v] * derivative[1];
+            effect, model->number, q[(size_t)link->q * stride], v[at], t, derivative);
+        by_xi[at] += by_tau[at] * derivative[0];
+        by_v[at] += by_tau[at] * derivative[1];
     }
 }
 
@@ -63,7 +63,7 @@ static kt_status sweep(kt_step_work *w, size_t stage, const double *mu, kt_error
         return status;
     for (size_t i = 0; i < 2 * n; i++)
         by_xi[i] = -by_xi[i];
-    add_joint_effects(w, stage, q, v, by_xi, by_v, by_tau);
+    kt_joint_effects_add(w->model, t, 1, q, v, by_tau, by_xi, by_v);
     if (KT_HAS_LOOPS && w->model->n.group)
         status = kt_stage_add_loops(w, stage, mu, error);
     return status;
@@ -81,5 +81,5 @@ static kt_status multiply(kt_step_work *w, size_t stage, const double *mu, kt_er
 }
 
 kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *mu, kt_error *error) {
-    return acts_in_joints(w->model) ? sweep(w, i, mu, error) : multiply(w, i, mu, error);
+    return kt_sweep_refused(w->model) ? multiply(w, i, mu, error) : sweep(w, i, mu, error);
 }

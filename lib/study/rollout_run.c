@@ -1,4 +1,4 @@
-/* Derivatives of many steps, and gradients of many motions, by several threads, one each at a time. */
+/* Derivatives of many steps, one each at a time, and gradients of many motions, a group each, by several threads. */
 #include "base/copy.h"
 #include "base/require.h"
 #include "kinetree/study.h"
@@ -13,6 +13,7 @@ typedef struct run {
     size_t work_size;
     kt_step_task *steps;
     kt_rollout_task *motions;
+    size_t count, width; /* motions, and how many of them at once */
     kt_cost *cost;
 } run;
 
@@ -32,13 +33,11 @@ static kt_status differentiate(void *user, size_t thread, size_t item, kt_error 
     return task->status;
 }
 
-static kt_status compute_gradient(void *user, size_t thread, size_t item, kt_error *error) {
+static kt_status compute_gradients(void *user, size_t thread, size_t item, kt_error *error) {
     const run *r = user;
-    kt_rollout_task *task = &r->motions[item];
-    task->status =
-        kt_rollout_gradient(r->model, r->data[thread], r->work[thread], r->work_size, &task->rollout, task->q, task->v,
-                            &task->value, task->by_start, task->by_inputs, r->cost, task->user, error);
-    return task->status;
+    const size_t first = item * r->width, left = r->count - first;
+    return kt_rollout_gradients(r->model, r->data[thread], r->work[thread], r->work_size, r->motions + first,
+                                left < r->width ? left : r->width, r->cost, error);
 }
 
 static kt_status check_threads(const run *r, size_t threads, kt_error *error) {
@@ -73,7 +72,18 @@ kt_status kt_rollout_run(const kt_model *model, kt_data *const *data, void *cons
                          kt_error *error) {
     if (KT_IS_MISSING(error, model, data, work, cost, tasks || !count))
         return KT_ERROR_ARGUMENT;
-    run r = {.model = model, .data = data, .work = work, .work_size = work_size, .motions = tasks, .cost = cost};
+    run r = {.model = model,
+             .data = data,
+             .work = work,
+             .work_size = work_size,
+             .motions = tasks,
+             .count = count,
+             .width = 1,
+             .cost = cost};
     const kt_status status = check_threads(&r, threads, error);
-    return status == KT_OK ? kt_threads_share(count, threads, compute_gradient, &r, used, error) : status;
+    if (count > 0 && work_size >= kt_rollout_gradients_work_size(model, &tasks[0].rollout))
+        r.width = kt_rollout_width(model, &tasks[0].rollout, NULL);
+    return status == KT_OK
+               ? kt_threads_share((count + r.width - 1) / r.width, threads, compute_gradients, &r, used, error)
+               : status;
 }

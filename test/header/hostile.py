@@ -41,7 +41,7 @@ BY_NAME = {
     "kt_simulation_set_parameter.copy": "f->copy", "kt_parameter_set.copy": "f->copy", "kt_integrator_init.size": "MEMORY",
     "kt_batch_set_acceleration.a": "f->v", "kt_batch_step.steps": "2", "kt_batch_step.h": "0.01", "kt_batch_compute_block.thread": "0", "kt_batch_compute_block.block": "0", "kt_batch_run.threads": "1",
     "kt_scene_parse_with.text": "\"kinetree: 1\\n\"", "kt_scene_parse_with.size": "12", "kt_expression_parse.text": "\"1 + x\"", "kt_scene_watch_create.model": "f->copy", "kt_simulation_change.model": "f->copy",
-    "kt_rollout_run.threads": "1", "kt_rollout_run.count": "1", "kt_step_run.threads": "1", "kt_step_run.count": "1", "state": "1", "kt_actuation_evaluate.a": "NULL", "kt_actuation_evaluate.v": "NULL", "kt_reduction_method_of.reduction": "KT_REDUCTION_QR",
+    "kt_rollout_run.threads": "1", "kt_rollout_run.count": "1", "kt_step_run.threads": "1", "kt_step_run.count": "1", "kt_rollout_gradients.count": "1", "kt_rollout_width.why": "(const char *[1]){NULL}", "state": "1", "kt_actuation_evaluate.a": "NULL", "kt_actuation_evaluate.v": "NULL", "kt_reduction_method_of.reduction": "KT_REDUCTION_QR",
 }
 BY_TYPE = {
     "const kt_model *": "f->model", "kt_model *": "f->copy", "kt_data *": "f->data", "const kt_data *": "f->data",

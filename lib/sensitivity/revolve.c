@@ -1,0 +1,63 @@
+/* Which states of a motion are kept while it is reversed, step by step: as many of those at the start of steps as there is
+ * memory for, as checkpoints; the others are computed again from the last one before them.
+ *
+ * With c checkpoints in memory, that of the step at hand among them, and r runs over each step at most,
+ *     beta(c, r) = (c + r)! / (c! r!)
+ * steps can be reversed. The next checkpoint is set beta(c, r - 1) steps on, r being the least that suffices: what is
+ * before it is reversed with c checkpoints and one run less, and the rest with c - 1 checkpoints (Griewank, Walther,
+ * ACM Transactions on Mathematical Software 26(1), 2000, 19-45: algorithm revolve). */
+#include "sensitivity/sensitivity.h"
+
+#include <string.h>
+
+int kt_checkpoints_of(const kt_rollout *rollout) {
+    return rollout->checkpoints > 0 && rollout->checkpoints < rollout->steps ? rollout->checkpoints : rollout->steps;
+}
+
+/* beta(c, r), or any larger number once it reaches n. */
+static double beta(int c, int r, int n) {
+    double product = 1.0;
+    for (int i = 1; i <= r && product < n; i++)
+        product *= (double)(c + i) / i;
+    return product;
+}
+
+/* How far on the next checkpoint is set, with n > 1 steps left to reverse and c checkpoints, the present one
+ * included. */
+static int distance(int n, int c) {
+    int r = 1;
+    if (c >= n)
+        return 1;
+    while (beta(c, r, n) < n)
+        r++;
+    const double most = beta(c, r - 1, n);
+    return most < n - 1 ? (int)most : n - 1;
+}
+
+kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_reverse *reverse, void *user,
+                         kt_error *error) {
+    kt_status status = KT_OK;
+    r->kept = 1;
+    r->index[0] = 0;
+    r->taken[0] = false;
+    for (int target = r->steps - 1; target >= 0 && status == KT_OK;) {
+        const double *last = r->state + (size_t)(r->kept - 1) * r->numbers;
+        int k = r->index[r->kept - 1];
+        if (k == target) {
+            status = reverse(user, target--, r->kept - 1, last, error);
+            r->kept--;
+            continue;
+        }
+        const int free = r->most - r->kept, end = free > 0 ? k + distance(target - k + 1, free + 1) : target;
+        memcpy(r->here, last, r->numbers * sizeof *r->here);
+        for (; k < end && status == KT_OK; k++)
+            status = advance(user, k, r->here, error);
+        if (free > 0) {
+            memcpy(r->state + (size_t)r->kept * r->numbers, r->here, r->numbers * sizeof *r->here);
+            r->taken[r->kept] = false;
+            r->index[r->kept++] = end;
+        } else if (status == KT_OK)
+            status = reverse(user, target--, -1, r->here, error);
+    }
+    return status;
+}
