@@ -31,11 +31,11 @@ size_t KT_KERNEL(kt_adjoint_layout)(const kt_model *model, void *memory) {
 
 /* Models with spatial and planar links are computed in space, as by kt_tree_respond and kt_gradient_evaluate. */
 kt_condition KT_KERNEL(kt_tree_adjoint)(const kt_model *model, kt_data *data, void *memory, const kt_lane_state *at,
-                                        const double *a, double *tangent) {
+                                        const double *a, double *gradient) {
     const adjoint_work *w = memory;
     const size_t n = model->n.v;
     const kt_real1 *q = (const void *)at->q;
-    kt_real1 *by_q = (void *)tangent, *by_v = by_q + n, *by_tau = by_v + n;
+    kt_real1 *by_q = (void *)gradient, *by_v = by_q + n, *by_tau = by_v + n;
     const kt_gradient_state in = {.v = (const void *)at->v, .a = (const void *)a};
     const kt_gradient out = {by_q, by_v, w->force, w->momentum, w->links};
     kt_inverse_terms terms = w->terms;

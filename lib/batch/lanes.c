@@ -190,8 +190,8 @@ static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {
 }
 
 static kt_lane_mask adjoint(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,
-                            double *tangent) {
-    return at->live & kt_mask_of(KT_KERNEL(kt_tree_adjoint)(model_of(model, work), work, memory, at, a, tangent));
+                            double *gradient) {
+    return at->live & kt_mask_of(KT_KERNEL(kt_tree_adjoint)(model_of(model, work), work, memory, at, a, gradient));
 }
 
 static void drop_transposed(const kt_model *model, void *work, const double *q, const double *by_xi, double *by_q) {

@@ -103,12 +103,12 @@ typedef struct kt_lane_kernels {
     /* The dense output of methods whose last stage is at the end of the step, and that need no stages besides, at theta of
      * the step: the bits of kt_table_interpolate; at 0, and at KT_LANE_AT_END, the states at its ends. */
     void (*interpolate)(double *out, const kt_lane_step *step, const double *thetas, double *const *k, size_t n);
-    /* The memory of `adjoint`, as `layout`. And the adjoint of forward dynamics of a tree: of the three times nv numbers of
-     * a tangent, the last nv are mu on entry; they become those of mu . da by xi, by dv, and by tau, as kt_stage_adjoint has them, without effects.
+    /* The memory of `adjoint`, as `layout`. And the adjoint of forward dynamics of a tree: of 3 nv numbers of a gradient
+     * the last nv are mu on entry; they become those of mu . da by xi, by dv, and by tau, as kt_stage_adjoint has them, without effects.
      * a: the accelerations. Returns the lanes that could be computed; numbers of theirs may not be finite. */
     size_t (*adjoint_layout)(const kt_model *model, void *memory);
     kt_lane_mask (*adjoint)(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,
-                            double *tangent);
+                            double *gradient);
     /* kt_tangent_drop_transposed, rate_transposed and lift_transposed (sensitivity/sensitivity.h). */
     void (*drop_transposed)(const kt_model *model, void *work, const double *q, const double *by_xi, double *by_q);
     void (*rate_transposed)(const kt_model *model, void *work, const double *q, const double *v, const double *by_rate,
@@ -158,7 +158,7 @@ kt_lane_mask KT_KERNEL(kt_units)(const kt_model *model, double *q);
 /* Members of the kernels, as above. */
 size_t KT_KERNEL(kt_adjoint_layout)(const kt_model *model, void *memory);
 kt_condition KT_KERNEL(kt_tree_adjoint)(const kt_model *model, kt_data *data, void *memory, const kt_lane_state *at,
-                                        const double *a, double *tangent);
+                                        const double *a, double *gradient);
 void KT_KERNEL(kt_drop_transposed)(const kt_model *model, const double *q, const double *by_xi, double *by_q);
 void KT_KERNEL(kt_rate_transposed)(const kt_model *model, const double *q, const double *v, const double *by_rate,
                                    double *by_q, double *by_v);

@@ -11,7 +11,8 @@ kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const kt_dy
         KT_BY_ISA(model->isa, , kt_planar_gradient, (model, data, &in, w, out));
         return KT_OK;
     }
-    const kt_status status = kt_links_update(model, data, at->q, at->v, a, false, NULL, error);
+    const bool posed = choice & KT_GRADIENT_POSED && model->sweep == KT_SWEEP_SPATIAL && model->n.group == 0;
+    const kt_status status = kt_links_update(model, data, at->q, at->v, a, posed, NULL, error);
     if (status == KT_OK)
         KT_BY_ISA(model->isa, , kt_inverse_gradient, (model, data, &in, w, out));
     return status;

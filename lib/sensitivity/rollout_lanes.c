@@ -131,7 +131,7 @@ static bool fit(const kt_model *model, const kt_rollout_task *tasks, size_t used
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-static void leave(lanes_work *w, size_t lane) { w->live &= ~((kt_lane_mask)1 << lane); }
+static void fail(lanes_work *w, size_t lane) { w->live &= ~((kt_lane_mask)1 << lane); }
 
 /* What a motion ends with that no lane takes part in any more: the error is not read. */
 static kt_status goes_on(const lanes_work *w) { return w->live ? KT_OK : KT_ERROR_NOT_FINITE; }
@@ -225,7 +225,7 @@ static double call_cost(lanes_work *w, size_t lane, int k, const double *state, 
         memset(by, 0, 3 * n * sizeof *by);
     const int result = w->cost(&at, &value, by, by && k < r->steps ? by + 2 * n : NULL, task->user);
     if (result != 0 || !isfinite(value))
-        leave(w, lane);
+        fail(w, lane);
     return value;
 }
 
