@@ -156,14 +156,16 @@ static void step_lanes(void *user, long repetitions) {
         s->failed |= kt_batch_step(s->batch, 0.0, 1, NULL) != KT_OK;
 }
 
-/* Half the squares of all velocities at every step. */
+/* Half the squares of all velocities and inputs at every step. */
 static int cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
     const int n = ((const kt_chain *)user)->n;
-    (void)by_tau;
     for (int i = 0; i < n; i++) {
-        *value += 0.5 * at->v[i] * at->v[i];
+        const double tau = at->tau ? at->tau[i] : 0.0;
+        *value += 0.5 * (at->v[i] * at->v[i] + tau * tau);
         if (by_state)
             by_state[n + i] = at->v[i];
+        if (by_tau)
+            by_tau[i] = tau;
     }
     return 0;
 }
