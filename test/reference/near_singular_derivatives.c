@@ -218,12 +218,24 @@ static void count_derivative(tally *t, kt_status status, double error, double si
 static double acceleration_bound(double size, double d) { return (1e-9 + DBL_EPSILON / d) * size; }
 
 /* Those of a step: a residual turns the tangent by c / s^2 and changes what projects velocities by c v / s^3, or less
- * than is refused. A projection ends where the loops, of up to 3 m, are closed to eps, before an iteration that would
- * move positions by x^2 H / (2 s), x being its last step and H the second derivatives, of six coordinates and levers of
- * up to 4 m. The derivative of that is left out: twice the root of 36 eps / s. */
-static double step_bound(const near_state *n, double size) {
+ * than is refused, a part of the largest derivative: `refused`, of a change. A projection ends where the loops, of up to
+ * 3 m, are closed to eps, before an iteration that would move positions by x^2 H / (2 s), x being its last step and H the
+ * second derivatives, of six coordinates and levers of up to 4 m. The derivative of that is left out: twice the root of
+ * 36 eps / s. */
+static double step_bound(const near_state *n, double size, double refused) {
     const double c = 20.0 * DBL_EPSILON, s = n->least;
-    return (1e-9 + 2.0 * sqrt(36.0 * DBL_EPSILON / s)) * size + fmin(c / (s * s) * (1.0 + n->speed / s), 1e-3 * size);
+    return (1e-9 + 2.0 * sqrt(36.0 * DBL_EPSILON / s)) * size + fmin(c / (s * s) * (1.0 + n->speed / s), refused);
+}
+
+/* What is refused of A x: errors of a thousandth of the largest derivative by positions, at all of those that change. */
+static double refused_of(int nv, const double *A, const quad *along) {
+    double largest = 0.0, change = 0.0;
+    for (int j = 0; j < nv; j++) {
+        change += (double)(along[j] * along[j]);
+        for (int i = 0; i < 2 * nv; i++)
+            largest = fmax(largest, fabs(A[2 * nv * j + i]));
+    }
+    return 1e-3 * largest * sqrt(change);
 }
 
 /* Inputs change accelerations alone, and with these the velocities that are projected: a residual c turns the tangent by
@@ -267,7 +279,8 @@ static void compare_step(const library *l, const quad_mechanism *m, const near_s
             sum += A[2 * nv * j + i] * along[j] + A[2 * nv * (nv + j) + i] * dv[j];
         error = fmax(error, fabs((double)(sum - expected[i])));
     }
-    count_derivative(tangent, status, error, size, step_bound(n, size), s, d, k);
+    const double refused = status == KT_OK ? refused_of(nv, A, along) : 0.0;
+    count_derivative(tangent, status, error, size, step_bound(n, size, refused), s, d, k);
     for (int i = 0; i < 2 * nv; i++) {
         y[i] = 1.0 / (1.0 + i);
         product += y[i] * (double)expected[i];
@@ -275,7 +288,7 @@ static void compare_step(const library *l, const quad_mechanism *m, const near_s
     status = kt_step_adjoint(l->model, l->data, work, sizeof work, &step, n->q_of, n->v_of, y, g, NULL, &e);
     for (int j = 0; j < nv && status == KT_OK; j++)
         given += g[j] * along[j] + g[nv + j] * dv[j];
-    count_derivative(adjoint, status, fabs((double)given - product), size, step_bound(n, size), s, d, k);
+    count_derivative(adjoint, status, fabs((double)given - product), size, step_bound(n, size, 1e-3 * size), s, d, k);
 }
 
 /* B of one of Euler's steps along a change of the inputs. */
