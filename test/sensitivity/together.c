@@ -131,7 +131,7 @@ static int count_different(const kt_model *model, kt_data *data, void *work, siz
                                 &alone.value, alone.by_start, alone.by_inputs, cost, alone.user, NULL);
         different += status != tasks[i].status || (status == KT_OK && differ(&alone.value, &tasks[i].value, 1)) ||
                      differ(before.by_start, m->by_start, 2 * (size_t)m->nv) ||
-                     differ(before.by_inputs, m->by_inputs, (size_t)(STEPS * m->nv));
+                     differ(before.by_inputs, m->by_inputs, (size_t)STEPS * (size_t)m->nv);
     }
     return different;
 }
