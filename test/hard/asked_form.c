@@ -16,8 +16,8 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     compile_call compile;
     memcpy(&compile, &next, sizeof compile);
     if (structure)
-        asked.structure = (kt_structure)atoi(structure);
+        asked.structure = (kt_structure)strtol(structure, NULL, 10);
     if (excluded)
-        asked.excluded_forms = (unsigned)atoi(excluded);
+        asked.excluded_forms = (unsigned)strtol(excluded, NULL, 10);
     return compile(description, &asked, model, error);
 }
