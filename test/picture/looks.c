@@ -140,14 +140,15 @@ KT_TEST(files_that_end_assimp_do_not_end_the_program) {
         {"", "the file is empty"},
         {"<COLLADA><float_array count = '900000000'>0</float_array></COLLADA>",
          "the file announces more numbers (count) than it has bytes"},
-        {damaged, "it could not be read: "},
+        {damaged, "it could not be read: "}, /* up to assimp 5.2; 5.4 does not end, and says what is wrong */
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         kt_mesh mesh = {0};
         kt_solid solid = {.body = 1};
         kt_error error = {0};
         kt_check_equal_int("status", load_collada(texts[i][0], &mesh, &solid, &error), KT_ERROR_SCENE);
-        kt_check_true(texts[i][1], strncmp(error.message, texts[i][1], strlen(texts[i][1])) == 0);
+        const bool says_why = i == 2 && strncmp(error.message, "assimp: ", 8) == 0;
+        kt_check_true(texts[i][1], says_why || strncmp(error.message, texts[i][1], strlen(texts[i][1])) == 0);
         kt_check_true("it has no mesh", mesh.triangle_count == 0);
     }
 #else
