@@ -59,18 +59,27 @@ static void combine(kt_step_work *w, const kt_products *products, const double *
     products->sum(dv, w->start_v, w->step->h, row, count, w->rate_v, V);
 }
 
-/* Refuses what is known too little next to a singular position after the step. */
-static kt_status refuse_unknown(const kt_step_work *w, kt_error *error) {
+/* Refuses what is known too little next to a singular position after the step: the columns of states or, where there are
+ * none, of what is held. A unit of these moves positions little or not at all, and velocities: those by positions are
+ * compared with what positions move by. */
+static kt_status refuse_unknown(const kt_step_work *w, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t n = model->n.v;
-    double by_q = 0.0, v_by_q = 0.0;
+    const size_t n = model->n.v, count = w->states > 0 ? model->n.group_v : columns;
+    double by = 0.0, v_by = 0.0;
+    if (w->projection.smallest >= 1.0)
+        return KT_OK;
     for (size_t i = 0; i < model->n.group_v; i++)
-        for (size_t j = 0; j < model->n.group_v && w->projection.smallest < 1.0; j++) {
-            const double *column = w->end + 2 * n * (size_t)model->group_v[j], unit = model->unit[j] / model->unit[i];
-            by_q = fmax(by_q, fabs(column[model->group_v[i]]) * unit);
-            v_by_q = fmax(v_by_q, fabs(column[n + (size_t)model->group_v[i]]) * unit);
+        for (size_t j = 0; j < count; j++) {
+            const size_t at = w->states > 0 ? (size_t)model->group_v[j] : j;
+            const double *column = w->end + 2 * n * at, unit = (w->states > 0 ? model->unit[j] : 1.0) / model->unit[i];
+            by = fmax(by, fabs(column[model->group_v[i]]) * unit);
+            v_by = fmax(v_by, fabs(column[n + (size_t)model->group_v[i]]) * unit);
         }
-    return kt_projection_refuse_unknown(&w->projection, w->next + model->n.q, by_q, v_by_q, error);
+    if (w->states == 0) {
+        v_by = by > 0.0 ? v_by / by : HUGE_VAL;
+        by = 1.0;
+    }
+    return kt_projection_refuse_unknown(&w->projection, w->next + model->n.q, by, v_by, error);
 }
 
 /* From the state and the changes after the sum to those after the projection: w->next and w->end. */
@@ -91,7 +100,7 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
     if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected) {
         const kt_status status =
             kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, w->parameter, error);
-        return status == KT_OK ? refuse_unknown(w, error) : status;
+        return status == KT_OK ? refuse_unknown(w, columns, error) : status;
     }
     return kt_step_close(model, w->data, w->step, w->next, w->next + nq, error);
 }
