@@ -526,12 +526,16 @@ static int run(const kt_bench_options *options, kt_csv *csv) {
         const char *name;
         kt_goal goal;
         const char *scene; /* NULL: made here */
-    } cases[] = {{"chain of 32", {4.0, 2.2}, NULL},       {"planar of 128", {4.0, 2.0}, NULL},
-                 {"quadruped", {3.0, 1.8}, NULL},         {"four-bar legs", {3.0, 0.0}, NULL},
-                 {"humanoid", {3.5, 2.0}, "humanoid"},    {"arm of 7", {0.0, 0.0}, "arm7"},
-                 {"stewart", {1.2, 0.0}, "stewart"},        /* in space, on the ground */
-                 {"bricard", {1.2, 0.0}, "bricard"},        /* with redundant equations */
-                 {"swashplate", {1.2, 0.0}, "swashplate"}}; /* driven */
+    } cases[] = {{"chain of 32", {4.0, 2.2}, NULL},
+                 {"planar of 128", {4.0, 2.0}, NULL},
+                 {"quadruped", {3.0, 1.8}, NULL},
+                 {"four-bar legs", {3.0, 0.0}, NULL},
+                 {"humanoid", {3.5, 2.0}, "humanoid"},
+                 {"arm of 7", {0.0, 0.0}, "arm7"},
+                 {"stewart", {1.2, 0.0}, "stewart"},       /* in space, on the ground */
+                 {"bricard", {1.2, 0.0}, "bricard"},       /* with redundant equations */
+                 {"swashplate", {1.2, 0.0}, "swashplate"}, /* driven */
+                 {"rope", {1.2, 1.2}, "rope"}};            /* in a plane, a hundred links and three equations */
     int worst = KT_BENCH_DONE;
     for (int i = 0; i < (int)(sizeof cases / sizeof *cases); i++) {
         kt_chain chain;

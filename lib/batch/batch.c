@@ -38,8 +38,14 @@ static bool loop_fits(const kt_model *model, int32_t index, bool in_plane) {
 /* What a group in space passes on to a link that moves is symmetric to rounding alone, and armature.c has no such numbers. */
 static bool group_fits(const kt_model *model, const kt_group *group) {
     const bool in_plane = model->sweep != KT_SWEEP_SPATIAL && kt_group_is_planar(model, group);
-    if ((group->form != KT_FORM_PIN && group->form != KT_FORM_DENSE) || group->v_count >= KT_LARGE)
+    if (group->form == KT_FORM_DENSE ? group->v_count >= KT_LARGE
+                                     : group->form != KT_FORM_PIN && group->form != KT_FORM_DELASSUS)
         return false;
+    for (int i = 0; i < group->link_count && group->form == KT_FORM_DELASSUS; i++) {
+        const kt_link *link = &model->link[model->group_link[group->link + i]];
+        if (link->motion == KT_MOTION_SPHERICAL && link->has_armature) /* whose inverse inertias lanes do not keep */
+            return false;
+    }
     if (!in_plane && group->parent && model->has_armature)
         return false;
     for (int i = 0; i < group->loop_count; i++)

@@ -26,6 +26,7 @@ typedef struct kt_ensemble_counts {
 typedef struct lane {
     kt_ensemble_member member; /* without a simulation: none runs here */
     uint64_t revision;         /* of its model, whose numbers the lane has */
+    uint64_t begun;            /* the model's when the simulation began */
     kt_attempt attempt;
     kt_try tried;
     bool steps;       /* within a step */
@@ -177,7 +178,10 @@ static bool fits(kt_ensemble *e, const kt_simulation *s) {
     const lane *other = first_lane(e);
     const char *why = why_alone(e, s);
     if (!why && other && !kt_lanes_agree(other->member.simulation->model, s->model))
-        why = "its model differs in more than masses, lengths, gravity and where its motion begins";
+        why = other->revision != other->begun
+                  ? "events or recorders have changed the models of those that run, in more than masses, lengths and "
+                    "gravity"
+                  : "its model differs in more than masses, lengths, gravity and where its motion begins";
     if (why) {
         e->report.alone++;
         e->report.why = why;
@@ -589,7 +593,10 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
         if (together && status == KT_OK) {
             const kt_model *model = member.simulation->model;
             const bool alone = first_lane(e) == NULL; /* what is asked of any lane is asked of these numbers then */
-            *l = (lane){.member = member, .revision = model->revision, .shares = shares_records(member.simulation)};
+            *l = (lane){.member = member,
+                        .revision = model->revision,
+                        .begun = model->revision,
+                        .shares = shares_records(member.simulation)};
             e->kernels->put_model(model, e->work,
                                   alone ? kt_lanes_first(e->n.width) : (kt_lane_mask)1 << (l - e->lane));
             return true;

@@ -116,8 +116,8 @@ typedef struct kt_lane_kernels {
     void (*lift_transposed)(const kt_model *model, void *work, const double *q, const double *by_q, double *by_xi);
 } kt_lane_kernels;
 
-/* Whether a model with loops is computed in lanes: its groups of loops are pins (reduction/pin.h) or dense matrices of some
- * coordinates, and no equation is a formula or a caller's. */
+/* Whether a model with loops is computed in lanes: its groups of loops are pins (reduction/pin.h), dense matrices of some
+ * coordinates or in the form of Delassus (reduction/delassus.h), and no equation is a formula or a caller's. */
 bool kt_lanes_fit_model(const kt_model *model);
 
 /* Whether models of one shape differ in nothing but what put_model has of each lane, where their motions begin, and names. */

@@ -161,20 +161,21 @@ static inline void kt_group_position_residuals(const kt_group_work *w, kt_violat
     }
 }
 
-#ifndef KT_LANES
-/* Adds -(A v + phi_t) to the violation and stores it in `right`, which holds A v; size: the largest terms of A v. */
-static inline void kt_group_violation(const kt_group_work *w, const double *size, kt_violation *violation) {
-    for (int r = 0; r < w->k; r++) {
-        const double sum = w->rate[r] + w->right[r], largest = fmax(fabs(w->rate[r]), size[r]);
-        w->right[r] = -sum;
-        if (fabs(sum) > violation->velocity || isnan(sum))
-            violation->velocity = fabs(sum);
-        violation->slip = fmax(violation->slip, fabs(sum) / w->scale[r]);
-        violation->speed = fmax(violation->speed, largest / w->scale[r]);
-    }
+/* Adds -(A v + phi_t) of an equation to the violation and stores it in `right`; largest: the largest of its terms. */
+KT_INLINE void kt_group_violate(const kt_group_work *w, int r, kt_real1 sum, kt_real1 largest,
+                                kt_violation *violation) {
+    w->right[r] = -sum;
+    violation->velocity =
+        KT_CHOOSE((kt_abs1(sum) > violation->velocity) | (sum != sum), kt_abs1(sum), violation->velocity);
+    violation->slip = kt_most1(violation->slip, kt_abs1(sum) / w->scale[r]);
+    violation->speed = kt_most1(violation->speed, largest / w->scale[r]);
 }
 
-#endif
+/* The same of all, of which `right` holds A v; size: the largest terms of A v. */
+static inline void kt_group_violation(const kt_group_work *w, const kt_real1 *size, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++)
+        kt_group_violate(w, r, w->rate[r] + w->right[r], kt_most1(kt_abs1(w->rate[r]), size[r]), violation);
+}
 
 /* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
 static inline void kt_group_velocity_residuals(const kt_model *model, const kt_group *group, const kt_group_work *w,
@@ -186,11 +187,7 @@ static inline void kt_group_velocity_residuals(const kt_model *model, const kt_g
             sum += term;
             largest = kt_most1(largest, kt_abs1(term));
         }
-        w->right[r] = -sum;
-        violation->velocity =
-            KT_CHOOSE((kt_abs1(sum) > violation->velocity) | (sum != sum), kt_abs1(sum), violation->velocity);
-        violation->slip = kt_most1(violation->slip, kt_abs1(sum) / w->scale[r]);
-        violation->speed = kt_most1(violation->speed, largest / w->scale[r]);
+        kt_group_violate(w, r, sum, largest, violation);
     }
 }
 

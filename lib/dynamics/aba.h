@@ -193,6 +193,13 @@ KT_OPERATOR kt_real1 kt_response_free(const kt_response *response) {
     return response->gain_angular[3];
 #endif
 }
+KT_OPERATOR void kt_response_add(kt_response *response, kt_real1 free) {
+#ifdef KT_LANES
+    response->free += free;
+#else
+    response->gain_angular[3] += free;
+#endif
+}
 
 /* Projects one degree of freedom out of x, and stores the joint's response, shifted to the parent's origin. */
 KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt_link_motion *m, kt_real1 tau,

@@ -336,7 +336,7 @@ static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
 /* The motion of a link relative to the origin of its group's parent, as if that were at rest, in the numbers of the
  * planar kernels or of the spatial ones; alpha and linear are the accelerations that the velocities alone give. */
 typedef struct kt_front_motion {
-    kt_v4 point, velocity, alpha, linear;
+    kt_real3 point, velocity, alpha, linear;
 } kt_front_motion;
 
 /* What the last factorisation found at a step: parameters, the new ones included; equations, those that earlier steps
@@ -453,6 +453,7 @@ typedef struct kt_passage {
     X(kt_real1, dense, n->dense, "matrices of the constraint groups")                                                  \
     X(kt_index1, pivot, n->row, "order of the equations, group by group")                                              \
     X(kt_rows, factored, n->group, "which equations of each group")                                                    \
+    X(kt_front_motion, front_motion, kt_where(n->front, n->group_v), "motion of the links, by first coordinates")      \
     X(kt_real1, delta, kt_where(n->group, n->v), "a step in positions or velocities")                                  \
     X(kt_real1, rest, kt_where(n->group, n->v), "velocities or forces of zero")
 

@@ -15,26 +15,29 @@
  *   kt_motion_shift...   the acceleration at the end of r of what moves at x at its beginning
  *   kt_wrench_shift...   the wrench x at the end of r, about its beginning */
 #define KT_SHIFTS(number, suffix)                                                                                      \
-    KT_INLINE void kt_motion_shift##suffix(int components, kt_v4 r, number *x) {                                       \
+    KT_INLINE void kt_motion_shift##suffix(int components, kt_real3 r, number *x) {                                    \
         if (components == KT_FRONT_SPACE / 2) {                                                                        \
-            x[1] -= x[0] * r[1];                                                                                       \
-            x[2] += x[0] * r[0];                                                                                       \
+            x[1] -= x[0] * KT_PART3(r, 1);                                                                             \
+            x[2] += x[0] * KT_PART3(r, 0);                                                                             \
         } else {                                                                                                       \
-            x[3] += x[1] * r[2] - x[2] * r[1];                                                                         \
-            x[4] += x[2] * r[0] - x[0] * r[2];                                                                         \
-            x[5] += x[0] * r[1] - x[1] * r[0];                                                                         \
+            x[3] += x[1] * KT_PART3(r, 2) - x[2] * KT_PART3(r, 1);                                                     \
+            x[4] += x[2] * KT_PART3(r, 0) - x[0] * KT_PART3(r, 2);                                                     \
+            x[5] += x[0] * KT_PART3(r, 1) - x[1] * KT_PART3(r, 0);                                                     \
         }                                                                                                              \
     }                                                                                                                  \
-    KT_INLINE void kt_wrench_shift##suffix(int components, kt_v4 r, number *x) {                                       \
+    KT_INLINE void kt_wrench_shift##suffix(int components, kt_real3 r, number *x) {                                    \
         if (components == KT_FRONT_SPACE / 2) {                                                                        \
-            x[0] += r[0] * x[2] - r[1] * x[1];                                                                         \
+            x[0] += KT_PART3(r, 0) * x[2] - KT_PART3(r, 1) * x[1];                                                     \
         } else {                                                                                                       \
-            x[0] += r[1] * x[5] - r[2] * x[4];                                                                         \
-            x[1] += r[2] * x[3] - r[0] * x[5];                                                                         \
-            x[2] += r[0] * x[4] - r[1] * x[3];                                                                         \
+            x[0] += KT_PART3(r, 1) * x[5] - KT_PART3(r, 2) * x[4];                                                     \
+            x[1] += KT_PART3(r, 2) * x[3] - KT_PART3(r, 0) * x[5];                                                     \
+            x[2] += KT_PART3(r, 0) * x[4] - KT_PART3(r, 1) * x[3];                                                     \
         }                                                                                                              \
     }
-KT_SHIFTS(double, )
+KT_SHIFTS(kt_real1, )
+
+#ifndef KT_LANES
+
 KT_SHIFTS(kt_v4, _of4)
 
 /* ---- inertias, by columns ---------------------------------------------------------------------------------------- */
@@ -69,5 +72,7 @@ KT_INLINE void kt_planar_inertia_to_matrix(const kt_planar_inertia *x, double *t
 KT_INLINE kt_planar_inertia kt_planar_inertia_from_matrix(const double *from) {
     return (kt_planar_inertia){.j = from[0], .h = {from[1], from[2]}, .xx = from[4], .xy = from[5], .yy = from[8]};
 }
+
+#endif
 
 #endif

@@ -10,6 +10,99 @@
  * digit of A A'. */
 #define SMALL 1e-3
 
+/* ---- a number of each equation ----------------------------------------------------------------------------------- */
+
+/* What the sweeps are compiled for: 3 or 6 components of wrenches, and so many equations. The vector of one state always
+ * has all four. */
+typedef struct shape {
+    int components, equations;
+} shape;
+
+enum { ALL = KT_DELASSUS_MAX };
+
+#ifndef KT_LANES
+
+KT_OPERATOR kt_real4 zero4(void) { return kt_v4_splat(0.0); }
+KT_OPERATOR double part4(kt_real4 a, int k) { return a[k]; }
+KT_OPERATOR void set_part4(kt_real4 *a, int k, double x) { (*a)[k] = x; }
+KT_OPERATOR kt_real4 add4(int n, kt_real4 a, kt_real4 b) { return (void)n, a + b; }
+KT_OPERATOR kt_real4 sub4(int n, kt_real4 a, kt_real4 b) { return (void)n, a - b; }
+KT_OPERATOR kt_real4 scale4(int n, double s, kt_real4 a) { return (void)n, kt_v4_splat(s) * a; }
+KT_OPERATOR kt_real4 minus4(int n, kt_real4 a) { return (void)n, -a; }
+KT_OPERATOR kt_real4 over4(int n, kt_real4 a, double s) { return (void)n, a / kt_v4_splat(s); }
+KT_OPERATOR kt_real4 choose4(int n, bool c, kt_real4 a, kt_real4 b) { return (void)n, c ? a : b; }
+KT_OPERATOR void store4(int n, kt_real4 a, kt_real4 *to) { (void)n, *to = a; }
+KT_OPERATOR int32_t choose_index(bool condition, int32_t a, int32_t b) { return condition ? a : b; }
+
+/* a . b over all lanes. Of equations that the group does not have, there are zeros of either sign. */
+KT_INLINE double dot4(int n, kt_real4 a, kt_real4 b) {
+    const kt_v4 x = a * b;
+    (void)n;
+    return ((x[0] + x[1]) + (x[2] + x[3])) + 0.0;
+}
+
+#else
+
+/* The first n numbers; n is a constant where it matters. */
+KT_OPERATOR kt_real4 zero4(void) { return (kt_real4){.of = {{0.0}}}; }
+KT_OPERATOR kt_real1 part4(kt_real4 a, int k) { return a.of[k]; }
+KT_OPERATOR void set_part4(kt_real4 *a, int k, kt_real1 x) { a->of[k] = x; }
+#define KT_EACH4(declaration, operation)                                                                               \
+    KT_OPERATOR declaration {                                                                                          \
+        for (int k = 0; k < n; k++)                                                                                    \
+            operation;                                                                                                 \
+        return a;                                                                                                      \
+    }
+KT_EACH4(kt_real4 minus4(int n, kt_real4 a), a.of[k] = -a.of[k])
+KT_EACH4(kt_real4 add4(int n, kt_real4 a, kt_real4 b), a.of[k] += b.of[k])
+KT_EACH4(kt_real4 sub4(int n, kt_real4 a, kt_real4 b), a.of[k] -= b.of[k])
+KT_EACH4(kt_real4 scale4(int n, kt_real1 s, kt_real4 a), a.of[k] *= s)
+KT_EACH4(kt_real4 over4(int n, kt_real4 a, kt_real1 s), a.of[k] /= s)
+KT_EACH4(kt_real4 choose4(int n, kt_condition c, kt_real4 a, kt_real4 b), a.of[k] = kt_choose(c, a.of[k], b.of[k]))
+#undef KT_EACH4
+KT_OPERATOR void store4(int n, kt_real4 a, kt_real4 *to) {
+    for (int k = 0; k < n; k++)
+        to->of[k] = a.of[k];
+}
+KT_OPERATOR kt_index1 choose_index(kt_condition condition, int32_t a, kt_index1 b) {
+    return (condition & a) | (~condition & b);
+}
+
+KT_INLINE kt_real1 dot4(int n, kt_real4 a, kt_real4 b) {
+    kt_real1 x[KT_DELASSUS_MAX];
+    for (int k = 0; k < n; k++)
+        x[k] = a.of[k] * b.of[k];
+    const kt_real1 first = n > 1 ? x[0] + x[1] : x[0];
+    return (n < 3 ? first : first + (n > 3 ? x[2] + x[3] : x[2])) + 0.0;
+}
+
+#endif
+
+/* square += weight u u'; of several states the elements on and above the diagonal alone. */
+KT_INLINE void add_square(int n, kt_real4 u, kt_real1 weight, kt_real4 *square) {
+    for (int r = 0; r < n; r++) {
+#ifndef KT_LANES
+        square[r] += kt_v4_splat(u[r] * weight) * u;
+#else
+        for (int c = r; c < n; c++)
+            square[r].of[c] += (u.of[r] * weight) * u.of[c];
+#endif
+    }
+}
+
+/* What add_square leaves out, with a weight of 1. */
+KT_INLINE void mirror_square(kt_real4 *square) {
+#ifdef KT_LANES
+    for (int r = 1; r < ALL; r++)
+        for (int c = 0; c < r; c++)
+            square[r].of[c] = square[c].of[r];
+#else
+    (void)square;
+#endif
+}
+
+/* ---- the equations ----------------------------------------------------------------------------------------------- */
+
 typedef struct sweep {
     kt_front f;
     kt_delassus d;
@@ -35,8 +128,12 @@ static int32_t step_of(const kt_front *f, const kt_loop_record *loop) {
 }
 
 static bool is_wanted(const sweep *s, int32_t slot, bool independent) {
-    return independent ? !s->f.w.weight || s->f.w.weight[slot] != 1.0
-                       : kt_front_reach(s->model, s->f.components < KT_FRONT_SPACE, &s->f.w, slot) > 0.0;
+#ifndef KT_LANES
+    if (!independent)
+        return kt_front_reach(s->model, s->f.components < KT_FRONT_SPACE, &s->f.w, slot) > 0.0;
+#endif
+    (void)independent;
+    return !s->f.w.weight || s->f.w.weight[slot] != 1.0;
 }
 
 /* The equations: of all that are not void, or of the independent ones, which are all or those that have been chosen at
@@ -65,43 +162,46 @@ static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, b
     return !independent || s->count == most;
 }
 
-/* Over all lanes. */
-KT_INLINE double dot(kt_v4 a, kt_v4 b) {
-    const kt_v4 x = a * b;
-    return (x[0] + x[1]) + (x[2] + x[3]);
+KT_INLINE shape shape_of(const sweep *s, int components) {
+    (void)s;
+#ifdef KT_LANES
+    return (shape){components, s->count};
+#else
+    return (shape){components, ALL};
+#endif
 }
 
 /* ---- wrenches on the links, joint forces of relations ------------------------------------------------------------ */
 
 /* Adds wrenches to those that a link has to receive. */
-KT_INLINE void store(const sweep *s, int32_t link, int components, const kt_v4 *x) {
+KT_INLINE void store(const sweep *s, int32_t link, shape is, const kt_real4 *x) {
     const int32_t local = s->model->link[link].local;
-    kt_v4 *to = s->d.load + KT_FRONT_SPACE * local;
+    kt_real4 *to = s->d.load + KT_FRONT_SPACE * local;
     const bool more = s->d.given[local] & KT_DELASSUS_WRENCH;
-    for (int c = 0; c < components; c++)
-        to[c] = more ? to[c] + x[c] : x[c];
+    for (int c = 0; c < is.components; c++)
+        store4(is.equations, more ? add4(is.equations, to[c], x[c]) : x[c], &to[c]);
     s->d.given[local] |= KT_DELASSUS_WRENCH;
 }
 
 /* Adds sign times W C of a loop to its links. */
 static void place_wrenches(const sweep *s, int r, double sign) {
     const kt_front *f = &s->f;
-    kt_v4 x[KT_FRONT_SPACE];
+    kt_real4 x[KT_FRONT_SPACE];
     for (int k = 0; k < 2; k++) {
         const int32_t link = s->row[r].loop->link[k];
         if (link == f->group->parent)
             continue;
-        const kt_v4 columns = kt_v4_splat(sign) * s->d.transform[r];
-        const double *w = kt_front_wrench(f, s->row[r].slot, k);
+        const kt_real4 columns = scale4(ALL, kt_real1_splat(sign), s->d.transform[r]);
+        const kt_real1 *w = kt_front_wrench(f, s->row[r].slot, k);
         for (int c = 0; c < f->components; c++)
-            x[c] = kt_v4_splat(w[c]) * columns;
-        store(s, link, f->components, x);
+            x[c] = scale4(ALL, w[c], columns);
+        store(s, link, (shape){f->components, ALL}, x);
     }
 }
 
 /* The joint forces of relations on a link's one degree of freedom. */
-KT_INLINE kt_v4 force_on(const sweep *s, int32_t local) {
-    return s->d.given[local] & KT_DELASSUS_FORCE ? s->d.column[local] : kt_v4_splat(0.0);
+KT_INLINE kt_real4 force_on(const sweep *s, int32_t local) {
+    return s->d.given[local] & KT_DELASSUS_FORCE ? s->d.column[local] : zero4();
 }
 
 /* Adds the joint forces of a relation; those of planar revolute joints are about n. */
@@ -109,13 +209,14 @@ static void place_forces(const sweep *s, int r) {
     const kt_loop_record *loop = s->row[r].loop;
     for (int k = 0; k < loop->term_count; k++) {
         const kt_term_record *term = &s->model->term[loop->term + k];
-        double coefficient = term->coefficient;
+        kt_real1 coefficient = kt_real1_splat(term->coefficient);
         if (s->f.components == KT_FRONT_SPACE / 2) {
             const kt_planar_link *planar = &s->model->planar[kt_planar_index_shift(s->model, term->link)];
-            coefficient *= planar->revolute ? planar->sign : 1.0;
+            if (planar->revolute)
+                coefficient *= planar->sign;
         }
         const int32_t local = s->model->link[term->link].local;
-        s->d.column[local] = force_on(s, local) + kt_v4_splat(coefficient) * s->d.transform[r];
+        s->d.column[local] = add4(ALL, force_on(s, local), scale4(ALL, coefficient, s->d.transform[r]));
         s->d.given[local] |= KT_DELASSUS_FORCE;
     }
 }
@@ -132,199 +233,253 @@ static void place_loads(const sweep *s, double sign) {
 
 /* A wrench of each column, on a link about its origin. */
 typedef struct wrenches {
-    kt_v4 x[KT_FRONT_SPACE];
+    kt_real4 x[KT_FRONT_SPACE];
 } wrenches;
 
 /* What link i receives: from the link after it, if that is its child (`from_child`), and what has been stored. */
-KT_INLINE void receive(const sweep *s, int32_t i, int components, bool from_child, wrenches *p) {
+KT_INLINE void receive(const sweep *s, int32_t i, shape is, bool from_child, wrenches *p) {
     const int32_t local = s->model->link[i].local;
     const bool has = s->d.given[local] & KT_DELASSUS_WRENCH;
-    const kt_v4 *stored = s->d.load + KT_FRONT_SPACE * local;
-    for (int c = 0; c < components && !from_child; c++)
-        p->x[c] = kt_v4_splat(0.0);
-    for (int c = 0; c < components && has; c++)
-        p->x[c] += stored[c];
+    const kt_real4 *stored = s->d.load + KT_FRONT_SPACE * local;
+    for (int c = 0; c < is.components && !from_child; c++)
+        p->x[c] = zero4();
+    for (int c = 0; c < is.components && has; c++)
+        p->x[c] = add4(is.equations, p->x[c], stored[c]);
 }
 
-/* To the origin of the parent: n += r x f. Wrenches that are not for the link before are stored. */
-KT_INLINE void pass_on(const sweep *s, int32_t up, kt_v4 r, int components, bool from_child, wrenches *p) {
-    kt_wrench_shift_of4(components, r, p->x);
+/* To the origin of the parent: n += r x f. */
+KT_INLINE void shift(kt_real3 r, shape is, wrenches *p) {
+#ifndef KT_LANES
+    kt_wrench_shift_of4(is.components, r, p->x);
+#else
+    for (int k = 0; k < is.equations; k++) {
+        kt_real1 x[KT_FRONT_SPACE];
+        for (int c = 0; c < is.components; c++)
+            x[c] = p->x[c].of[k];
+        kt_wrench_shift(is.components, r, x);
+        for (int c = 0; c < is.components; c++)
+            p->x[c].of[k] = x[c];
+    }
+#endif
+}
+
+/* The same; wrenches that are not for the link before are stored. */
+KT_INLINE void pass_on(const sweep *s, int32_t up, kt_real3 r, shape is, bool from_child, wrenches *p) {
+    shift(r, is, p);
     if (!from_child && up != 0)
-        store(s, up, components, p->x);
+        store(s, up, is, p->x);
+}
+
+/* e . x */
+KT_INLINE kt_real4 along3(int n, kt_real3 e, const kt_real4 *x) {
+    return add4(n, add4(n, scale4(n, KT_PART3(e, 0), x[0]), scale4(n, KT_PART3(e, 1), x[1])),
+                scale4(n, KT_PART3(e, 2), x[2]));
 }
 
 /* S . p of an axis; of a planar revolute joint about n, whatever its sign. */
-KT_INLINE kt_v4 along(const sweep *s, int32_t i, int components, const wrenches *p) {
-    const kt_v4 *x = p->x;
-    if (components == KT_FRONT_SPACE / 2) {
+KT_INLINE kt_real4 along(const sweep *s, int32_t i, shape is, const wrenches *p) {
+    const kt_real4 *x = p->x;
+    const int n = is.equations;
+    if (is.components == KT_FRONT_SPACE / 2) {
         const int32_t k = kt_planar_index_shift(s->model, i);
         const kt_planar_link *link = &s->model->planar[k];
-        double u[2];
+        kt_real1 u[2];
         if (link->revolute)
             return x[0];
         kt_planar_along(link, &s->data->planar[k], u);
-        return kt_v4_splat(u[0]) * x[1] + kt_v4_splat(u[1]) * x[2];
+        return add4(n, scale4(n, u[0], x[1]), scale4(n, u[1], x[2]));
     }
     const kt_link *link = &s->model->link[i];
-    const kt_v4 e = kt_link_axis(link, &s->data->motion[i]), ex = kt_v4_splat(e[0]), ey = kt_v4_splat(e[1]),
-                ez = kt_v4_splat(e[2]);
-    const kt_v4 n = ex * x[0] + ey * x[1] + ez * x[2];
+    const kt_real3 e = kt_link_axis(link, &s->data->motion[i]);
+    const kt_real4 moment = along3(n, e, x);
     if (link->motion == KT_MOTION_REVOLUTE)
-        return n;
-    const kt_v4 force = ex * x[3] + ey * x[4] + ez * x[5];
-    return link->motion == KT_MOTION_SCREW ? n + kt_v4_splat(kt_link_pitch(link)) * force : force;
+        return moment;
+    const kt_real4 force = along3(n, e, x + 3);
+    return link->motion == KT_MOTION_SCREW ? add4(n, moment, scale4(n, kt_real1_splat(kt_link_pitch(link)), force))
+                                           : force;
 }
 
 /* ---- C ----------------------------------------------------------------------------------------------------------- */
 
-static void add_square(kt_v4 u, double weight, kt_v4 *square) {
-    for (int r = 0; r < KT_DELASSUS_MAX; r++)
-        square[r] += kt_v4_splat(u[r] * weight) * u;
-}
-
 /* Zero for a coordinate that counts as a constant, otherwise its unit. */
-KT_INLINE kt_v4 unit_of(const sweep *s, int32_t local) {
-    return kt_v4_splat(s->f.fixed[local] ? 0.0 : s->unit ? s->unit[local] : 1.0);
+KT_INLINE double unit_of(const sweep *s, int32_t local) {
+    return kt_front_is_fixed(&s->f, local) ? 0.0 : s->unit ? s->unit[local] : 1.0;
 }
 
 /* A A', and the rows of A' as columns; if `units`, of coordinates in these. */
-KT_INLINE void square_rows(const sweep *s, int components, bool units, kt_v4 *square) {
+KT_INLINE void square_rows(const sweep *s, shape is, bool units, kt_real4 *square) {
     const int32_t *link = s->model->group_link + s->f.group->link;
+    const int n = is.equations;
     wrenches p;
     bool from_child = false;
     for (int l = s->f.group->link_count - 1; l >= 0; l--) {
         const int32_t i = link[l], up = s->model->link[i].parent;
-        receive(s, i, components, from_child, &p);
+        receive(s, i, is, from_child, &p);
         const int dofs = s->model->link[i].motion == KT_MOTION_SPHERICAL ? 3 : 1;
         for (int c = 0; c < dofs; c++) {
             const int32_t local = s->model->link[i].local + c;
-            kt_v4 row = dofs == 1 ? force_on(s, local) + along(s, i, components, &p) : p.x[c];
-            row = units ? row * unit_of(s, local) : row;
-            s->d.column[local] = row;
-            add_square(row, 1.0, square);
+            kt_real4 row = dofs == 1 ? add4(n, force_on(s, local), along(s, i, is, &p)) : p.x[c];
+            row = units ? scale4(n, kt_real1_splat(unit_of(s, local)), row) : row;
+            store4(n, row, &s->d.column[local]);
+            add_square(n, row, kt_real1_splat(1.0), square);
         }
         from_child = l > 0 && up == link[l - 1];
-        pass_on(s, up, kt_front_offset(&s->f, i), components, from_child, &p);
+        pass_on(s, up, kt_front_offset(&s->f, i), is, from_child, &p);
     }
+    mirror_square(square);
 }
 
+#ifndef KT_LANES
 static __attribute__((noinline)) void square_in_units(const sweep *s, kt_v4 *square) {
-    square_rows(s, s->f.components, true, square);
+    square_rows(s, shape_of(s, s->f.components), true, square);
 }
+#endif
 
 /* x' G y */
-static double product(const kt_v4 *g, kt_v4 x, kt_v4 y) {
-    kt_v4 sum = kt_v4_splat(0.0);
-    for (int r = 0; r < KT_DELASSUS_MAX; r++)
-        sum += kt_v4_splat(x[r]) * g[r];
-    return dot(sum, y);
+static kt_real1 product(const kt_real4 *g, kt_real4 x, kt_real4 y) {
+    kt_real4 sum = zero4();
+    for (int r = 0; r < ALL; r++)
+        sum = add4(ALL, sum, scale4(ALL, part4(x, r), g[r]));
+    return dot4(ALL, sum, y);
 }
 
 /* The columns of C for the equations from `begin` to `end`, after those before, by Gram and Schmidt with the scalar
  * product of G = A A': the longest remainder first. *first is the squared size of the largest so far. Returns the size
  * of the last, 0 if that is not clear. */
-static double orthonormalise(const kt_v4 *g, int begin, int end, double tolerance, kt_v4 *c, double *first) {
-    bool taken[KT_DELASSUS_MAX] = {false};
-    double last = 0.0;
+static kt_real1 orthonormalise(const kt_real4 *g, int begin, int end, double tolerance, kt_real4 *c, kt_real1 *first) {
+    const kt_real1 zero = kt_real1_splat(0.0);
+    kt_condition taken[KT_DELASSUS_MAX], clear = kt_condition_true();
+    kt_real1 last = zero;
+    for (int j = begin; j < end; j++)
+        taken[j] = kt_condition_false();
     for (int n = begin; n < end; n++) {
-        double most = 0.0;
-        int best = -1;
-        kt_v4 column = kt_v4_splat(0.0);
+        kt_real1 most = zero, own = zero;
+        kt_index1 best = kt_index1_of(-1);
+        kt_real4 column = zero4();
         for (int j = begin; j < end; j++) {
-            kt_v4 e = kt_v4_splat(0.0);
-            if (taken[j])
+            kt_real4 e = zero4();
+            if (!kt_is_anywhere(kt_not(taken[j])))
                 continue;
-            e[j] = 1.0;
+            set_part4(&e, j, kt_real1_splat(1.0));
             for (int i = 0; i < n; i++)
-                e -= kt_v4_splat(product(g, c[i], e)) * c[i];
-            const double length = product(g, e, e);
-            if (length > most) {
-                most = length;
-                best = j;
-                column = e;
-            }
+                e = sub4(ALL, e, scale4(ALL, product(g, c[i], e), c[i]));
+            const kt_real1 length = product(g, e, e);
+            const kt_condition longer = (length > most) & kt_not(taken[j]);
+            most = KT_CHOOSE(longer, length, most);
+            own = KT_CHOOSE(longer, part4(g[j], j), own);
+            best = choose_index(longer, j, best);
+            column = choose4(ALL, longer, e, column);
         }
-        *first = fmax(*first, most);
-        if (best < 0 || !(most > SMALL * SMALL * g[best][best] && most > tolerance * tolerance * *first))
-            return 0.0;
-        last = sqrt(most);
-        taken[best] = true;
-        c[n] = column / kt_v4_splat(last);
+        *first = kt_most1(*first, most);
+        if (kt_fails(&clear, (most > SMALL * SMALL * own) & (most > tolerance * tolerance * *first)))
+            return zero;
+        last = kt_sqrt1(most);
+        for (int j = begin; j < end; j++)
+            taken[j] |= best == j;
+        c[n] = over4(ALL, column, last);
     }
-    return last;
+    return KT_CHOOSE(clear, last, zero);
 }
 
 /* C in columns, for the loops in the order of the steps. Returns the smallest of the steps' last directions relative to
  * their usual sizes, 0 if one is not clear. */
-static double orthonormalise_steps(const sweep *s, kt_rows rows, const kt_v4 *g, kt_v4 *c) {
+static kt_real1 orthonormalise_steps(const sweep *s, kt_rows rows, const kt_real4 *g, kt_real4 *c) {
     const double *usual = s->model->front_usual + (size_t)rows * s->model->n.front + s->f.plan->step;
-    double first = s->f.w.least * s->f.w.least, least = (double)INFINITY;
-    for (int begin = 0, end = 0; begin < s->count && least > 0.0; begin = end) {
+    kt_real1 first = kt_real1_splat(s->f.w.least * s->f.w.least), least = kt_real1_splat((double)INFINITY);
+    for (int begin = 0, end = 0; begin < s->count && kt_is_anywhere(least > 0.0); begin = end) {
         const int32_t step = s->row[begin].step;
         while (end < s->count && s->row[end].step == step)
             end++;
-        least = fmin(least, orthonormalise(g, begin, end, s->f.w.tolerance, c, &first) / usual[step]);
+        const kt_real1 last = orthonormalise(g, begin, end, s->f.w.tolerance, c, &first) / usual[step];
+        least = KT_CHOOSE(last < least, last, least);
     }
     return least;
 }
 
-bool KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
-    kt_v4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
+KT_INLINE void square_of(const sweep *s, int components, kt_real4 *square) {
+    const shape is = shape_of(s, components);
+#ifdef KT_LANES
+    if (is.equations < 3)
+        square_rows(s, (shape){components, 2}, false, square);
+    else if (is.equations == 3)
+        square_rows(s, (shape){components, 3}, false, square);
+    else
+        square_rows(s, (shape){components, ALL}, false, square);
+#else
+    square_rows(s, is, false, square);
+#endif
+}
+
+static void square_all(const sweep *s, kt_real4 *square) {
+#ifndef KT_LANES
+    if (memchr(s->f.fixed, 1, (size_t)s->f.w.m)) {
+        square_in_units(s, square);
+        return;
+    }
+#endif
+    if (s->f.components == KT_FRONT_SPACE / 2)
+        square_of(s, KT_FRONT_SPACE / 2, square);
+    else
+        square_of(s, KT_FRONT_SPACE, square);
+}
+
+kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
+    kt_real4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
     sweep s;
     if (!find(model, data, g, rows, true, &s))
-        return false;
+        return kt_condition_false();
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
-        square[r] = c[r] = s.d.transform[r] = kt_v4_splat(0.0);
-        s.d.transform[r][r] = 1.0;
+        square[r] = c[r] = s.d.transform[r] = zero4();
+        set_part4(&s.d.transform[r], r, kt_real1_splat(1.0));
     }
     place_loads(&s, 1.0);
-    if (memchr(s.f.fixed, 1, (size_t)s.f.w.m))
-        square_in_units(&s, square);
-    else if (s.f.components == KT_FRONT_SPACE / 2)
-        square_rows(&s, KT_FRONT_SPACE / 2, false, square);
-    else
-        square_rows(&s, KT_FRONT_SPACE, false, square);
-    const double last = orthonormalise_steps(&s, rows, square, c);
-    if (!(last > KT_NEAR_SINGULAR) || !isfinite(last))
-        return false;
+    square_all(&s, square);
+    const kt_real1 last = orthonormalise_steps(&s, rows, square, c);
+    kt_condition regular = kt_condition_true();
+    if (kt_fails(&regular, (last > KT_NEAR_SINGULAR) & kt_is_finite1(last)))
+        return kt_condition_false();
     for (int r = 0; r < KT_DELASSUS_MAX; r++)
         for (int n = 0; n < KT_DELASSUS_MAX; n++)
-            s.d.transform[r][n] = c[n][r];
+            set_part4(&s.d.transform[r], n, part4(c[n], r));
     data->factored[g] = rows;
+#ifndef KT_LANES
     data->near[g] = false;
     data->last[g] = last;
     data->rank[g] = model->group[g].rank[rows];
-    return true;
+#endif
+    return regular;
 }
 
 /* A' lambda; of a damped step, in the coordinates' own units. */
-static void take_steps(const sweep *s, kt_v4 lambda, double *step) {
+static void take_steps(const sweep *s, kt_real4 lambda, kt_real1 *step) {
     const kt_model *model = s->model;
+    const int n = shape_of(s, 0).equations;
     for (int l = 0; l < s->f.group->link_count; l++) {
         const int32_t i = model->group_link[s->f.group->link + l];
         const kt_link *link = &model->link[i];
-        const kt_v4 *row = s->d.column + link->local;
-        double *x = step + link->v;
-        x[0] = dot(row[0], lambda) * (s->unit ? s->unit[link->local] : 1.0);
+        const kt_real4 *row = s->d.column + link->local;
+        kt_real1 *x = step + link->v;
+        x[0] = dot4(n, row[0], lambda) * (s->unit ? s->unit[link->local] : 1.0);
         if (s->f.components == KT_FRONT_SPACE / 2) {
             const kt_planar_link *planar = &model->planar[kt_planar_index_shift(model, i)];
-            x[0] *= planar->revolute ? planar->sign : 1.0;
+            if (planar->revolute)
+                x[0] *= planar->sign;
         } else if (link->motion == KT_MOTION_SPHERICAL) {
-            const kt_v4 world = {x[0], dot(row[1], lambda), dot(row[2], lambda), 0.0};
+            const kt_real3 world = kt_make3(x[0], dot4(n, row[1], lambda), dot4(n, row[2], lambda));
             for (int c = 0; c < 3; c++)
-                x[c] = kt_v4_dot(s->data->motion[i].axes[c], world);
+                x[c] = kt_dot3(s->data->motion[i].axes[c], world);
         }
     }
 }
 
-void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, double *step) {
-    kt_v4 mu = kt_v4_splat(0.0), lambda = mu;
+void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step) {
+    kt_real4 mu = zero4(), lambda = mu;
     sweep s;
     (void)find(model, data, g, data->factored[g], true, &s);
     for (int r = 0; r < s.count; r++)
-        mu += kt_v4_splat(s.f.w.right[s.row[r].slot]) * s.d.transform[r];
+        mu = add4(ALL, mu, scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
     for (int r = 0; r < s.count; r++)
-        lambda[r] = dot(s.d.transform[r], mu);
+        set_part4(&lambda, r, dot4(ALL, s.d.transform[r], mu));
     take_steps(&s, lambda, step);
 }
 
@@ -332,183 +487,226 @@ void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g
 
 /* S, and B' M^-1 f. */
 typedef struct sums {
-    kt_v4 square[KT_DELASSUS_MAX], force;
+    kt_real4 square[KT_DELASSUS_MAX], force;
 } sums;
 
 KT_INLINE const kt_front_motion *motion_of(const sweep *s, int32_t link) {
     return &s->data->front_motion[s->f.group->v + s->model->link[link].local];
 }
 
-KT_INLINE void add_dof(const sweep *s, int32_t local, kt_v4 u, double inverse, double free, sums *to) {
-    s->d.column[local] = u;
+KT_INLINE void add_dof(const sweep *s, int n, int32_t local, kt_real4 u, kt_real1 inverse, kt_real1 free, sums *to) {
+    store4(n, u, &s->d.column[local]);
     s->d.inverse[local] = inverse;
-    add_square(u, inverse, to->square);
-    to->force += u * kt_v4_splat(free);
+    add_square(n, u, inverse, to->square);
+    to->force = add4(n, to->force, scale4(n, free, u));
 }
 
 /* One link in a plane; its parent accelerates by `at`. */
-KT_INLINE void take_planar(const sweep *s, int32_t i, const kt_v4 at, wrenches *p, sums *to) {
+KT_INLINE void take_planar(const sweep *s, shape is, int32_t i, const kt_real3 at, wrenches *p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_planar_response *response = &s->data->planar_response[kt_planar_index_shift(s->model, i)];
-    const double *gain = response->gain_linear;
-    const kt_v4 u = force_on(s, local) - along(s, i, KT_FRONT_SPACE / 2, p);
-    add_dof(s, local, u, s->d.inverse[local], response->free - (gain[0] * at[0] + gain[1] * at[1]), to);
-    pass_on(s, 0, kt_front_offset(&s->f, i), KT_FRONT_SPACE / 2, true, p);
-    p->x[0] += kt_v4_splat(response->gain_angular) * u;
-    p->x[1] += kt_v4_splat(gain[0]) * u;
-    p->x[2] += kt_v4_splat(gain[1]) * u;
+    const kt_real1 *gain = response->gain_linear;
+    const int n = is.equations;
+    const kt_real4 u = sub4(n, force_on(s, local), along(s, i, is, p));
+    add_dof(s, n, local, u, s->d.inverse[local],
+            response->free - (gain[0] * KT_PART3(at, 0) + gain[1] * KT_PART3(at, 1)), to);
+    shift(kt_front_offset(&s->f, i), is, p);
+    p->x[0] = add4(n, p->x[0], scale4(n, response->gain_angular, u));
+    p->x[1] = add4(n, p->x[1], scale4(n, gain[0], u));
+    p->x[2] = add4(n, p->x[2], scale4(n, gain[1], u));
 }
 
-KT_INLINE void take_axis(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear, wrenches *p, sums *to) {
+/* P += K u */
+KT_INLINE void add_gain(int n, kt_real3 angular, kt_real3 linear, kt_real4 u, wrenches *p) {
+    for (int c = 0; c < 3; c++) {
+        p->x[c] = add4(n, p->x[c], scale4(n, KT_PART3(angular, c), u));
+        p->x[c + 3] = add4(n, p->x[c + 3], scale4(n, KT_PART3(linear, c), u));
+    }
+}
+
+KT_INLINE void take_axis(const sweep *s, shape is, int32_t i, const kt_front_motion *at, wrenches *p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_response *response = &s->data->response[i];
-    const kt_v4 n = response->gain_angular, f = response->gain_linear;
-    const kt_v4 u = force_on(s, local) - along(s, i, KT_FRONT_SPACE, p);
-    add_dof(s, local, u, s->d.inverse[local], n[3] - kt_v4_dot2(n, alpha, f, linear), to);
-    pass_on(s, 0, s->data->motion[i].offset, KT_FRONT_SPACE, true, p);
-    for (int c = 0; c < 3; c++) {
-        p->x[c] += kt_v4_splat(n[c]) * u;
-        p->x[c + 3] += kt_v4_splat(f[c]) * u;
-    }
+    const kt_real3 gn = response->gain_angular, gf = response->gain_linear;
+    const int n = is.equations;
+    const kt_real4 u = sub4(n, force_on(s, local), along(s, i, is, p));
+    add_dof(s, n, local, u, s->d.inverse[local], kt_response_free(response) - kt_dots3(gn, at->alpha, gf, at->linear),
+            to);
+    shift(s->data->motion[i].offset, is, p);
+    add_gain(n, gn, gf, u, p);
 }
 
-/* u = -n: of the rotations, with L y = u and z = L^-T y / D; f += G z, n = 0. `alpha`, `linear`: the link's own. */
-KT_INLINE void take_spherical(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear, wrenches *p, sums *to) {
+/* u = -n: of the rotations, with L y = u and z = L^-T y / D; f += G z, n = 0. `at`: the link's own motion. */
+KT_INLINE void take_spherical(const sweep *s, shape is, int32_t i, const kt_front_motion *at, wrenches *p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
-    const kt_v4 l = kept->j[0], e = kept->j[1];
-    const kt_v4 free = kt_solve3(l, e, kept->moment - kt_v4_apply_transposed(kept->g, linear)) - alpha;
-    kt_v4 u[3], y[3], z[3];
+    const kt_real3 l = kept->j[0], e = kept->j[1];
+    const kt_real3 free =
+        kt_sub3(kt_solve3(l, e, kt_sub3(kept->moment, kt_apply_transposed3(kept->g, at->linear))), at->alpha);
+    const int n = is.equations;
+    kt_real4 u[3], y[3], z[3];
     for (int c = 0; c < 3; c++) {
-        u[c] = -p->x[c];
-        s->d.column[local + c] = u[c];
-        to->force += u[c] * kt_v4_splat(free[c]);
-        p->x[c] = kt_v4_splat(0.0);
+        u[c] = minus4(n, p->x[c]);
+        store4(n, u[c], &s->d.column[local + c]);
+        to->force = add4(n, to->force, scale4(n, KT_PART3(free, c), u[c]));
+        p->x[c] = zero4();
     }
     y[0] = u[0];
-    y[1] = u[1] - kt_v4_splat(l[0]) * y[0];
-    y[2] = u[2] - kt_v4_splat(l[1]) * y[0] - kt_v4_splat(l[2]) * y[1];
+    y[1] = sub4(n, u[1], scale4(n, KT_PART3(l, 0), y[0]));
+    y[2] = sub4(n, sub4(n, u[2], scale4(n, KT_PART3(l, 1), y[0])), scale4(n, KT_PART3(l, 2), y[1]));
     for (int c = 0; c < 3; c++) {
-        add_square(y[c], e[c], to->square);
-        z[c] = y[c] * kt_v4_splat(e[c]);
+        add_square(n, y[c], KT_PART3(e, c), to->square);
+        z[c] = scale4(n, KT_PART3(e, c), y[c]);
     }
-    z[1] -= kt_v4_splat(l[2]) * z[2];
-    z[0] -= kt_v4_splat(l[0]) * z[1] + kt_v4_splat(l[1]) * z[2];
-    for (int c = 0; c < 3; c++)
-        p->x[c + 3] +=
-            kt_v4_splat(kept->g[0][c]) * z[0] + kt_v4_splat(kept->g[1][c]) * z[1] + kt_v4_splat(kept->g[2][c]) * z[2];
-    pass_on(s, 0, s->data->motion[i].offset, KT_FRONT_SPACE, true, p);
+    z[1] = sub4(n, z[1], scale4(n, KT_PART3(l, 2), z[2]));
+    z[0] = sub4(n, z[0], add4(n, scale4(n, KT_PART3(l, 0), z[1]), scale4(n, KT_PART3(l, 1), z[2])));
+    for (int c = 0; c < 3; c++) {
+        const kt_real3 g = kt_make3(KT_PART3(kept->g[0], c), KT_PART3(kept->g[1], c), KT_PART3(kept->g[2], c));
+        p->x[c + 3] = add4(n, p->x[c + 3], along3(n, g, z));
+    }
+    shift(s->data->motion[i].offset, is, p);
 }
 
+#ifndef KT_LANES
 /* The same of one with armature, its degrees of freedom one after the other (kt_project_armature). The wrenches are
  * passed by value, so that those of the others stay in registers. */
-static __attribute__((noinline)) wrenches take_armature(const sweep *s, int32_t i, kt_v4 alpha, kt_v4 linear,
+static __attribute__((noinline)) wrenches take_armature(const sweep *s, int32_t i, const kt_front_motion *at,
                                                         wrenches p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_link_motion *m = &s->data->motion[i];
+    const shape is = shape_of(s, KT_FRONT_SPACE);
     kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
     for (int k = 2; k >= 0; k--) {
-        const kt_v4 n = *kt_armature_gain(kept, 2 * k), f = *kt_armature_gain(kept, 2 * k + 1), e = m->axes[k];
-        const kt_v4 u = -(kt_v4_splat(e[0]) * p.x[0] + kt_v4_splat(e[1]) * p.x[1] + kt_v4_splat(e[2]) * p.x[2]);
-        add_dof(s, local + k, u, n[3], kept->moment[k] - kt_v4_dot2(n, alpha, f, linear), to);
-        for (int c = 0; c < 3; c++) {
-            p.x[c] += kt_v4_splat(n[c]) * u;
-            p.x[c + 3] += kt_v4_splat(f[c]) * u;
-        }
+        const kt_v4 n = *kt_armature_gain(kept, 2 * k), f = *kt_armature_gain(kept, 2 * k + 1);
+        const kt_v4 u = -along3(ALL, m->axes[k], p.x);
+        add_dof(s, ALL, local + k, u, n[3], kept->moment[k] - kt_v4_dot2(n, at->alpha, f, at->linear), to);
+        add_gain(ALL, n, f, u, &p);
     }
-    pass_on(s, 0, m->offset, KT_FRONT_SPACE, true, &p);
+    shift(m->offset, is, &p);
     return p;
 }
+#endif
 
 /* ground: its acceleration, minus gravity. */
-KT_INLINE void sum_columns(const sweep *s, int components, kt_v4 ground, sums *to) {
+KT_INLINE void sum_columns(const sweep *s, shape is, kt_real3 ground, sums *to) {
     const int32_t *link = s->model->group_link + s->f.group->link;
-    const kt_front_motion rest = {.alpha = kt_v4_splat(0.0), .linear = kt_v4_splat(0.0)};
+    const kt_front_motion rest = {.alpha = kt_zero3(), .linear = kt_zero3()};
     wrenches p;
     bool from_child = false;
     for (int l = s->f.group->link_count - 1; l >= 0; l--) {
         const int32_t i = link[l], up = s->model->link[i].parent;
-        const kt_front_motion *from = up ? motion_of(s, up) : &rest, *own = motion_of(s, i);
-        receive(s, i, components, from_child, &p);
-        if (components == KT_FRONT_SPACE / 2)
-            take_planar(s, i, from->linear + ground, &p, to);
-        else if (s->model->link[i].motion != KT_MOTION_SPHERICAL)
-            take_axis(s, i, from->alpha, from->linear + ground, &p, to);
+        const bool spherical = s->model->link[i].motion == KT_MOTION_SPHERICAL;
+        const kt_front_motion *from = spherical ? motion_of(s, i) : up ? motion_of(s, up) : &rest;
+        const kt_front_motion at = {.alpha = from->alpha, .linear = kt_add3(from->linear, ground)};
+        receive(s, i, is, from_child, &p);
+        if (is.components == KT_FRONT_SPACE / 2)
+            take_planar(s, is, i, at.linear, &p, to);
+        else if (!spherical)
+            take_axis(s, is, i, &at, &p, to);
+#ifndef KT_LANES
         else if (s->model->link[i].has_armature)
-            p = take_armature(s, i, own->alpha, own->linear + ground, p, to);
+            p = take_armature(s, i, &at, p, to);
+#endif
         else
-            take_spherical(s, i, own->alpha, own->linear + ground, &p, to);
+            take_spherical(s, is, i, &at, &p, to);
         from_child = l > 0 && up == link[l - 1];
         if (!from_child && up != 0)
-            store(s, up, components, p.x);
+            store(s, up, is, p.x);
     }
 }
 
 /* S mu = b by Cholesky's method; false if S is not positive definite. */
-static bool solve_multipliers(kt_v4 *a, int k, kt_v4 *b) {
+static kt_condition solve_multipliers(kt_real4 *a, int k, kt_real4 *b) {
+    kt_condition positive = kt_condition_true();
     for (int j = 0; j < k; j++) {
         for (int i = 0; i < j; i++)
-            a[j] -= kt_v4_splat(a[i][j]) * a[i];
-        if (!(a[j][j] > 0.0) || !isfinite(a[j][j]))
-            return false;
-        a[j] /= kt_v4_splat(sqrt(a[j][j])); /* row j of L' */
-        double sum = (*b)[j];
+            a[j] = sub4(ALL, a[j], scale4(ALL, part4(a[i], j), a[i]));
+        const kt_real1 pivot = part4(a[j], j);
+        if (kt_fails(&positive, (pivot > 0.0) & kt_is_finite1(pivot)))
+            return kt_condition_false();
+        a[j] = over4(ALL, a[j], kt_sqrt1(pivot)); /* row j of L' */
+        kt_real1 sum = part4(*b, j);
         for (int i = 0; i < j; i++)
-            sum -= a[i][j] * (*b)[i];
-        (*b)[j] = sum / a[j][j];
+            sum -= part4(a[i], j) * part4(*b, i);
+        set_part4(b, j, sum / part4(a[j], j));
     }
     for (int j = k - 1; j >= 0; j--) {
+        kt_real1 sum = part4(*b, j);
         for (int i = j + 1; i < k; i++)
-            (*b)[j] -= a[j][i] * (*b)[i];
-        (*b)[j] /= a[j][j];
+            sum -= part4(a[j], i) * part4(*b, i);
+        set_part4(b, j, sum / part4(a[j], j));
     }
-    return true;
+    return positive;
 }
 
 /* Adds the accelerations that B mu gives to the joints' free ones. */
-KT_INLINE void add_responses(const sweep *s, bool planar, kt_v4 mu) {
+KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
     const int32_t *link = s->model->group_link + s->f.group->link;
+    const int n = shape_of(s, 0).equations;
     for (int l = 0; l < s->f.group->link_count; l++) {
         const int32_t i = link[l], local = s->model->link[i].local;
-        const double x = dot(s->d.column[local], mu);
+        const kt_real1 x = dot4(n, s->d.column[local], mu);
         if (planar) {
             s->data->planar_response[kt_planar_index_shift(s->model, i)].free += s->d.inverse[local] * x;
         } else if (s->model->link[i].motion == KT_MOTION_SPHERICAL) {
-            const bool has_armature = s->model->link[i].has_armature;
-            const kt_v4 one = kt_v4_splat(1.0), inverse = has_armature ? kt_load3(s->d.inverse + local) : one;
-            const double y = dot(s->d.column[local + 1], mu), z = dot(s->d.column[local + 2], mu);
-            s->data->articulated[s->model->link[i].articulated].moment += inverse * (kt_v4){x, y, z, 0.0};
+            const kt_real1 y = dot4(n, s->d.column[local + 1], mu), z = dot4(n, s->d.column[local + 2], mu);
+            kt_real3 *moment = &s->data->articulated[s->model->link[i].articulated].moment, more = kt_make3(x, y, z);
+#ifndef KT_LANES
+            if (s->model->link[i].has_armature)
+                more *= kt_load3(s->d.inverse + local);
+#endif
+            *moment = kt_add3(*moment, more);
         } else {
-            s->data->response[i].gain_angular[3] += s->d.inverse[local] * x;
+            kt_response_add(&s->data->response[i], s->d.inverse[local] * x);
         }
     }
 }
 
-bool KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const double *gravity) {
-    sums to = {.force = kt_v4_splat(0.0)};
-    kt_v4 mu = kt_v4_splat(0.0);
+KT_INLINE void sums_of(const sweep *s, int components, kt_real3 ground, sums *to) {
+    const shape is = shape_of(s, components);
+#ifdef KT_LANES
+    if (is.equations < 3)
+        sum_columns(s, (shape){components, 2}, ground, to);
+    else if (is.equations == 3)
+        sum_columns(s, (shape){components, 3}, ground, to);
+    else
+        sum_columns(s, (shape){components, ALL}, ground, to);
+#else
+    sum_columns(s, is, ground, to);
+#endif
+}
+
+kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity) {
+    sums to = {.force = zero4()};
+    kt_real4 mu = zero4();
     sweep s;
     (void)find(model, data, g, data->factored[g], true, &s);
     const bool planar = s.f.components == KT_FRONT_SPACE / 2;
     place_loads(&s, -1.0);
     if (planar)
-        sum_columns(&s, KT_FRONT_SPACE / 2, (kt_v4){-gravity[0], -gravity[1], 0.0, 0.0}, &to);
+        sums_of(&s, KT_FRONT_SPACE / 2,
+                kt_make3(kt_const_real1(-gravity[0]), kt_const_real1(-gravity[1]), kt_real1_splat(0.0)), &to);
     else
-        sum_columns(&s, KT_FRONT_SPACE, data->motion[0].linear, &to);
+        sums_of(&s, KT_FRONT_SPACE, data->motion[0].linear, &to);
     for (int r = 0; r < s.count; r++)
-        mu += kt_v4_splat(s.f.w.right[s.row[r].slot]) * s.d.transform[r];
-    mu -= to.force;
-    if (!solve_multipliers(to.square, s.count, &mu))
-        return false;
+        mu = add4(ALL, mu, scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
+    mu = sub4(ALL, mu, to.force);
+    kt_condition positive = solve_multipliers(to.square, s.count, &mu);
+    if (kt_fails(&positive, positive))
+        return kt_condition_false();
+#ifndef KT_LANES
     memset(s.f.w.multiplier, 0, (size_t)s.f.w.k * sizeof *s.f.w.multiplier);
     for (int r = 0; r < s.count; r++)
-        s.f.w.multiplier[s.row[r].slot] = dot(s.d.transform[r], mu);
+        s.f.w.multiplier[s.row[r].slot] = dot4(ALL, s.d.transform[r], mu);
+#endif
     if (planar)
         add_responses(&s, true, mu);
     else
         add_responses(&s, false, mu);
-    return true;
+    return positive;
 }
+
+#ifndef KT_LANES
 
 /* ---- damped steps ------------------------------------------------------------------------------------------------ */
 
@@ -548,3 +746,5 @@ bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g,
     take_steps(&s, lambda, step);
     return true;
 }
+
+#endif

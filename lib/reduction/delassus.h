@@ -41,12 +41,21 @@ static inline size_t kt_delassus_count(size_t m) {
     return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + m + (m + 7) / 8;
 }
 
+/* A number of each equation, in the lanes of a vector; of several states in an array. */
+#ifndef KT_LANES
+typedef kt_v4 kt_real4;
+#else
+typedef struct kt_real4 {
+    kt_real1 of[KT_DELASSUS_MAX];
+} kt_real4;
+#endif
+
 typedef struct kt_delassus {
-    kt_v4 *column;    /* m */
-    kt_v4 *load;      /* KT_FRONT_SPACE m */
-    kt_v4 *transform; /* C, rows */
-    double *inverse;  /* d, m */
-    uint8_t *given;   /* m, by links' first coordinates: KT_DELASSUS_... */
+    kt_real4 *column;    /* m */
+    kt_real4 *load;      /* KT_FRONT_SPACE m */
+    kt_real4 *transform; /* C, rows */
+    kt_real1 *inverse;   /* d, m */
+    uint8_t *given;      /* m, by links' first coordinates: KT_DELASSUS_... */
 } kt_delassus;
 
 /* Whether `load` has wrenches on a link, and `column` joint forces. */
@@ -54,13 +63,15 @@ enum { KT_DELASSUS_WRENCH = 1, KT_DELASSUS_FORCE = 2 };
 
 KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size_t g, kt_delassus *d) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    kt_v4 *at = (kt_v4 *)(void *)w.front; /* groups' matrices begin at multiples of eight numbers */
+    kt_real4 *at = (kt_real4 *)(void *)w.front; /* groups' matrices begin at multiples of eight numbers */
     d->column = at, at += w.m;
     d->load = at, at += KT_FRONT_SPACE * w.m;
     d->transform = at, at += KT_DELASSUS_MAX;
-    d->inverse = (double *)at;
+    d->inverse = (kt_real1 *)at;
     d->given = (uint8_t *)(d->inverse + w.m);
 }
+
+#ifndef KT_LANES
 
 /* kt_delassus_prepare: C, of a group whose equations have been filled; false if it is left to the fronts. Sets what
  *   kt_front_factor does.
@@ -80,5 +91,15 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
 KT_DELASSUS_DECLARE(baseline)
 KT_DELASSUS_DECLARE(v3)
 KT_DELASSUS_DECLARE(v4)
+
+#else
+
+/* In lanes (algebra/real3.h): `prepare` returns the states that are not left to the fronts, and `solve` those of which S
+ * is positive definite. Each state has its own order of the equations. */
+kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows);
+void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step);
+kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity);
+
+#endif
 
 #endif

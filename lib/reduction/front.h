@@ -30,6 +30,9 @@
 #define KT_REDUCTION_FRONT_H
 
 #include "constraint/group.h"
+
+#ifndef KT_LANES
+
 #include "linear/lanes.h"
 
 /* What is minimised: the energy of the accelerations (with joint forces tau), the sum of the squares of the
@@ -77,35 +80,69 @@ KT_FRONT_DECLARE(baseline)
 KT_FRONT_DECLARE(v3)
 KT_FRONT_DECLARE(v4)
 
+#else
+
+/* In lanes (algebra/real3.h), for groups in the form of Delassus: the same two, of which no coordinate counts as a
+ * constant. */
+void KT_KERNEL(kt_front_fill)(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,
+                              const kt_real1 *q, const kt_real1 *v, kt_real1 t);
+void KT_KERNEL(kt_front_apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const kt_real1 *x,
+                               kt_real1 *out, kt_real1 *size);
+
+#endif
+
 /* ---- a group's arrays -------------------------------------------------------------------------------------------- */
 
 /* The active front of a group. What a step computes for the substitution back stays with the step (kt_front_factor);
  * the arrays below are shared by all steps. The energy is that of the acceleration A of the parent, whose components
- * come first, and of the parameters p: (A, p)' H (A, p) / 2 - g' (A, p). */
+ * come first, and of the parameters p: (A, p)' H (A, p) / 2 - g' (A, p). Lanes have what the equations take. */
 typedef struct kt_front {
     const kt_model *model;
     kt_data *data;
     const kt_group *group;
     const kt_front_plan *plan;
-    const kt_front_step *step;      /* what each step takes and completes, one a link */
+    const kt_front_step *step; /* what each step takes and completes, one a link */
+#ifndef KT_LANES
     kt_front_count *count;          /* how many parameters and equations each step turned out to have */
     const kt_front_count *delaying; /* the step whose delayed equations are in slots, or NULL */
-    kt_group_work w;                /* right-hand sides, scales, wrenches and multipliers of the group's equations */
     const bool *fixed;              /* coordinates that count as constants */
     int32_t *live, live_count;      /* holders of slots in use: links', then relations', then delayed equations' */
-    int components;                 /* of an acceleration: 3 or 6 */
-    int width, stride;              /* from one vector to the next: of what slots hold, of H */
-    double *link_acceleration;      /* T': the acceleration in a slot for each parameter, a vector a component */
-    double *constant;      /* t: its known part, a number a component; in multipliers, the wrench on the link */
-    double *copy;          /* the vectors of T' that are not zero, while coupled parameters are found */
-    double *speed;         /* the largest angular and linear speed of a slot's link, for sizes of terms */
-    double *energy, *pull; /* H by columns, and g */
-    double *size;          /* of the terms of H's diagonal: what is not above their rounding is no inertia */
-    double *z;             /* (A, p) while substituting back; scales of reflectors; in multipliers c */
-    double *spare;         /* a reflector in full, or the right-hand sides of the equations of a step */
-    double *product;       /* H times a reflector; the links' T with A in front */
-    double **kept;         /* of kt_front_aim */
+#endif
+    kt_group_work w;             /* right-hand sides, scales, wrenches and multipliers of the group's equations */
+    int components;              /* of an acceleration: 3 or 6 */
+    int width, stride;           /* from one vector to the next: of what slots hold, of H */
+    kt_real1 *link_acceleration; /* T': the acceleration in a slot for each parameter, a vector a component */
+    kt_real1 *constant;          /* t: its known part, a number a component; in multipliers, the wrench on the link */
+    kt_real1 *copy;              /* the vectors of T' that are not zero, while coupled parameters are found */
+    kt_real1 *speed;             /* the largest angular and linear speed of a slot's link, for sizes of terms */
+    kt_real1 *energy, *pull;     /* H by columns, and g */
+    kt_real1 *size;              /* of the terms of H's diagonal: what is not above their rounding is no inertia */
+    kt_real1 *z;                 /* (A, p) while substituting back; scales of reflectors; in multipliers c */
+    kt_real1 *spare;             /* a reflector in full, or the right-hand sides of the equations of a step */
+    kt_real1 *product;           /* H times a reflector; the links' T with A in front */
+    double **kept;               /* of kt_front_aim */
 } kt_front;
+
+/* Whether the planar kernels have filled a group's equations. */
+KT_INLINE bool kt_front_is_planar(const kt_model *model, const kt_data *data, size_t g) {
+#ifndef KT_LANES
+    (void)model;
+    return data->front_planar[g];
+#else
+    (void)data;
+    return model->sweep != KT_SWEEP_SPATIAL && kt_group_is_planar(model, &model->group[g]);
+#endif
+}
+
+/* Whether a coordinate of the group counts as a constant. */
+KT_INLINE bool kt_front_is_fixed(const kt_front *f, int32_t local) {
+#ifndef KT_LANES
+    return f->fixed[local];
+#else
+    (void)f, (void)local;
+    return false;
+#endif
+}
 
 static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, kt_front *f) {
     const kt_group *group = &model->group[g];
@@ -115,15 +152,17 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
                     .group = group,
                     .plan = plan,
                     .step = model->front + plan->step,
+#ifndef KT_LANES
                     .count = data->front + plan->step,
                     .fixed = data->front_fixed + group->v,
                     .live = data->front_live,
-                    .components = data->front_planar[g] ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
+#endif
+                    .components = kt_front_is_planar(model, data, g) ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
                     .width = plan->width,
                     .stride = plan->stride};
     kt_group_find(model, data, g, rows, &f->w);
     const size_t stride = (size_t)plan->stride;
-    double *at = f->w.front + plan->shared;
+    kt_real1 *at = f->w.front + plan->shared;
     f->link_acceleration = at, at += plan->vectors * (size_t)plan->width;
     f->constant = at, at += plan->vectors;
     f->copy = at, at += (size_t)plan->width * (size_t)plan->width;
@@ -135,6 +174,8 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
     f->spare = at, at += stride;
     f->product = at;
 }
+
+#ifndef KT_LANES
 
 /* What a step keeps for the backward pass, by its counts. The order is that in which the counts become known. */
 typedef struct kt_front_factor {
@@ -165,6 +206,8 @@ static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_facto
     x->gain = at;
 }
 
+#endif
+
 /* The holders: a link is given by its step, a relation by the number of links and its index, and the d-th equation that
  * has been passed on by these numbers and d. */
 static inline int32_t kt_front_delayed(const kt_front *f, int d) {
@@ -177,15 +220,17 @@ static inline size_t kt_front_place(const kt_front *f, int32_t holder) {
     return holder < links ? KT_FRONT_SPACE * (size_t)f->step[holder].slot
                           : KT_FRONT_SPACE * (size_t)f->plan->slots + (size_t)(holder - links);
 }
-static inline double *kt_front_vector(const kt_front *f, int32_t holder) {
+static inline kt_real1 *kt_front_vector(const kt_front *f, int32_t holder) {
     return f->link_acceleration + kt_front_place(f, holder) * (size_t)f->width;
 }
-static inline double *kt_front_constant(const kt_front *f, int32_t holder) {
+static inline kt_real1 *kt_front_constant(const kt_front *f, int32_t holder) {
     return f->constant + kt_front_place(f, holder);
 }
 static inline int kt_front_vector_count(const kt_front *f, int32_t holder) {
     return holder < f->group->link_count ? f->components : 1;
 }
+
+#ifndef KT_LANES
 
 /* The holders of slots in use, in ascending order. */
 static inline void kt_front_enter(kt_front *f, int32_t holder) {
@@ -202,11 +247,13 @@ static inline void kt_front_release(kt_front *f, int32_t holder) {
         f->live[i] = f->live[i + 1];
 }
 
+#endif
+
 /* Whether the equation of a slot is among those to be solved. */
 static inline bool kt_front_counts(const kt_front *f, int32_t slot) { return slot >= 0 && slot < f->w.k; }
 
 /* The wrench of a unit multiplier on the link of an end, about its origin. */
-static inline double *kt_front_wrench(const kt_front *f, int32_t slot, int end) {
+static inline kt_real1 *kt_front_wrench(const kt_front *f, int32_t slot, int end) {
     return f->w.wrench + (size_t)(2 * slot + end) * KT_FRONT_SPACE;
 }
 

@@ -8,25 +8,26 @@
 #include "reduction/front.h"
 
 /* From the parent's origin to the link's. */
-KT_INLINE kt_v4 kt_front_offset(const kt_front *f, int32_t i) {
+KT_INLINE kt_real3 kt_front_offset(const kt_front *f, int32_t i) {
     if (f->components == KT_FRONT_SPACE)
         return f->data->motion[i].offset;
-    const double *r = f->data->planar[kt_planar_index_shift(f->model, i)].offset;
-    return (kt_v4){r[0], r[1], 0.0, 0.0};
+    const kt_real1 *r = f->data->planar[kt_planar_index_shift(f->model, i)].offset;
+    return kt_make3(r[0], r[1], kt_real1_splat(0.0));
 }
 
 /* S: the accelerations for unit ones of the link's coordinates, one after the other; zero for coordinates that count as
  * constants. Returns their number. */
-KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, double *s) {
+KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, kt_real1 *s) {
     const kt_link *link = &f->model->link[i];
-    const bool *fixed = f->fixed + link->local;
+    const kt_real1 zero = kt_real1_splat(0.0);
     if (f->components == KT_FRONT_SPACE / 2) {
         const int32_t k = kt_planar_index_shift(f->model, i);
         const kt_planar_link *planar = &f->model->planar[k];
-        double u[2] = {0.0, 0.0};
-        if (!planar->revolute && !fixed[0])
+        const bool fixed = kt_front_is_fixed(f, link->local);
+        kt_real1 u[2] = {zero, zero};
+        if (!planar->revolute && !fixed)
             kt_planar_along(planar, &f->data->planar[k], u);
-        s[0] = planar->revolute && !fixed[0] ? planar->sign : 0.0;
+        s[0] = planar->revolute && !fixed ? kt_const_real1(planar->sign) : zero;
         s[1] = u[0];
         s[2] = u[1];
         return 1;
@@ -35,11 +36,14 @@ KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, double *s) {
     kt_link_subspace(link, &f->data->motion[link->parent], &f->data->motion[i], &own);
     for (int d = 0; d < own.count; d++)
         for (int c = 0; c < 3; c++) {
-            s[d * KT_FRONT_SPACE + c] = fixed[d] ? 0.0 : own.angular[d][c];
-            s[d * KT_FRONT_SPACE + 3 + c] = fixed[d] ? 0.0 : own.linear[d][c];
+            const bool fixed = kt_front_is_fixed(f, link->local + d);
+            s[d * KT_FRONT_SPACE + c] = fixed ? zero : KT_PART3(own.angular[d], c);
+            s[d * KT_FRONT_SPACE + 3 + c] = fixed ? zero : KT_PART3(own.linear[d], c);
         }
     return own.count;
 }
+
+#ifndef KT_LANES
 
 /* The articulated inertia of the link with all that it carries outside the group, symmetric, and the bias wrench, which
  * includes that of the accelerations that the velocities alone give (kt_group_bias, kt_planar_group_bias). */
@@ -60,6 +64,8 @@ KT_INLINE void kt_front_inertia(const kt_front *f, int32_t i, double *inertia, d
     }
 }
 
+#endif
+
 /* The holder of the equation of a relation that a step completes. */
 static inline int32_t kt_front_relation_of(const kt_front *f, const kt_front_step *step, int32_t loop) {
     int32_t i = step->term;
@@ -67,6 +73,8 @@ static inline int32_t kt_front_relation_of(const kt_front *f, const kt_front_ste
         i++;
     return f->group->link_count + f->model->front_term[i].slot;
 }
+
+#ifndef KT_LANES
 
 /* Releases the slots of relations that are complete and of links on which nothing depends any more. */
 static inline void kt_front_release_last_uses(kt_front *f, const kt_front_step *step) {
@@ -85,5 +93,7 @@ static inline int kt_front_take_coordinates(const kt_front *f, int s, const doub
         step[link->v + d] = p[n + d];
     return n;
 }
+
+#endif
 
 #endif

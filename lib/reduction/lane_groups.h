@@ -1,5 +1,5 @@
-/* The constraint groups of several states at once (algebra/real3.h): of mechanisms whose groups are pins or
- * small dense matrices (kt_lanes_fit_model of batch/lanes.h), in planes and in space. What is computed
+/* The constraint groups of several states at once (algebra/real3.h): of mechanisms whose groups are pins,
+ * small dense matrices or in the form of Delassus (kt_lanes_fit_model of batch/lanes.h), in planes and in space. What is computed
  * of a state are the operations of driver.c and groups.c. States that are near a singular position of a group, or in
  * which equations are lost that are independent at others, are told and mean nothing. */
 #ifndef KT_REDUCTION_LANE_GROUPS_H

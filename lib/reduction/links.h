@@ -31,7 +31,7 @@
     size_t kt_planar_links_accelerate_##isa(const kt_model *model, kt_data *data, const double *v, const double *tau,  \
                                             bool weightless, double *a);
 #ifdef KT_LANES
-/* In lanes (algebra/real3.h), whose groups are pins or dense matrices (groups in lanes: lane_groups.c). Lanes in which one of
+/* In lanes (algebra/real3.h), whose groups are pins, dense matrices or in the form of Delassus (lane_groups.c). Lanes in which one of
  * these is near a singular position, or a joint is without inertia, are told by data->sound. */
 void KT_KERNEL(kt_spatial_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q, size_t end);
 void KT_KERNEL(kt_spatial_links_move)(const kt_model *model, kt_data *data, const kt_real1 *v, size_t end);

@@ -5,9 +5,10 @@
 #include "reduction/pin.h"
 #include "reduction/planar_group.h"
 
+#include "reduction/delassus.h"
+
 #ifndef KT_LANES
 #include "reduction/components.h"
-#include "reduction/delassus.h"
 #include "reduction/front.h"
 #include "reduction/front4.h"
 #include "reduction/kernel.h"
@@ -155,24 +156,42 @@ typedef struct closure {
     kt_real1 *a;
 } closure;
 
+/* Whether a group is in the form of Delassus and has been prepared for delassus.c; in lanes all are. */
+KT_INLINE bool is_delassus(const closure *c, int32_t group) {
 #ifndef KT_LANES
-
-KT_INLINE bool is_delassus(const closure *c, const kt_planar_link *link) {
-    return c->data->special_form[link->group] && c->model->group[link->group].form == KT_FORM_DELASSUS;
+    return c->data->special_form[group] && c->model->group[group].form == KT_FORM_DELASSUS;
+#else
+    return c->model->group[group].form == KT_FORM_DELASSUS;
+#endif
 }
 
 static void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
                           const kt_planar_carried *x) {
     kt_delassus d;
-    double u[2];
+    kt_real1 u[2];
     kt_delassus_find(c->model, c->data, (size_t)link->group, &d);
     if (link->revolute) {
         d.inverse[link->local] = 1.0 / (x->j + link->armature);
         return;
     }
     kt_planar_along(link, m, u);
-    d.inverse[link->local] = 1.0 / (kt_v2_dot(kt_v2_load(u), kt_planar_apply(x, kt_v2_load(u))) + link->armature);
+    d.inverse[link->local] = 1.0 / (kt_dot2(kt_load2(u), kt_planar_apply(x, kt_load2(u))) + link->armature);
 }
+
+/* Solves the groups in the form of Delassus of a plane, between the passes; returns one that cannot be solved, or
+ * n.group. */
+static size_t solve_delassus(const closure *c, const kt_plane *plane) {
+    const kt_model *model = c->model;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
+        if (is_delassus(c, (int32_t)g) && k >= plane->first && k < plane->last &&
+            kt_is_refused(c->data, KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity)))
+            return g;
+    }
+    return model->n.group;
+}
+
+#ifndef KT_LANES
 
 static bool eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
     const bool pin = c->v && c->model->group[link->group].form == KT_FORM_PIN;
@@ -197,34 +216,7 @@ static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32
     kt_planar_group_respond(model, data, group, &w, top, a);
 }
 
-/* Solves the groups in the form of Delassus of a plane, between the passes; returns one that cannot be solved, or
- * n.group. */
-static size_t solve_delassus(const closure *c, const kt_plane *plane) {
-    const kt_model *model = c->model;
-    for (size_t g = 0; g < model->n.group; g++) {
-        const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
-        if (c->data->special_form[g] && model->group[g].form == KT_FORM_DELASSUS && k >= plane->first &&
-            k < plane->last && !KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity))
-            return g;
-    }
-    return model->n.group;
-}
-
 #else
-
-KT_INLINE bool is_delassus(const closure *c, const kt_planar_link *link) {
-    (void)c, (void)link;
-    return false;
-}
-KT_INLINE void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
-                             const kt_planar_carried *x) {
-    (void)c, (void)link, (void)m, (void)x;
-}
-
-KT_INLINE size_t solve_delassus(const closure *c, const kt_plane *plane) {
-    (void)plane;
-    return c->model->n.group;
-}
 
 static kt_condition eliminate_group(const closure *c, const kt_planar_link *link, const kt_real1 *tau) {
     const kt_model *model = c->model;
@@ -260,7 +252,7 @@ KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_plana
                                       kt_planar_eliminate *joint) {
     if (link->group < 0)
         return joint(link, m, tau, x, response, c->data);
-    if (is_delassus(c, link)) {
+    if (is_delassus(c, link->group)) {
         store_inverse(c, link, m, x);
         return joint(link, m, tau, x, response, c->data);
     }
@@ -282,7 +274,7 @@ static kt_elimination eliminate_armature(const kt_planar_link *link, const kt_pl
 KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, kt_real1 *alpha,
                        kt_real2 *linear, kt_planar_motion *m, kt_real1 *a, void *context) {
     const closure *c = context;
-    if (link->group < 0 || is_delassus(c, link)) {
+    if (link->group < 0 || is_delassus(c, link->group)) {
         kt_planar_respond_joint(link, response, alpha, linear, m, a, NULL);
         return;
     }

@@ -9,9 +9,10 @@
 #include "reduction/links.h"
 #include "reduction/spatial_group.h"
 
+#include "reduction/delassus.h"
+
 #ifndef KT_LANES
 #include "reduction/components.h"
-#include "reduction/delassus.h"
 #include "reduction/front.h"
 #include "reduction/kernel.h"
 #endif
@@ -105,19 +106,25 @@ static __attribute__((noinline)) kt_condition eliminate_whole(const kt_model *mo
     return eliminate_dense(model, data, g, tau, false);
 }
 
+/* Whether a group is in the form of Delassus and has been prepared for delassus.c; in lanes all are. */
+KT_INLINE bool is_special(const kt_model *model, const kt_data *data, int32_t group) {
 #ifndef KT_LANES
-
-/* Whether a group is in the form of Delassus and has been prepared for delassus.c; of lanes none is. */
-KT_INLINE bool is_special(const kt_data *data, int32_t group) { return data->special_form[group]; }
+    (void)model;
+    return data->special_form[group];
+#else
+    (void)data;
+    return model->group[group].form == KT_FORM_DELASSUS;
+#endif
+}
 
 /* S'[J H; G M] S of a joint with one axis, S = (s_n, s_f). */
-KT_INLINE double inertia_along(const kt_link *link, kt_v4 s, const kt_articulated *x) {
-    const kt_v4 none = kt_v4_splat(0.0);
-    const kt_v4 n = link->motion == KT_MOTION_PRISMATIC ? none : s;
-    const kt_v4 f = link->motion == KT_MOTION_REVOLUTE ? none
-                    : link->motion == KT_MOTION_SCREW  ? kt_v4_splat(kt_link_pitch(link)) * s
-                                                       : s;
-    return kt_v4_dot2(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f));
+KT_INLINE kt_real1 inertia_along(const kt_link *link, kt_real3 s, const kt_articulated *x) {
+    const kt_real3 none = kt_zero3();
+    const kt_real3 n = link->motion == KT_MOTION_PRISMATIC ? none : s;
+    const kt_real3 f = link->motion == KT_MOTION_REVOLUTE ? none
+                       : link->motion == KT_MOTION_SCREW  ? kt_scale3(kt_real1_splat(kt_link_pitch(link)), s)
+                                                          : s;
+    return kt_dots3(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f));
 }
 
 /* A link of a group in the form of Delassus is one of the tree: its inverse inertia is stored for delassus.c. */
@@ -136,43 +143,25 @@ KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i
 static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t link = model->group_link[model->group[g].link];
-        if (data->special_form[g] && (size_t)link < end && !KT_KERNEL(kt_delassus_solve)(model, data, g, NULL))
+        if (is_special(model, data, (int32_t)g) && (size_t)link < end &&
+            kt_is_refused(data, KT_KERNEL(kt_delassus_solve)(model, data, g, NULL)))
             return (size_t)link;
     }
     return 0;
 }
 
 /* The accelerations of a group that is reduced by fronts, from that of its parent. */
-KT_INLINE void respond_front(const kt_model *model, kt_data *data, int32_t g, double *a) {
+KT_INLINE void respond_front(const kt_model *model, kt_data *data, int32_t g, kt_real1 *a) {
+#ifndef KT_LANES
     const kt_group *group = &model->group[g];
     const kt_link_motion *m = &data->motion[group->parent];
     const double base[KT_FRONT_SPACE] = {m->alpha[0],  m->alpha[1],  m->alpha[2],
                                          m->linear[0], m->linear[1], m->linear[2]};
     KT_KERNEL(kt_front_respond)(model, data, (size_t)g, group->parent ? base : NULL, a);
-}
-
 #else
-
-KT_INLINE bool is_special(const kt_data *data, int32_t group) {
-    (void)data, (void)group;
-    return false;
-}
-
-KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
-                            double armature) {
-    (void)model, (void)data, (void)i, (void)x, (void)armature;
-}
-
-KT_INLINE size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
-    (void)model, (void)data, (void)end;
-    return 0;
-}
-
-KT_INLINE void respond_front(const kt_model *model, kt_data *data, int32_t g, kt_real1 *a) {
     (void)model, (void)data, (void)g, (void)a;
-}
-
 #endif
+}
 
 /* A group is eliminated at its first link, which the backward pass reaches last. */
 KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
@@ -188,7 +177,7 @@ KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                    kt_articulated *x, void *context) {
     const int32_t group = model->link[i].group;
-    const bool delassus = group >= 0 && context && is_special(data, group);
+    const bool delassus = group >= 0 && context && is_special(model, data, group);
     if (group >= 0 && !delassus)
         return eliminate_of_group(model, data, i, tau, x);
     if (delassus)
@@ -199,17 +188,22 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
 static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                          kt_articulated *x, void *context) {
     const int32_t group = model->link[i].group;
-    const bool delassus = group >= 0 && context && is_special(data, group);
+    const bool delassus = group >= 0 && context && is_special(model, data, group);
     if (group >= 0 && !delassus)
         return eliminate_of_group(model, data, i, tau, x);
     if (delassus)
         keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
-    return kt_eliminate_armature(model, data, i, tau, x, NULL);
+    const kt_elimination done = kt_eliminate_armature(model, data, i, tau, x, NULL);
+#ifdef KT_LANES /* aba_armature.c has written elements on and below the diagonal alone (whole_symmetric.h) */
+    kt_symmetric3_mirror(x->j);
+    kt_symmetric3_mirror(x->m);
+#endif
+    return done;
 }
 
 KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool delassus, kt_real1 *a) {
     const kt_link *link = &model->link[i];
-    if (link->group < 0 || (delassus && is_special(data, link->group))) {
+    if (link->group < 0 || (delassus && is_special(model, data, link->group))) {
         kt_link_respond(model, data, i, a);
         return;
     }
@@ -242,7 +236,7 @@ static size_t accelerate_delassus(const kt_model *model, kt_data *data, const kt
 
 static void respond_armature(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
     const int32_t group = model->link[i].group;
-    if (group < 0 || is_special(data, group))
+    if (group < 0 || is_special(model, data, group))
         kt_link_respond_armature(model, data, i, a);
     else
         respond(model, data, i, a);

@@ -6,7 +6,7 @@
 #include "kinetree/model.h"
 #include "random.h"
 
-enum { KT_CLOSURES_MOST = 2, KT_CLOSURE_BODIES = 8, KT_CLOSURES_BODIES = 1 + KT_CLOSURES_MOST * KT_CLOSURE_BODIES };
+enum { KT_CLOSURES_MOST = 2, KT_CLOSURE_BODIES = 8, KT_CLOSURES_BODIES = 2 + KT_CLOSURES_MOST * KT_CLOSURE_BODIES };
 
 typedef struct kt_closures {
     kt_body body[KT_CLOSURES_BODIES];
