@@ -69,11 +69,14 @@ KT_OPERATOR kt_index1 choose_index(kt_condition condition, int32_t a, kt_index1 
 }
 
 KT_INLINE kt_real1 dot4(int n, kt_real4 a, kt_real4 b) {
-    kt_real1 x[KT_DELASSUS_MAX];
-    for (int k = 0; k < n; k++)
-        x[k] = a.of[k] * b.of[k];
-    const kt_real1 first = n > 1 ? x[0] + x[1] : x[0];
-    return (n < 3 ? first : first + (n > 3 ? x[2] + x[3] : x[2])) + 0.0;
+    kt_real1 sum = a.of[0] * b.of[0];
+    if (n > 1)
+        sum += a.of[1] * b.of[1];
+    if (n == 3)
+        sum += a.of[2] * b.of[2];
+    if (n > 3)
+        sum += a.of[2] * b.of[2] + a.of[3] * b.of[3];
+    return sum + 0.0;
 }
 
 #endif
