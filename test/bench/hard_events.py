@@ -32,7 +32,17 @@ def page_table(root):
 
 
 def is_near(shown, found, factor):
-    return found == 0.0 if shown == 0.0 else shown / factor <= found <= shown * factor
+    """What is rounding may be less by any factor; NaN is near to nothing."""
+    least = 0.0 if shown < ROUNDING else shown / factor
+    return least <= found <= shown * factor
+
+
+def number(text):
+    """What a cell has; None: words, which an engine that gives up has there."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def differences(name, shown, row, said):
@@ -41,10 +51,10 @@ def differences(name, shown, row, said):
         own = column == "kinetree"
         if not own and engine not in said:
             continue
-        found, figure = float(row[column]), float(figure)
+        found, figure = number(row[column]), float(figure)
         factor = OTHERS_FACTOR if not own else ROUNDING_FACTOR if figure < ROUNDING else FACTOR
-        if not is_near(figure, found, factor):
-            yield f"{row['case']}, {engine}: the page has {figure:g}, measured {found:g}"
+        if found is None or not is_near(figure, found, factor):
+            yield f"{row['case']}, {engine}: the page has {figure:g}, measured {row[column]}"
 
 
 def main():
