@@ -257,6 +257,10 @@ KT_API KT_CHECKED kt_status kt_scene_watch_create(const kt_scene *scene, const k
  * kt_parameter_set. O(numbers that follow). */
 KT_API KT_CHECKED kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation,
                                                 kt_error *error);
+/* Whether the comparison `until` of the scene holds in the simulation's state. Where it does at the start, it ends nothing
+ * before it has ceased to hold: an event is a change. False where there is none, or a formula that compares nothing, and
+ * for NULL. Allocates nothing. O(variables; with markers: bodies). */
+KT_API bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation);
 /* Releases it; NULL is allowed. */
 KT_API void kt_scene_watch_free(kt_scene_watch *watch);
 

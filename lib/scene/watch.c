@@ -54,8 +54,9 @@ typedef struct watched {
 struct kt_scene_watch {
     kt_pool pool;
     watched *watched;
+    watched *until; /* a comparison; NULL: there is none, or `until` is none */
     const kt_model *model;
-    kt_data *data;     /* of the model; NULL: no value that is set asks for markers */
+    kt_data *data;     /* of the model; NULL: neither values that are set nor `until` ask for markers */
     kt_resets *resets; /* NULL: events set nothing */
 };
 
@@ -249,15 +250,20 @@ static int evaluate(const kt_instant *at, double *value, kt_error *error, void *
 
 /* ---- actions ----------------------------------------------------------------------------------------------------- */
 
+/* The simulation's present state, with data of the watch. */
+static kt_instant instant_of(const kt_scene_watch *watch, const kt_simulation *simulation) {
+    return (kt_instant){.model = watch->model,
+                        .data = watch->data,
+                        .t = kt_simulation_time(simulation),
+                        .q = kt_simulation_positions(simulation),
+                        .v = kt_simulation_velocities(simulation),
+                        .x = kt_simulation_own_states(simulation)};
+}
+
 /* Sets own states, all from the state before, and what follows from them. */
 static kt_status set_states(const watched *w, kt_simulation *simulation, kt_error *error) {
     const kt_scene_watch *watch = w->watch;
-    const kt_instant at = {.model = watch->model,
-                           .data = watch->data,
-                           .t = kt_simulation_time(simulation),
-                           .q = kt_simulation_positions(simulation),
-                           .v = kt_simulation_velocities(simulation),
-                           .x = kt_simulation_own_states(simulation)};
+    const kt_instant at = instant_of(watch, simulation);
     double *x = kt_resets_states(watch->resets, simulation);
     for (int i = 0; i < w->set_count; i++)
         if (evaluate_formula(&w->values[i], &at, &x[w->states[i]], error) != 0)
@@ -436,6 +442,11 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
         const kt_scene_event *event = i < scene->event_count ? &scene->events[i] : &scene->until;
         status = add_event(&in, event, &made->watched[i], error);
     }
+    if (status == KT_OK && scene->until.when != NULL && scene->until.direction == KT_DIRECTION_RISING) {
+        made->until = &made->watched[count - 1];
+        if (made->until->formula.moves && made->data == NULL)
+            status = kt_data_create(model, &made->data, error);
+    }
     if (status == KT_OK)
         status = kt_scene_watch_sync(made, simulation, error);
     if (status != KT_OK) {
@@ -444,6 +455,14 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
     }
     *watch = made;
     return KT_OK;
+}
+
+bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation) {
+    double value = 0.0;
+    if (!watch || !simulation || !watch->until)
+        return false;
+    const kt_instant at = instant_of(watch, simulation);
+    return evaluate(&at, &value, NULL, watch->until) == 0 && value > 0.0;
 }
 
 kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation, kt_error *error) {

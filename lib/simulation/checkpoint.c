@@ -241,7 +241,8 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
     if (head->size != own.size)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "checkpoint",
-            "it is of another model, or only one of the two keeps an energy balance: %llu bytes; here: %llu",
+            "it is of another model or version of the library, or only one of the two keeps an energy balance: "
+            "%llu bytes; here: %llu",
             (unsigned long long)head->size, (unsigned long long)own.size);
     if (head->model != own.model)
         return kt_error_set(

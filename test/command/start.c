@@ -436,6 +436,35 @@ KT_TEST(a_joint_that_hardly_turns_its_mass_is_doubted) {
     kt_expect(0, NULL, "$K check head.yaml --set 'gravity=[0, 0, -9.81]'"); /* nothing turns it */
 }
 
+/* An event is a change: what holds at the start does not come to hold. */
+KT_TEST(until_that_holds_at_the_start_is_told) {
+    static const struct {
+        const char *until;
+        bool holds;
+    } cases[] = {{"position.block < 2", true},      {"2 >= position.block", true},    {"marker.block.top.y < 3", true},
+                 {"position.block > 2", false},     {"position.block - 2", false},    {"marker.block.top.y > 3", false},
+                 {"velocity.block <= t + 2", true}, {"velocity.block < 1 - t", false}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[400], words[200];
+        snprintf(text, sizeof text,
+                 "kinetree: 1\nbodies:\n"
+                 "  - {name: block, joint: {type: prismatic, axis: y, position: 1, velocity: 1}, mass: 1,\n"
+                 "     markers: {top: [0, 0.5, 0]}}\n"
+                 "simulate: {duration: 0.5, until: \"%s\"}\n",
+                 cases[i].until);
+        snprintf(words, sizeof words, "`until: %s` holds at the start, and ends the run only where it comes to hold",
+                 cases[i].until);
+        kt_write_file("u.yaml", text);
+        const kt_ran ran = kt_shell("$K run u.yaml --out /dev/null --summary -");
+        json_t *root = kt_json(ran.out);
+        const char *code = json_string_value(kt_json_find(root, "warnings[0].code"));
+        kt_check_text(cases[i].until, code != NULL ? code : "none", cases[i].holds ? "until_holds" : "none");
+        kt_check_true(words, (strstr(ran.err, words) != NULL) == cases[i].holds);
+        kt_check_near("it runs to its end", kt_json_at(root, "time"), 0.5, 1e-15);
+        json_decref(root);
+    }
+}
+
 KT_TEST(two_motions_of_one_joint_are_told) {
     static const char twice[] = "kinetree: 1\n"
                                 "bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"

@@ -577,6 +577,16 @@ static void warn_of_jumps(kt_outcome *outcome) {
                 "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula", loop);
 }
 
+/* Warns if the run cannot end by its condition before that has ceased to hold. */
+static void warn_of_until(kt_outcome *outcome) {
+    const kt_warning warning = kt_warning_of("until_holds", (double)NAN, NULL,
+                                             "Turn the comparison round, or let the run begin where it does not hold");
+    if (kt_scene_until_holds(outcome->events, outcome->simulation))
+        kt_warn(&outcome->warnings, &warning,
+                "`until: %s` holds at the start, and ends the run only where it comes to hold again",
+                outcome->scene->until.when);
+}
+
 /* What an import has left out was printed when the scene was read. */
 static void list_notes(kt_outcome *outcome) {
     const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
@@ -590,6 +600,7 @@ static void report_start(kt_outcome *outcome, bool quiet) {
     list_notes(outcome);
     warn_of_long_step(outcome);
     warn_of_jumps(outcome);
+    warn_of_until(outcome);
     (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)
