@@ -114,7 +114,7 @@ static const kt_model *model_of(const kt_model *model, const kt_rollout_task *ta
     return task->model ? task->model : model;
 }
 
-/* Whether the motions of a group can be computed together. */
+/* Whether the motions of a group can be computed together. A model that the data are not for is refused by itself. */
 static bool fit(const kt_model *model, const kt_rollout_task *tasks, size_t used) {
     const kt_model *first = model_of(model, tasks);
     for (size_t i = 0; i < used; i++) {
@@ -123,7 +123,7 @@ static bool fit(const kt_model *model, const kt_rollout_task *tasks, size_t used
         if (!tasks[i].q || r->method != r0->method || r->steps != r0->steps ||
             kt_checkpoints_of(r) != kt_checkpoints_of(r0) || !isfinite(r->h) || !isfinite(r->t))
             return false;
-        if (own != first && (own->shape != first->shape || !kt_lanes_agree(first, own)))
+        if (own->shape != model->shape || !kt_lanes_agree(first, own))
             return false;
     }
     return true;
@@ -349,14 +349,14 @@ static kt_status reverse(void *user, int k, int kept, const double *state, kt_er
 /* Initialises w in memory, with the models and states of a group, and runs it. Returns the lanes that are done. */
 static kt_lane_mask run(lanes_work *w, const kt_model *model, kt_rollout_task *tasks, size_t used, void *memory) {
     const kt_rollout *r = &tasks[0].rollout;
-    *w = (lanes_work){.n = counts_of(model, r), .tasks = tasks, .used = used, .cost = w->cost};
+    *w = (lanes_work){.model = model_of(model, tasks), .tasks = tasks, .used = used, .cost = w->cost};
+    w->n = counts_of(w->model, r);
     w->kernels = w->n.kernels;
-    w->model = model_of(model, tasks);
     w->method = r->method;
     w->live = kt_lanes_first(used);
     (void)place_arrays(w, memory, &w->n);
-    (void)w->kernels->layout(model, w->lanes);
-    (void)w->kernels->adjoint_layout(model, w->adjoint);
+    (void)w->kernels->layout(w->model, w->lanes);
+    (void)w->kernels->adjoint_layout(w->model, w->adjoint);
     const size_t W = w->n.W;
     for (size_t lane = 0; lane < W; lane++) {
         const kt_rollout_task *task = &tasks[lane < used ? lane : 0];
@@ -398,10 +398,11 @@ kt_status kt_rollout_gradients(const kt_model *model, kt_data *data, void *work,
     kt_status first = KT_OK;
     for (size_t i = 0; i < count;) {
         const kt_rollout *r = &tasks[i].rollout;
-        const size_t width = kt_rollout_width(model, r, NULL), left = count - i, used = left < width ? left : width;
+        const kt_model *own = model_of(model, &tasks[i]);
+        const size_t width = kt_rollout_width(own, r, NULL), left = count - i, used = left < width ? left : width;
         lanes_work w = {.cost = cost};
         kt_lane_mask done = 0;
-        if (used > 1 && work && work_size >= kt_rollout_gradients_work_size(model, r) && fit(model, tasks + i, used))
+        if (used > 1 && work && work_size >= kt_rollout_gradients_work_size(own, r) && fit(model, tasks + i, used))
             done = run(&w, model, tasks + i, used, work);
         for (size_t lane = 0; lane < used; lane++) {
             tasks[i + lane].in_lanes = kt_lane_is_in(done, lane);

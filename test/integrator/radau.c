@@ -406,7 +406,6 @@ static double lifted_to(const char *name, double tol) {
     return speed;
 }
 
-/* Measured: 3, 0.09 and 0.02 tolerances; before, 9600, 760 and 0.05. */
 /* What is left of such a jump in the midst of a step is a matter of where the step lies: at most tolerances less than one
  * of them, at a few some dozens. */
 KT_TEST(ground_that_lets_go_within_a_step_is_noticed) {

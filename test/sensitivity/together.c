@@ -261,6 +261,39 @@ KT_TEST(what_lanes_do_not_compute_is_told) {
     kt_tree_free(&tree);
 }
 
+/* Motions whose models have another shape than the one for which memory and data are: each is refused. */
+KT_TEST(models_of_another_shape_are_refused) {
+    kt_random random = kt_random_of_test();
+    static kt_tree tree, larger;
+    kt_rollout_task tasks[MOTIONS];
+    kt_tree_plan plan = kt_tree_plan_default();
+    plan.massless = false;
+    plan.bodies = 3;
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    plan.bodies = BODIES;
+    if (!kt_tree_grow(&larger, &plan, &random))
+        return;
+    const kt_rollout like = {.method = kt_method_find("rk4"), .steps = STEPS};
+    const size_t sizes[] = {kt_rollout_gradients_work_size(tree.model, &like),
+                            kt_rollout_gradients_work_size(larger.model, &like)};
+    void *work = take(sizes[1]);
+    set_tasks(&larger, &like, tasks, &random);
+    for (int i = 0; i < MOTIONS; i++)
+        tasks[i].model = larger.model;
+    for (int k = 0; k < 2; k++) {
+        clear_results();
+        kt_check_equal_int("status",
+                           kt_rollout_gradients(tree.model, tree.data, work, sizes[k], tasks, MOTIONS, cost, NULL),
+                           KT_ERROR_ARGUMENT);
+        kt_check_true("alone", !tasks[0].in_lanes);
+        kt_check_equal_int("differ", count_different(tree.model, tree.data, work, sizes[k], tasks), 0);
+    }
+    free(work);
+    kt_tree_free(&larger);
+    kt_tree_free(&tree);
+}
+
 /* By several threads: each takes whole groups; the bytes are the same, and nothing is allocated. */
 KT_TEST(threads_take_groups_of_motions) {
     kt_random random = kt_random_of_test();
