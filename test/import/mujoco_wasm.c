@@ -261,8 +261,8 @@ static void compare_places(const pair *p, findings *f) {
 
 /* The pose of our body of this name; NULL: the world. */
 static kt_pose pose_of_body(const pair *p, const char *name) {
-    const int body = name != NULL ? our_body(p->model, name) : 0;
-    return body > 0 ? kt_body_pose(p->model, p->data, body) : kt_pose_identity();
+    const int index = name != NULL ? our_body(p->model, name) : 0;
+    return index > 0 ? kt_body_pose(p->model, p->data, index) : kt_pose_identity();
 }
 
 /* The sum of a linear coupling of joints. Formulas, and lengths of tendons, are compared with MuJoCo 2.2.2 (mjcf_mujoco.c). */
