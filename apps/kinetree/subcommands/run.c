@@ -348,6 +348,8 @@ static int write_scene(const kt_outcome *outcome, const char *path) {
     if (status == KT_OK)
         status = kt_scene_start_states(&end, kt_simulation_own_states(outcome->simulation), &error);
     json_t *released = kt_released_list(outcome->scene, outcome->simulation);
+    if (status == KT_OK && kt_json_is_short())
+        status = KT_ERROR_MEMORY; /* the list would lack what is released */
     if (status == KT_OK)
         kt_released_apply(&end, released);
     json_decref(released);
