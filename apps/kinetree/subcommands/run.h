@@ -137,6 +137,10 @@ int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int c
  * error. */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
+/* Warns of what the simulation has counted: corrections and Jacobians that methods did without, and states next to singular
+ * positions. */
+void kt_warn_of_counts(kt_outcome *outcome);
+
 /* Warns where restitutions of hard contacts were made less, and where their friction left several motions or reactions. */
 void kt_warn_of_contacts(kt_outcome *outcome);
 

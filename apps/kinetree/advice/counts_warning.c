@@ -1,0 +1,92 @@
+/* Warnings of what a simulation has counted: corrections and Jacobians that methods did without, and states next to
+ * singular positions. */
+#include "subcommands/run.h"
+
+/* An estimate of the fastest decay (rkc2, rkc4) that has not settled is taken with a margin, and only stands in the
+ * summary. */
+static void warn_of_caps(kt_outcome *outcome) {
+    const unsigned long long capped = kt_simulation_counts_get(outcome->simulation).capped;
+    const kt_method *method = kt_method_find(outcome->run->integrator);
+    const kt_warning warning =
+        kt_warning_of("capped", (double)capped, NULL, "Take smaller steps or another method, and compare the results");
+    if (capped == 0 || method == NULL || !kt_method_is_implicit(method))
+        return;
+    if (method->gamma != NULL)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "%llu step%s took the Jacobian of an earlier one, since it could not be computed there: the order of %s "
+            "is lower",
+            capped, capped == 1 ? "" : "s", method->name);
+    else
+        kt_warn(
+            &outcome->warnings, &warning,
+            "Newton's iteration came no nearer to the solution in %llu step%s than 1e-7 of the state, and was taken "
+            "there",
+            capped, capped == 1 ? "" : "s");
+}
+
+/* Near a dead point of drives, which a run may pass, or end at. */
+static void warn_of_joined(kt_outcome *outcome) {
+    const unsigned long long joined = kt_simulation_counts_get(outcome->simulation).joined;
+    const kt_warning warning = kt_warning_of(
+        "joined", (double)joined, NULL, "Let the drives keep away from the dead point, or take shorter steps there");
+    if (joined > 0)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "at a dead point of the drives the acceleration is beyond use: %llu state%s within steps that end there "
+            "%s interpolated between their ends alone",
+            joined, joined == 1 ? "" : "s", joined == 1 ? "is" : "are");
+}
+
+/* Warns if rounding decides where a motion goes on from next to a singular position, whatever drives or brakes it. */
+static void warn_of_crossings(kt_outcome *outcome) {
+    const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
+    const kt_warning warning = kt_warning_of("singular", seen.error, NULL,
+                                             "Compare with runs of slightly different lengths or starts: they may take "
+                                             "another way");
+    if (seen.error > outcome->run->relative)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "next to a singular position of the loops, where a direction of their equations has %.2g of its usual "
+            "size, positions closer than rounding decide how the motion goes on: there it is uncertain by %.2g of a "
+            "radian or of the mechanism's length, more than the tolerance of %g",
+            seen.smallest, seen.error, outcome->run->relative);
+}
+
+/* Warns if the rounding of lengths may decide on which branch a motion goes on: where lengths are off by d of themselves,
+ * branches that would meet miss each other, and the motion comes as near to the position as s = sqrt(d) or, as measured
+ * with parallelograms of many sizes, 3.3 times that. */
+static void warn_of_branches(kt_outcome *outcome) {
+    const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
+    const double off = seen.smallest * seen.smallest, accepted = outcome->scene->description.tolerance;
+    const kt_warning warning =
+        kt_warning_of("branch", off, NULL,
+                      "Give lengths with more digits, or compare with runs of slightly different "
+                      "ones; `initial: {tolerance: 0}` says that they are meant so");
+    if (seen.bend > 0.0 && off < 16.0 * accepted)
+        kt_warn(&outcome->warnings, &warning,
+                "next to a singular position of the loops the motion bends away onto another branch, since lengths are "
+                "off by %.1g of themselves at most: that may be their rounding (`initial: {tolerance: %g}`), and their "
+                "last digits decide how it goes on",
+                off, accepted);
+}
+
+/* Warns if fixed steps leap over a bend of the path next to a singular position. */
+static void warn_of_leaps(kt_outcome *outcome) {
+    const double step = outcome->run->step, bend = kt_simulation_counts_get(outcome->simulation).crossings.bend;
+    const kt_warning warning = kt_warning_of(
+        "long_step", step, "s", "Take a step below a tenth of that, or an adaptive method, which finds it");
+    if (bend > 0.0 && step > 0.5 * bend)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "next to a singular position of the loops the path bends within %.2g s: steps of %g s leap over the bend",
+            bend, step);
+}
+
+void kt_warn_of_counts(kt_outcome *outcome) {
+    warn_of_caps(outcome);
+    warn_of_joined(outcome);
+    warn_of_crossings(outcome);
+    warn_of_branches(outcome);
+    warn_of_leaps(outcome);
+}
