@@ -3,6 +3,7 @@ the loss in the energies, no warning of it, and whether it is on at the end; and
 """
 import csv
 import json
+import os
 import pathlib
 import re
 import subprocess
@@ -13,6 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 KINETREE = sys.argv[1]
+os.environ["LSAN_OPTIONS"] = f"print_suppressions=0:suppressions={pathlib.Path(__file__).resolve().with_name('suppressions.txt')}"  # of pictures
 DASHED = re.compile(r'stroke-dasharray:3,3;" d="(M [^"]*)"')
 # 0.3 at 10 rad/s and 0.5 at -2 rad/s: 2.5 rad/s together, and 13.5 J of 16 J lost.
 CLUTCH = """kinetree: 1
