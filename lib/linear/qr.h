@@ -159,7 +159,8 @@ KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1
     u[j] = r;
     int c = j + 1;
 #ifndef KT_LANES
-    for (; c + 4 <= w->k; c += 4)
+    enum { SHORT = 8 }; /* rows; sums of fewer wait for less than it takes to begin with four columns */
+    for (; m - j > SHORT && c + 4 <= w->k; c += 4)
         kt_reflect_four(u, t, j, m, w->factor + (size_t)c * (size_t)m, norm + c);
 #endif
     for (; c < w->k; c++) {
