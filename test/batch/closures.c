@@ -68,14 +68,19 @@ static kt_end end_at(const kt_closures *x, int link, kt_vec3 point) {
     return end;
 }
 
-static kt_loop *add_loop(kt_closures *x, kt_loop_type type) {
-    const int at = x->description.loop_count++;
-    kt_loop *loop = &x->loop[at];
+kt_loop *kt_closures_add(kt_description *description, kt_loop *loops, char (*names)[KT_CLOSURE_NAME],
+                         kt_loop_type type) {
+    const int at = description->loop_count++;
+    kt_loop *loop = &loops[at];
     *loop = kt_loop_default();
-    (void)snprintf(x->loop_name[at], sizeof x->loop_name[at], "c%d", at);
-    loop->name = x->loop_name[at];
+    (void)snprintf(names[at], sizeof names[at], "c%d", at);
+    loop->name = names[at];
     loop->type = type;
     return loop;
+}
+
+static kt_loop *add_loop(kt_closures *x, kt_loop_type type) {
+    return kt_closures_add(&x->description, x->loop, x->loop_name, type);
 }
 
 /* Types and their numbers of equations, in space and in a plane. */

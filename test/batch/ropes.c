@@ -49,13 +49,7 @@ static int add_link(kt_ropes *x, int parent, kt_joint_type type, kt_random *rand
 }
 
 static kt_loop *add_loop(kt_ropes *x, kt_loop_type type) {
-    const int at = x->description.loop_count++;
-    kt_loop *loop = &x->loop[at];
-    *loop = kt_loop_default();
-    (void)snprintf(x->loop_name[at], sizeof x->loop_name[at], "c%d", at);
-    loop->name = x->loop_name[at];
-    loop->type = type;
-    return loop;
+    return kt_closures_add(&x->description, x->loop, x->loop_name, type);
 }
 
 /* Ties a link to the ground; returns how many equations that takes. */

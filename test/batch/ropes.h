@@ -3,6 +3,8 @@
 #ifndef KT_TEST_BATCH_ROPES_H
 #define KT_TEST_BATCH_ROPES_H
 
+#include "closures.h"
+
 #include "kinetree/model.h"
 #include "random.h"
 
@@ -14,7 +16,7 @@ typedef struct kt_ropes {
     kt_effect effect[KT_ROPES_MOST];
     kt_term term[KT_ROPES_MOST][2];
     char name[KT_ROPES_MOST * KT_ROPE_BODIES][8];
-    char loop_name[KT_ROPES_MOST * KT_ROPE_LOOPS][8];
+    char loop_name[KT_ROPES_MOST * KT_ROPE_LOOPS][KT_CLOSURE_NAME];
     kt_vec3 at[KT_ROPES_MOST * KT_ROPE_BODIES]; /* where the origins are at q = 0 */
     bool planar, folded;
     kt_description description;
