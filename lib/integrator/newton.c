@@ -31,6 +31,9 @@
 /* A contraction slower than this asks for a new Jacobian at the next step. */
 #define KT_SLOW_RATE 0.03
 
+/* One of no use: corrections do not shrink. */
+#define KT_STALLED_RATE 0.99
+
 /* The fewest iterations of a try, by which its rate is known (is_settled). One alone would be judged by that of the
  * step before: where a stiff force has gone since, the matrix hides it from the correction, however large the
  * residual. */
@@ -341,6 +344,15 @@ static bool is_noise(const kt_integrator *it, double size) {
     return w->iterations >= KT_NEWTON_LEAST && size * w->slack * most <= noise_within(it, w->now.step);
 }
 
+/* Whether corrections that do not shrink are small. With J = 0 they are what the equations are off by, which no stiffness
+ * hides: rate * size after this one. Where a motion leaves a singular position from rest, accelerations depend on the
+ * direction alone in which it does, and corrections shrink by a factor that no shorter step lowers. */
+static bool is_small(const kt_integrator *it, double size) {
+    const kt_newton_work *w = kt_newton_of(it);
+    return w->iterations >= KT_NEWTON_LEAST && w->rate >= KT_STALLED_RATE && kt_newton_is_zero(w) &&
+           w->rate * size <= iteration_tolerance(it);
+}
+
 /* theta^k after k further iterations of the same rate: what will be missing then, over what is tolerated. */
 static double predicted_error(const kt_newton_work *w, double size, double tolerance, int further) {
     double missing = w->now.ratio * size / tolerance;
@@ -354,7 +366,7 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, kt_try *resu
     const int left = KT_NEWTON_ITERATIONS - 1 - w->iterations;
     if (w->iterations < 2 || left < 0)
         return KT_TRY_PASSED;
-    if (!(w->rate < 0.99))
+    if (!(w->rate < KT_STALLED_RATE))
         return diverged(result, it->memory.t, 0.5);
     w->now.ratio = w->rate / (1.0 - w->rate);
     const double missing = predicted_error(w, size, iteration_tolerance(it), left);
@@ -414,7 +426,7 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
         w->worst = fmax(w->worst, quotient);
     }
     w->last_size = fmax(size, DBL_EPSILON);
-    *done = !fixed && is_noise(it, size);
+    *done = !fixed && (is_noise(it, size) || is_small(it, size));
     if (*done)
         return KT_TRY_PASSED;
     const kt_try_result judged = fixed ? judge_fixed(it, size, done, result) : judge_adaptive(it, size, result);

@@ -294,6 +294,44 @@ KT_TEST(a_jacobian_by_which_iterations_diverge_is_left_out_where_none_can_be_com
     integrator_free(it);
 }
 
+/* y1' = 6 - 5 y1 / y0, y0' = 1: from 0 the motion is y1 = y0, and slopes depend on the direction alone in which 0 is left.
+ * Next to it there is no Jacobian. */
+static int leaving_rhs(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = 1.0;
+    dydt[1] = y[0] > 0.0 ? 6.0 - 5.0 * y[1] / y[0] : 6.0;
+    return 0;
+}
+
+static int leaving_jacobian(double t, const double *y, const double *dydt, void *user) {
+    solver *s = user;
+    (void)t;
+    (void)dydt;
+    s->jacobian[1][0] = 5.0 * y[1] / (y[0] * y[0]);
+    s->jacobian[1][1] = -5.0 / y[0];
+    return y[0] > 1e-3 ? 0 : 1;
+}
+
+/* Iterations without a Jacobian diverge at any step, and need not converge where their corrections are below the tolerance. */
+KT_TEST(a_point_whose_slopes_depend_on_the_direction_in_which_it_is_left_is_left) {
+    static const kt_newton leaving = {leaving_jacobian, own_factor, own_solve, NULL, NULL};
+    for (int k = 6; k <= 12; k += 3) {
+        kt_error error;
+        solver s = {.code = 0};
+        kt_integrator_options options = tolerance(pow(10.0, -k), pow(10.0, -k));
+        options.newton = &leaving;
+        const kt_integrator_callbacks callbacks = {leaving_rhs, NULL, &s};
+        kt_integrator *it = integrator_make(radau(), 2, &options);
+        is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0, 0.0}, &callbacks, &error), &error);
+        integrate_to(it, 1e-8);
+        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        kt_note("tolerance 1e-%d: %d steps, %d rejected", k, (int)counts.steps, (int)counts.rejected);
+        kt_check_near("y1", kt_integrator_state(it)[1], 1e-8, 0.1 * options.absolute_tolerance);
+        integrator_free(it);
+    }
+}
+
 KT_TEST(a_stop_of_any_part_of_the_solution_stops_the_step_and_changes_nothing) {
     for (int part = 0; part < 3; part++) {
         kt_error error;
