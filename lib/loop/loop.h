@@ -86,6 +86,9 @@ typedef struct kt_loop_kind {
 /* The list of kinds: those of scene files by their types, and the caller's own. */
 enum { KT_LOOP_KIND_CUSTOM = KT_LOOP_TYPE_COUNT, KT_LOOP_KIND_COUNT };
 
+/* What rolls (kt_loop_record.form): a thin disc; a ball, or a disc that may leave its plane, of hard contacts. */
+enum { KT_ROLLING_DISC, KT_ROLLING_BALL, KT_ROLLING_RIM };
+
 static inline int32_t kt_loop_kind_index(kt_loop_type type) {
     return type == KT_LOOP_CUSTOM ? (int32_t)KT_LOOP_KIND_CUSTOM : (int32_t)type;
 }

@@ -29,7 +29,6 @@
 
 #ifndef KT_NO_LOOPS
 static const double FLAT = 1e-6;
-enum { BALL = 1, RIM };
 
 typedef struct contact {
     kt_real c, s;
@@ -53,14 +52,14 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     const double rho = loop->radius;
     const kt_vector w2 = end[1].omega, n = end[1].axes[2];
     const kt_vector r = end[0].point - end[1].point, turning = end[0].omega - w2;
-    const contact at = KT_HAS_SWITCHES && loop->form == BALL
+    const contact at = KT_HAS_SWITCHES && loop->form == KT_ROLLING_BALL
                            ? (contact){.c = 0.0, .s = 1.0, .t = n, .rate = kt_vector_zero()}
                            : find_contact(&end[0], n, turning);
     const kt_vector point = r - kt_scale(rho, at.t);
     const kt_vector carried = kt_cross(w2, r), u = end[0].velocity - end[1].velocity - carried;
     const kt_vector bias = kt_scale(rho, kt_cross(kt_cross(w2, turning), at.t) - kt_cross(turning, at.rate)) -
                            kt_cross(w2, u + u + carried);
-    const bool is_rim = KT_HAS_SWITCHES && loop->form == RIM, touches = is_rim || loop->contact;
+    const bool is_rim = KT_HAS_SWITCHES && loop->form == KT_ROLLING_RIM, touches = is_rim || loop->contact;
     const int first = is_rim ? 2 : 0, count = touches ? 3 - first : 2;
     for (int k = 0; k < count; k++) {
         const kt_vector direction = end[1].axes[first + k];
@@ -80,7 +79,9 @@ static int row_count(const kt_loop *loop) { return loop->side != KT_SIDE_NONE ? 
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
 static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
-    record->form = loop->side != KT_SIDE_NONE ? RIM : loop->surface.type == KT_SURFACE_SPHERE ? BALL : 0;
+    record->form = loop->side != KT_SIDE_NONE                ? KT_ROLLING_RIM
+                   : loop->surface.type == KT_SURFACE_SPHERE ? KT_ROLLING_BALL
+                                                             : KT_ROLLING_DISC;
 }
 #else
 #define choose_form NULL

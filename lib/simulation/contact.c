@@ -446,8 +446,8 @@ static void count_changes(kt_simulation *simulation, uint64_t after) {
     }
 }
 
-/* Takes the model with the contacts that are on, and the state behind the impulses. */
-static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_error *error) {
+/* Takes the model with the contacts that are on, and the state behind the impulses of what came at the speed `approach`; 0: there are none. */
+static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, double approach, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
     const bool balanced = kt_simulation_is_balanced(simulation), accounts = balanced || simulation->watches_works;
@@ -466,6 +466,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, kt_
     memcpy(simulation->y, from, simulation->size.n * sizeof(double));
     memcpy(simulation->y + simulation->size.nq, c->v, simulation->size.nv * sizeof(double));
     status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
+    status = kt_contacts_check_rates(simulation, t, simulation->y + simulation->size.nq, approach, status, error);
     if (status == KT_OK && accounts)
         status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
     if (status == KT_OK && balanced) {
@@ -564,9 +565,8 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
     const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
-    double W[KT_COULOMB_ROWS * KT_COULOMB_ROWS], u[KT_COULOMB_ROWS], lost = 0.0, size;
+    double W[KT_COULOMB_ROWS * KT_COULOMB_ROWS], u[KT_COULOMB_ROWS], lost = 0.0, approach = 0.0, size;
     uint64_t on = 0;
-    bool closes = false;
     for (int k = 0; k < c->n; k++)
         simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
@@ -586,12 +586,12 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
         u[i] = kt_contact_rate(c, W, i, &size);
         if (fabs(u[i]) <= rounding * size)
             u[i] = 0.0;
-        closes = closes || (i < c->meeting && u[i] < 0.0);
+        approach = i < c->meeting ? fmax(approach, -u[i]) : approach;
     }
-    for (int k = 0; closes && k < c->sides; k++) /* behind impulses any may press */
+    for (int k = 0; approach > 0.0 && k < c->sides; k++) /* behind impulses any may press */
         leaving &= ~c->item[k].bit;
     const bool rough = c->touching > c->resting; /* a contact with friction touches */
-    if (status == KT_OK && closes)
+    if (status == KT_OK && approach > 0.0)
         status = kt_contacts_strike(simulation, t, W, u, &lost, error);
     if (status == KT_OK && rough)
         status = press_with_friction(simulation, t, y, W, u, leaving, &on, error);
@@ -599,7 +599,7 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
         status = press(simulation, t, y, W, u, leaving, &on, error);
     kt_data_adapt(model, simulation->data);
     if (status == KT_OK)
-        status = settle(simulation, on, lost, error);
+        status = settle(simulation, on, lost, approach, error);
     if (status != KT_OK)
         return status;
     simulation->memory.held = find_held(simulation, W, on);
@@ -639,6 +639,18 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
     }
 }
 
+/* What none of its positions gives an inverse of the mass matrix. */
+static kt_status refuse_massless(const kt_simulation *simulation, const struct kt_contacts *c, kt_error *error) {
+    const kt_model *model = simulation->model;
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "contact '%.60s'", kt_loop_name(model, c->item[0].loop));
+    return kt_massless_refuse(
+        kt_model_switched(model, model->set & ~c->mask), where,
+        "impacts of a hard contact, stop or slack rope, and friction that sticks, are found by the "
+        "inverse of the mass matrix, which there is not (elastic ones, with stiffness, need none)",
+        error);
+}
+
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     const kt_model *model = simulation->model;
     const size_t n = kt_contacts_of(model);
@@ -666,7 +678,9 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
             c->rubs = true;
         else
             c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
-    kt_status status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
+    kt_status status = refuse_massless(simulation, c, error);
+    if (status == KT_OK)
+        status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_event event = {.name = kt_loop_name(model, c->item[k].loop),
                                 .function = watch_contact,

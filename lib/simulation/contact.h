@@ -113,6 +113,10 @@ KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_
  * forces, and then tangential ones in roots of these (linear/coulomb.h). */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
+/* contact_refusal.c. From the status of a projection onto the loops behind impulses of what came at the speed `approach`, with the
+ * velocities v: an error where contacts go on to close since their motion is prescribed. Requires the equations at the present state. */
+KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
+                                             kt_status status, kt_error *error);
 /* The error of contacts that have no impulses, or no reactions (`what`). */
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
 

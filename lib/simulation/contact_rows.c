@@ -8,7 +8,6 @@
 #include "simulation/contact.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* The model in which all contacts are closed, with the loops and effects that are on; its data. */
 static void take_all(struct kt_contacts *c, const kt_model *model) {
@@ -175,19 +174,4 @@ kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at
     const kt_status status = find_least(c, at, c->rate, error);
     set_units(c, at->model, c->rate);
     return status == KT_OK ? find_least(c, at, c->rate, error) : status;
-}
-
-/* ---- what cannot be decided -------------------------------------------------------------------------------------- */
-
-kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
-             simulation->model->text + kt_contact_loop(simulation, 0)->name, t);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                        "there are no %s by which it and the %d others that touch could part: they wedge each other%s; "
-                        "leave a gap, or take an elastic one (stiffness)",
-                        what, simulation->contacts->meeting - 1,
-                        simulation->contacts->touching > simulation->contacts->resting
-                            ? ", or friction has no solution (Painleve's paradox)"
-                            : "");
 }

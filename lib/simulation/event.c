@@ -502,7 +502,7 @@ static kt_status count_instant(kt_simulation *simulation, size_t k, double t, kt
     const double r = memory->event_ratio;
     memory->event_row = follows && d <= close ? memory->event_row + 1 : 0;
     if (memory->event_row >= IN_A_ROW || (memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r)))
-        return refuse_chain(simulation, k, t, error);
+        return kt_simulation_explain_disc(simulation, refuse_chain(simulation, k, t, error), error);
     memory->event_interval = follows ? d : 0.0;
     memory->event_last = t;
     memory->event_instants++;

@@ -17,6 +17,9 @@
 #include "closure/open_loops.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
+#include "loop/loop.h"
+#include "mechanism/evaluate.h"
+#include "model/switching.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -166,7 +169,55 @@ static kt_status refuse_bend(const kt_simulation *simulation, const kt_error *fr
                         seen->smallest, bend, is_other ? ", which dopri5 or radau5 may pass" : "", from->message);
 }
 
-kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
+#if KT_HAS_EVENTS
+/* A disc that lies flat on its plane touches everywhere, and its rim has no lowest point. Inclined by less than this it does so but for
+ * rounding: what turns there has an inertia of m r^2 times the square of that, and impacts run around the rim in less and less time. */
+static const double flat = 1e-3;
+
+/* The inclination of a disc against the plane that its rim touches; HUGE_VAL of one that does not touch, and of other loops. */
+static double inclination_of(const kt_loop_record *loop, const kt_link_kinematics *links) {
+    kt_mat3 axes[2];
+    kt_vec3 point[2];
+    if (loop->type != KT_LOOP_ROLLING || kt_loop_is_off(loop) || loop->form == KT_ROLLING_BALL)
+        return HUGE_VAL;
+    for (int end = 0; end < 2; end++) {
+        const kt_link_kinematics *link = &links[loop->link[end]];
+        axes[end] = kt_mat3_multiply(link->axes, loop->frame[end].rotation);
+        point[end] = kt_vec3_add(link->position, kt_mat3_apply(link->axes, loop->frame[end].position));
+    }
+    const double s = kt_vec3_norm(kt_vec3_cross(axes[1].z, axes[0].z));
+    const double gap = kt_vec3_dot(axes[1].z, kt_vec3_sub(point[0], point[1])) - loop->radius * s;
+    return fabs(gap) < flat * loop->radius ? s : HUGE_VAL;
+}
+
+kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error) {
+    const kt_model *model = simulation->model, *all = kt_model_switched(model, model->set | simulation->contact_mask);
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_error from = *error;
+    double least = flat;
+    int disc = -1;
+    for (size_t i = 0; i < all->n.loop; i++) {
+        kt_link_kinematics *links = kt_links_scratch(simulation->data);
+        if (all->loop[i].type != KT_LOOP_ROLLING)
+            continue;
+        simulation->cached = KT_CACHED_NOTHING;
+        kt_links_sweep(model, simulation->data, y, y + simulation->size.nq, links);
+        const double inclination = inclination_of(&all->loop[i], links);
+        disc = inclination < least ? (int)i : disc;
+        least = fmin(inclination, least);
+    }
+    if (disc < 0)
+        return status;
+    return kt_error_set(
+        error, from.code, from.where,
+        "the disc '%.60s' lies flat but for %.2g rad, where its rim ('%.60s') has no lowest point: end the run "
+        "before, where it is inclined by 1e-3 rad (until), give it three spheres on its rim, or an elastic contact "
+        "(stiffness): %s",
+        kt_body_name(model, all->loop[disc].body[0]), least, kt_loop_name(all, disc), from.message);
+}
+#endif
+
+static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
     const kt_error *cause = &simulation->cause;
     char where[KT_WHERE_SIZE + 32], advice[ADVICE];
     kt_error end;
@@ -204,4 +255,13 @@ kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *fro
     return cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0
                ? kt_error_set(error, from->code, where, "%s", from->message)
                : kt_simulation_fail(simulation, from, error);
+}
+
+kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
+    const kt_status status = fail_step(simulation, from, near, error);
+#if KT_HAS_EVENTS
+    return kt_simulation_explain_disc(simulation, status, error);
+#else
+    return status;
+#endif
 }

@@ -549,6 +549,10 @@ bool kt_simulation_is_recoverable(kt_status status);
  * adds a remedy; near: the step computed accelerations next to a singular position. */
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
+#if KT_HAS_EVENTS
+/* Adds to an error what it comes from where a disc lies flat. */
+kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error);
+#endif
 
 /* Skips the records before the current time, which kt_simulation_run has not handed over. */
 void kt_simulation_skip_records(kt_simulation *simulation);

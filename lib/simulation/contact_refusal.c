@@ -1,0 +1,105 @@
+/* Impacts and reactions that do not exist, in words that name the cause.
+ *
+ * Prescribed motions (loops that are functions of time) leave the mechanism with fewer degrees of freedom, of which W = J M^-1 J' is
+ * made. Where they alone decide the rates of contacts, u = J v - b', rows of W depend on each other, or are zero: impulses change
+ * these rates by rounding only. What a complementarity problem with such a matrix finds is none of its solutions: once velocities
+ * are projected onto the loops, a contact still closes. If n contacts are pressed together, the sum of their rates is what is
+ * prescribed, so that one of them keeps at least the n-th part of it; if impulses exist, rounding is left. Half of the smallest such
+ * part tells them apart. The loops that are named are those whose velocities contradict each other once these contacts are closed.
+ */
+#include "base/copy.h"
+#include "closure/open_loops.h"
+#include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
+#include "kinetree/mechanism.h"
+#include "model/switching.h"
+#include "simulation/contact.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static const double kept = 0.5 / KT_SWITCH_MAX;
+/* Rates above this part of the fastest approach part. */
+static const double rounding = 1e-9;
+
+/* The rate of row i of those that touch, at the velocities v. */
+static double rate_of(const struct kt_contacts *c, int i, const double *v) {
+    const kt_contact *contact = &c->item[c->list[i]];
+    double sum = -contact->sign * c->rate[kt_contact_row(c->all, contact) + c->component[i]];
+    for (size_t j = 0; j < c->all->n.v; j++)
+        sum += kt_contact_entry(c, i, j) * v[j];
+    return sum;
+}
+
+/* The row that closes fastest; *speed: its speed, not below 0. */
+static int find_fastest(const struct kt_contacts *c, const double *v, double *speed) {
+    int fastest = 0;
+    *speed = 0.0;
+    for (int i = 0; i < c->meeting; i++) {
+        const double rate = rate_of(c, i, v);
+        fastest = -rate > *speed ? i : fastest;
+        *speed = fmax(*speed, -rate);
+    }
+    return fastest;
+}
+
+static void name_contact(const kt_simulation *simulation, int i, double t, char *where) {
+    (void)snprintf(where, KT_WHERE_SIZE, "contact '%.60s' at t = %.9g s",
+                   simulation->model->text + kt_contact_loop(simulation, i)->name, t);
+}
+
+/* Whether loops prescribe that contacts go on to close; then an error that names them. Otherwise data are those of the model again. */
+static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double *q = kt_integrator_state(simulation->integrator), *from = q + simulation->size.nq;
+    const kt_model *model = simulation->model;
+    uint64_t set = model->set & ~c->mask;
+    double speed;
+    char where[KT_WHERE_SIZE], what[320];
+    kt_error found;
+    const int fastest = find_fastest(c, from, &speed);
+    for (int i = 0; i < c->meeting; i++)
+        set |= rate_of(c, i, from) <= rounding * speed ? c->item[c->list[i]].bit : 0;
+    const kt_model *closed = kt_model_switched(model, set);
+    kt_data_adapt(closed, simulation->data);
+    kt_copy(simulation->a, from, simulation->size.nv * sizeof(double));
+    if (!(speed > 0.0) ||
+        kt_velocity_impact(closed, simulation->data, t, q, simulation->a, NULL, &found) != KT_ERROR_CONSTRAINT) {
+        kt_data_adapt(model, simulation->data);
+        simulation->contact_calls->follow(simulation);
+        return false;
+    }
+    (void)snprintf(what, sizeof what,
+                   "a prescribed motion goes on through this boundary, which is met at %.3g (m/s or rad/s), and no "
+                   "impulse stops it; let it end before, let it act through a spring (joint_spring), or take an "
+                   "elastic stop or contact (stiffness). What contradicts each other",
+                   speed);
+    (void)kt_open_loops_error(closed, simulation->data, t, what, true, &found);
+    name_contact(simulation, fastest, t, where);
+    (void)kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s", found.message);
+    return true;
+}
+
+kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
+                                  kt_status status, kt_error *error) {
+    double speed = approach;
+    if (status == KT_OK)
+        (void)find_fastest(simulation->contacts, v, &speed);
+    return approach > 0.0 && speed > kept * approach && (status == KT_OK || status == KT_ERROR_CONSTRAINT) &&
+                   is_prescribed(simulation, t, error)
+               ? KT_ERROR_CONSTRAINT
+               : status;
+}
+
+kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    char where[KT_WHERE_SIZE];
+    if (is_prescribed(simulation, t, error))
+        return KT_ERROR_CONSTRAINT;
+    name_contact(simulation, 0, t, where);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                        "there are no %s by which it and the %d others that touch could part: they wedge each other%s; "
+                        "leave a gap, or take an elastic one (stiffness)",
+                        what, c->meeting - 1,
+                        c->touching > c->resting ? ", or friction has no solution (Painleve's paradox)" : "");
+}
