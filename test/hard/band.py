@@ -364,6 +364,7 @@ RUNS = {
 TIGHT = ["--tolerance", "1e-11"]
 RUNS.update({f"{name}-tight": [*RUNS[name], *TIGHT] for name in ("auto", "dop853", "radau5", "svd", "partition", "absolute", "spatial")})
 LONG = {"forty_windows": 2.0, "ten_windows": 5.0, ("rope", "radau5"): 1.0}  # of the last the start matters, at rest
+SLOW = {"absolute": 4.0, "svd": 4.0}  # of what is run without --full these two take half, and pass their position within the first seconds
 
 # Forms of groups, by what asked_form.c reads: structure and excluded forms (kt_structure, 1 << kt_group_form).
 FORMS = {
@@ -425,7 +426,7 @@ def run(program, family, d, options, duration, keep, patience, environment):
         command += ["--interval", repr(duration / 200.0), "--record", "energy,balance", *options]
         limit = functools.partial(limit_time, patience)
         done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False, preexec_fn=limit)
-        if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        if done.returncode == -signal.SIGXCPU:
             return Result("O", d, words="time is over", cpu=patience)
         if done.returncode:
             words = done.stderr.strip().splitlines()
@@ -470,6 +471,8 @@ def wanted(o):
 
 def ask(o, family, name, d):
     duration = min(o.duration, LONG.get((family, name), LONG.get(family, o.duration)))
+    if not (o.full or o.families or o.runs or o.sample):
+        duration = min(duration, SLOW.get(name, duration))
     return run(o.program, family, d, options_of(name), duration, o.keep, o.patience, environment_of(o, name))
 
 
