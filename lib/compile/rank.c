@@ -311,6 +311,34 @@ static void find_ranks(kt_model *model, kt_data *data, samples *found) {
         }
 }
 
+#if KT_HAS_SWITCHES
+static bool is_bounded(const kt_model *model, size_t g) {
+    const kt_group *group = &model->group[g];
+    bool any = false;
+    for (int32_t i = 0; i < group->loop_count; i++)
+        any = any || model->loop[model->group_loop[group->loop + i]].side != KT_SIDE_NONE;
+    return any;
+}
+
+/* Evaluates the groups that no sample found closed at generic positions next to the given one, if a loop that bounds one side is among
+ * them. Drives may bring within its reach what it does not reach yet, as a rope that hangs straight down on a cart which moves away. The
+ * given position may be singular, and each one that comes nearest to closing it is: there A' g = 0, with g the gaps. */
+static void sample_bounds(kt_model *model, kt_data *data, samples *found) {
+    double *q = found->q + model->n.q;
+    memcpy(found->seen, found->sampled, model->n.group * sizeof *found->seen);
+    for (size_t g = 0; g < model->n.group; g++)
+        found->fraction[g] = 1.0;
+    for (size_t s = 0; s < 3; s++) {
+        for (size_t g = 0; g < model->n.group; g++)
+            found->sampled[g] = found->seen[g] || !is_bounded(model, g);
+        scatter(model, 0.1, found->fraction, s, data->delta);
+        kt_position_add(model, model->q0, data->delta, q);
+        sample_groups(model, data, q, false, found);
+    }
+    memcpy(found->sampled, found->seen, model->n.group * sizeof *found->seen);
+}
+#endif
+
 static double least_of(const kt_model *model, const kt_group *group, const kt_group_work *w);
 
 /* Takes the equations of a group for as uncertain as the model's rounding. */
@@ -621,6 +649,9 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
             status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     }
     if (status == KT_OK) {
+#if KT_HAS_SWITCHES
+        sample_bounds(model, data, &found);
+#endif
         sample_groups(model, data, model->q0, false, &found);
         finish(model, data, &found);
         status = choose_among_delayed(model, &found, error);

@@ -21,6 +21,8 @@
 static const double kept = 0.5 / KT_SWITCH_MAX;
 /* Rates above this part of the fastest approach part. */
 static const double rounding = 1e-9;
+/* What contradicts each other leaves at least this part of it. */
+static const double left = 1e-3;
 
 /* The rate of row i of those that touch, at the velocities v. */
 static double rate_of(const struct kt_contacts *c, int i, const double *v) {
@@ -48,6 +50,17 @@ static void name_contact(const kt_simulation *simulation, int i, double t, char 
                    simulation->model->text + kt_contact_loop(simulation, i)->name, t);
 }
 
+/* The largest violation of the velocity equations that a projection has left. */
+static double violation_of(const kt_model *model, const kt_data *data) {
+    double most = 0.0;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        for (int r = 0; r < w.k; r++)
+            most = fmax(most, fabs(w.right[r]));
+    }
+    return most;
+}
+
 /* Whether loops prescribe that contacts go on to close; then an error that names them. Otherwise data are those of the model again. */
 static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
@@ -64,7 +77,8 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     kt_data_adapt(closed, simulation->data);
     kt_copy(simulation->a, from, simulation->size.nv * sizeof(double));
     if (!(speed > 0.0) ||
-        kt_velocity_impact(closed, simulation->data, t, q, simulation->a, NULL, &found) != KT_ERROR_CONSTRAINT) {
+        kt_velocity_impact(closed, simulation->data, t, q, simulation->a, NULL, &found) != KT_ERROR_CONSTRAINT ||
+        !(violation_of(closed, simulation->data) > left * speed)) {
         kt_data_adapt(model, simulation->data);
         simulation->contact_calls->follow(simulation);
         return false;

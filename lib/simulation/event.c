@@ -483,13 +483,14 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
 static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
     char where[KT_WHERE_SIZE];
     snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
-                        "events follow each other without end: this one has happened %llu times, the last time %.3g s "
-                        "ago; %s",
-                        (unsigned long long)simulation->event_memory[k].count, t - simulation->memory.event_last,
-                        k < kt_simulation_contact_events(simulation)
-                            ? "give its contact a larger rest_velocity, from which it rests"
-                            : "give it a limit, let it stop the run, or change what it sets so that the chain ends");
+    return kt_error_set(
+        error, KT_ERROR_STEP, where,
+        "events follow each other without end: this is one of the %llu instants at which any has happened, and the one "
+        "before was %.3g s ago; %s",
+        (unsigned long long)simulation->memory.event_instants + 1, t - simulation->memory.event_last,
+        k < kt_simulation_contact_events(simulation)
+            ? "give its contact a larger rest_velocity, from which it rests; let no prescribed motion close a gap"
+            : "give it a limit, let it stop the run, or change what it sets so that the chain ends");
 }
 
 /* Counts an instant of events; an error if such instants have no end. */

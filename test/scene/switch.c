@@ -420,6 +420,33 @@ KT_TEST(a_coin_spins_to_its_end) {
     check_end(true);
 }
 
+/* ---- a rope that is out of reach ----------------------------------------------------------------------------------- */
+
+/* A cart takes a pendulum away, which hangs straight below the fixed end of a rope that is longer: from there no position closes the rope, and its
+ * row is zero. Later it holds the pendulum where both lengths say. */
+KT_TEST(a_rope_out_of_reach_at_the_start_holds_what_a_drive_takes_away) {
+    rows r;
+    const double x = 0.6, length = 1.05, inclined = asin((1.0 + x * x - length * length) / (2.0 * x));
+    if (run_scene(
+            "kinetree: 1\n"
+            "gravity: [0, -9.81, 0]\n"
+            "bodies:\n"
+            "  - {name: cart, joint: {type: prismatic, axis: x, position: 0}, mass: 1}\n"
+            "  - {name: arm, parent: cart, joint: {type: revolute, axis: z, position: -90 deg}, mass: 1, com: [0.5, 0, "
+            "0],\n"
+            "     inertia: [0.08, 0.08, 0.08]}\n"
+            "loops:\n"
+            "  - {name: drive, type: motion, joint: cart, position: {ramp: {from: 0, to: 0.6, start: 0, end: 2}}}\n"
+            "  - {name: rope, type: distance, between: [world, {body: arm, at: [1, 0, 0]}], length: 1.05, slack: "
+            "true}\n"
+            "simulate: {duration: 4, until: t - 3}\n",
+            NULL, &r) &&
+        kt_check_above("records", r.count, 0.5)) {
+        kt_check_near("arm, rad", r.q[r.count - 1][1], -1.57079632679489662 - inclined, 1e-14);
+        kt_check_near("balance, J", r.total[r.count - 1], -9.81 * 0.5, 1e-8);
+    }
+}
+
 /* ---- what no impulse can turn ------------------------------------------------------------------------------------ */
 
 /* A run that ends in words. It has moved up to 2e-11 m behind a boundary then, which a ramp does in 7.3e-7 s. */
