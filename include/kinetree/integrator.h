@@ -436,8 +436,8 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * a diagonally implicit L-stable one of the others), so that the order stays.
  *
  * Rosenbrock (rodas5p): a step solves eight linear systems with one matrix and iterates nothing. Its order depends on
- * an exact Jacobian, which is computed at every step; where it cannot be, the old one serves on and the step is counted
- * (capped). Where f depends on time its slope is asked of the caller (kt_newton), or found by two more evaluations: off
+ * an exact Jacobian, which is computed at every step; where it cannot be, the old one serves on, or none where that one
+ * misleads, and the step is counted (capped). Where f depends on time its slope is asked of the caller (kt_newton), or found by two more evaluations: off
  * by 1e-7 h^4 f_ttt in a step. With quadratures there are two more, too; these have order 4. A matrix that is singular
  * asks for a shorter step, and where the step is fixed that is KT_ERROR_STEP.
  *
@@ -490,7 +490,7 @@ typedef struct kt_integrator_counts {
     uint64_t evaluations; /* of the right-hand side, rejected tries and interpolation included */
     uint64_t capped;      /* stabilised: estimates of the decay that had not settled when they had taken all they may;
                         implicit with fixed steps: iterations that ended above rounding, where f is not that exact;
-                        Rosenbrock: steps with an old Jacobian */
+                        Rosenbrock: steps with an old Jacobian, or none */
     uint64_t jacobians;   /* implicit: computed */
     uint64_t factorizations; /* implicit: of Newton's matrices, real and complex ones */
     uint64_t switches;       /* auto: from the explicit method to the implicit one, and back */

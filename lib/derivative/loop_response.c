@@ -58,7 +58,7 @@ static kt_status measure(const kt_model *model, kt_data *data, const kt_dynamic_
                          kt_error *error) {
     const kt_passage passage = data->passage;
     const kt_crossings crossings = data->crossings;
-    data->passage = (kt_passage){0.0, 0.0, 0.0};
+    data->passage = (kt_passage){.time = 0.0};
     const kt_status status = kt_acceleration_trusted(model, data, at, a, error);
     const bool measured = data->passage.acceleration > 0.0 || data->passage.error == 0.0;
     *size = measured && !data->interpolated ? data->passage.acceleration : (double)INFINITY;

@@ -12,7 +12,7 @@ typedef enum kt_jacobian_state {
     KT_JACOBIAN_NONE = 0,
     KT_JACOBIAN_KNOWN,
     KT_JACOBIAN_ZERO,    /* it could not be computed at (t_J, y_J), and there was none before: J = 0 */
-    KT_JACOBIAN_LEFT_OUT /* by the one of (t_J, y_J) iterations diverge where none can be computed: J = 0 */
+    KT_JACOBIAN_LEFT_OUT /* none can be computed, and by that of (t_J, y_J) iterations diverge or stages go wrong: J = 0 */
 } kt_jacobian_state;
 
 /* The numbers that determine the next step besides the state: the first part of an implicit method's history. */

@@ -15,7 +15,8 @@
  *
  * J. The order depends on an exact one: it is computed at every step, and by central differences where the caller gives
  * none. Where it cannot be computed the old one serves on, and the step is counted (capped): its order is lower, which
- * an adaptive step sees in its estimate.
+ * an adaptive step sees in its estimate. That of a bend next to a singular position of loops is wrong behind it by any
+ * factor, and steps by it would be as short: where the slope of the second stage is foreseen better without J, J = 0.
  *
  * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or knows it (kt_newton.time_derivative), or it
  * is the difference over 2 delta, delta = h / 1024, (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta), within
@@ -190,15 +191,46 @@ static kt_try_result integrate_quadratures(kt_integrator *it, const kt_interval 
     return KT_TRY_PASSED;
 }
 
+/* Whether an old J foresees the change of the slope up to the second stage, which is known now, worse than J = 0 does: by
+ * J a_21 U_1 with J U_1 = U_1 / (h gamma) - f(t0, y0) - gamma_1 h f_t. */
+static bool misleads(kt_integrator *it, double h) {
+    const size_t n = it->sizes.n;
+    const kt_rosenbrock *table = table_of(it);
+    const double *u = kt_newton_row(it, ROW_U), *slope = kt_newton_row(it, ROW_TIME), *f = it->k[SLOT_START];
+    const double *next = it->k[SLOT_STAGE], sigma = 1.0 / (h * gamma_of(it->method));
+    double *change = kt_newton_row(it, ROW_MIDDLE), *foreseen = kt_newton_row(it, ROW_END);
+    for (size_t l = 0; l < n; l++) {
+        change[l] = next[l] - f[l] - it->method->c[1] * slope[l];
+        foreseen[l] = table->a[1][0] * (sigma * u[l] - f[l] - table->gamma_sum[0] * slope[l]);
+    }
+    return !(kt_scaled_norm(it, change, foreseen) <= kt_scaled_norm(it, change, NULL));
+}
+
+/* All stages, without an old J if that misleads. */
+static kt_try_result solve_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    kt_newton_work *w = kt_newton_of(it);
+    for (int i = 0, next = 0; i < STAGES; i = next) {
+        if (solve_stage(it, in, i, result) != KT_TRY_PASSED)
+            return result->result;
+        const bool is_old = !w->is_of_now && (int)w->now.state == KT_JACOBIAN_KNOWN;
+        const bool again = i == 1 && is_old && misleads(it, in->h);
+        if (again)
+            w->now.state = KT_JACOBIAN_LEFT_OUT;
+        next = again ? 0 : i + 1;
+    }
+    return KT_TRY_PASSED;
+}
+
 static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
-    w->factored = w->now.step = 0.0; /* those of another step, however near, are not exact */
+    w->factored = w->now.step = 0.0;               /* those of another step, however near, are not exact */
+    if ((int)w->now.state == KT_JACOBIAN_LEFT_OUT) /* of another try, too */
+        w->now.state = KT_JACOBIAN_KNOWN;
     if (kt_newton_factor(it, in->h, 1.0 / gamma_of(it->method), (kt_complex){0.0, 0.0}, result) != KT_TRY_PASSED ||
         find_time_derivative(it, in, result) != KT_TRY_PASSED)
         return result->result;
-    for (int i = 0; i < STAGES; i++)
-        if (solve_stage(it, in, i, result) != KT_TRY_PASSED)
-            return result->result;
+    if (solve_stages(it, in, result) != KT_TRY_PASSED)
+        return result->result;
     combine(it, in->y, table_of(it)->m, STAGES, it->trial);
     set_dense(it, in->h);
     if (it->counted < it->sizes.n && kt_first_not_finite(it->trial, it->counted) == it->counted)

@@ -356,12 +356,15 @@ static void count_crossing(const crossing *c, bool interpolated) {
     const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->at.v, NULL), s = c->s;
     const double error = interpolated ? c->interpolated : c->rounding, time = interpolated ? c->dt : s / speed;
     const bool measured = isfinite(error) && time > 0.0;
+    const bool either = interpolated && isfinite(c->rounding); /* the direct one may be right, too */
+    const double apart = either ? difference(c->model, c->data->scratch, c->closed) : 0.0;
     kt_crossings *seen = &c->data->crossings;
     kt_passage *passage = &c->data->passage;
     const double led_off = measured ? 0.5 * error * time * time : nearest, left = fmax(s, nearest) / speed;
     passage->time = passage->time > 0.0 ? fmin(passage->time, left) : left;
     passage->acceleration = fmax(passage->acceleration, measured ? error : 0.0);
-    passage->error = fmax(passage->error, led_off);
+    passage->error = fmax(passage->error, fmax(led_off, 0.5 * apart * left * left));
+    passage->jump = fmax(passage->jump, apart);
     if (c->bent && !interpolated)
         seen->bend = seen->bend > 0.0 ? fmin(seen->bend, s / speed) : s / speed;
     seen->since = seen->near > 0 ? fmin(seen->since, c->at.t) : c->at.t;

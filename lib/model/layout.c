@@ -128,6 +128,6 @@ kt_crossings kt_data_crossings(kt_data *data) {
         return none;
     const kt_crossings last = data->crossings;
     data->crossings = none;
-    data->passage = (kt_passage){0.0, 0.0, 0.0};
+    data->passage = (kt_passage){.time = 0.0};
     return last;
 }

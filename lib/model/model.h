@@ -430,10 +430,11 @@ typedef struct kt_slip_frame {
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
 /* The motion next to a singular position, since the start of the last step or the last call of kt_data_crossings: the
- * largest estimated error of an acceleration, over its unit, the least time in which the position would be reached, and
- * kt_crossings.error; all 0 if there is none. */
+ * largest estimated error of an acceleration, over its unit, the least time in which the position would be reached,
+ * kt_crossings.error, and by how much interpolated accelerations differ from direct ones that may be right, too; all 0 if
+ * there is none. */
 typedef struct kt_passage {
-    double acceleration, time, error;
+    double acceleration, time, error, jump;
 } kt_passage;
 
 #ifdef KT_LANES

@@ -271,7 +271,8 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     return kt_simulation_is_recoverable(status) && !dead ? 1 : -1;
 }
 
-/* Next to a singular position accelerations are known to passage.acceleration. A step of a tenth of the time to it
+/* Next to a singular position accelerations are known to passage.acceleration, and where both ways to compute them may be
+ * right they jump from one to the other by passage.jump. A step of a tenth of the time to it
  * resolves the path (a method of fourth order to 1e-5 of the distance), and the stages' errors, which are of either
  * sign, add up to some of them. That is asked where rounding leads off by more than the tolerance, which is said, and of
  * steps of a thousandth of that time: what these are estimated to be off by is rounding. */
@@ -279,13 +280,14 @@ static double noise_within(double h, void *user) {
     const kt_simulation *simulation = user;
     const kt_passage *passage = &simulation->data->passage;
     const bool uncertain = passage->error > simulation->integrator->options.relative_tolerance;
-    return h <= (uncertain ? 0.1 : 1e-3) * passage->time ? 4.0 * passage->acceleration * h : 0.0;
+    const double off = fmax(4.0 * passage->acceleration, passage->jump);
+    return h <= (uncertain ? 0.1 : 1e-3) * passage->time ? off * h : 0.0;
 }
 
 /* Records and works ask for accelerations, too: no step may be judged by these. */
 static void begin_passage(void *user) {
     const kt_simulation *simulation = user;
-    simulation->data->passage = (kt_passage){0.0, 0.0, 0.0};
+    simulation->data->passage = (kt_passage){.time = 0.0};
 }
 
 const struct kt_noise kt_simulation_noise = {begin_passage, noise_within};

@@ -326,7 +326,7 @@ KT_TEST(the_slope_in_time_is_asked_for_where_there_is_one) {
     }
 }
 
-/* The Jacobian fails from the second on: the first one serves, each such step is counted, and the order is lost. */
+/* The Jacobian fails from the second on: the first one serves, or none, each such step is counted, and the order is lost. */
 KT_TEST(an_old_jacobian_serves_and_is_counted) {
     double h[3], error[3];
     for (int l = 0; l < 3; l++) {
@@ -340,8 +340,64 @@ KT_TEST(an_old_jacobian_serves_and_is_counted) {
         integrator_free(it);
     }
     kt_note("errors %.2g ... %.2g", error[0], error[2]);
-    kt_check_below("order", slope_of(h, error, 3), 3.0);
-    kt_check_below("error", error[2], 2e-6);
+    kt_check_below("order", slope_of(h, error, 3), 4.0);
+    kt_check_below("error", error[2], 2e-9);
+}
+
+/* Prothero and Robinson's equation, whose lambda changes, and with it the Jacobian, which is known for a while. */
+typedef struct changing {
+    double lambda, jacobian, sigma;
+    bool known;
+} changing;
+
+static int changing_rhs(double t, const double *y, double *dydt, void *user) {
+    return forced(t, y, dydt, &((changing *)user)->lambda);
+}
+
+static int changing_jacobian(double t, const double *y, const double *dydt, void *user) {
+    changing *s = user;
+    (void)t, (void)y, (void)dydt;
+    if (s->known)
+        s->jacobian = s->lambda;
+    return s->known ? 0 : 1;
+}
+
+static int changing_factor(kt_complex sigma, void *user) {
+    ((changing *)user)->sigma = sigma.re;
+    return 0;
+}
+
+static int changing_solve(double *re, double *im, void *user) {
+    const changing *s = user;
+    (void)im;
+    re[0] /= s->sigma - s->jacobian;
+    return 0;
+}
+
+/* By the Jacobian of the stiff part the other takes 7e5 evaluations, and ends 0.04 off. Stiff again, it serves. */
+KT_TEST(an_old_jacobian_that_misleads_is_left_out) {
+    static const kt_newton newton = {changing_jacobian, changing_factor, changing_solve, NULL, NULL};
+    static const struct {
+        double lambda, end;
+        bool known;
+    } part[] = {{-1e5, 1.0, true}, {-1.0, 3.0, false}, {-1e5, 4.0, false}, {-1.0, 6.0, true}};
+    kt_error error;
+    kt_integrator_options options = tolerance(1e-6, 1e-6);
+    options.newton = &newton;
+    changing s = {.lambda = -1e5};
+    const kt_integrator_callbacks callbacks = {changing_rhs, NULL, &s};
+    kt_integrator *it = integrator_make(rodas(), 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0}, &callbacks, &error), &error);
+    for (size_t i = 0; i < sizeof part / sizeof *part; i++) {
+        const uint64_t before = kt_integrator_counts_get(it).evaluations;
+        s.lambda = part[i].lambda;
+        s.known = part[i].known;
+        integrate_to(it, part[i].end);
+        kt_note("until %g s", part[i].end);
+        kt_check_below("evaluations", (double)(kt_integrator_counts_get(it).evaluations - before), 5e3);
+        kt_check_near("y", kt_integrator_state(it)[0], sin(part[i].end), 1e-5);
+    }
+    integrator_free(it);
 }
 
 KT_TEST(a_singular_matrix_is_told) {

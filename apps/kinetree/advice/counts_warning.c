@@ -14,8 +14,8 @@ static void warn_of_caps(kt_outcome *outcome) {
     if (method->gamma != NULL)
         kt_warn(
             &outcome->warnings, &warning,
-            "%llu step%s took the Jacobian of an earlier one, since it could not be computed there: the order of %s "
-            "is lower",
+            "%llu step%s took the Jacobian of an earlier one, or none, since it could not be computed there: the order "
+            "of %s is lower",
             capped, capped == 1 ? "" : "s", method->name);
     else
         kt_warn(
