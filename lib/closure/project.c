@@ -140,8 +140,12 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
      * where a dead point is met, the equation does not know the velocity, and the one given is better */
     const double s = smallest(model, data, KT_ROWS_ALL);
     const double open = s > RESOLVED ? fmin(0.1 * KT_CLOSED_STEP, LEFT_MOVING * s) : left_by_rounding(s);
-    return violation->slip > open * violation->speed ? project_velocities(model, data, false, v, changed, violation)
-                                                     : closure;
+    /* where two loops fold at once, the terms of the equation are far below the velocities that it is made of, whose
+     * entries of A are known to rounding of what they could be */
+    double speed = violation->speed;
+    for (size_t i = 0; i < model->n.group_v && s <= RESOLVED; i++)
+        speed = fmax(speed, fabs(v[model->group_v[i]]) / model->unit[i]);
+    return violation->slip > open * speed ? project_velocities(model, data, false, v, changed, violation) : closure;
 }
 
 /* Whether a gap is left in a direction too small for rounding to tell where it would be closed; as last factored. */
