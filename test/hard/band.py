@@ -51,7 +51,7 @@ ROUNDING = 1e-9
 ROUNDING_FOLDED = 1e-6
 FOLDED = {"scissor_lift", "sarrus_flat"}
 KEPT = ".tred"
-TOLD = ("'singular'",)
+TOLD = ("'singular'", "'singular_energy'")
 TOLD_FIXED = (*TOLD, "energ", "steps")
 
 

@@ -448,6 +448,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_stability(outcome);
         kt_warn_of_correction(outcome);
         kt_warn_of_energy(outcome);
+        kt_warn_of_passages(outcome);
         kt_warn_of_counts(outcome);
         kt_warn_of_contacts(outcome);
         warn_of_frames(outcome, results.motion);

@@ -174,6 +174,9 @@ void kt_warn_of_stability(kt_outcome *outcome);
 bool kt_watches_works(const kt_outcome *outcome);
 /* Why the energy is not watched, in words; NULL: it is. */
 const char *kt_energy_not_watched(const kt_outcome *outcome);
+/* Warns if a motion with adaptive steps has been next to a singular position, and its energy is off by more than such
+ * steps leave elsewhere. */
+void kt_warn_of_passages(kt_outcome *outcome);
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);
 
