@@ -50,11 +50,11 @@ static void meet(void *user, const kt_jet *decision) {
 
 /* Derivatives that change the value over the interval by no more than its rounding errors are none. */
 static finding bound_on(search *s, double from, double to) {
-    static const double rounding = 1e-13, underflow = 1e-200;
+    static const double rounding = 1e-13, nothing_at_all = 1e-60; /* in any unit of a machine */
     finding worst = NOTHING;
     s->effort--;
     const kt_jet jet = kt_expression_bound(s->expression, from, to, s->corners ? meet : NULL, &worst);
-    double nothing = rounding * jet.size + underflow;
+    double nothing = rounding * jet.size + nothing_at_all;
     if (s->corners || jet.defined == KT_DEFINED_NOWHERE)
         return worst;
     for (int k = 1; k < KT_JET_ORDER; k++) {

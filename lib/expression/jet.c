@@ -8,9 +8,12 @@
  *     z = log x    z_k = (x_k - (1/k) sum_(0<i<k) i z_i x_(k-i)) / x_0
  *     s = sin x, c = cos x    k s_k = sum_(i>0) i x_i c_(k-i),  k c_k = -sum_(i>0) i x_i s_(k-i)
  *
- * and what is an integral of these (atan, asin, ...) has z_k = (z')_(k-1) / k. An interval is widened by two roundings
- * in each operation, so that it holds what exact arithmetic gives. Where a value may be NaN is kept besides its bounds,
- * which are those of its numbers alone: a comparison with NaN is one of numbers again.
+ * and what is an integral of these (atan, asin, ...) has z_k = (z')_(k-1) / k. Where a value is beyond the largest number,
+ * as exp(800) in 1 / (1 + exp(100 (8 - t))), these sums have no bounds, but the ratios z_k / z_0 have: they follow from the
+ * same sums over x_0, y_0 and z_0, and those of x + y, two numbers of one sign, are means of both.
+ *
+ * An interval is widened by two roundings in each operation, so that it holds what exact arithmetic gives. Where a value may
+ * be NaN is kept besides its bounds, which are those of its numbers alone: a comparison with NaN is one of numbers again.
  */
 #include "expression/jet.h"
 
@@ -39,6 +42,9 @@ static kt_interval widened(double lo, double hi) {
 static bool is_point(kt_interval x, double value) { return x.lo == value && x.hi == value; }
 static bool holds(kt_interval x, double value) { return x.lo <= value && value <= x.hi; }
 static bool holds_infinity(kt_interval x) { return holds(x, HUGE_VAL) || holds(x, -HUGE_VAL); }
+
+static double most(kt_interval x) { return fmax(fabs(x.lo), fabs(x.hi)); }
+static double least(kt_interval x) { return holds(x, 0.0) ? 0.0 : fmin(fabs(x.lo), fabs(x.hi)); }
 
 static kt_interval add(kt_interval x, kt_interval y) { return widened(x.lo + y.lo, x.hi + y.hi); }
 static kt_interval negate(kt_interval x) { return (kt_interval){-x.hi, -x.lo}; }
@@ -111,15 +117,53 @@ static bool is_constant(const kt_jet *x) {
     return true;
 }
 
+static kt_interval ratio_of(const kt_jet *x, int k) {
+    static const kt_interval one = {1.0, 1.0};
+    return k == 0 ? one : x->has_ratio ? x->ratio[k] : divide(x->c[k], x->c[0]);
+}
+
+/* What both hold; both hold the same number. */
+static kt_interval common(kt_interval x, kt_interval y) {
+    const kt_interval both = {fmax(x.lo, y.lo), fmin(x.hi, y.hi)};
+    return both.lo <= both.hi ? both : x;
+}
+
+/* Takes over the ratios, which bound what has no bounds yet, or wide ones. */
+static void settle(kt_jet *z, const kt_interval ratio[ORDER + 1]) {
+    for (int k = 0; k <= ORDER; k++) {
+        z->ratio[k] = ratio[k];
+        z->c[k] = k == 0 ? z->c[0] : common(z->c[k], multiply(z->c[0], ratio[k]));
+    }
+    z->has_ratio = true;
+}
+
+static bool have_one_sign(kt_interval x, kt_interval y) {
+    return (x.lo >= 0.0 && y.lo >= 0.0) || (x.hi <= 0.0 && y.hi <= 0.0);
+}
+
+/* x / (x + y) of numbers of one sign. */
+static kt_interval share(kt_interval x, kt_interval y) {
+    static const kt_interval whole = {0.0, 1.0};
+    const double lo = least(x) / (least(x) + most(y)), hi = most(x) / (most(x) + least(y));
+    return isnan(lo) || isnan(hi) ? whole : common(whole, widened(lo, hi));
+}
+
 static kt_jet jet_sum(const kt_jet *x, const kt_jet *y) {
     kt_jet z = {.size = 0.0};
     for (int k = 0; k <= ORDER; k++)
         z.c[k] = add(x->c[k], y->c[k]);
+    if (have_one_sign(x->c[0], y->c[0])) {
+        const kt_interval of_x = share(x->c[0], y->c[0]), of_y = share(y->c[0], x->c[0]);
+        kt_interval ratio[ORDER + 1];
+        for (int k = 0; k <= ORDER; k++)
+            ratio[k] = add(multiply(of_x, ratio_of(x, k)), multiply(of_y, ratio_of(y, k)));
+        settle(&z, ratio);
+    }
     return z;
 }
 
 static kt_jet jet_scale(double factor, const kt_jet *x) {
-    kt_jet z = {.size = 0.0};
+    kt_jet z = *x;
     for (int k = 0; k <= ORDER; k++)
         z.c[k] = scale(factor, x->c[k]);
     return z;
@@ -127,7 +171,7 @@ static kt_jet jet_scale(double factor, const kt_jet *x) {
 
 /* To the bit, so that -2 remains a whole number. */
 static kt_jet jet_minus(const kt_jet *x) {
-    kt_jet z = {.size = 0.0};
+    kt_jet z = *x;
     for (int k = 0; k <= ORDER; k++)
         z.c[k] = negate(x->c[k]);
     return z;
@@ -145,6 +189,13 @@ static kt_jet jet_product(const kt_jet *x, const kt_jet *y) {
         for (int i = 0; i <= k; i++)
             z.c[k] = add(z.c[k], multiply(x->c[i], y->c[k - i]));
     }
+    kt_interval ratio[ORDER + 1];
+    for (int k = 0; k <= ORDER; k++) {
+        ratio[k] = zero;
+        for (int i = 0; i <= k; i++)
+            ratio[k] = add(ratio[k], multiply(ratio_of(x, i), ratio_of(y, k - i)));
+    }
+    settle(&z, ratio);
     return z;
 }
 
@@ -156,6 +207,13 @@ static kt_jet jet_quotient(const kt_jet *x, const kt_jet *y) {
             sum = subtract(sum, multiply(z.c[i], y->c[k - i]));
         z.c[k] = divide(sum, y->c[0]);
     }
+    kt_interval ratio[ORDER + 1];
+    for (int k = 0; k <= ORDER; k++) {
+        ratio[k] = ratio_of(x, k);
+        for (int i = 0; i < k; i++)
+            ratio[k] = subtract(ratio[k], multiply(ratio[i], ratio_of(y, k - i)));
+    }
+    settle(&z, ratio);
     return z;
 }
 
@@ -175,12 +233,15 @@ static kt_jet jet_exp(const kt_jet *x) {
     kt_jet z = {.size = 0.0};
     z.c[0] = raise(exp, x->c[0]);
     z.c[0].lo = fmax(0.0, z.c[0].lo);
+    for (int k = 1; k <= ORDER; k++)
+        z.c[k] = everything;
+    kt_interval ratio[ORDER + 1] = {{1.0, 1.0}};
     for (int k = 1; k <= ORDER; k++) {
-        kt_interval sum = zero;
+        ratio[k] = zero;
         for (int i = 1; i <= k; i++)
-            sum = add(sum, scale((double)i / k, multiply(x->c[i], z.c[k - i])));
-        z.c[k] = sum;
+            ratio[k] = add(ratio[k], scale((double)i / k, multiply(x->c[i], ratio[k - i])));
     }
+    settle(&z, ratio);
     return z;
 }
 
@@ -188,15 +249,15 @@ static kt_jet jet_log(const kt_jet *x) {
     kt_jet z = {.size = 0.0};
     z.c[0] = bound_log(x->c[0]);
     for (int k = 1; k <= ORDER; k++) {
-        kt_interval sum = x->c[k];
+        z.c[k] = ratio_of(x, k);
         for (int i = 1; i < k; i++)
-            sum = subtract(sum, scale((double)i / k, multiply(z.c[i], x->c[k - i])));
-        z.c[k] = divide(sum, x->c[0]);
+            z.c[k] = subtract(z.c[k], scale((double)i / k, multiply(z.c[i], ratio_of(x, k - i))));
     }
     return z;
 }
 
 static void jet_sincos(const kt_jet *x, kt_jet *s, kt_jet *c) {
+    *s = *c = (kt_jet){.size = 0.0};
     s->c[0] = bound_sin(x->c[0]);
     c->c[0] = bound_cos(x->c[0]);
     for (int k = 1; k <= ORDER; k++) {
@@ -255,7 +316,10 @@ static kt_jet jet_hyperbolic(const kt_jet *x, double sign) {
     kt_jet other = jet_exp(&minus);
     other = jet_scale(sign, &other);
     other = jet_sum(&e, &other);
-    return jet_scale(0.5, &other);
+    other = jet_scale(0.5, &other);
+    if (sign > 0.0)
+        other.c[0] = common(widened(cosh(least(x->c[0])), cosh(most(x->c[0]))), other.c[0]);
+    return other;
 }
 
 /* 1 - 2 / (e^2x + 1) */
@@ -296,8 +360,11 @@ static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
         const kt_jet z = jet_whole_power(x, (int)fabs(n));
         return n < 0.0 ? jet_quotient(&one, &z) : z;
     }
-    if (!(x->c[0].lo > 0.0))
-        return (kt_jet){.c = {everything, everything, everything, everything, everything}};
+    if (!(x->c[0].lo > 0.0)) {
+        const bool root = is_constant(y) && is_point(y->c[0], n) && n > 0.0 && x->c[0].lo == 0.0;
+        return (kt_jet){.c = {root ? widened(0.0, pow(x->c[0].hi, n)) : everything, everything, everything, everything,
+                              everything}};
+    }
     kt_jet z = jet_log(x);
     z = jet_product(&z, y);
     return jet_exp(&z);
@@ -370,6 +437,9 @@ static kt_jet jet_hull(const kt_jet *x, const kt_jet *y) {
     kt_jet z = {.size = 0.0};
     for (int k = 0; k <= ORDER; k++)
         z.c[k] = hull(x->c[k], y->c[k]);
+    z.has_ratio = x->has_ratio && y->has_ratio;
+    for (int k = 0; k <= ORDER; k++)
+        z.ratio[k] = hull(x->ratio[k], y->ratio[k]);
     return z;
 }
 
@@ -443,6 +513,43 @@ static kt_jet jet_hypot(const kt_jet *x, const kt_jet *y) {
     return jet_sqrt(&a);
 }
 
+/* ---- rounding errors --------------------------------------------------------------------------------------------- */
+
+/* Of a power: |n x^(n-1)| dx, and |z| (|log x| dy + |y| dx / |x|). */
+static double size_of_power(const kt_jet *z, const kt_jet *x, const kt_jet *y) {
+    const double n = fabs(y->c[0].lo), far = most(x->c[0]);
+    if (!is_whole(y))
+        return least(z->c[0]) * (1.0 + most(bound_log(x->c[0])) * y->size + most(y->c[0]) * x->size / far);
+    return y->c[0].lo > 0.0 ? n * pow(least(x->c[0]), n - 1.0) * x->size : n * pow(far, -n - 1.0) * x->size;
+}
+
+/* How rounding errors of x and y come to be those of z = f(x, y), to a small factor and first order. A large number within
+ * a formula does not hide what is left of it: of 1 / (1 + exp(500)) all digits hold. Of an interval these are the least,
+ * so that nothing is taken for rounding before the interval is short. */
+static double size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const kt_jet *y) {
+    const double value = most(z->c[0]);
+    switch (code) {
+    case KT_OPERATOR_NEGATE:
+    case KT_OPERATOR_ABS:
+        return x->size;
+    case KT_OPERATOR_MULTIPLY:
+        return least(x->c[0]) * y->size + least(y->c[0]) * x->size;
+    case KT_OPERATOR_DIVIDE:
+        return (x->size + least(z->c[0]) * y->size) / most(y->c[0]);
+    case KT_OPERATOR_POWER:
+        return size_of_power(z, x, y);
+    case KT_OPERATOR_EXP:
+    case KT_OPERATOR_COSH:
+        return least(z->c[0]) * (1.0 + x->size);
+    case KT_OPERATOR_SQRT:
+        return x->size / value;
+    case KT_OPERATOR_LOG:
+        return fmax(least(z->c[0]), x->size / most(x->c[0]));
+    default:
+        return fmax(fmax(x->size, y->size), isfinite(value) ? value : 0.0);
+    }
+}
+
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
 static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
@@ -494,9 +601,8 @@ static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_swit
 }
 
 kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet, void *user) {
-    const kt_jet time = {.c = {{from, to}, {1.0, 1.0}}};
+    const kt_jet time = {.c = {{from, to}, {1.0, 1.0}}, .size = fmax(fabs(from), fabs(to))};
     kt_jet stack[KT_EXPRESSION_DEPTH_MAX];
-    double size = 0.0;
     int top = -1;
     stack[0] = number(0.0);
     for (size_t i = 0; i < expression->count; i++) {
@@ -504,18 +610,21 @@ kt_jet kt_expression_bound(const kt_expression *expression, double from, double 
         const kt_operator code = (kt_operator)term->code;
         if (code == KT_OPERATOR_NUMBER) {
             stack[++top] = number(term->number);
+            stack[top].size = fabs(term->number);
         } else if (code == KT_OPERATOR_SYMBOL) {
             stack[++top] = time;
         } else {
             const int two = kt_operator_is_binary(code);
             top -= two;
             const kt_definedness defined = definedness_of(code, &stack[top], &stack[top + two]);
-            stack[top] = jet_of(code, &stack[top], &stack[top + two], meet, user);
+            kt_jet z = jet_of(code, &stack[top], &stack[top + two], meet, user);
+            if (is_constant(&stack[top]) && is_constant(&stack[top + two]))
+                z = constant(z.c[0]); /* also where f' is infinite, as that of sqrt(0) */
+            z.size = size_of(&z, code, &stack[top], &stack[top + two]);
+            z.size = isfinite(z.size) ? z.size : 0.0;
+            stack[top] = z;
             stack[top].defined = defined;
         }
-        const double largest = fmax(fabs(stack[top].c[0].lo), fabs(stack[top].c[0].hi));
-        size = isfinite(largest) ? fmax(size, largest) : size;
     }
-    stack[0].size = size;
     return stack[0];
 }

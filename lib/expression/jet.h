@@ -18,8 +18,11 @@ typedef enum kt_definedness { KT_DEFINED, KT_DEFINED_IN_PART, KT_DEFINED_NOWHERE
 /* c[k] holds the k-th derivative over k!, at every time of an interval at which there is one. */
 typedef struct kt_jet {
     kt_interval c[KT_JET_ORDER + 1];
-    double size; /* the largest value that was met on the way: rounding errors are a small part of it */
+    double
+        size; /* rounding errors of the value are a small part of it, where the interval is short; less where it is long */
     kt_definedness defined;
+    bool has_ratio;                      /* whether */
+    kt_interval ratio[KT_JET_ORDER + 1]; /* holds c[k] over c[0], which need not be numbers: of 1 / (1 + exp(800)) */
 } kt_jet;
 
 /* What decides on the branch of an operation that is not smooth, as a formula whose sign changes with the branch; where it

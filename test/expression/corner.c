@@ -223,6 +223,34 @@ KT_TEST(formulas_are_monotone_between_features) {
     }
 }
 
+/* Where exp is beyond the largest number, or below the least, and where a root of 0 stays 0, the first feature is found, and
+ * not the end of what was looked at. f''' of 1 / (1 + e^-u) is 0 at u = -log(2 + sqrt(3)), that of tanh u at half of it, that
+ * of log(1 + e^u) at 0, that of exp(-u^2) at -sqrt(3/2). */
+KT_TEST(features_are_found_behind_numbers_that_are_too_large) {
+    static const struct {
+        const char *text;
+        double first;
+    } rows[] = {
+        {"1000/(1 + exp(-(t - 8)/0.002))", 8.0 - 0.002 * 1.3169578969248166},
+        {"1/(1 + 2^(-1000*(t - 3)))", 3.0 - 1.3169578969248166 / 693.14718055994530942},
+        {"tanh(1000*(t - 6))", 6.0 - 0.6584789484624083e-3},
+        {"log(1 + exp(100*(t - 8)))", 8.0},
+        {"1e150*exp(-((t - 6)/0.1)^2 - 350)", 6.0 - 0.12247448713915891},
+        {"sqrt(max(0, t - 5))", 5.0},
+        {"max(0, t - 5)^1.5", 5.0},
+    };
+    double memory[MEMORY];
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const kt_expression *f = formula(rows[i].text, memory);
+        int order;
+        kt_check_near(rows[i].text, f != NULL ? kt_expression_next_corner(f, 1e-3, HUGE_VAL, &order) : -1.0,
+                      rows[i].first, 1e-6 * rows[i].first);
+    }
+    const kt_expression *f = formula("tanh(1000*t)", memory);
+    int order;
+    kt_check_equal_int("none behind", f != NULL && kt_expression_next_corner(f, 0.5, HUGE_VAL, &order) > 1e9, true);
+}
+
 /* ---- parts ------------------------------------------------------------------------------------------------------- */
 
 enum { PARTS = 4 };
