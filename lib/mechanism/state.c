@@ -73,7 +73,9 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
                            kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, v || !model->n.v))
         return KT_ERROR_ARGUMENT;
-    return kt_state_project_trusted(model, data, t, q, v, changed, error);
+    const kt_input input = {.q = q, .v = v};
+    const kt_status status = kt_input_check(model, &input, error);
+    return status == KT_OK ? kt_state_project_trusted(model, data, t, q, v, changed, error) : status;
 }
 
 kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

@@ -13,6 +13,7 @@
  * before are forgotten.
  */
 #include "effect/effect.h"
+#include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -175,10 +176,29 @@ kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error) 
     return kt_integrator_jump(simulation->integrator, simulation->y, error);
 }
 
+bool kt_simulation_has_inner_stage(const kt_method *method) {
+    for (int i = 0; i < method->stages; i++)
+        if (method->c[i] > 0.0 && method->c[i] < 1.0)
+            return true;
+    return kt_method_stages_vary(method);
+}
+
+/* A method whose stages are at the ends of its steps alone (heun) sees nothing of a bump that ends where it began: one of
+ * its steps ends within each piece, where cubics and bumps have no zero by symmetry. */
+static void end_within_piece(const kt_simulation *simulation, double *t_limit) {
+    static const double part = 0.4;
+    const kt_corners *c = &simulation->corners;
+    const double inside = c->from + part * (c->next - c->from);
+    if (inside > kt_integrator_time(simulation->integrator) + margin_at(c->next) && inside < *t_limit)
+        *t_limit = inside;
+}
+
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
     kt_corners *c = &simulation->corners;
     const double margin = margin_at(c->next);
     c->end = (double)NAN;
+    if (simulation->lacks_inner_stage && isfinite(c->next))
+        end_within_piece(simulation, t_limit);
     if (!isfinite(c->next) || c->next > *t_limit + margin)
         return;
     if (c->next < *t_limit - margin)
@@ -187,6 +207,49 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
         c->end = *t_limit;
         c->before = fmin(c->next, *t_limit) - aside(simulation, c->next);
     }
+}
+
+/* ---- after a step of a method that does not see its end ----------------------------------------------------------- */
+
+/* Whether a function changes so much more behind the last stage, or the latest that is known, than before it that the step
+ * does not tell. orders: how many of its derivatives count. What is less than `nothing` is so in any unit of a machine. */
+static bool changes_behind(const kt_curve *curve, const double *numbers, const double time[3], int orders) {
+    static const double more = 10.0, rounding = 1e-12, nothing = 1e-60;
+    double begin[3], last[3], end[3];
+    kt_curve_evaluate(curve, numbers, time[0], begin);
+    kt_curve_evaluate(curve, numbers, time[1], last);
+    kt_curve_evaluate(curve, numbers, time[2], end);
+    for (int k = 0; k <= orders; k++) {
+        const double behind = fabs(end[k] - last[k]), before = fabs(last[k] - begin[k]);
+        if (behind > more * before + rounding * fmax(fabs(begin[k]), fabs(end[k])) + nothing)
+            return true;
+    }
+    return false;
+}
+
+bool kt_simulation_take_back_missed(kt_simulation *simulation, double *t_limit) {
+    static const double last_known = 2.0 / 3.0; /* the third of the steps that rkc4 extrapolates from begins here */
+    const kt_model *model = simulation->model;
+    const kt_corners *c = &simulation->corners;
+    const double t0 = kt_integrator_previous_time(simulation->integrator),
+                 t1 = kt_integrator_time(simulation->integrator);
+    const double time[3] = {c->begin == t0 ? c->after : t0, t0 + last_known * (t1 - t0), c->end == t1 ? c->before : t1};
+    bool behind = false;
+    for (size_t i = 0; i < model->n.loop && !behind; i++)
+        behind = changes_behind(&model->loop[i].curve, model->number, time, 2);
+    for (size_t i = 0; i < model->n.effect && !behind; i++)
+        for (int k = 0; k < 3 && !behind; k++)
+            behind = changes_behind(&model->effect[i].curve[k], model->number, time, 0);
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part && !behind; i++)
+        behind = changes_behind(&model->time_part[i], model->number, time, 0);
+    for (size_t k = 0; k < kt_mass_curve_count(model) && !behind; k++)
+        behind = changes_behind(kt_mass_curve(model, k), model->number, time, 1);
+    const double half = 0.5 * (t1 - t0);
+    if (!behind || !(half > margin_at(t1)))
+        return false;
+    *t_limit = t0 + half;
+    kt_integrator_retreat(simulation->integrator, half);
+    return true;
 }
 
 /* ---- of a record, where the step is fixed ------------------------------------------------------------------------ */

@@ -311,6 +311,7 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     simulation->corners.any = adapts && (simulation->corners.own != NULL || corners);
     simulation->corners.fixed = !adapts && corners;
     simulation->watches_gaps = adapts && simulation->size.gap > 0;
+    simulation->watches_ends = corners && adapts && simulation->lacks_end_stage;
     if (KT_HAS_GAP && simulation->size.gap > 0)
         (void)kt_gap_list(simulation->model, simulation->gap_source);
     simulation->gap_time = simulation->event_time = (double)NAN;

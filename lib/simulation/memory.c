@@ -252,6 +252,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && simulation->acceleration == NULL;
     simulation->corners.own = settings->options.corner;
     simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);
+    simulation->lacks_inner_stage = KT_HAS_GAP && !kt_simulation_has_inner_stage(settings->method);
     find_quaternions(simulation);
     set_records(simulation, settings);
     kt_simulation_follow_model(simulation);

@@ -275,7 +275,9 @@ struct kt_simulation {
     void *user;                       /* of these two */
     kt_corners corners;
     bool watches_gaps;           /* adaptive steps do not leap over contacts and stops */
+    bool watches_ends;           /* nor over what functions of time do behind their last stage */
     bool lacks_end_stage;        /* by a method without a stage at the end of its steps */
+    bool lacks_inner_stage;      /* or between the ends */
     double gap_time;             /* of gap_begin; NaN: not known */
     const kt_event_watch *watch; /* NULL: there are no events */
     size_t event_count;          /* that were added */
@@ -481,6 +483,13 @@ KT_INNER double kt_simulation_shortest_feature(const kt_model *model, double dur
  * second: *t_limit becomes the next corner if that comes first. */
 KT_CHECKED kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error);
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
+
+/* Whether a stage is between the ends of a step of the method. */
+bool kt_simulation_has_inner_stage(const kt_method *method);
+
+/* After a step of a method that has no stage at its end: where a function of time changes behind the last one, takes the
+ * step back and returns true, *t_limit the time at which the next one is to end. */
+bool kt_simulation_take_back_missed(kt_simulation *simulation, double *t_limit);
 
 /* With fixed steps: refuses a record at t, within the last step, where a function of time does what no stage has
  * seen. */

@@ -229,7 +229,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     kt_error from = {0};
     kt_status status = kt_simulation_begin_step(simulation, &t_limit, &from);
     if (status == KT_OK)
-        status = (KT_HAS_GAP && simulation->watches_gaps) || (KT_HAS_EVENTS && simulation->watch != NULL)
+        status = (KT_HAS_GAP && (simulation->watches_gaps || simulation->watches_ends)) ||
+                         (KT_HAS_EVENTS && simulation->watch != NULL)
                      ? step_watched(simulation, t_limit, &from)
                      : kt_integrator_take_step(simulation->integrator, t_limit, &from);
     return kt_simulation_end_step(simulation, status, &from, error);

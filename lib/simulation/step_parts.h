@@ -26,7 +26,8 @@ static inline void kt_simulation_begin_try(kt_simulation *simulation) {
 }
 static inline kt_status kt_simulation_check_step(kt_simulation *simulation, int repetition, double *t_limit,
                                                  bool *again, kt_error *error) {
-    *again = KT_HAS_GAP && simulation->watches_gaps && kt_simulation_take_back(simulation, t_limit);
+    *again = KT_HAS_GAP && ((simulation->watches_ends && kt_simulation_take_back_missed(simulation, t_limit)) ||
+                            (simulation->watches_gaps && kt_simulation_take_back(simulation, t_limit)));
     return KT_HAS_EVENTS && !*again && simulation->watch != NULL
                ? simulation->watch->take_back(simulation, repetition, t_limit, again, error)
                : KT_OK;

@@ -272,6 +272,21 @@ KT_TEST(quaternion_that_is_no_rotation_is_refused) {
     linkage_free(&l);
 }
 
+KT_TEST(what_is_not_finite_is_refused_without_loops) {
+    static linkage l;
+    linkage_begin(&l);
+    (void)linkage_bar(&l, "arm", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
+    if (!linkage_build(&l, 0.0))
+        return;
+    asked s = ask(&l);
+    s.v[0] = (double)NAN;
+    refuse_move("project", project, &s, KT_ERROR_NOT_FINITE, "'arm'", "velocity");
+    s = ask(&l);
+    s.q[0] = HUGE_VAL;
+    refuse_move("project", project, &s, KT_ERROR_NOT_FINITE, "'arm'", "position");
+    linkage_free(&l);
+}
+
 /* A rocker so short that it can hardly be reached: from far off Newton's steps may go past it again and again, while
  * damped ones close it. Told is then how far the two ends are apart where it began, along the
  * coupler or across. */

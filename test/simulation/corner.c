@@ -62,6 +62,31 @@ KT_TEST(pulse_of_two_milliseconds_after_a_rest_is_seen_by_every_method) {
     kt_model_free(model);
 }
 
+/* A bump begins and ends with nothing, where heun has its stages; a pulse with smooth flanks lies in the last quarter of a
+ * step, which rkc4 has no stage in. Velocities are the areas: 16/35 of height times length, and height times length. */
+KT_TEST(pulses_that_stages_lie_around_are_seen_by_every_method) {
+    static const double tail = 0.02;
+    const kt_function functions[] = {
+        kt_function_bump(100.0, 7.3, 7.32),
+        kt_function_expression("1000/(1 + exp(500*(7 - t))) - 1000/(1 + exp(500*(7.01 - t)))")};
+    const double areas[] = {16.0 / 35.0 * 100.0 * tail, 10.0};
+    kt_worst v = kt_worst_make("velocity over the area");
+    for (int k = 0; k < 2; k++) {
+        pushed p;
+        push_by(&p, KT_EFFECT_MOTOR);
+        p.effect.torque = functions[k];
+        kt_model *model = kt_scene_compile(&p.lone.description);
+        for (int m = 0; model != NULL && m < kt_method_count(); m++) {
+            double state[2];
+            const char *name = kt_method_at(m)->name;
+            if (kt_method_is_adaptive(kt_method_at(m)) && run_to_end(model, name, 10.0, NULL, state, NULL))
+                kt_worst_near(&v, state[1] / areas[k], 1.0, 1e-6, "%s, pulse %d", name, k);
+        }
+        kt_model_free(model);
+    }
+    kt_check_worst(&v);
+}
+
 /* A sine of 50 periods a second under the tolerance: where steps grow they are a quarter of a period at most. */
 KT_TEST(steps_are_a_quarter_of_a_sine_at_most) {
     pushed p;
