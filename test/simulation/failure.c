@@ -34,6 +34,7 @@ static void overflow(kt_run run) {
     force = 1e300;
     (void)kt_fine("torque", kt_simulation_set_torque(simulation, &force, &error), &error);
     fail_step(simulation, KT_ERROR_NOT_FINITE, "t = 0.25 s", "joint 'block'");
+    kt_check_equal_int("status without words", kt_simulation_step(simulation, HUGE_VAL, NULL), KT_ERROR_NOT_FINITE);
     force = -1e-19;
     (void)kt_fine("torque", kt_simulation_set_torque(simulation, &force, &error), &error);
     (void)kt_fine("it goes on with another force", kt_simulation_advance(simulation, 0.5, &error), &error);

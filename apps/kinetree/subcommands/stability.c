@@ -323,7 +323,7 @@ static int show(const kt_stability_subject *subject, const arguments *given) {
         const int samples = kt_spectrum_samples(subject->spectrum);
         printf("%s: %d state%s in %g s\n\n", kt_show(subject->name).text, samples, samples == 1 ? "" : "s",
                subject->duration);
-        if (kt_model_mobility(subject->model).minimal == 0) {
+        if (kt_model_mobility(subject->model).minimal == 0 && kt_spectrum_fastest(subject->spectrum) < 0) {
             puts("there are no degrees of freedom: loops alone determine the motion, and any step is stable");
         } else {
             print_modes(subject);
