@@ -64,12 +64,6 @@ typedef struct kt_gap {
     double turn;      /* rad/s; at which these axes turn relative to what approaches */
 } kt_gap;
 
-/* Such an effect. */
-typedef struct kt_gap_source {
-    const kt_effect_record *effect;
-    const kt_link *link; /* whose coordinates alone its gap depends on; NULL: the gap is that of frames */
-} kt_gap_source;
-
 /* A type is one file, compiled for values and once more for derivatives: const kt_effect_kind
  * KT_EFFECT(kt_effect_spring). Its descriptor, which is compiled once, has its keys; which ends, joint and functions of
  * time it reads follows from them. */
@@ -102,7 +96,7 @@ typedef struct kt_effect_kind {
     void (*formula_wrench)(const kt_effect_record *effect, const double values[6], const kt_effect_end *end,
                            kt_wrench *wrench, kt_effect_balance *balance);
     /* Of effects that act on one side of a boundary alone; NULL: all others. Of the first end the axes are not set, nor are
-     * the velocities of a second one on the ground. joint_gap: q is the effect's coordinate, or of a contact the height of
+     * the velocities of a second one on the ground, of which z is set alone. joint_gap: q is the effect's coordinate, or of a contact the height of
      * its centre, where that is a sum of coordinates. */
     kt_gap (*gap)(const kt_effect_record *effect, const kt_effect_end *end);
     kt_gap (*joint_gap)(const kt_effect_record *effect, double q, double v);
@@ -155,6 +149,11 @@ static inline bool kt_effect_rubs(const kt_effect *effect) {
 static inline bool kt_effect_has_axle(const kt_effect *effect) {
     return effect->type == KT_EFFECT_CONTACT &&
            (effect->axle.x != 0.0 || effect->axle.y != 0.0 || effect->axle.z != 0.0);
+}
+/* Of a joint's stops, how far the nearer one is. */
+static inline double kt_stop_distance(const kt_effect_record *effect, double q) {
+    const double below = effect->upper - q, above = q - effect->lower;
+    return below < above ? below : above;
 }
 /* From the centre of a contact's sphere, -r n, or of a disc with the axle a, -r a x (n x a) / |n x a|, to the lowest point: of a
  * disc that lies flat any one of its rim. */

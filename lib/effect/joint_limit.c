@@ -63,8 +63,8 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 #if KT_HAS_GAP
 /* Of the nearer stop. */
 static kt_gap find_gap(const kt_effect_record *effect, double q, double v) {
-    const double below = effect->upper - q, above = q - effect->lower, rate = below <= above ? -v : v;
-    return (kt_gap){.distance = below <= above ? below : above, .rate = rate, .velocity = {0.0, 0.0, rate}};
+    const double rate = effect->upper - q <= q - effect->lower ? -v : v;
+    return (kt_gap){.distance = kt_stop_distance(effect, q), .rate = rate, .velocity = {0.0, 0.0, rate}};
 }
 #endif
 

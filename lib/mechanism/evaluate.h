@@ -42,14 +42,6 @@ kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_re
 KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_power *power,
                                         kt_error *error);
 
-/* The effects that act on one side of a boundary alone (effect/effect.h), in the order of their batches; NULL: they are
- * counted. Returns their number. */
-size_t kt_gap_list(const kt_model *model, kt_gap_source *sources);
-/* Their gaps in the state (q, v). Only the motion of links that carry forces is written to data; swept: it is that of this
- * state already, from an evaluation there. O(effects). */
-void kt_gaps_evaluate(const kt_model *model, kt_data *data, const kt_gap_source *sources, size_t count, const double *q,
-                      const double *v, bool swept, kt_gap *gaps);
-
 /* The record of an effect by its index in the description; NULL: there is none. */
 const kt_effect_record *kt_effect_record_find(const kt_model *model, int source);
 

@@ -18,12 +18,17 @@
  * depth of rounding does not count. Where d is a coordinate (a stop; the centre of a free body above a plane on the
  * ground, which its rotations do not move), u is d' and r is 0.
  *
+ * Nearly all steps are far from nearly all boundaries. Therefore distances and bounds of the speeds alone are computed
+ * first (clearance.c), and what
+ *
+ *     min(d0, d1) >= 2 w h
+ *
+ * leaves open alone is asked as above, and for records.
+ *
  * A step that went deeper in between is taken back and repeated up to the time that was found: its last stage sees the
  * effect, and the control of the error does the rest.
  */
-#include "effect/effect.h"
 #include "integrator/integrator.h"
-#include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -47,10 +52,8 @@ typedef struct knot {
     kt_vec3 u;
 } knot;
 
-/* How deep an effect acts at the ends of a step, 0 if at neither. */
-static double deepest(const kt_gap *begin, const kt_gap *end) {
-    return larger(0.0, -smaller(begin->distance, end->distance));
-}
+/* How deep an effect acts at the ends of a step, by its distances there; 0 if at neither. */
+static double deepest(double begin, double end) { return larger(0.0, -smaller(begin, end)); }
 
 /* Where it is sought from then on, `negligible` being a depth that counts as none. */
 static double boundary_of(double seen, double negligible) { return 2.0 * seen + negligible; }
@@ -175,42 +178,84 @@ static bool crosses(search s, const kt_gap *begin, const kt_gap *end, double t0,
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
-/* In the present state, whose slope is that. If the last evaluation gave it, it left the motion of links in data. */
-static void find_gaps(kt_simulation *simulation, const double *slope, kt_gap *gaps) {
-    const bool swept = simulation->cached == KT_CACHED_EVALUATION && simulation->slope == slope;
-    gaps_in(simulation, simulation->integrator->y, swept, gaps);
+/* Whether the last evaluation gave the slope of the present state, and so left the motion of links in data. */
+static bool is_swept(const kt_simulation *simulation, const double *slope) {
+    return simulation->cached == KT_CACHED_EVALUATION && simulation->slope == slope;
 }
 
-void kt_simulation_begin_gaps(kt_simulation *simulation) {
-    find_gaps(simulation, kt_integrator_known_derivative(simulation->integrator), simulation->gap_begin);
-    simulation->cached = KT_CACHED_NOTHING;
+/* What is known where a step ends is where the next one begins. */
+static void exchange_clearances(kt_simulation *simulation) {
+    double *clearances = simulation->clearance_begin;
+    simulation->clearance_begin = simulation->clearance_end;
+    simulation->clearance_end = clearances;
     simulation->gap_time = simulation->integrator->memory.t;
 }
 
-/* After a step. Where its last evaluation was at its end and no loops are closed, nothing but the scaling of quaternions
- * came after it, which changes gaps by rounding. */
-static void end_gaps(kt_simulation *simulation) {
-    const kt_integrator *it = simulation->integrator;
-    find_gaps(simulation, it->gives_end_derivative ? it->k[it->fresh] : kt_integrator_known_derivative(it),
-              simulation->gap_end);
+/* Parameters may have changed: the list is made anew. */
+void kt_simulation_begin_gaps(kt_simulation *simulation) {
+    const double *slope = kt_integrator_known_derivative(simulation->integrator);
+    const size_t count = kt_gap_list(simulation->model, simulation->gap_source);
+    for (size_t k = 0; k < count; k++) {
+        simulation->stop_lower[k] = simulation->gap_source[k].effect->lower;
+        simulation->stop_upper[k] = simulation->gap_source[k].effect->upper;
+    }
+    (void)kt_simulation_look_at_gaps(simulation, is_swept(simulation, slope), 0.0);
+    simulation->cached = KT_CACHED_NOTHING;
+    exchange_clearances(simulation);
+    simulation->gaps_known = false;
+    simulation->far_time = (double)NAN;
 }
 
-/* Follows an effect, which acts `seen` deep at the ends of the last step, through this; *evaluated: whether the gaps in
- * its middle are known. Returns whether the step leapt over it, *when: a time at which it acts. Not inlined: most steps do
- * not come here, and would save its registers. */
-static __attribute__((noinline)) bool leaps_over(kt_simulation *simulation, size_t k, double seen, double speed,
-                                                 bool *evaluated, double *when) {
-    const kt_gap *begin = &simulation->gap_begin[k], *end = &simulation->gap_end[k];
+/* After a step: whether it may have reached a boundary. Where its last evaluation was at its end and no loops are closed,
+ * nothing but the scaling of quaternions came after it, which changes gaps by rounding. */
+static bool reaches_any(kt_simulation *simulation) {
+    const kt_integrator *it = simulation->integrator;
+    const double *slope = it->gives_end_derivative ? it->k[it->fresh] : kt_integrator_known_derivative(it);
+    return kt_simulation_look_at_gaps(simulation, is_swept(simulation, slope), it->memory.t - it->memory.previous_t);
+}
+
+static void find_gap(kt_simulation *simulation, size_t k, const double *y, bool swept, kt_known_gap *gap) {
+    kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gap_source[k], 1, y, y + simulation->size.nq,
+                     swept, &gap->gap);
+    gap->known = true;
+}
+
+/* The gaps of what the step may have reached, at both its ends: those at its end are known of these, and of no others. */
+static bool find_gaps(kt_simulation *simulation) {
+    const double *y0 = simulation->integrator->previous_y, *y1 = simulation->integrator->y;
+    const double h = simulation->integrator->memory.t - simulation->integrator->memory.previous_t;
+    bool any = false, swept = false;
+    for (size_t k = 0; k < simulation->size.gap; k++) {
+        simulation->gap_end[k].known = kt_simulation_reaches_gap(simulation, k, h);
+        if (!simulation->gap_end[k].known)
+            continue;
+        find_gap(simulation, k, y1, true, &simulation->gap_end[k]);
+        simulation->gap_begin[k].known = simulation->gap_begin[k].known && simulation->gaps_known;
+        any = true;
+    }
+    for (size_t k = 0; any && k < simulation->size.gap; k++)
+        if (simulation->gap_end[k].known && !simulation->gap_begin[k].known) {
+            find_gap(simulation, k, y0, swept, &simulation->gap_begin[k]);
+            swept = swept || simulation->gap_source[k].link == NULL;
+            simulation->cached = KT_CACHED_NOTHING;
+        }
+    return any;
+}
+
+/* Follows effect k through the last step; *evaluated: whether the gaps in its middle are known. Returns whether the step
+ * leapt over it, *when: a time at which it acts. */
+static bool leaps_over(kt_simulation *simulation, size_t k, bool *evaluated, double *when) {
+    const kt_gap *begin = &simulation->gap_begin[k].gap, *end = &simulation->gap_end[k].gap;
     const double t0 = simulation->integrator->memory.previous_t, t1 = simulation->integrator->memory.t, h = t1 - t0;
-    const double path = h * speed, boundary = boundary_of(seen, depth_of_rounding * path);
-    const double turn = larger(begin->turn, end->turn);
-    const bool reaches = !is_out_of_reach(begin->distance + boundary, end->distance + boundary, begin->velocity,
-                                          end->velocity, turn, path, h);
-    if (!reaches && !simulation->lacks_end_stage)
+    const double seen = deepest(begin->distance, end->distance), path = h * sqrt(speed_squared(begin, end));
+    const double boundary = boundary_of(seen, depth_of_rounding * path), turn = larger(begin->turn, end->turn);
+    const bool far = is_out_of_reach(begin->distance + boundary, end->distance + boundary, begin->velocity,
+                                     end->velocity, turn, path, h);
+    if (far && !simulation->lacks_end_stage)
         return false;
     search s = {simulation, k, boundary, turn, EVALUATIONS, t1};
     bool found = simulation->lacks_end_stage && crosses(s, begin, end, t0, t1, when);
-    if (!found && reaches) {
+    if (!found && !far) {
         *evaluated = *evaluated || evaluate_gaps(simulation, t0 + 0.5 * h, simulation->gap_middle);
         found = *evaluated &&
                 goes_deeper(&s, knot_of(&s, t0, begin), knot_of(&s, t1, end), simulation->gap_middle, HALVINGS);
@@ -219,25 +264,20 @@ static __attribute__((noinline)) bool leaps_over(kt_simulation *simulation, size
     return found;
 }
 
-/* Whether the last step leapt over an effect. Most are decided by the first criterion, without a square root. */
+/* Whether the last step leapt over one of the effects that it may have reached. */
 static bool leaps(kt_simulation *simulation, double *when) {
-    const double h = simulation->integrator->memory.t - simulation->integrator->memory.previous_t;
     bool evaluated = false;
-    for (size_t k = 0; k < simulation->size.gap; k++) {
-        const kt_gap *begin = &simulation->gap_begin[k], *end = &simulation->gap_end[k];
-        const double seen = deepest(begin, end), u = speed_squared(begin, end);
-        const double d = begin->distance + end->distance + 2.0 * boundary_of(seen, 0.0);
-        const bool far = d * d >= 16.0 * h * h * u && (seen == 0.0 || !simulation->lacks_end_stage);
-        if (!far && leaps_over(simulation, k, seen, sqrt(u), &evaluated, when))
+    const bool any = find_gaps(simulation);
+    for (size_t k = 0; any && k < simulation->size.gap; k++)
+        if (simulation->gap_end[k].known && leaps_over(simulation, k, &evaluated, when))
             return true;
-    }
     return false;
 }
 
-bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit) {
+/* Of a step that may have reached a boundary. Not inlined: most steps do not come here, and would save its registers. */
+static __attribute__((noinline)) bool take_back_near(kt_simulation *simulation, double *t_limit) {
     kt_integrator *integrator = simulation->integrator;
     double when;
-    end_gaps(simulation);
     if (leaps(simulation, &when)) {
         const double t0 = kt_integrator_previous_time(integrator);
         if (when - t0 > 64.0 * DBL_EPSILON * fabs(when)) {
@@ -246,10 +286,21 @@ bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit) {
             return true;
         }
     }
-    kt_gap *spare = simulation->gap_begin;
+    kt_known_gap *gaps = simulation->gap_begin;
     simulation->gap_begin = simulation->gap_end;
-    simulation->gap_end = spare;
-    simulation->gap_time = integrator->memory.t;
+    simulation->gap_end = gaps;
+    simulation->gaps_known = true;
+    simulation->far_time = (double)NAN;
+    exchange_clearances(simulation);
+    return false;
+}
+
+bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit) {
+    if (reaches_any(simulation))
+        return take_back_near(simulation, t_limit);
+    simulation->gaps_known = false;
+    simulation->far_time = simulation->integrator->memory.t;
+    exchange_clearances(simulation);
     return false;
 }
 
@@ -278,10 +329,11 @@ static kt_status refuse(const kt_simulation *simulation, size_t k, double t, dou
 }
 
 kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error) {
-    kt_gap *begin = simulation->gap_inside, *end = simulation->gap_middle, *now = simulation->gap_end;
+    kt_gap *begin = simulation->gap_inside, *end = simulation->gap_middle, *now = simulation->gap_record;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
-    if (!(t0 < t && t < t1))
+    const bool far = simulation->far_time == t1 && simulation->gap_time == t1;
+    if (!(t0 < t && t < t1) || far)
         return KT_OK;
     simulation->cached = KT_CACHED_NOTHING; /* the data hold what is evaluated here */
     gaps_in(simulation, simulation->y, false, now);
@@ -294,7 +346,7 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     gaps_in(simulation, simulation->integrator->y, false, end);
     for (size_t k = 0; k < simulation->size.gap; k++) {
         const double path = (t1 - t0) * sqrt(speed_squared(&begin[k], &end[k]));
-        if (now[k].distance + boundary_of(deepest(&begin[k], &end[k]), depth_of_record * path) < 0.0)
+        if (now[k].distance + boundary_of(deepest(begin[k].distance, end[k].distance), depth_of_record * path) < 0.0)
             return refuse(simulation, k, t, -now[k].distance, error);
     }
     return KT_OK;

@@ -3,8 +3,8 @@
 #define KT_SIMULATION_SIMULATION_H
 
 #include "base/arena.h"
-#include "effect/effect.h"
 #include "kinetree/simulation.h"
+#include "mechanism/gaps.h"
 #include "model/model.h"
 
 #include <math.h>
@@ -169,13 +169,24 @@ struct kt_contacts; /* contact.c */
 #define KT_SIMULATION_STATICS(X)
 #endif
 
+/* A gap that is computed only where a step may have reached the boundary. */
+typedef struct kt_known_gap {
+    kt_gap gap;
+    bool known;
+} kt_known_gap;
+
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     X(kt_gap_source, gap_source, size->gap, "effects that act on one side of a boundary")                              \
-    X(kt_gap, gap_begin, size->gap, "gaps of effects at gap_time, where the next step begins")                         \
-    X(kt_gap, gap_end, size->gap, "scratch: where a step ends")                                                        \
+    X(double, stop_lower, size->gap, "of stops, as their effects have them")                                           \
+    X(double, stop_upper, size->gap, "likewise")                                                                       \
+    X(double, clearance_begin, 2 * size->gap, "at gap_time: distances of effects; no less than their speeds")          \
+    X(double, clearance_end, 2 * size->gap, "scratch: where a step ends, likewise")                                    \
+    X(kt_known_gap, gap_begin, size->gap, "gaps of effects at gap_time, of some")                                      \
+    X(kt_known_gap, gap_end, size->gap, "scratch: where a step ends, of those that it may have reached")               \
     X(kt_gap, gap_middle, size->gap, "scratch: in its middle")                                                         \
     X(kt_gap, gap_inside, size->gap, "scratch: anywhere in it")                                                        \
+    X(kt_gap, gap_record, size->gap, "scratch: at a record")                                                           \
     X(kt_event, event, size->event, "in the order in which they were added")                                           \
     X(kt_event_memory, event_memory, size->event, "part of a checkpoint")                                              \
     X(kt_event_root, event_root, size->event, "in the last step; part of a checkpoint")                                \
@@ -278,7 +289,9 @@ struct kt_simulation {
     bool watches_ends;           /* nor over what functions of time do behind their last stage */
     bool lacks_end_stage;        /* by a method without a stage at the end of its steps */
     bool lacks_inner_stage;      /* or between the ends */
-    double gap_time;             /* of gap_begin; NaN: not known */
+    double gap_time;             /* of clearance_begin; NaN: not known */
+    bool gaps_known;             /* gap_begin has some; else none is known there */
+    double far_time;             /* where the last step ended, if it can have reached no boundary; else NaN */
     const kt_event_watch *watch; /* NULL: there are no events */
     size_t event_count;          /* that were added */
 #if KT_HAS_EVENTS
@@ -513,6 +526,12 @@ bool kt_simulation_has_end_stage(const kt_method *method); /* whether a stage is
 void kt_simulation_begin_gaps(kt_simulation *simulation);
 bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit);
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
+
+/* Writes clearance_end of the present state (clearance.c); swept: data hold the motion of the links that carry forces there.
+ * Returns whether a step of length h that began at clearance_begin may have reached a boundary. And whether it may have
+ * reached that of effect k: O(1), the first O(effects). */
+bool kt_simulation_look_at_gaps(kt_simulation *simulation, bool swept, double h);
+bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double h);
 
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);

@@ -39,10 +39,12 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         /* The right-hand side jumps: slopes from before are not those of the next step, but those of smooth inputs. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
         kt_status status = KT_OK;
-        if (simulation->memory.changed) /* the model itself */
+        if (simulation->memory.changed) { /* the model itself */
+            simulation->gap_time = (double)NAN;
             status = kt_integrator_jump(simulation->integrator, simulation->y, error);
-        else
+        } else {
             kt_integrator_change(simulation->integrator, simulation->smooth_inputs);
+        }
         if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
             return status;   /* GCOVR_EXCL_LINE */
         memcpy(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double));

@@ -4,6 +4,7 @@
 #include "scenes.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* A driven crank of 1 m at 1 rad/s, whose tip kicks the face of a slider at 0.99 m, which a spring brings back. */
@@ -220,6 +221,140 @@ KT_TEST(swing_that_touches_the_ground_is_seen) {
     contact.between[0].at = kt_vec3_make(0.0, 0.0, 0.0);
     contact.between[1].at.x = -0.55;
     check_swing(KT_JOINT_FREE, contact);
+}
+
+/* ---- several --------------------------------------------------------------------------------------------------- */
+
+enum { SEVERAL = 3 };
+
+/* Ten periods of the swing above that touches its stop; it is at rest again after them. */
+static double ten_swings(void) {
+    const double reach = 0.5001, at = 0.5, stop = 1e5, s = sqrt(reach * reach - at * at), w = sqrt(1.0 + stop);
+    return 10.0 * (2.0 * acos(-at / reach) + 2.0 * atan2(s / w, at / (1.0 + stop)) / w);
+}
+
+/* Blocks that swing beside each other, each with a stop, of which one reaches it. */
+typedef struct row {
+    kt_body bodies[SEVERAL];
+    kt_effect effects[2 * SEVERAL];
+    kt_description description;
+} row;
+
+static void make_row(row *r, int which, double lower) {
+    static const char *const names[SEVERAL] = {"one", "two", "three"};
+    for (int i = 0; i < SEVERAL; i++) {
+        kt_effect *spring = &r->effects[i], *stop = &r->effects[SEVERAL + i];
+        r->bodies[i] = kt_body_default();
+        r->bodies[i].name = names[i];
+        r->bodies[i].mass = 1.0;
+        r->bodies[i].joint.type = KT_JOINT_PRISMATIC;
+        r->bodies[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+        r->bodies[i].joint.position[0] = i == which ? 0.5001 : 0.1;
+        *spring = *stop = kt_effect_default();
+        spring->type = KT_EFFECT_JOINT_SPRING;
+        spring->stiffness = 1.0;
+        stop->type = KT_EFFECT_JOINT_LIMIT;
+        stop->stiffness = 1e5;
+        stop->lower = lower;
+        spring->joint = stop->joint = stop->name = names[i];
+    }
+    r->description = kt_description_default();
+    r->description.bodies = r->bodies;
+    r->description.body_count = SEVERAL;
+    r->description.effects = r->effects;
+    r->description.effect_count = 2 * SEVERAL;
+}
+
+static kt_simulation *simulate(const kt_model *model, const char *method) {
+    kt_run run = kt_run_default();
+    run.integrator = method;
+    run.duration = ten_swings();
+    return kt_scene_simulate(model, &run, NULL);
+}
+
+/* After ten swings by methods that have dense output of their own, one of high order, and one that ends steps at stops. */
+static void check_ten_swings(kt_worst *worst, const kt_description *description, int which) {
+    static const char *const methods[] = {"auto", "dop853", "rkc4"};
+    kt_model *model = kt_scene_compile(description);
+    for (int m = 0; model != NULL && m < 3; m++) {
+        kt_error error = {0};
+        kt_simulation *simulation = simulate(model, methods[m]);
+        if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error))
+            kt_worst_near(worst, kt_simulation_velocities(simulation)[description->body_count > 1 ? which : 0], 0.0,
+                          1e-4, "%s, number %d", methods[m], which + 1);
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
+/* Stops in a row are looked at together. */
+KT_TEST(each_stop_of_a_row_is_seen) {
+    kt_worst worst = kt_worst_make("velocity after ten swings, m/s");
+    for (int which = 0; which < SEVERAL; which++) {
+        row r;
+        make_row(&r, which, -0.5);
+        check_ten_swings(&worst, &r.description, which);
+    }
+    kt_check_worst(&worst);
+}
+
+/* Stops that nothing can reach are set to where they are touched, after some steps. */
+KT_TEST(stops_that_are_set_in_a_run_are_seen) {
+    static const char *const names[SEVERAL] = {"effect one.lower", "effect two.lower", "effect three.lower"};
+    const double lower = -0.5;
+    kt_worst worst = kt_worst_make("velocity after ten swings, m/s");
+    for (int which = 0; which < SEVERAL; which++) {
+        row r;
+        kt_error error = {0};
+        kt_parameter parameter;
+        make_row(&r, which, -10.0);
+        kt_model *model = kt_scene_compile(&r.description), *copy = NULL;
+        void *memory = model != NULL ? aligned_alloc(KT_ALIGNMENT, kt_model_size(model)) : NULL;
+        const bool copied =
+            memory != NULL &&
+            kt_fine("copied", kt_model_copy(model, memory, kt_model_size(model), &copy, &error), &error);
+        kt_simulation *simulation = copied ? simulate(copy, "dop853") : NULL;
+        bool fine = simulation != NULL && kt_fine("begins", kt_simulation_advance(simulation, 0.1, &error), &error);
+        for (int i = 0; i < SEVERAL && fine; i++)
+            fine = kt_fine("found", kt_parameter_find(model, names[i], &parameter, &error), &error) &&
+                   kt_fine("set", kt_simulation_set_parameter(simulation, copy, &parameter, &lower, &error), &error);
+        if (fine && kt_fine("runs", kt_simulation_advance(simulation, ten_swings(), &error), &error))
+            kt_worst_near(&worst, kt_simulation_velocities(simulation)[which], 0.0, 1e-4, "number %d", which + 1);
+        kt_simulation_free(simulation);
+        free(memory);
+        kt_model_free(model);
+    }
+    kt_check_worst(&worst);
+}
+
+/* A block above one plane by several of its points, of which one reaches it: they are looked at together. */
+KT_TEST(each_point_above_a_plane_is_seen) {
+    kt_worst worst = kt_worst_make("velocity after ten swings, m/s");
+    for (int which = 0; which < SEVERAL; which++) {
+        kt_lone lone;
+        kt_effect effects[1 + SEVERAL];
+        kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+        lone.body.joint.position[0] = 0.5001 - lone.body.joint.at.x;
+        effects[0] = kt_effect_default();
+        effects[0].type = KT_EFFECT_JOINT_SPRING;
+        effects[0].joint = lone.body.name;
+        effects[0].stiffness = 1.0;
+        for (int i = 0; i < SEVERAL; i++) {
+            kt_effect *contact = &effects[1 + i];
+            *contact = kt_effect_default();
+            contact->type = KT_EFFECT_CONTACT;
+            contact->between[0] = (kt_end){.body = lone.body.name, .at = {i == which ? 0.1 : 0.4, 0.2 * i, -0.3}};
+            contact->between[1] = (kt_end){.at = {-0.45, 7.0, 3.0}};
+            contact->radius = 0.05;
+            contact->axis = kt_vec3_make(1.0, 0.0, 0.0);
+            contact->exponent = 1.0;
+            contact->stiffness = 1e5;
+        }
+        lone.description.effects = effects;
+        lone.description.effect_count = 1 + SEVERAL;
+        check_ten_swings(&worst, &lone.description, which);
+    }
+    kt_check_worst(&worst);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
