@@ -39,6 +39,20 @@
  * residual. */
 #define KT_NEWTON_LEAST 2
 
+/* What the matrix hides. Where a stiff force has gone within the step, as that of a contact that opens, J is no longer of
+ * the motion, and makes a correction (sigma - J)^-1 r of what should be r / sigma: a million times too small, and below the
+ * tolerance from the first on. The same matrix hides such a step from the error estimate. But with J' instead of J the next
+ * residual is (J' - J) (sigma - J)^-1 r: it does not shrink. So where r / sigma, shrinking further at the rate of the last
+ * iteration, would not be tolerable, and the correction is less than this part of it, there is one more iteration; and where
+ * it shrinks more slowly than at this rate, it is r / sigma that is judged. Once residuals shrink faster, J is near J' where
+ * it counts, and the estimate sees the step. From a part of 0.01 on the smooth governor would show it, below 0.003 releases
+ * next to another stiff spring are missed. */
+#define KT_HIDDEN_PART 0.007
+#define KT_HIDDEN_RATE 0.4
+
+/* A correction of so few roundings of the state is rounding, and so is its residual, which does not shrink. */
+#define KT_HIDDEN_ROUNDINGS 100.0
+
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_ARRAYS(place_arrays, kt_newton_work, KT_NEWTON_FIELDS, size_t n, size_t matrix, size_t pivots, size_t rows)
@@ -315,6 +329,8 @@ void kt_newton_begin(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     w->iterations = 0;
     w->rate = w->worst = 0.0;
+    w->hidden = w->hidden_quotient = 0.0;
+    w->hides = false;
     /* An iteration that diverged leaves an infinite ratio. */
     if (!isinf(w->now.ratio))
         w->now.ratio = kt_control_power(fmax(w->now.ratio, DBL_EPSILON), 0.8);
@@ -400,7 +416,7 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
 static bool is_settled(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     const bool is_fast = w->rate <= KT_SLOW_RATE || it->options.step > 0.0;
-    return w->iterations >= (is_fast ? KT_NEWTON_LEAST : KT_NEWTON_LEAST + 1);
+    return w->iterations >= (is_fast ? KT_NEWTON_LEAST : KT_NEWTON_LEAST + 1) && !w->hides;
 }
 
 /* The error that is left, over the last correction: by the rate, or with adaptive steps by the last quotient if that is
@@ -412,6 +428,41 @@ static double error_ratio(const kt_integrator *it) {
     return w->last_quotient < 1.0 ? w->last_quotient / (1.0 - w->last_quotient) : HUGE_VAL;
 }
 
+void kt_newton_note(kt_integrator *it, size_t stage, double bare) {
+    kt_newton_work *w = kt_newton_of(it);
+    const double quotient = w->iterations > 0 && w->bare[stage] > 0.0 ? bare / w->bare[stage] : 0.0;
+    w->bare[stage] = bare;
+    if (quotient * bare > 1.0) {
+        w->hidden = fmax(w->hidden, bare);
+        w->hidden_quotient = fmax(w->hidden_quotient, quotient);
+    }
+}
+
+static bool is_hidden(const kt_integrator *it, double size) {
+    const kt_newton_work *w = kt_newton_of(it);
+    if (size >= KT_HIDDEN_PART * w->hidden)
+        return false;
+    const double rounding = DBL_EPSILON * sqrt(kt_newton_square(it, it->y) / (double)it->counted);
+    return size > KT_HIDDEN_ROUNDINGS * rounding;
+}
+
+/* Counts an iteration with a correction of this size. Returns what is judged: that, or what it hides and what lasts. */
+static double count_iteration(kt_integrator *it, double size) {
+    kt_newton_work *w = kt_newton_of(it);
+    w->hides = is_hidden(it, size);
+    const bool lasts = w->hides && w->hidden_quotient > KT_HIDDEN_RATE;
+    const double judged = lasts ? w->hidden : size;
+    if (w->iterations++ > 0) {
+        const double quotient = fmax(size / w->last_size, lasts ? w->hidden_quotient : 0.0);
+        w->rate = w->iterations == 2 ? quotient : sqrt(quotient * w->last_quotient);
+        w->last_quotient = quotient;
+        w->worst = fmax(w->worst, quotient);
+    }
+    w->last_size = fmax(size, DBL_EPSILON);
+    w->hidden = w->hidden_quotient = 0.0;
+    return judged;
+}
+
 kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     const bool fixed = it->options.step > 0.0;
@@ -419,20 +470,14 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     *done = false;
     if (!isfinite(size))
         return diverged(result, it->memory.t, 0.5);
-    if (w->iterations++ > 0) {
-        const double quotient = size / w->last_size;
-        w->rate = w->iterations == 2 ? quotient : sqrt(quotient * w->last_quotient);
-        w->last_quotient = quotient;
-        w->worst = fmax(w->worst, quotient);
-    }
-    w->last_size = fmax(size, DBL_EPSILON);
+    const double left = count_iteration(it, size);
     *done = !fixed && (is_noise(it, size) || is_small(it, size));
     if (*done)
         return KT_TRY_PASSED;
-    const kt_try_result judged = fixed ? judge_fixed(it, size, done, result) : judge_adaptive(it, size, result);
+    const kt_try_result judged = fixed ? judge_fixed(it, left, done, result) : judge_adaptive(it, left, result);
     if (judged != KT_TRY_PASSED)
         return judged;
-    *done = *done || size == 0.0 || (is_settled(it) && error_ratio(it) * size <= iteration_tolerance(it));
+    *done = *done || size == 0.0 || (is_settled(it) && error_ratio(it) * left <= iteration_tolerance(it));
     if (*done || w->iterations < most)
         return KT_TRY_PASSED;
     return diverged(result, it->memory.t, 0.5);

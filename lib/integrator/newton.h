@@ -7,6 +7,9 @@
 /* The most iterations of a try: with adaptive steps, and with fixed ones, which are iterated to rounding. */
 enum { KT_NEWTON_ITERATIONS = 7, KT_NEWTON_ITERATIONS_FIXED = 50 };
 
+/* The most stages that are iterated at once. */
+enum { KT_NEWTON_STAGES = 3 };
+
 /* Where the Jacobian in use was computed. */
 typedef enum kt_jacobian_state {
     KT_JACOBIAN_NONE = 0,
@@ -43,6 +46,9 @@ typedef struct kt_newton_work {
     double factored;                 /* the step of the factors in memory; 0: none */
     double rate, worst;              /* theta of the try's iteration: mean and largest */
     double last_size, last_quotient; /* of the corrections so far */
+    double bare[KT_NEWTON_STAGES];   /* |r / sigma| of each stage, of the last iteration (kt_newton_note) */
+    double hidden, hidden_quotient;  /* the largest that is not tolerable, and its quotient; 0: all are */
+    bool hides;                      /* the last correction hides what is not tolerable */
     int iterations;                  /* of the try */
     bool is_of_now;                  /* J was computed at the start of this step */
     bool damped;                     /* fixed steps: the simplified iteration has failed, and the damped one goes on */
@@ -90,6 +96,9 @@ kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, d
  * KT_TRY_PASSED with *done, or without: go on; KT_TRY_DIVERGED with result->factor, how much shorter the step should
  * be. */
 void kt_newton_begin(kt_integrator *it);
+/* Before kt_newton_judge, where J may hide what is left of the residual r of a stage: |r / sigma|, its correction if J
+ * was 0. */
+void kt_newton_note(kt_integrator *it, size_t stage, double bare);
 kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result);
 
 /* sum_i (x_i / scale_i)^2 */

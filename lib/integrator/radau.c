@@ -10,7 +10,8 @@
  *     (gamma / h - J) dw_1                            = (T^-1 f)_1 - gamma w_1 / h
  *     ((alpha + i beta) / h - J) (dw_2 + i dw_3)      = (T^-1 f)_2 + i (T^-1 f)_3 - (alpha + i beta) (w_2 + i w_3) / h
  *
- * It begins with the polynomial of the last step, continued, or with 0 where there is none.
+ * It begins with the polynomial of the last step, continued, or with 0 where there is none. Residuals f - k of the stages,
+ * k = A^-1 z / h, tell whether J hides what is left of them (newton.c).
  *
  * Error estimate. The embedded formula of order 3 (tables/radau.c) is made to decay where the motion is stiff:
  *
@@ -140,6 +141,27 @@ static kt_try_result evaluate_stages(kt_integrator *it, const kt_interval *in, k
     return KT_TRY_PASSED;
 }
 
+/* Notes |h / gamma (f - k)| of all stages. With fixed steps the iteration goes on to rounding anyway. */
+static void note_residuals(kt_integrator *it, double h) {
+    const size_t n = it->sizes.n;
+    const kt_newton_work *w = kt_newton_of(it);
+    const double *z = kt_newton_row(it, ROW_Z), part = h / gamma_real;
+    double square[STAGES] = {0.0, 0.0, 0.0};
+    if (it->options.step > 0.0 || kt_newton_is_zero(w))
+        return;
+    for (size_t l = 0; l < it->counted; l++) {
+        const double in[STAGES] = {z[l], z[n + l], z[2 * n + l]}, weight = part / w->scale[l];
+        double slope[STAGES];
+        transform(a_inverse, in, h, slope);
+        for (size_t i = 0; i < STAGES; i++) {
+            const double u = weight * (it->k[SLOT_FIRST + i][l] - slope[i]);
+            square[i] += u * u;
+        }
+    }
+    for (size_t i = 0; i < STAGES; i++)
+        kt_newton_note(it, i, sqrt(square[i] / (double)it->counted));
+}
+
 /* The right-hand sides of the two systems, in place of the slopes. */
 static void form_residuals(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
@@ -162,6 +184,7 @@ static kt_try_result correct(kt_integrator *it, const kt_interval *in, double *s
     double *w = kt_newton_row(it, ROW_W), *const *k = it->k + SLOT_FIRST;
     if (evaluate_stages(it, in, result) != KT_TRY_PASSED)
         return result->result;
+    note_residuals(it, in->h);
     form_residuals(it, in->h);
     if (kt_newton_solve(it, real, k[0], NULL, result) != KT_TRY_PASSED ||
         kt_newton_solve(it, pair, k[1], k[2], result) != KT_TRY_PASSED)

@@ -419,8 +419,7 @@ KT_TEST(a_stiff_force_that_has_gone_is_noticed_by_the_iteration) {
 }
 
 /* A mass of 1 kg on stiff ground, lifted by a force that grows: z'' = 18 t - 10 - 5 z' + N with N = 1e9 (-z)^1.2 max(0,
- * 1 - 150 z') below 0, as of a contact. The ground lets go within a step, and its matrix hides from the corrections
- * what is left: when two of them were enough, the mass stayed on the ground or was flung away. */
+ * 1 - 150 z') below 0, as of a contact. It bounces a few times, comes to rest, and is let go. */
 static int lifted(double t, const double *y, double *dydt, void *user) {
     const double depth = -y[0];
     (void)user;
@@ -431,33 +430,61 @@ static int lifted(double t, const double *y, double *dydt, void *user) {
     return 0;
 }
 
-static double lifted_to(const char *name, double tol) {
+/* A mass on a spring that is a million times stiffer on one side, with a damper that is, too, under 5 cos 3t. */
+static int bilinear(double t, const double *y, double *dydt, void *user) {
+    const double stiffness = y[0] < 0.0 ? 1e8 : 100.0, damping = y[0] < 0.0 ? 1e4 : 1.0;
+    (void)user;
+    dydt[0] = y[1];
+    dydt[1] = -5.0 * cos(3.0 * t) - stiffness * y[0] - damping * y[1];
+    return 0;
+}
+
+/* The lifted mass, and one on a stiff and turning spring that is bent as it moves: its corrections are larger. */
+static int accompanied(double t, const double *y, double *dydt, void *user) {
+    const double off = y[2] + y[2] * y[2] * y[2] - sin(4.0 * t);
+    dydt[2] = y[3];
+    dydt[3] = -1e5 * (1.0 + 0.5 * y[2]) * off - 2e3 * y[3];
+    return lifted(t, y, dydt, user);
+}
+
+typedef struct release {
+    const char *name;
+    int (*f)(double t, const double *y, double *dydt, void *user);
+    size_t n;
+    double start[4], end;
+    double bound; /* of the speed at the end, in tolerances */
+} release;
+
+static double speed_after(const release *r, const char *name, double tol) {
     kt_error error;
     const kt_integrator_options options = tolerance(tol, tol);
-    const kt_integrator_callbacks callbacks = {lifted, NULL, NULL};
-    kt_integrator *it = integrator_make(kt_method_find(name), 2, &options);
-    is_ok("start", kt_integrator_start(it, 0.0, (double[]){-2e-5, 0.0}, &callbacks, &error), &error);
-    integrate_to(it, 1.0);
+    const kt_integrator_callbacks callbacks = {r->f, NULL, NULL};
+    kt_integrator *it = integrator_make(kt_method_find(name), r->n, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, r->start, &callbacks, &error), &error);
+    integrate_to(it, r->end);
     const double speed = kt_integrator_state(it)[1];
-    kt_note("%s at %g: %g m/s, %d evaluations", name, tol, speed, (int)kt_integrator_counts_get(it).evaluations);
     integrator_free(it);
     return speed;
 }
 
-/* What is left of such a jump in the midst of a step is a matter of where the step lies: at most tolerances less than one
- * of them, at a few some dozens. */
-KT_TEST(ground_that_lets_go_within_a_step_is_noticed) {
-    enum { COUNT = 41 };
-    const double expected = lifted_to("dop853", 1e-12);
-    kt_worst off = kt_worst_make("speed off, over the tolerance");
-    int many = 0;
-    for (int i = 0; i < COUNT; i++) {
-        const double tol = pow(10.0, -5.0 - 0.1 * i), tolerances = fabs(lifted_to("radau5", tol) - expected) / tol;
-        kt_worst_below(&off, tolerances, 300.0, "tolerance %g", tol);
-        many += !(tolerances <= 3.0);
+/* What is left of it is hidden by the matrix: at 3 to 22 of 81 tolerances masses stayed where they were, or were flung
+ * away, and ended up to 18,000 tolerances off. */
+KT_TEST(a_stiff_force_that_lets_go_within_a_step_is_noticed) {
+    enum { COUNT = 81 };
+    static const release releases[] = {{"lifted", lifted, 2, {-2e-5, 0.0}, 1.0, 10.0},
+                                       {"lifted from rest", lifted, 2, {-2.1544e-7, 0.0}, 1.0, 10.0},
+                                       {"bilinear", bilinear, 2, {0.1, 0.0}, 1.6, 10.0},
+                                       {"accompanied", accompanied, 4, {-2.1544e-7, 0.0, 0.0, 4.0}, 1.0, 50.0}};
+    for (size_t k = 0; k < sizeof releases / sizeof *releases; k++) {
+        const double expected = speed_after(&releases[k], "dop853", 1e-12);
+        kt_worst off = kt_worst_make("speed off, over the tolerance");
+        kt_note("%s: %.9g m/s", releases[k].name, expected);
+        for (int i = 0; i < COUNT; i++) {
+            const double tol = pow(10.0, -5.0 - 0.05 * i), speed = speed_after(&releases[k], "radau5", tol);
+            kt_worst_below(&off, fabs(speed - expected) / tol, releases[k].bound, "tolerance %g", tol);
+        }
+        kt_check_worst(&off);
     }
-    kt_check_worst(&off);
-    kt_check_below("more than three tolerances, of all", (double)many / COUNT, 0.15);
 }
 
 /* y' = g' - lambda n n' (y - g) with n = (cos 3t, sin 3t): the stiff direction turns, and y stays with g = (cos t, sin
