@@ -452,7 +452,7 @@ typedef struct release {
     int (*f)(double t, const double *y, double *dydt, void *user);
     size_t n;
     double start[4], end;
-    double bound; /* of the speed at the end, in tolerances */
+    double bounds[2]; /* of the speed at the end, in tolerances, with radau5 and rodas5p */
 } release;
 
 static double speed_after(const release *r, const char *name, double tol) {
@@ -468,20 +468,22 @@ static double speed_after(const release *r, const char *name, double tol) {
 }
 
 /* What is left of it is hidden by the matrix: at 3 to 22 of 81 tolerances masses stayed where they were, or were flung
- * away, and ended up to 18,000 tolerances off. */
+ * away, and ended up to 18,000 tolerances off, with rodas5p at 28 to 33 and up to 24,000. */
 KT_TEST(a_stiff_force_that_lets_go_within_a_step_is_noticed) {
     enum { COUNT = 81 };
-    static const release releases[] = {{"lifted", lifted, 2, {-2e-5, 0.0}, 1.0, 10.0},
-                                       {"lifted from rest", lifted, 2, {-2.1544e-7, 0.0}, 1.0, 10.0},
-                                       {"bilinear", bilinear, 2, {0.1, 0.0}, 1.6, 10.0},
-                                       {"accompanied", accompanied, 4, {-2.1544e-7, 0.0, 0.0, 4.0}, 1.0, 50.0}};
-    for (size_t k = 0; k < sizeof releases / sizeof *releases; k++) {
-        const double expected = speed_after(&releases[k], "dop853", 1e-12);
+    static const char *const names[] = {"radau5", "rodas5p"};
+    static const release releases[] = {{"lifted", lifted, 2, {-2e-5, 0.0}, 1.0, {10.0, 20.0}},
+                                       {"lifted from rest", lifted, 2, {-2.1544e-7, 0.0}, 1.0, {10.0, 20.0}},
+                                       {"bilinear", bilinear, 2, {0.1, 0.0}, 1.6, {10.0, 30.0}},
+                                       {"accompanied", accompanied, 4, {-2.1544e-7, 0.0, 0.0, 4.0}, 1.0, {50.0, 20.0}}};
+    for (size_t k = 0; k < 2 * sizeof releases / sizeof *releases; k++) {
+        const release *r = &releases[k / 2];
+        const double expected = speed_after(r, "dop853", 1e-12);
         kt_worst off = kt_worst_make("speed off, over the tolerance");
-        kt_note("%s: %.9g m/s", releases[k].name, expected);
+        kt_note("%s, %s: %.9g m/s", r->name, names[k % 2], expected);
         for (int i = 0; i < COUNT; i++) {
-            const double tol = pow(10.0, -5.0 - 0.05 * i), speed = speed_after(&releases[k], "radau5", tol);
-            kt_worst_below(&off, fabs(speed - expected) / tol, releases[k].bound, "tolerance %g", tol);
+            const double tol = pow(10.0, -5.0 - 0.05 * i), speed = speed_after(r, names[k % 2], tol);
+            kt_worst_below(&off, fabs(speed - expected) / tol, r->bounds[k % 2], "tolerance %g", tol);
         }
         kt_check_worst(&off);
     }

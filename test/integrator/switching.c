@@ -119,8 +119,8 @@ KT_TEST(it_goes_over_where_it_is_stiff_and_comes_back) {
  * of up to 9e6 of them. */
 KT_TEST(a_stiff_force_that_fades_is_not_stepped_over) {
     enum { COUNT = 161 };
-    static const char *const names[] = {"radau5", "auto"};
-    for (int k = 0; k < 2; k++) {
+    static const char *const names[] = {"radau5", "auto", "rodas5p"};
+    for (int k = 0; k < 3; k++) {
         kt_worst off = kt_worst_make(names[k]);
         for (int i = 0; i < COUNT; i++) {
             const double tol = pow(10.0, -5.0 - 0.025 * i);
