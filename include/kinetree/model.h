@@ -265,7 +265,7 @@ typedef struct kt_iterations {
     uint32_t assembly; /* the most steps of an assembly: at most KT_ASSEMBLY_STEPS_MAX */
     uint32_t
         capped; /* how often one of these ended at its cap, converged or not (if not, the call returns an error), or
-                          the acceleration at a singular position could not be interpolated, or the direction of slow slip not found */
+                          the acceleration at a singular position could not be interpolated */
 } kt_iterations;
 
 /* Since the data were initialised or this was last called. */

@@ -493,6 +493,9 @@ typedef struct kt_contact_counts {
     uint64_t
         shared; /* contacts came to a state in which they wedge a body: their normal forces are not unique, the least
                           ones were taken */
+    uint64_t
+        unconverged; /* evaluations at which the direction of slow slip was not found, by records and estimates of steps,
+                             too: friction acted against the slip that there was */
     uint64_t pivots; /* of complementarity problems: at most 50 for each contact that touches; with friction of contacts
                           combinations that were tried: at most 4 (6 by Poisson's rule) for each to the power of how
                           many touch */

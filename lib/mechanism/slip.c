@@ -32,7 +32,7 @@
  * comes to rest before that is stiff. Across e this makes an error of the acceleration of tau times that of s along e, times the rate at which
  * e turns: all in all tau0 s0 times this rate, of the velocity. s' is affine in the forces at all contacts that slip, and
  * linear/coulomb.h has the iteration for the directions. Where that does not converge e is the direction of s, which is counted
- * (kt_iterations.capped).
+ * (kt_contact_counts.unconverged).
  *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results on
  * Painleve paradoxes, Eur. J. Mech. A 18, 1999.
@@ -359,7 +359,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
     const bool found = kt_coulomb_iterate(&p.c, &p.to);
     for (size_t k = 0; found && k < n; k++)
         memcpy(data->slip_direction + 2 * k, p.to.e[k], sizeof p.to.e[k]);
-    data->iterations.capped += !found;
+    data->unconverged += !found;
     for (size_t k = 0; k < n; k++) {
         const double *e = data->slip_direction + 2 * k, mu = friction_of(model, k);
         for (size_t i = 0; i < n; i++) {

@@ -73,6 +73,7 @@ void kt_data_adapt(const kt_model *model, kt_data *data) {
     data->shape = model->shape;
     kt_copy(data->x, model->v0 + model->n.v, model->n.x * sizeof *data->x);
     data->iterations = before.iterations;
+    data->unconverged = before.unconverged;
     data->crossings = before.crossings;
     data->passage = before.passage;
 }

@@ -484,6 +484,8 @@ struct kt_data {
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
                                    these coordinates, each over model->unit, 1/s */
     int32_t corrected_v;        /* that velocity */
+    uint32_t unconverged; /* directions of slow slip that were not found (mechanism/slip.c), since a simulation has
+                                   counted them */
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
     size_t bytes; /* of its memory */
 };

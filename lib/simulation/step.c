@@ -157,6 +157,10 @@ void kt_simulation_count(kt_simulation *simulation) {
         most->velocity = new.velocity > most->velocity ? new.velocity : most->velocity;
         most->assembly = new.assembly > most->assembly ? new.assembly : most->assembly;
         most->capped += new.capped;
+#if KT_HAS_EVENTS
+        simulation->memory.contacts.unconverged += data->unconverged;
+        data->unconverged = 0;
+#endif
         if (data->crossings.near > 0 && simulation->groups > 0) {
             const double led_off = 0.5 * data->passage.acceleration * step * step;
             kt_crossings crossings = kt_data_crossings(data);

@@ -32,22 +32,20 @@ static void warn_of_friction(kt_outcome *outcome) {
                 "contacts that stick wedge a body: their normal forces are not unique, and the least ones were taken");
 }
 
-/* Warns where iterations ended at their limit, those of the method apart. */
-static void warn_of_caps(kt_outcome *outcome) {
-    const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
-    const unsigned long long capped = counts.iterations.capped - counts.capped;
-    const kt_warning warning = kt_warning_of("contact_capped", (double)capped, NULL,
+/* Warns where the direction of slow slip was not found. */
+static void warn_of_slow_slip(kt_outcome *outcome) {
+    const unsigned long long count = kt_simulation_contacts(outcome->simulation).unconverged;
+    const kt_warning warning = kt_warning_of("contact_capped", (double)count, NULL,
                                              "Compare with a smaller `max_step`, or take elastic contacts (stiffness)");
-    if (capped > 0 && kt_simulation_contacts(outcome->simulation).count > 0)
-        kt_warn(
-            &outcome->warnings, &warning,
-            "%llu iteration%s ended at their limit, of projections, or for the direction of slow slip, where friction "
-            "then acts against the slip that there is",
-            capped, capped == 1 ? "" : "s");
+    if (count > 0)
+        kt_warn(&outcome->warnings, &warning,
+                "at %llu evaluation%s the iteration for the direction of slow slip did not converge: friction acted "
+                "against the slip that there was",
+                count, count == 1 ? "" : "s");
 }
 
 void kt_warn_of_contacts(kt_outcome *outcome) {
     warn_of_reduced(outcome);
     warn_of_friction(outcome);
-    warn_of_caps(outcome);
+    warn_of_slow_slip(outcome);
 }
