@@ -100,10 +100,11 @@ static void draw_blind(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *
     kt_paper_text(c, f->left + 6.0, fmin(y + 1.2 * kt_small_size, f->bottom - 4.0), KT_ANCHOR_LEFT, panel->blind_label);
 }
 
-/* Draws lines at events, and their names along them, those that do not cover each other. */
+/* Draws lines at events, and their names along them, on the left, where they cover no line nor name before. */
 static void draw_events(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel) {
     static const double dashes[] = {3.0, 3.0};
-    double last = (double)-INFINITY, named = (double)-INFINITY;
+    const double room = 1.2 * kt_small_size;
+    double last = (double)-INFINITY, taken = (double)-INFINITY; /* taken: the right edge of lines and names */
     kt_paper_use(c, f->palette->quiet);
     cairo_set_font_size(c, 0.9 * kt_small_size);
     cairo_set_line_width(c, 0.8);
@@ -115,11 +116,13 @@ static void draw_events(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
         cairo_set_dash(c, dashes, 2, 0.0);
         draw_line(c, x, f->top, x, f->bottom);
         cairo_set_dash(c, NULL, 0, 0.0);
-        if (!panel->names_events || x < named + 1.2 * kt_small_size)
+        const bool fits = x >= taken + room, is_left = x > f->left + room;
+        taken = fmax(taken, x);
+        if (!panel->names_events || !fits)
             continue;
-        named = x;
+        taken = is_left ? x : x + room;
         cairo_save(c);
-        cairo_translate(c, x > f->left + 1.2 * kt_small_size ? x - 3.0 : x + kt_small_size, f->top + 4.0);
+        cairo_translate(c, is_left ? x - 3.0 : x + kt_small_size, f->top + 4.0);
         cairo_rotate(c, -acos(0.0));
         kt_paper_text(c, 0.0, 0.0, KT_ANCHOR_RIGHT, panel->events[i].label);
         cairo_restore(c);
