@@ -592,6 +592,8 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
         leaving &= ~c->item[k].bit;
     const bool rough = c->touching > c->resting; /* a contact with friction touches */
     if (status == KT_OK && approach > 0.0)
+        status = kt_contacts_check_levers(simulation, open, t, W, u, error);
+    if (status == KT_OK && approach > 0.0)
         status = kt_contacts_strike(simulation, t, W, u, &lost, error);
     if (status == KT_OK && rough)
         status = press_with_friction(simulation, t, y, W, u, leaving, &on, error);

@@ -113,7 +113,11 @@ KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_
  * forces, and then tangential ones in roots of these (linear/coulomb.h). */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
-/* contact_refusal.c. From the status of a projection onto the loops behind impulses of what came at the speed `approach`, with the
+/* contact_refusal.c. Of rows that close, u < 0: an error where a contact has no lever on any joint, or its motion is prescribed. The data
+ * are those of `open`. */
+KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
+                                              const double *W, const double *u, kt_error *error);
+/* From the status of a projection onto the loops behind impulses of what came at the speed `approach`, with the
  * velocities v: an error where contacts go on to close since their motion is prescribed. Requires the equations at the present state. */
 KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
                                              kt_status status, kt_error *error);

@@ -11,6 +11,7 @@
 #include "closure/open_loops.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
+#include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "model/switching.h"
 #include "simulation/contact.h"
@@ -21,6 +22,8 @@
 static const double kept = 0.5 / KT_SWITCH_MAX;
 /* Rates above this part of the fastest approach part. */
 static const double rounding = 1e-9;
+/* Levers, relative to the mechanism's length, from which on an impulse moves something. */
+static const double lever = 1e-9;
 /* What contradicts each other leaves at least this part of it. */
 static const double left = 1e-3;
 
@@ -92,6 +95,37 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     name_contact(simulation, fastest, t, where);
     (void)kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s", found.message);
     return true;
+}
+
+/* Of x, in which every joint moves by its unit, and the gap by the mechanism's length or a radian at most, x'M x is what W is measured
+ * in: W x'M x >= (J x)^2. */
+kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, const double *W,
+                                   const double *u, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double length = c->all->length > 0.0 ? c->all->length : 1.0;
+    const double *q = kt_integrator_state(simulation->integrator);
+    double *x = simulation->a;
+    char where[KT_WHERE_SIZE];
+    for (size_t i = 1; i < open->n.link; i++)
+        for (int k = 0; k < kt_link_dofs(&open->link[i]); k++)
+            x[open->link[i].v + k] = k < kt_link_lengths(&open->link[i]) ? length : 1.0;
+    const kt_status status = kt_kinematics_update(open, simulation->data, q, x, NULL, error);
+    const double square = status == KT_OK ? 2.0 * kt_kinetic_energy(open, simulation->data) : 0.0;
+    for (int i = 0; status == KT_OK && i < c->meeting; i++) {
+        const bool turns = kt_loop_measure_of(c->all, c->item[c->list[i]].loop, 0) == KT_MEASURE_ANGLE;
+        const double unit = turns ? 1.0 : length;
+        if (!(u[i] < 0.0) || W[i * c->touching + i] * square > lever * lever * unit * unit)
+            continue;
+        if (is_prescribed(simulation, t, error))
+            return KT_ERROR_CONSTRAINT;
+        name_contact(simulation, i, t, where);
+        return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                            "'%.60s' is met at %.3g (m/s or rad/s) where no joint has a lever against it, so that its "
+                            "impulse would have no bound: keep away from such a position (a rod that stands on what "
+                            "lifts it), or take an elastic one (stiffness)",
+                            simulation->model->text + kt_contact_loop(simulation, i)->name, -u[i]);
+    }
+    return status;
 }
 
 kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,

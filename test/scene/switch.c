@@ -474,14 +474,32 @@ static void check_refusal(const char *what, const char *text, double t, const ch
 #define STOP(e) "effects: [{type: joint_limit, joint: jaw, upper: 0.5, restitution: " e "}]\n"
 #define FACING(side) "rotation: {axis: y, angle: " side "90 deg}}, restitution: 0.5}\n"
 
-/* A drive goes on through a stop, with and without a restitution, from a distance and from rest where it touches; and a vice
- * presses a block against a wall. u + W p with W = 0 has no impulse p, whatever rounding makes of W. */
+/* A table that is lifted against a pendulum which hangs straight down, or nearly so. */
+#define LIFTED(angle)                                                                                                  \
+    "kinetree: 1\n"                                                                                                    \
+    "gravity: [0, -9.81, 0]\n"                                                                                         \
+    "bodies:\n"                                                                                                        \
+    "  - {name: table, joint: {type: prismatic, axis: y, position: -1.55}, mass: 1}\n"                                 \
+    "  - {name: arm, joint: {type: revolute, axis: z, position: " angle " deg}, mass: 1, com: [0.5, 0, 0]}\n"          \
+    "loops: [{name: drive, type: motion, joint: table, position: {polynomial: [-1.55, 1]}}]\n"                         \
+    "effects:\n"                                                                                                       \
+    "  - {name: bump, type: contact, point: {body: arm, at: [1, 0, 0]}, radius: 0.05,\n"                               \
+    "     plane: {body: table, rotation: {axis: x, angle: -90 deg}}, restitution: 0.5}\n"                              \
+    "simulate: {duration: 2}\n"
+
+/* A drive goes on through a stop, with and without a restitution, from a distance and from rest where it touches; a vice
+ * presses a block against a wall; and a table is lifted against a pendulum that hangs straight down. u + W p with W = 0 has no
+ * impulse p, whatever rounding makes of W. */
 KT_TEST(a_prescribed_motion_into_a_boundary_is_told) {
     static const char *const stop[] = {"'jaw.upper'", "'drive'", "a prescribed motion goes on", "elastic stop", NULL};
+    static const char *const straight[] = {"'bump'", "'drive'", "a prescribed motion goes on", NULL};
+    static const char *const inclined[] = {"'bump'", "no joint has a lever against it", NULL};
     static const char *const vice[] = {"'wall'", "'face'", "'drive'", "a prescribed motion goes on", NULL};
     check_refusal("stop", DRIVEN("polynomial: [0, 1]", STOP("0.5")), 0.5, stop);
     check_refusal("stop, plastic", DRIVEN("polynomial: [0, 1]", STOP("0")), 0.5, stop);
     check_refusal("from the stop", DRIVEN("ramp: {from: 0.5, to: 1, start: 0.2, end: 0.4}", STOP("0.5")), 0.2, stop);
+    check_refusal("without a lever but for rounding", LIFTED("-90"), 0.5, straight);
+    check_refusal("nearly without", LIFTED("-90.00000001"), 0.5, inclined);
     check_refusal(
         "vice",
         DRIVEN(
