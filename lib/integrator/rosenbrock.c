@@ -55,9 +55,9 @@ enum { STAGES = KT_ROSENBROCK_STAGES };
 /* Slots: f(t0, y0), that of a stage, and one more for differences. */
 enum { SLOT_START, SLOT_STAGE, SLOT_OTHER, SLOTS };
 
-/* Rows of a try: U, f_t, the slope at the end, the state in the middle less the mean of both ends, and the slope that
- * the last stage foretells. */
-enum { ROW_U, ROW_TIME = ROW_U + STAGES, ROW_END, ROW_MIDDLE, ROW_FORETOLD, ROWS };
+/* Rows of a try: U, f_t, the slope at the end, and the state in the middle less the mean of both ends. Until all stages are
+ * known the last two are free. */
+enum { ROW_U, ROW_TIME = ROW_U + STAGES, ROW_END, ROW_MIDDLE, ROWS, ROW_FORETOLD = ROW_MIDDLE };
 
 /* The first of the stages at the end of the step, each of which is the one before it and its U. */
 enum { FIRST_AT_END = 5 };
@@ -170,7 +170,7 @@ static void foretell(kt_integrator *it, int i, double sigma) {
         return;
     for (size_t l = 0; l < it->sizes.n; l++) {
         foretold[l] += sigma * u[l];
-        change[l] = (foretold[l] - f[l]) / sigma; /* J U / sigma; the row is free until the stages are known */
+        change[l] = (foretold[l] - f[l]) / sigma; /* J U / sigma */
     }
     kt_newton_of(it)->bare[0] = size_of(it, change);
 }

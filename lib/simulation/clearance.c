@@ -63,7 +63,7 @@ KT_INLINE kt_v2 least_of(kt_v2 a, kt_v2 b) {
 }
 
 /* One of them alone. */
-KT_BY_ITSELF bool look_at_stop(const kt_simulation *simulation, size_t k, double twice_h) {
+KT_BY_ITSELF bool measure_stop(const kt_simulation *simulation, size_t k, double twice_h) {
     const kt_gap_source *source = &simulation->gap_source[k];
     const double *q = positions(simulation) + source->q, *v = velocities(simulation) + source->v;
     return note(simulation, k, twice_h, kt_stop_distance(source->effect, *q), fabs(*v));
@@ -78,9 +78,9 @@ KT_BY_ITSELF bool reaches_some(const kt_simulation *simulation, size_t first, si
 
 /* Two at a time, as their coordinates follow each other. In place of the larger speed there is the sum of both, and the signs
  * of distances less the path are collected; whether one may have been reached is asked afterwards where one is negative. */
-static bool look_at_stops(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
+static bool measure_stops(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const size_t count = simulation->size.gap, n = end - first;
-    const bool last = n % 2 != 0 && look_at_stop(simulation, end - 1, twice_h);
+    const bool last = n % 2 != 0 && measure_stop(simulation, end - 1, twice_h);
     if (n == 1)
         return last;
     const kt_gap_source *source = &simulation->gap_source[first];
@@ -101,7 +101,7 @@ static bool look_at_stops(kt_simulation *simulation, size_t first, size_t end, d
     return last || ((near[0] | near[1]) < 0 && reaches_some(simulation, first, end, 0.5 * twice_h));
 }
 
-static bool look_at_heights(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
+static bool measure_heights(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const double *q = positions(simulation), *v = velocities(simulation);
     bool reached = false;
     for (size_t k = first; k < end; k++) {
@@ -115,7 +115,7 @@ static bool look_at_heights(kt_simulation *simulation, size_t first, size_t end,
 }
 
 /* With the vector along = A' n, A being the link's axes, a point p is along . p higher than the link's origin. */
-static bool look_at_points(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
+static bool measure_points(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const kt_gap_source *source = &simulation->gap_source[first];
     const kt_pose *plane = &source->effect->frame[1];
     const kt_force_frame *link = &simulation->data->force_link[source->effect->force_link[0]];
@@ -135,7 +135,7 @@ static bool look_at_points(kt_simulation *simulation, size_t first, size_t end, 
 }
 
 /* A point that is no arm from its link's origin moves as that does. */
-static bool look_at_ends(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
+static bool measure_ends(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const kt_force_frame *links = simulation->data->force_link;
     bool reached = false;
     for (size_t k = first; k < end; k++) {
@@ -158,7 +158,7 @@ static bool look_at_ends(kt_simulation *simulation, size_t first, size_t end, do
 }
 
 /* By their gaps. */
-static bool look_at_others(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
+static bool measure_others(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     bool reached = false;
     for (size_t k = first; k < end; k++) {
         kt_gap gap;
@@ -170,15 +170,15 @@ static bool look_at_others(kt_simulation *simulation, size_t first, size_t end, 
     return reached;
 }
 
-bool kt_simulation_look_at_gaps(kt_simulation *simulation, bool swept, double h) {
-    static bool (*const look_at[])(kt_simulation *, size_t, size_t, double) = {[KT_GAP_OF_COORDINATE] = look_at_stops,
-                                                                               [KT_GAP_OF_HEIGHT] = look_at_heights,
-                                                                               [KT_GAP_TO_GROUND] = look_at_points,
-                                                                               [KT_GAP_OF_ENDS] = look_at_ends,
-                                                                               [KT_GAP_OF_OTHERS] = look_at_others};
+bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, double h) {
+    static bool (*const measure[])(kt_simulation *, size_t, size_t, double) = {[KT_GAP_OF_COORDINATE] = measure_stops,
+                                                                               [KT_GAP_OF_HEIGHT] = measure_heights,
+                                                                               [KT_GAP_TO_GROUND] = measure_points,
+                                                                               [KT_GAP_OF_ENDS] = measure_ends,
+                                                                               [KT_GAP_OF_OTHERS] = measure_others};
     const kt_gap_source *row = simulation->gap_source;
     if ((size_t)row->count == simulation->size.gap && (row->link != NULL || swept)) /* as in most models */
-        return look_at[row->form](simulation, 0, simulation->size.gap, 2.0 * h);
+        return measure[row->form](simulation, 0, simulation->size.gap, 2.0 * h);
     bool reached = false;
     for (size_t k = 0, end; k < simulation->size.gap; k = end) {
         const kt_gap_source *source = &simulation->gap_source[k];
@@ -187,7 +187,7 @@ bool kt_simulation_look_at_gaps(kt_simulation *simulation, bool swept, double h)
             kt_force_frames_sweep(simulation->model, simulation->data, positions(simulation), velocities(simulation));
             swept = true;
         }
-        if (look_at[source->form](simulation, k, end, 2.0 * h))
+        if (measure[source->form](simulation, k, end, 2.0 * h))
             reached = true;
     }
     return reached;

@@ -199,7 +199,7 @@ void kt_simulation_begin_gaps(kt_simulation *simulation) {
         simulation->stop_lower[k] = simulation->gap_source[k].effect->lower;
         simulation->stop_upper[k] = simulation->gap_source[k].effect->upper;
     }
-    (void)kt_simulation_look_at_gaps(simulation, is_swept(simulation, slope), 0.0);
+    (void)kt_simulation_measure_clearances(simulation, is_swept(simulation, slope), 0.0);
     simulation->cached = KT_CACHED_NOTHING;
     exchange_clearances(simulation);
     simulation->gaps_known = false;
@@ -211,7 +211,8 @@ void kt_simulation_begin_gaps(kt_simulation *simulation) {
 static bool reaches_any(kt_simulation *simulation) {
     const kt_integrator *it = simulation->integrator;
     const double *slope = it->gives_end_derivative ? it->k[it->fresh] : kt_integrator_known_derivative(it);
-    return kt_simulation_look_at_gaps(simulation, is_swept(simulation, slope), it->memory.t - it->memory.previous_t);
+    return kt_simulation_measure_clearances(simulation, is_swept(simulation, slope),
+                                            it->memory.t - it->memory.previous_t);
 }
 
 static void find_gap(kt_simulation *simulation, size_t k, const double *y, bool swept, kt_known_gap *gap) {

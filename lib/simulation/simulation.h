@@ -530,7 +530,7 @@ KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double 
 /* Writes clearance_end of the present state (clearance.c); swept: data hold the motion of the links that carry forces there.
  * Returns whether a step of length h that began at clearance_begin may have reached a boundary. And whether it may have
  * reached that of effect k: O(1), the first O(effects). */
-bool kt_simulation_look_at_gaps(kt_simulation *simulation, bool swept, double h);
+bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, double h);
 bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double h);
 
 /* Adds the iterations and crossings since the last call to the counts. */
