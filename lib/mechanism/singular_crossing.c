@@ -329,7 +329,8 @@ static void halve_distance(crossing *c, double dt, double apart, double *try, do
 /* Replaces a, which was computed without the lost direction, by the interpolated acceleration; returns false if that
  * cannot be computed, or if the path bends. */
 static bool interpolate_across(crossing *c, double *a) {
-    static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0, 8.0, 14.0, 20.0};
+    static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0, 8.0, 14.0, 20.0}; /* the last where two loops fold at once */
+    enum { USUAL = 5 };
     double *try = kt_scratch_part(c->model, c->data, 2), *direction = c->data->moved_v, pull;
     c->direction = direction;
     const double speed = choose_direction(c, a, direction, &pull);
@@ -337,7 +338,7 @@ static bool interpolate_across(crossing *c, double *a) {
         return false;
     /* if time varies: at most so far that the velocity remains nearly v */
     const double most = c->driven && pull > 0.0 ? 0.1 * speed / pull : HUGE_VAL;
-    for (size_t k = 0; k < sizeof wider / sizeof *wider && !c->bent; k++) {
+    for (size_t k = 0; k < (c->folded ? sizeof wider / sizeof *wider : USUAL) && !c->bent; k++) {
         const double dt = wider[k] * fmin(NEIGHBOUR_DISTANCE / speed, most);
         const double apart = dt > most ? (double)INFINITY : interpolate(c, dt, try);
         c->folded |= dt <= most && c->least < CLEAR;
