@@ -41,7 +41,7 @@ static kt_gap_source source_of(const kt_model *model, const kt_effect_record *ef
     const kt_pose *plane = &effect->frame[1];
     const kt_vec3 from = moves && link != NULL ? kt_vec3_sub(plane->position, link->at) : plane->position;
     kt_gap_form form = KT_GAP_OF_COORDINATE;
-    if (moves && is_plain(effect))
+    if (KT_HAS_CLEARANCES && moves && is_plain(effect))
         form = link != NULL ? KT_GAP_OF_HEIGHT : ends_on_ground(effect) ? KT_GAP_TO_GROUND : KT_GAP_OF_ENDS;
     else if (moves)
         form = KT_GAP_OF_OTHERS;
@@ -51,7 +51,7 @@ static kt_gap_source source_of(const kt_model *model, const kt_effect_record *ef
                            .count = 1,
                            .q = link != NULL ? link->q : 0,
                            .v = link != NULL ? link->v : 0,
-                           .farthest = moves ? kt_vec3_norm(effect->frame[0].position) : 0.0,
+                           .farthest = KT_HAS_CLEARANCES && moves ? kt_vec3_norm(effect->frame[0].position) : 0.0,
                            .offset = moves ? kt_vec3_dot(plane->rotation.z, from) : 0.0};
 }
 
@@ -79,7 +79,7 @@ size_t kt_gap_list(const kt_model *model, kt_gap_source *sources) {
             if (sources == NULL)
                 continue;
             sources[count] = source_of(model, &model->effect[batch->first + j]);
-            if (count == 0 || !goes_on(&sources[first], &sources[count])) {
+            if (!KT_HAS_CLEARANCES || count == 0 || !goes_on(&sources[first], &sources[count])) {
                 first = count;
                 continue;
             }

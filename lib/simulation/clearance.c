@@ -12,6 +12,8 @@
 
 #include <math.h>
 
+#if KT_HAS_CLEARANCES
+
 /* What is rare is called: inlined, it would cost all others registers that they save. */
 #define KT_BY_ITSELF static __attribute__((noinline))
 
@@ -192,3 +194,19 @@ bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, dou
     }
     return reached;
 }
+
+void kt_simulation_begin_clearances(kt_simulation *simulation, bool swept) {
+    for (size_t k = 0; k < simulation->size.gap; k++) {
+        simulation->stop_lower[k] = simulation->gap_source[k].effect->lower;
+        simulation->stop_upper[k] = simulation->gap_source[k].effect->upper;
+    }
+    (void)kt_simulation_measure_clearances(simulation, swept, 0.0);
+}
+
+void kt_simulation_pass_clearances(kt_simulation *simulation) {
+    double *clearances = simulation->clearance_begin;
+    simulation->clearance_begin = simulation->clearance_end;
+    simulation->clearance_end = clearances;
+}
+
+#endif

@@ -215,13 +215,12 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
  * does not tell. orders: how many of its derivatives count. What is less than `nothing` is so in any unit of a machine. */
 static bool changes_behind(const kt_curve *curve, const double *numbers, const double time[3], int orders) {
     static const double more = 10.0, rounding = 1e-12, nothing = 1e-60;
-    double begin[3], last[3], end[3];
-    kt_curve_evaluate(curve, numbers, time[0], begin);
-    kt_curve_evaluate(curve, numbers, time[1], last);
-    kt_curve_evaluate(curve, numbers, time[2], end);
+    double value[3][3];
+    for (int i = 0; i < 3; i++)
+        kt_curve_evaluate(curve, numbers, time[i], value[i]);
     for (int k = 0; k <= orders; k++) {
-        const double behind = fabs(end[k] - last[k]), before = fabs(last[k] - begin[k]);
-        if (behind > more * before + rounding * fmax(fabs(begin[k]), fabs(end[k])) + nothing)
+        const double begin = value[0][k], last = value[1][k], end = value[2][k];
+        if (fabs(end - last) > more * fabs(last - begin) + rounding * fmax(fabs(begin), fabs(end)) + nothing)
             return true;
     }
     return false;
@@ -235,7 +234,7 @@ bool kt_simulation_take_back_missed(kt_simulation *simulation, double *t_limit) 
                  t1 = kt_integrator_time(simulation->integrator);
     const double time[3] = {c->begin == t0 ? c->after : t0, t0 + last_known * (t1 - t0), c->end == t1 ? c->before : t1};
     bool behind = false;
-    for (size_t i = 0; i < model->n.loop && !behind; i++)
+    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop && !behind; i++)
         behind = changes_behind(&model->loop[i].curve, model->number, time, 2);
     for (size_t i = 0; i < model->n.effect && !behind; i++)
         for (int k = 0; k < 3 && !behind; k++)

@@ -260,10 +260,5 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
 }
 
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
-    const kt_status status = fail_step(simulation, from, near, error);
-#if KT_HAS_EVENTS
-    return kt_simulation_explain_disc(simulation, status, error);
-#else
-    return status;
-#endif
+    return kt_simulation_explain_disc(simulation, fail_step(simulation, from, near, error), error);
 }

@@ -184,26 +184,21 @@ static bool is_swept(const kt_simulation *simulation, const double *slope) {
 }
 
 /* What is known where a step ends is where the next one begins. */
-static void exchange_clearances(kt_simulation *simulation) {
-    double *clearances = simulation->clearance_begin;
-    simulation->clearance_begin = simulation->clearance_end;
-    simulation->clearance_end = clearances;
+static void pass_gaps(kt_simulation *simulation, bool known, double far) {
+    kt_simulation_pass_clearances(simulation);
     simulation->gap_time = simulation->integrator->memory.t;
+    simulation->gaps_known = known;
+    if (KT_HAS_CLEARANCES)
+        simulation->far_time = far;
 }
 
 /* Parameters may have changed: the list is made anew. */
 void kt_simulation_begin_gaps(kt_simulation *simulation) {
     const double *slope = kt_integrator_known_derivative(simulation->integrator);
-    const size_t count = kt_gap_list(simulation->model, simulation->gap_source);
-    for (size_t k = 0; k < count; k++) {
-        simulation->stop_lower[k] = simulation->gap_source[k].effect->lower;
-        simulation->stop_upper[k] = simulation->gap_source[k].effect->upper;
-    }
-    (void)kt_simulation_measure_clearances(simulation, is_swept(simulation, slope), 0.0);
+    (void)kt_gap_list(simulation->model, simulation->gap_source);
+    kt_simulation_begin_clearances(simulation, is_swept(simulation, slope));
     simulation->cached = KT_CACHED_NOTHING;
-    exchange_clearances(simulation);
-    simulation->gaps_known = false;
-    simulation->far_time = (double)NAN;
+    pass_gaps(simulation, false, (double)NAN);
 }
 
 /* After a step: whether it may have reached a boundary. Where its last evaluation was at its end and no loops are closed,
@@ -215,9 +210,11 @@ static bool reaches_any(kt_simulation *simulation) {
                                             it->memory.t - it->memory.previous_t);
 }
 
-static void find_gap(kt_simulation *simulation, size_t k, const double *y, bool swept, kt_known_gap *gap) {
+/* Of effect k in the state y; swept: as kt_gaps_evaluate has it. */
+static void find_gap(kt_simulation *simulation, size_t k, const double *y, bool *swept, kt_known_gap *gap) {
     kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gap_source[k], 1, y, y + simulation->size.nq,
-                     swept, &gap->gap);
+                     *swept, &gap->gap);
+    *swept = *swept || simulation->gap_source[k].link == NULL;
     gap->known = true;
 }
 
@@ -225,19 +222,18 @@ static void find_gap(kt_simulation *simulation, size_t k, const double *y, bool 
 static bool find_gaps(kt_simulation *simulation) {
     const double *y0 = simulation->integrator->previous_y, *y1 = simulation->integrator->y;
     const double h = simulation->integrator->memory.t - simulation->integrator->memory.previous_t;
-    bool any = false, swept = false;
+    bool any = false, swept = false, swept_end = KT_HAS_CLEARANCES;
     for (size_t k = 0; k < simulation->size.gap; k++) {
         simulation->gap_end[k].known = kt_simulation_reaches_gap(simulation, k, h);
         if (!simulation->gap_end[k].known)
             continue;
-        find_gap(simulation, k, y1, true, &simulation->gap_end[k]);
+        find_gap(simulation, k, y1, &swept_end, &simulation->gap_end[k]);
         simulation->gap_begin[k].known = simulation->gap_begin[k].known && simulation->gaps_known;
         any = true;
     }
     for (size_t k = 0; any && k < simulation->size.gap; k++)
         if (simulation->gap_end[k].known && !simulation->gap_begin[k].known) {
-            find_gap(simulation, k, y0, swept, &simulation->gap_begin[k]);
-            swept = swept || simulation->gap_source[k].link == NULL;
+            find_gap(simulation, k, y0, &swept, &simulation->gap_begin[k]);
             simulation->cached = KT_CACHED_NOTHING;
         }
     return any;
@@ -275,8 +271,14 @@ static bool leaps(kt_simulation *simulation, double *when) {
     return false;
 }
 
-/* Of a step that may have reached a boundary. Not inlined: most steps do not come here, and would save its registers. */
-static __attribute__((noinline)) bool take_back_near(kt_simulation *simulation, double *t_limit) {
+#if KT_HAS_CLEARANCES
+#define KT_BY_ITSELF __attribute__((noinline)) /* most steps do not come here, and would save its registers */
+#else
+#define KT_BY_ITSELF
+#endif
+
+/* Of a step that may have reached a boundary. */
+static KT_BY_ITSELF bool take_back_near(kt_simulation *simulation, double *t_limit) {
     kt_integrator *integrator = simulation->integrator;
     double when;
     if (leaps(simulation, &when)) {
@@ -290,18 +292,14 @@ static __attribute__((noinline)) bool take_back_near(kt_simulation *simulation, 
     kt_known_gap *gaps = simulation->gap_begin;
     simulation->gap_begin = simulation->gap_end;
     simulation->gap_end = gaps;
-    simulation->gaps_known = true;
-    simulation->far_time = (double)NAN;
-    exchange_clearances(simulation);
+    pass_gaps(simulation, true, (double)NAN);
     return false;
 }
 
 bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit) {
     if (reaches_any(simulation))
         return take_back_near(simulation, t_limit);
-    simulation->gaps_known = false;
-    simulation->far_time = simulation->integrator->memory.t;
-    exchange_clearances(simulation);
+    pass_gaps(simulation, false, simulation->integrator->memory.t);
     return false;
 }
 
@@ -333,7 +331,7 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     kt_gap *begin = simulation->gap_inside, *end = simulation->gap_middle, *now = simulation->gap_record;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
-    const bool far = simulation->far_time == t1 && simulation->gap_time == t1;
+    const bool far = KT_HAS_CLEARANCES && simulation->far_time == t1 && simulation->gap_time == t1;
     if (!(t0 < t && t < t1) || far)
         return KT_OK;
     simulation->cached = KT_CACHED_NOTHING; /* the data hold what is evaluated here */

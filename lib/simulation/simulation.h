@@ -175,13 +175,20 @@ typedef struct kt_known_gap {
     bool known;
 } kt_known_gap;
 
-/* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
-#define KT_SIMULATION_FIELDS(X)                                                                                        \
-    X(kt_gap_source, gap_source, size->gap, "effects that act on one side of a boundary")                              \
+#if KT_HAS_CLEARANCES
+#define KT_SIMULATION_CLEARANCES(X)                                                                                    \
     X(double, stop_lower, size->gap, "of stops, as their effects have them")                                           \
     X(double, stop_upper, size->gap, "likewise")                                                                       \
     X(double, clearance_begin, 2 * size->gap, "at gap_time: distances of effects; no less than their speeds")          \
-    X(double, clearance_end, 2 * size->gap, "scratch: where a step ends, likewise")                                    \
+    X(double, clearance_end, 2 * size->gap, "scratch: where a step ends, likewise")
+#else
+#define KT_SIMULATION_CLEARANCES(X)
+#endif
+
+/* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
+#define KT_SIMULATION_FIELDS(X)                                                                                        \
+    KT_SIMULATION_CLEARANCES(X)                                                                                        \
+    X(kt_gap_source, gap_source, size->gap, "effects that act on one side of a boundary")                              \
     X(kt_known_gap, gap_begin, size->gap, "gaps of effects at gap_time, of some")                                      \
     X(kt_known_gap, gap_end, size->gap, "scratch: where a step ends, of those that it may have reached")               \
     X(kt_gap, gap_middle, size->gap, "scratch: in its middle")                                                         \
@@ -527,11 +534,20 @@ void kt_simulation_begin_gaps(kt_simulation *simulation);
 bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit);
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
 
-/* Writes clearance_end of the present state (clearance.c); swept: data hold the motion of the links that carry forces there.
- * Returns whether a step of length h that began at clearance_begin may have reached a boundary. And whether it may have
- * reached that of effect k: O(1), the first O(effects). */
+/* Distances from boundaries (clearance.c): where parameters may have changed; of the present state, where a step of length h
+ * ends, which returns whether it may have reached a boundary; whether it may have reached that of effect k; and: the next
+ * step begins there. swept: data hold the motion of the links that carry forces. O(effects), of one and the last O(1). */
+#if KT_HAS_CLEARANCES
+void kt_simulation_begin_clearances(kt_simulation *simulation, bool swept);
 bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, double h);
 bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double h);
+void kt_simulation_pass_clearances(kt_simulation *simulation);
+#else
+#define kt_simulation_begin_clearances(simulation, swept) ((void)(swept))
+#define kt_simulation_measure_clearances(simulation, swept, h) ((void)(swept), (void)(h), true)
+#define kt_simulation_reaches_gap(simulation, k, h) ((void)(h), true)
+#define kt_simulation_pass_clearances(simulation) ((void)0)
+#endif
 
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
@@ -577,9 +593,14 @@ bool kt_simulation_is_recoverable(kt_status status);
  * adds a remedy; near: the step computed accelerations next to a singular position. */
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
-#if KT_HAS_EVENTS
 /* Adds to an error what it comes from where a disc lies flat. */
+#if KT_HAS_EVENTS
 kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error);
+#else
+static inline kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error) {
+    (void)simulation, (void)error;
+    return status;
+}
 #endif
 
 /* Skips the records before the current time, which kt_simulation_run has not handed over. */

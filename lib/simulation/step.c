@@ -161,7 +161,7 @@ void kt_simulation_count(kt_simulation *simulation) {
         simulation->memory.contacts.unconverged += data->unconverged;
         data->unconverged = 0;
 #endif
-        if (data->crossings.near > 0 && simulation->groups > 0) {
+        if (KT_HAS_LOOPS && data->crossings.near > 0 && simulation->groups > 0) {
             const double led_off = 0.5 * data->passage.acceleration * step * step;
             kt_crossings crossings = kt_data_crossings(data);
             crossings.error = fmax(crossings.error, led_off);
