@@ -329,7 +329,8 @@ static void halve_distance(crossing *c, double dt, double apart, double *try, do
 /* Replaces a, which was computed without the lost direction, by the interpolated acceleration; returns false if that
  * cannot be computed, or if the path bends. */
 static bool interpolate_across(crossing *c, double *a) {
-    static const double wider[] = {1.0, 1.5, 0.6, 2.5, 4.0, 8.0, 14.0, 20.0}; /* the last where two loops fold at once */
+    static const double wider[] = {1.0, 1.5, 0.6,  2.5,
+                                   4.0, 8.0, 14.0, 20.0}; /* the last where two loops fold at once */
     enum { USUAL = 5 };
     double *try = kt_scratch_part(c->model, c->data, 2), *direction = c->data->moved_v, pull;
     c->direction = direction;

@@ -66,6 +66,8 @@ static double violation_of(const kt_model *model, const kt_data *data) {
 
 /* Whether loops prescribe that contacts go on to close; then an error that names them. Otherwise data are those of the model again. */
 static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
+    if (!KT_HAS_LOOPS)
+        return false;
     const struct kt_contacts *c = simulation->contacts;
     const double *q = kt_integrator_state(simulation->integrator), *from = q + simulation->size.nq;
     const kt_model *model = simulation->model;
