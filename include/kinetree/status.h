@@ -17,9 +17,9 @@ extern "C" {
 
 /* The version of these headers, semantic versioning; KT_VERSION is the same as text. kt_version tells the library's. */
 #define KT_VERSION_MAJOR 0
-#define KT_VERSION_MINOR 1
+#define KT_VERSION_MINOR 2
 #define KT_VERSION_PATCH 0
-#define KT_VERSION "0.1.0"
+#define KT_VERSION "0.2.0"
 
 /* What marks a function as part of the library, a status that must not be ignored, and a printf-like text with its
  * first argument; nothing for compilers that do not know such marks. */

@@ -19,7 +19,7 @@ KT_TEST(scene_that_needs_openblas_is_refused_under_a_limit_that_is_too_small) {
 }
 
 KT_TEST(installation_without_the_module_of_lapack_is_told) {
-    kt_shell("mkdir alone; cp $(dirname $K)/../../lib/libkinetree*.so.0 alone");
+    kt_shell("mkdir alone; cp $(dirname $K)/../../lib/libkinetree*.so." KT_INTERFACE " alone");
     kt_expect(0, NULL, "LD_LIBRARY_PATH=alone $K run %s/four-bar.yaml --duration 0.1 --quiet", KT_SCENES);
     kt_expect(2, KT_LAPACK_FILE ": LAPACK, needed for groups of loops",
               "LD_LIBRARY_PATH=alone $K modes %s/pendulum.yaml", KT_SCENES);

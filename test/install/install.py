@@ -70,15 +70,15 @@ def demo(root):
 CMAKE = """
 cmake_minimum_required(VERSION 3.16)
 project(stranger C)
-find_package(kinetree 0.1 REQUIRED COMPONENTS {target})
+find_package(kinetree 0.2 REQUIRED COMPONENTS {target})
 add_executable(program program.c)
 target_link_libraries(program kinetree::{target})
 """
 
-# What is asked for, and whether 0.1.0 is it. A range needs CMake 3.19; 0.1...<0.2 is no range to an older one.
-VERSIONS = [("", True), ("0.1", True), ("0.1.0", True), ("0.1.0 EXACT", True), ("0.1.0...0.3", True), ("0.0...<0.2", True), ("0.0...0.1.0", True),
-            ("0", False), ("0.0", False), ("0.1.1", False), ("0.2", False), ("1.1", False), ("0.1.1 EXACT", False), ("0.1.1...0.3", False),
-            ("0.0...<0.1.0", False)]
+# The requested version, and whether 0.2.0 satisfies the request. A range needs CMake 3.19; 0.2...<0.3 is no range to an older one.
+VERSIONS = [("", True), ("0.2", True), ("0.2.0", True), ("0.2.0 EXACT", True), ("0.2.0...0.4", True), ("0.1...<0.3", True), ("0.1...0.2.0", True),
+            ("0", False), ("0.1", False), ("0.1.0", False), ("0.2.1", False), ("0.3", False), ("1.2", False), ("0.2.1 EXACT", False),
+            ("0.2.1...0.4", False), ("0.1...<0.2.0", False)]
 
 CMAKE_VERSIONS = """
 cmake_minimum_required(VERSION 3.19)
@@ -143,7 +143,9 @@ def main():
         claim("installs", [] if made.returncode == 0 else (made.stdout + made.stderr).splitlines())
 
         found = {path.relative_to(root).as_posix() for path in root.rglob("*")}
-        wanted = ["/include/kinetree/kinetree.h", "/libkinetree.so", "/libkinetree.so.0", "/libkinetree.a", "/kinetree.pc", "/cmake/kinetree/kinetreeConfig.cmake"]
+        header = next(root.rglob("include/kinetree/status.h")).read_text()
+        interface = re.search(r'KT_VERSION "(0\.\d+|[1-9]\d*)', header)[1]  # the SONAME
+        wanted = ["/include/kinetree/kinetree.h", "/libkinetree.so", f"/libkinetree.so.{interface}", "/libkinetree.a", "/kinetree.pc", "/cmake/kinetree/kinetreeConfig.cmake"]
         wanted += ["/libkinetree-study.so", "/libkinetree-study.a", "/kinetree-study.pc"]
         wanted += ["/libkinetree-lapack.so"] if has_module == "true" else []
         wanted += ["/libkinetree-scene.so", "/libkinetree-scene.a", "/kinetree-scene.pc"] if has_scene == "true" else []
