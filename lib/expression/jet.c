@@ -474,10 +474,16 @@ static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_
         z.c[0].lo = fmax(0.0, z.c[0].lo);
         return z;
     }
-    case KT_OPERATOR_MIN:
-        return chosen(&decision, y, x);
-    case KT_OPERATOR_MAX:
-        return chosen(&decision, x, y);
+    case KT_OPERATOR_MIN: {
+        kt_jet z = chosen(&decision, y, x);
+        z.c[0].hi = fmin(z.c[0].hi, fmin(x->c[0].hi, y->c[0].hi));
+        return z;
+    }
+    case KT_OPERATOR_MAX: {
+        kt_jet z = chosen(&decision, x, y);
+        z.c[0].lo = fmax(z.c[0].lo, fmax(x->c[0].lo, y->c[0].lo));
+        return z;
+    }
     default:
         return jet_jump(code, &decision);
     }

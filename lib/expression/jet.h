@@ -2,6 +2,7 @@
 #ifndef KT_EXPRESSION_JET_H
 #define KT_EXPRESSION_JET_H
 
+#include "base/inner.h"
 #include "expression/expression.h"
 
 /* All numbers from lo to hi, which may be infinite. */
@@ -32,6 +33,7 @@ typedef void kt_switch(void *user, const kt_jet *decision);
 /* Bounds of a formula of time alone over [from, to]. `meet` is called for every operation that is not smooth (abs, sign,
  * min, max, step, clamp, comparisons), in the order of the text; NULL: for none. Next to such an operation the bounds are
  * those of all branches that are taken in the interval. O(length). */
-kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet, void *user);
+KT_INNER kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet,
+                                    void *user);
 
 #endif

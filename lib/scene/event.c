@@ -41,7 +41,7 @@ static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, con
     const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
     if (node->kind != KT_NODE_TEXT || node->count == 0)
         return kt_fault_expected(r, scope, node, "a formula (\"position.arm - 2.3\")");
-    return kt_read_formula(r, scope, node, &symbols, true, out);
+    return kt_read_formula(r, scope, node, &symbols, true, out) && kt_check_crossing(r, scope, node, &symbols);
 }
 
 static bool read_when(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
@@ -60,7 +60,9 @@ static const kt_kind kind_when = {.read = read_when, .write = write_when};
 /* ---- what is done ------------------------------------------------------------------------------------------------ */
 
 static const char *const action_names[] = {"stop", "record"};
-static const kt_choice actions = {"events.then", action_names, KT_COUNT_OF(action_names), 0};
+static const char actions_expected[] =
+    "an action: stop, record, {set: {NAME: VALUE}} of parameters, {release: NAME} or {engage: NAME} of a loop or an "
+    "effect, or {call: NAME} for one of the program's own";
 
 static int find_loop(const kt_description *d, const char *name) {
     for (int i = 0; i < d->loop_count; i++)
@@ -151,6 +153,13 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
     return true;
 }
 
+/* Actions that have a name. */
+static const struct {
+    const char *key, *expected;
+} kinds[] = {{"call", "the name of an action of the program"},
+             {"release", "the name of a loop or an effect"},
+             {"engage", "the name of a loop or an effect"}};
+
 /* {call: NAME}, {release: NAME}, {engage: NAME} */
 static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
                        const actions_read *to) {
@@ -159,11 +168,6 @@ static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sc
         const kt_scope here = {.outer = scope, .key = "set"};
         return read_set(r, &here, set, event, to);
     }
-    static const struct {
-        const char *key, *expected;
-    } kinds[] = {{"call", "the name of an action of the program"},
-                 {"release", "the name of a loop or an effect"},
-                 {"engage", "the name of a loop or an effect"}};
     for (size_t k = 0; k < KT_COUNT_OF(kinds) && node->count == 1; k++) {
         kt_node *name = kt_node_find(node, kinds[k].key);
         const kt_scope here = {.outer = scope, .key = kinds[k].key};
@@ -180,9 +184,38 @@ static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sc
             to->switches[event->switch_count++] = (kt_scene_switch){.name = text, .on = k == 2};
         return true;
     }
-    return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                       "expected an action: stop, record, {set: {NAME: VALUE}} of parameters, {release: NAME} or "
-                       "{engage: NAME} of a loop or an effect, or {call: NAME} for one of the program's own");
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected %s", actions_expected);
+}
+
+/* How each action is written. */
+static const struct {
+    const char *word, *form;
+} action_forms[] = {{"stop", "'stop'"},
+                    {"record", "'record'"},
+                    {"set", "{set: {NAME: VALUE}}"},
+                    {"release", "{release: NAME}"},
+                    {"engage", "{engage: NAME}"},
+                    {"call", "{call: NAME}"}};
+
+/* The action that is a word; -1 after reporting that there is none. */
+static int read_word(kt_reader *r, const kt_scope *scope, kt_node *node) {
+    kt_nearest near = kt_nearest_make(node->kind == KT_NODE_TEXT ? node->of.text : "", &r->effort);
+    if (node->kind != KT_NODE_TEXT || node->count == 0) {
+        (void)kt_fault_expected(r, scope, node, actions_expected);
+        return -1;
+    }
+    for (int k = 0; k < KT_COUNT_OF(action_names); k++)
+        if (strcmp(node->of.text, action_names[k]) == 0)
+            return k;
+    for (int k = 0; k < KT_COUNT_OF(action_forms); k++)
+        (void)kt_nearest_try(&near, action_forms[k].word);
+    kt_phrase what = {.length = 0};
+    for (int k = 0; k < KT_COUNT_OF(action_forms) && near.best != NULL; k++)
+        if (strcmp(near.best, action_forms[k].word) == 0)
+            kt_phrase_add(&what, "did you mean %s? ", action_forms[k].form);
+    (void)kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is no action; %s%s %s", kt_name_quote(node->of.text).text,
+                      what.text, near.best != NULL ? "Expected" : "expected", actions_expected);
+    return -1;
 }
 
 static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
@@ -191,7 +224,7 @@ static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_s
         (void)read_named(r, scope, node, event, to);
         return;
     }
-    const int action = kt_choice_read(r, scope, node, &actions);
+    const int action = read_word(r, scope, node);
     if (action < 0)
         return;
     bool *flag = action == 0 ? &event->stop : &event->record;

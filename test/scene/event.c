@@ -238,7 +238,9 @@ KT_TEST(faults_of_events_name_their_place_and_the_mend) {
         const char *events, *place, *words;
     } wrong[] = {
         {"events: [{name: a, when: \"position.arn\", then: stop}]", "x:4:27", "did you mean 'position.arm'"},
-        {"events: [{name: a, when: position.arm, then: halt}]", "x:4:46", "stop"},
+        {"events: [{name: a, when: position.arm, then: halt}]", "x:4:46", "{engage: NAME}"},
+        {"events: [{name: a, when: position.arm, then: stopp}]", "x:4:46", "did you mean 'stop'? Expected an action"},
+        {"events: [{name: a, when: position.arm, then: relase}]", "x:4:46", "did you mean {release: NAME}?"},
         {"events: [{name: a, when: position.arm, then: []}]", "x:4:46", "an action"},
         {"events: [{name: a, when: position.arm, then: [stop, stop]}]", "x:4:53", "there already"},
         {"events: [{name: a, when: position.arm, then: {dance: b}}]", "x:4:46", "{call: NAME}"},
@@ -251,6 +253,11 @@ KT_TEST(faults_of_events_name_their_place_and_the_mend) {
         {"events: [{name: a, then: stop}]", "x:4:10", "when"},
         {"events: {name: a}", "x:4:9", "a list of events"},
         {"simulate: {until: \"position.arm <\"}", "x:4:34", "missing before the end"},
+        {"events: [{name: a, when: \"position.arm == 0.5\", then: stop}]", "x:4:26", ": \"position.arm - (0.5)\""},
+        {"simulate: {until: \"position.arm != 0\"}", "x:4:19", "where they are equal: \"position.arm\""},
+        {"simulate: {until: \"2 > 1\"}", "x:4:19", "has no variable"},
+        {"simulate: {until: \"cos(t) > 1\"}", "x:4:19", "never change places"},
+        {"simulate: {until: \"abs(position.arm)\"}", "x:4:19", "\"abs(position.arm) > 0.5\""},
     };
     char text[512];
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
