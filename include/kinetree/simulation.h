@@ -62,7 +62,10 @@ extern "C" {
     X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)                                                        \
     X(KT_RECORD_EFFECT, 4096, effect)   /* what effects exert, and how they move (kt_effect_quantity_at) */            \
     X(KT_RECORD_CLOSURE, 8192, closure) /* relative coordinates of loops (kt_loop_motion_evaluate) */                  \
-    X(KT_RECORD_STATE, 16384, state)    /* own states (kt_state) */
+    X(KT_RECORD_STATE, 16384, state)    /* own states (kt_state) */                                                    \
+    X(KT_RECORD_ANGULAR_VELOCITY, 32768, angular velocity)         /* of bodies */                                     \
+    X(KT_RECORD_ANGULAR_ACCELERATION, 65536, angular acceleration) /* of bodies */                                     \
+    X(KT_RECORD_SINGULAR_VALUE, 131072, singular value)            /* the least one of the loops' Jacobian */
 
 /* The bits of the quantities that are recorded. */
 enum {

@@ -1,4 +1,5 @@
 /* The sections `simulate` and `output`: the settings of a run, and what it records. */
+#include "effect/effect.h"
 #include "scene/event.h"
 #include "scene/part.h"
 #include "scene/vary.h"
@@ -218,6 +219,15 @@ const kt_kind kt_kind_simulate = {read_simulate, write_simulate, same_simulate};
 
 /* ---- output ------------------------------------------------------------------------------------------------------ */
 
+/* Hard stops, contacts, slack ropes and friction that sticks are loops while they are closed. */
+static bool may_have_loops(const kt_reader *r) {
+    const kt_description *d = r->description;
+    bool found = d == NULL || kt_node_find(r->root, "loops") != NULL || d->loop_count > 0;
+    for (int i = 0; !found && i < d->effect_count; i++)
+        found = kt_effect_is_hard(&d->effects[i]) || kt_effect_sticks(&d->effects[i]);
+    return found;
+}
+
 static bool read_record(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     unsigned *out = kt_field_in(object, field), bits = 0;
     if (node->kind != KT_NODE_LIST || node->count == 0)
@@ -230,6 +240,9 @@ static bool read_record(kt_reader *r, const kt_scope *scope, kt_node *node, cons
             continue;
         if ((bits & record_bits[record]) != 0)
             kt_fault_at(r, KT_ERROR_SCENE, &here, item, "'%s' is there already; remove one", record_names[record]);
+        if (record_bits[record] == KT_RECORD_SINGULAR_VALUE && !may_have_loops(r))
+            kt_fault_at(r, KT_ERROR_SCENE, &here, item,
+                        "the scene has no loops, whose equations could become dependent; remove 'singular value'");
         bits |= record_bits[record];
     }
     *out = bits;

@@ -113,6 +113,14 @@ static bool add_orientations(kt_columns *columns) {
     return fine;
 }
 
+/* x, y, z in world axes, then in body axes. */
+static bool add_rotations(kt_columns *columns, kt_column_source source) {
+    bool fine = true;
+    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
+        fine = add(columns, source, body, 6, 0);
+    return fine;
+}
+
 static bool is_curve(const kt_model *model, int loop) {
     return kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(model, loop)), KT_KEY_TRACK) != NULL;
 }
@@ -155,7 +163,8 @@ static uint64_t full_set(const kt_model *model) {
     return set;
 }
 
-bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
+/* Without memory for singular values. */
+static bool list_columns(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
     /* With all that is switched on, so that everything has its columns; what is off is 0 in them. */
     const kt_model *all = kt_model_switched(model, full_set(model));
     *columns = (kt_columns){.model = all, .record = record};
@@ -171,6 +180,10 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
     fine = fine && add_markers(columns, run, record);
     if (fine && (record & KT_RECORD_ORIENTATION) != 0)
         fine = add_orientations(columns);
+    if (fine && (record & KT_RECORD_ANGULAR_VELOCITY) != 0)
+        fine = add_rotations(columns, KT_COLUMN_ANGULAR_VELOCITY);
+    if (fine && (record & KT_RECORD_ANGULAR_ACCELERATION) != 0)
+        fine = add_rotations(columns, KT_COLUMN_ANGULAR_ACCELERATION);
     if (fine && (record & KT_RECORD_MOMENTUM) != 0)
         fine = add(columns, KT_COLUMN_MOMENTUM, 0, 6, 0);
     if (fine && (record & KT_RECORD_ENERGY) != 0)
@@ -179,6 +192,8 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
         fine = add(columns, KT_COLUMN_WORK, 0, 3, 0);
     if (fine && (record & KT_RECORD_CONSTRAINT) != 0)
         fine = add(columns, KT_COLUMN_RESIDUAL, 0, 2, 0);
+    if (fine && (record & KT_RECORD_SINGULAR_VALUE) != 0)
+        fine = add(columns, KT_COLUMN_SINGULAR_VALUE, 0, 1, 0);
     if (fine && (record & KT_RECORD_REACTION) != 0)
         fine = add_reactions(columns);
     if (fine && (record & KT_RECORD_MULTIPLIER) != 0)
@@ -191,11 +206,23 @@ bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *r
     return columns->values != NULL;
 }
 
+static bool take_singular(kt_columns *columns) {
+    if (columns->singular == NULL)
+        columns->singular = kt_singular_create(columns->model);
+    return columns->singular != NULL;
+}
+
+bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
+    return list_columns(columns, model, run, record) &&
+           ((record & KT_RECORD_SINGULAR_VALUE) == 0 || take_singular(columns));
+}
+
 void kt_columns_free(kt_columns *columns) {
     free_own(columns->own);
     free(columns->columns);
     free(columns->values);
     free(columns->quantities);
+    kt_singular_free(columns->singular);
     *columns = (kt_columns){.count = 0};
 }
 
@@ -223,6 +250,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     static const char *const works[] = {"dissipated", "supplied", "balance"};
     static const char *const orders[] = {"", "v", "a"};
     static const char *const momenta[] = {"px", "py", "pz", "lx", "ly", "lz"};
+    static const char *const axes[] = {"x", "y", "z", "body_x", "body_y", "body_z"};
     static const char *const wrench[] = {"fx", "fy", "fz", "mx", "my", "mz"};
     static const char *const closure[] = {"x", "y", "z", "rx", "ry", "rz", "arc"};
     const kt_column *c = &columns->columns[column];
@@ -245,6 +273,12 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
                         "xyz"[c->component]);
     case KT_COLUMN_ORIENTATION:
         return snprintf(text, size, "orientation.%s.%c", kt_body_name(model, c->index), "wxyz"[c->component]);
+    case KT_COLUMN_ANGULAR_VELOCITY:
+    case KT_COLUMN_ANGULAR_ACCELERATION:
+        return snprintf(text, size, "angular_%s.%s.%s", kinds[1 + (int)c->source - KT_COLUMN_ANGULAR_VELOCITY],
+                        kt_body_name(model, c->index), axes[c->component]);
+    case KT_COLUMN_SINGULAR_VALUE:
+        return snprintf(text, size, "constraint.singular_value");
     case KT_COLUMN_MOMENTUM:
         return snprintf(text, size, "momentum.%s", momenta[c->component]);
     case KT_COLUMN_ENERGY:
@@ -341,6 +375,12 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
         return (kt_quantity){"Accelerations of markers", "m/s\u00b2"};
     case KT_COLUMN_ORIENTATION:
         return (kt_quantity){"Orientations", ""};
+    case KT_COLUMN_ANGULAR_VELOCITY:
+        return (kt_quantity){"Angular velocities of bodies", "rad/s"};
+    case KT_COLUMN_ANGULAR_ACCELERATION:
+        return (kt_quantity){"Angular accelerations of bodies", "rad/s\u00b2"};
+    case KT_COLUMN_SINGULAR_VALUE:
+        return (kt_quantity){"Smallest singular value of the loops", ""};
     case KT_COLUMN_MOMENTUM:
         return c->component < 3 ? (kt_quantity){"Momentum", "kg m/s"}
                                 : (kt_quantity){"Angular momentum", "kg m\u00b2/s"};
@@ -387,6 +427,12 @@ typedef struct kt_column_group {
 
 static kt_column_group vector_group(kt_vec3 u) { return (kt_column_group){{u.x, u.y, u.z}}; }
 
+/* In world axes, then in body axes. */
+static kt_column_group rotation_group(const kt_model *model, const kt_data *data, int body, kt_vec3 u) {
+    const kt_vec3 w = kt_mat3_apply_transposed(kt_body_pose(model, data, body).rotation, u);
+    return (kt_column_group){{u.x, u.y, u.z, w.x, w.y, w.z}};
+}
+
 static kt_column_group closure_group(const kt_model *model, const kt_data *data, int loop) {
     kt_loop_motion m = {.rotation = kt_mat3_identity()};
     (void)kt_loop_motion_evaluate(model, data, loop, &m); /* loops of columns have ends */
@@ -397,10 +443,11 @@ static kt_column_group closure_group(const kt_model *model, const kt_data *data,
 
 /* Whether group_of computes anything for a source. */
 static bool is_grouped(kt_column_source source) {
-    return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_MOMENTUM) || source == KT_COLUMN_CLOSURE;
+    return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_MOMENTUM) || source == KT_COLUMN_CLOSURE ||
+           source == KT_COLUMN_SINGULAR_VALUE;
 }
 
-static kt_column_group group_of(const kt_column *c, const kt_record *record) {
+static kt_column_group group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
     const kt_model *model = record->model;
     const bool is_marker = c->source >= KT_COLUMN_MARKER && c->source <= KT_COLUMN_MARKER_ACCELERATION;
     const kt_vec3 at = is_marker ? kt_marker_at(model, c->index, c->marker) : kt_vec3_make(0.0, 0.0, 0.0);
@@ -415,10 +462,17 @@ static kt_column_group group_of(const kt_column *c, const kt_record *record) {
         const kt_quat p = kt_quat_from_matrix(kt_body_pose(model, record->data, c->index).rotation);
         return (kt_column_group){{p.w, p.x, p.y, p.z}};
     }
+    case KT_COLUMN_ANGULAR_VELOCITY:
+        return rotation_group(model, record->data, c->index, kt_body_twist(model, record->data, c->index).angular);
+    case KT_COLUMN_ANGULAR_ACCELERATION:
+        return rotation_group(model, record->data, c->index,
+                              kt_body_acceleration(model, record->data, c->index).angular);
     case KT_COLUMN_MOMENTUM: {
         const kt_wrench p = kt_momentum(model, record->data);
         return (kt_column_group){{p.force.x, p.force.y, p.force.z, p.moment.x, p.moment.y, p.moment.z}};
     }
+    case KT_COLUMN_SINGULAR_VALUE:
+        return (kt_column_group){{kt_singular_evaluate(columns->singular, model, record->time, record->q, record->v)}};
     case KT_COLUMN_CLOSURE:
         return closure_group(model, record->data, c->index);
     default:
@@ -447,8 +501,11 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
     case KT_COLUMN_MARKER_VELOCITY:
     case KT_COLUMN_MARKER_ACCELERATION:
     case KT_COLUMN_ORIENTATION:
+    case KT_COLUMN_ANGULAR_VELOCITY:
+    case KT_COLUMN_ANGULAR_ACCELERATION:
     case KT_COLUMN_MOMENTUM:
     case KT_COLUMN_CLOSURE:
+    case KT_COLUMN_SINGULAR_VALUE:
         return group->value[c->component];
     case KT_COLUMN_ENERGY:
         return c->component == 0   ? record->kinetic
@@ -503,7 +560,7 @@ const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) 
         if (columns->is_used != NULL && !columns->is_used[i])
             continue;
         if (c->component == 0 && is_grouped(c->source))
-            group = group_of(c, record);
+            group = group_of(columns, c, record);
         columns->values[i] = value_of(c, record, &group, columns->quantities);
     }
     if (columns->own != NULL) /* the last ones */
@@ -545,7 +602,7 @@ static bool list_all(kt_columns *all, const kt_model *model) {
     kt_run run = kt_run_default();
     kt_marker_pair *markers = list_all_markers(model, &run.marker_count);
     run.markers = markers;
-    const bool fine = markers != NULL && kt_columns_list(all, model, &run, every);
+    const bool fine = markers != NULL && list_columns(all, model, &run, every);
     free(markers);
     return fine;
 }
@@ -597,6 +654,12 @@ static unsigned record_for(kt_column_source source) {
         return KT_RECORD_MARKER_ACCELERATION;
     case KT_COLUMN_ORIENTATION:
         return KT_RECORD_ORIENTATION;
+    case KT_COLUMN_ANGULAR_VELOCITY:
+        return KT_RECORD_ANGULAR_VELOCITY;
+    case KT_COLUMN_ANGULAR_ACCELERATION:
+        return KT_RECORD_ANGULAR_ACCELERATION;
+    case KT_COLUMN_SINGULAR_VALUE:
+        return KT_RECORD_SINGULAR_VALUE;
     case KT_COLUMN_MOMENTUM:
         return KT_RECORD_MOMENTUM;
     case KT_COLUMN_ENERGY:
@@ -651,6 +714,8 @@ static kt_status read_formula(kt_own_columns *own, int k, unsigned *record, kt_e
         return kt_error_set(error, KT_ERROR_SCENE, where, "%s", from.message);
     }
     *record |= use_symbols(own, own->formula[k]);
+    if ((*record & KT_RECORD_SINGULAR_VALUE) != 0 && !take_singular(&own->all))
+        return no_memory(error);
     return KT_OK;
 }
 

@@ -2,6 +2,8 @@
 #ifndef KT_COMMAND_RECORDS_COLUMNS_H
 #define KT_COMMAND_RECORDS_COLUMNS_H
 
+#include "records/singular.h"
+
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
@@ -14,21 +16,24 @@ typedef enum kt_column_source {
     KT_COLUMN_POSITION, /* of the joint of body `index`: its coordinate `component` */
     KT_COLUMN_VELOCITY,
     KT_COLUMN_ACCELERATION,
-    KT_COLUMN_MARKER,              /* coordinate `component` of marker `marker` of body `index` */
-    KT_COLUMN_MARKER_VELOCITY,     /* its velocity */
-    KT_COLUMN_MARKER_ACCELERATION, /* its acceleration */
-    KT_COLUMN_ORIENTATION,         /* of body `index`: quaternion w, x, y, z, w >= 0 */
-    KT_COLUMN_MOMENTUM,            /* linear x, y, z, angular x, y, z */
-    KT_COLUMN_ENERGY,              /* kinetic, potential, total */
-    KT_COLUMN_WORK,                /* dissipated, supplied, balance */
-    KT_COLUMN_RESIDUAL,            /* of positions, of velocities */
-    KT_COLUMN_REACTION,            /* in the joint of body `index`: force x, y, z, moment x, y, z */
-    KT_COLUMN_LOOP_REACTION,       /* in loop `index` */
-    KT_COLUMN_MULTIPLIER,          /* of equation `component` of loop `index` */
-    KT_COLUMN_CLOSURE,             /* of loop `index`: d, Euler vector; of a curve the arc length alone */
-    KT_COLUMN_OWN,                 /* `index` of output.columns */
-    KT_COLUMN_STATE,               /* own state `index` */
-    KT_COLUMN_EFFECT,              /* quantity `component` of effect `index`; at: among all quantities */
+    KT_COLUMN_MARKER,               /* coordinate `component` of marker `marker` of body `index` */
+    KT_COLUMN_MARKER_VELOCITY,      /* its velocity */
+    KT_COLUMN_MARKER_ACCELERATION,  /* its acceleration */
+    KT_COLUMN_ORIENTATION,          /* of body `index`: quaternion w, x, y, z, w >= 0 */
+    KT_COLUMN_ANGULAR_VELOCITY,     /* of body `index`: x, y, z in world axes, x, y, z in body axes */
+    KT_COLUMN_ANGULAR_ACCELERATION, /* likewise */
+    KT_COLUMN_MOMENTUM,             /* linear x, y, z, angular x, y, z */
+    KT_COLUMN_ENERGY,               /* kinetic, potential, total */
+    KT_COLUMN_WORK,                 /* dissipated, supplied, balance */
+    KT_COLUMN_RESIDUAL,             /* of positions, of velocities */
+    KT_COLUMN_SINGULAR_VALUE,       /* the smallest one of the loops' Jacobian */
+    KT_COLUMN_REACTION,             /* in the joint of body `index`: force x, y, z, moment x, y, z */
+    KT_COLUMN_LOOP_REACTION,        /* in loop `index` */
+    KT_COLUMN_MULTIPLIER,           /* of equation `component` of loop `index` */
+    KT_COLUMN_CLOSURE,              /* of loop `index`: d, Euler vector; of a curve the arc length alone */
+    KT_COLUMN_OWN,                  /* `index` of output.columns */
+    KT_COLUMN_STATE,                /* own state `index` */
+    KT_COLUMN_EFFECT,               /* quantity `component` of effect `index`; at: among all quantities */
 } kt_column_source;
 
 typedef struct kt_column {
@@ -45,10 +50,11 @@ typedef struct kt_columns {
     unsigned record; /* KT_RECORD_ bits */
     kt_column *columns;
     size_t count, room;
-    double *values;      /* [count], of the record that was evaluated last */
-    kt_own_columns *own; /* NULL: there are none */
-    const bool *is_used; /* [count]: which are evaluated; NULL: all */
-    double *quantities;  /* of all effects, likewise; NULL: they are not recorded */
+    double *values;        /* [count], of the record that was evaluated last */
+    kt_own_columns *own;   /* NULL: there are none */
+    const bool *is_used;   /* [count]: which are evaluated; NULL: all */
+    double *quantities;    /* of all effects, likewise; NULL: they are not recorded */
+    kt_singular *singular; /* NULL: singular values are not recorded */
 } kt_columns;
 
 /* Lists the columns of what is recorded (KT_RECORD_ bits); the model must outlive the list. Returns false if memory
