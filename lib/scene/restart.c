@@ -12,6 +12,7 @@
 #include "kinetree/mechanism.h"
 #include "scene/part.h"
 #include "scene/pool.h"
+#include "scene/vary.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -161,6 +162,10 @@ kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const doub
         kt_pool_free(pool.chunks);
         return status;
     }
+    const kt_description *d = &scene->description;
+    kt_numbers_move(scene, d->bodies, (size_t)d->body_count * sizeof *d->bodies, r.bodies);
+    kt_numbers_move(scene, d->loops, (size_t)d->loop_count * sizeof *d->loops, r.loops);
+    kt_numbers_move(scene, d->effects, (size_t)d->effect_count * sizeof *d->effects, r.effects);
     scene->description.bodies = r.bodies;
     scene->description.loops = r.loops;
     scene->description.effects = r.effects;
@@ -179,6 +184,7 @@ kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *erro
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
     for (int i = 0; i < d->state_count; i++)
         states[i].initial = x[i];
+    kt_numbers_move(scene, d->states, (size_t)d->state_count * sizeof *d->states, states);
     d->states = states;
     scene->memory = kt_pool_join(pool.chunks, scene->memory);
     return KT_OK;

@@ -197,6 +197,17 @@ static double *place_of(const kt_follower *follower, kt_scene *scene) {
     return follower->is_offset ? (double *)(void *)((char *)scene + follower->offset) : follower->at;
 }
 
+void kt_numbers_move(const kt_scene *scene, const void *from, size_t size, void *to) {
+    kt_scene_variables *v = scene->variables;
+    const uintptr_t begin = (uintptr_t)from;
+    for (size_t i = 0; v != NULL && i < v->count; i++) {
+        kt_follower *follower = &v->followers[i];
+        const uintptr_t at = (uintptr_t)follower->at;
+        if (!follower->is_offset && at >= begin && at < begin + size)
+            follower->at = (double *)(void *)((char *)to + (at - begin));
+    }
+}
+
 static double value_of(const kt_scene_variables *v, const kt_follower *follower, const double *values) {
     return follower->expression != NULL ? kt_expression_evaluate(follower->expression, v->parameters)
                                         : values[follower->variable];

@@ -34,4 +34,7 @@ void kt_number_follows_too(kt_reader *r, double *at);
 /* The same of the items of a list. */
 void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at);
 
+/* After an array of a scene has been copied to another place: numbers that follow are in the copy from now on. */
+void kt_numbers_move(const kt_scene *scene, const void *from, size_t size, void *to);
+
 #endif
