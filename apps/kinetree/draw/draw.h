@@ -19,6 +19,7 @@ typedef struct kt_drawing {
     const kt_picture *picture;
     kt_camera camera;
     bool is_diagram; /* a planar mechanism in its plane: joints are symbols, and nothing hides what it runs through */
+    const kt_picture *pictures; /* of each state: `picture` without what is released there; NULL: nothing ever is */
     int state_count;
     const kt_pose *poses; /* of all bodies in the first state, then in the second, ... */
     const double *times;  /* s; of each state */

@@ -288,15 +288,24 @@ typedef struct page {
     bool *fine;
 } page;
 
+/* The drawing as it is for one state. */
+static const kt_drawing *of_state(const kt_drawing *d, int state, kt_drawing *own) {
+    *own = *d;
+    if (d->pictures != NULL)
+        own->picture = &d->pictures[state];
+    return own;
+}
+
 static void paint(cairo_t *c, const void *what) {
     const page *p = what;
     const kt_drawing *d = p->drawing;
     const int last = d->state_count - 1;
+    kt_drawing own;
     kt_sheet sheet = sheet_of(c, d, &p->layout, last);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
     kt_paper_head(c, sheet.palette, 20.0, WIDTH - 110.0, d->title, d->subtitle);
     for (int i = 0; i < d->state_count; i++) {
-        sheet = sheet_of(c, d, &p->layout, i);
+        sheet = sheet_of(c, of_state(d, i, &own), &p->layout, i);
         sheet.fade = d->is_strobe ? 0.25 * (last > 0) * (i < last) + 0.7 * (last - i) / fmax(last, 1.0) : 0.0;
         if (!d->is_strobe || i == 0) {
             const double fade = sheet.fade;
@@ -312,6 +321,7 @@ static void paint(cairo_t *c, const void *what) {
             paint_caption(&sheet, &p->layout, i);
     }
     sheet.fade = 0.0;
+    sheet.drawing = d;
     cairo_set_font_size(c, kt_small_size);
     kt_paper_use(c, sheet.palette->quiet);
     paint_triad(&sheet, (kt_spot){52.0, p->layout.height - 38.0});

@@ -37,6 +37,29 @@ static const char *name_of(const kt_description *d, int k) {
     return switching != KT_ALWAYS_ON ? name : NULL;
 }
 
+uint64_t kt_released_set(const kt_scene *scene, const kt_simulation *simulation) {
+    const kt_description *d = &scene->description;
+    uint64_t set = 0;
+    int bit = 0;
+    for (int k = 0; k < d->loop_count + d->effect_count && bit < 64; k++) {
+        const char *name = name_of(d, k);
+        if (name != NULL)
+            set |= (uint64_t)is_released(simulation, name) << bit++;
+    }
+    return set;
+}
+
+bool kt_released_holds(const kt_scene *scene, uint64_t set, const char *name) {
+    const kt_description *d = &scene->description;
+    int bit = 0;
+    for (int k = 0; k < d->loop_count + d->effect_count && bit < 64 && name != NULL; k++) {
+        const char *other = name_of(d, k);
+        if (other != NULL && (set >> bit++ & 1) != 0 && strcmp(other, name) == 0)
+            return true;
+    }
+    return false;
+}
+
 json_t *kt_released_list(const kt_scene *scene, const kt_simulation *simulation) {
     const kt_description *d = &scene->description;
     json_t *list = json_array();

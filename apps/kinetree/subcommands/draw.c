@@ -1,9 +1,12 @@
 /* kinetree draw: a picture of a mechanism in one state or several. */
 #include "draw/draw.h"
+#include "draw/shown.h"
 
 #include "command.h"
 #include "plot/plot.h"
 #include "records/output.h"
+#include "scene/play.h"
+#include "scene/released.h"
 #include "scene/start.h"
 #include "subcommands/run.h"
 #include "text/arguments.h"
@@ -65,8 +68,8 @@ const kt_usage kt_usage_draw = {
         "Draws shapes, joints, loops, springs, markers and planes to scale. Bodies without a shape are thin rods\n"
         "between their joints and a ball at their mass; rods without radius and points get one that can be seen.\n"
         "Joints and loops (with a dot) are circles in a plane, in space pins and balls; what is fixed to the ground\n"
-        "is grey. Where loops cannot be closed, the picture shows the given state with the gaps in red, and the\n"
-        "exit status is 3.\n",
+        "is grey. States after the start are those of `run`, with the events and `until` of the scene. Where loops\n"
+        "cannot be closed, the picture shows the given state with the gaps in red, and the exit status is 3.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -133,13 +136,15 @@ static int choose_view(const char *view, const kt_picture *picture, const kt_pos
 typedef struct motion {
     kt_scene scene;
     kt_model *model;
+    kt_absolute *absolute;
     kt_data *data;
     double *q, *v;
-    kt_simulation *simulation;
-    kt_picture *picture;
+    kt_play play;
+    kt_picture *picture, *shown; /* of all, and at each state; NULL: nothing is ever released */
+    uint64_t released[STATES_MOST];
     double times[STATES_MOST];
-    int state_count;
-    kt_pose *poses;
+    int state_count, shown_count;
+    kt_pose *poses; /* of each state, and a room for one more */
     kt_marker_pair *markers;
     int marker_count;
     kt_drawn_path *paths;
@@ -175,6 +180,12 @@ static int read_times(const char *list, motion *m) {
     return m->state_count > 0 ? -1 : refuse_times(list);
 }
 
+/* Evenly spaced times from the start to the end. */
+static void lay_times(motion *m, double end) {
+    for (int i = 0; i < m->state_count; i++)
+        m->times[i] = m->state_count > 1 ? end * i / (m->state_count - 1) : 0.0;
+}
+
 /* The times of all states. Returns -1, or an exit code after printing the error. */
 static int choose_times(const kt_draw_arguments *arguments, motion *m, double until) {
     if (arguments->at != NULL && arguments->strobe > 0) {
@@ -192,8 +203,7 @@ static int choose_times(const kt_draw_arguments *arguments, motion *m, double un
     if (arguments->at != NULL)
         return read_times(arguments->at, m);
     m->state_count = arguments->strobe > 0 ? (int)arguments->strobe : 1;
-    for (int i = 0; i < m->state_count; i++)
-        m->times[i] = m->state_count > 1 ? until * i / (m->state_count - 1) : 0.0;
+    lay_times(m, until);
     return -1;
 }
 
@@ -204,30 +214,39 @@ static kt_status take_poses(const motion *m, const double *q, kt_pose *poses, kt
     return status;
 }
 
-static kt_status take_points(motion *m, kt_error *error) {
-    const kt_status status =
-        kt_kinematics_update(m->model, m->data, kt_simulation_positions(m->simulation), NULL, NULL, error);
-    for (int i = 0; status == KT_OK && i < m->marker_count; i++) {
+static void take_points(motion *m) {
+    for (int i = 0; i < m->marker_count; i++) {
         const int body = kt_body_find(m->model, m->markers[i].body);
-        const kt_vec3 at = kt_marker_at(m->model, body, kt_marker_find(m->model, body, m->markers[i].marker));
-        m->points[(ptrdiff_t)i * (PATH_POINTS + 1) + m->point_count] = kt_point_position(m->model, m->data, body, at);
+        m->points[(ptrdiff_t)i * (PATH_POINTS + 1) + m->point_count] =
+            kt_play_point(&m->play, body, kt_marker_find(m->model, body, m->markers[i].marker));
     }
-    m->point_count += status == KT_OK;
+    m->point_count++;
+}
+
+/* Advances to a state and takes its poses. Where the run ends before it, the state is the end. */
+static kt_status take_state(motion *m, int state, kt_error *error) {
+    kt_status status = kt_play_to(&m->play, m->times[state], error);
+    if (status == KT_OK)
+        status = kt_play_poses(&m->play, m->poses + (ptrdiff_t)state * kt_model_body_count(m->model), error);
+    m->released[state] = kt_released_set(&m->scene, m->play.simulation);
+    if (m->play.is_over)
+        m->times[state] = fmin(m->times[state], m->play.ended);
     return status;
 }
 
-static kt_status advance(motion *m, double time, kt_error *error) {
-    return time > kt_simulation_time(m->simulation) ? kt_simulation_advance(m->simulation, time, error) : KT_OK;
+/* Takes a point of each path, at a time that no state has. */
+static kt_status take_path(motion *m, double time, kt_error *error) {
+    kt_pose *scratch = m->poses + (ptrdiff_t)m->state_count * kt_model_body_count(m->model);
+    kt_status status = kt_play_to(&m->play, time, error);
+    if (status == KT_OK)
+        status = kt_play_poses(&m->play, scratch, error);
+    if (status == KT_OK)
+        take_points(m);
+    return status;
 }
 
-static kt_status take_state(motion *m, int state, kt_error *error) {
-    const kt_status status = advance(m, m->times[state], error);
-    kt_pose *poses = m->poses + (ptrdiff_t)state * kt_model_body_count(m->model);
-    return status == KT_OK ? take_poses(m, kt_simulation_positions(m->simulation), poses, error) : status;
-}
-
-/* Simulates up to `end`, and takes the poses and the points of paths on its way. */
-static kt_status simulate(motion *m, double end, kt_error *error) {
+/* Follows the run up to `end`, and takes the poses and the points of paths on its way. */
+static kt_status follow(motion *m, double end, kt_error *error) {
     const int steps = m->marker_count > 0 ? PATH_POINTS : 1;
     kt_status status = KT_OK;
     int state = 0;
@@ -236,11 +255,41 @@ static kt_status simulate(motion *m, double end, kt_error *error) {
         for (; status == KT_OK && state < m->state_count && m->times[state] <= time; state++)
             status = take_state(m, state, error);
         if (status == KT_OK && m->marker_count > 0)
-            status = advance(m, time, error);
-        if (status == KT_OK && m->marker_count > 0)
-            status = take_points(m, error);
+            status = take_path(m, time, error);
     }
     return status;
+}
+
+/* Of the times of --at that lie behind the end of the run, the first one becomes the end, and the others are left out. */
+static void cut_times(motion *m, double end) {
+    int kept = 0;
+    for (int i = 0; i < m->state_count && (i == 0 || m->times[i - 1] < end); i++)
+        kept = i + 1;
+    kt_say("draw: --at %.6g: the run ends at t = %.6g s, by %s'%s': the last state is the one at its end",
+           m->times[m->state_count - 1], end, strcmp(m->play.ended_by, "until") == 0 ? "" : "event ",
+           kt_show(m->play.ended_by).text);
+    m->state_count = kept;
+    m->times[kept - 1] = end;
+}
+
+/* Lays the times of all states within the run, whose end is at most `limit`, and runs it. */
+static kt_status simulate(motion *m, const kt_draw_arguments *arguments, double limit, kt_error *error) {
+    const double duration = m->scene.run.duration;
+    double end = limit;
+    kt_status status = kt_play_start(&m->play, &m->scene, m->model, m->absolute, error);
+    if (status == KT_OK)
+        status = kt_play_find_end(&m->play, limit, &end, error);
+    if (status != KT_OK)
+        return status;
+    if (arguments->at == NULL)
+        lay_times(m, end);
+    else if (end < limit)
+        cut_times(m, end);
+    else if (limit > duration)
+        kt_say("draw: --at %.6g is after the end of the scene's run, %.6g s (simulate.duration): the motion goes on "
+               "from there",
+               limit, duration);
+    return follow(m, end, error);
 }
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
@@ -268,6 +317,11 @@ static void thin_states(motion *m, int count) {
     for (int i = 0; i < count; i++) {
         const int from = (int)lround((double)last * i / (count - 1));
         m->times[i] = m->times[from];
+        if (m->shown != NULL) {
+            const kt_picture shown = m->shown[i];
+            m->shown[i] = m->shown[from];
+            m->shown[from] = shown;
+        }
         memmove(m->poses + (size_t)i * bodies, m->poses + (size_t)from * bodies, bodies * sizeof *m->poses);
     }
     m->state_count = count;
@@ -321,7 +375,14 @@ static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_
     const int code = choose_view(arguments->view, m->picture, m->poses, &camera, &words);
     if (code >= 0)
         return code;
+    if (kt_switch_count(m->model) > 0 && !is_open) {
+        m->shown = kt_shown_create(&m->scene, m->picture, m->released, m->state_count);
+        if (m->shown == NULL)
+            return say_memory();
+    }
+    m->shown_count = m->state_count;
     kt_drawing drawing = {.picture = m->picture,
+                          .pictures = m->shown,
                           .camera = camera,
                           .is_diagram = m->picture->is_planar &&
                                         fabs(kt_vec3_dot(camera.axes.z, m->picture->normal)) > 1.0 - 1e-9,
@@ -368,12 +429,8 @@ static int draw_open(motion *m, const kt_draw_arguments *arguments, const char *
 
 static int draw_run(motion *m, const kt_draw_arguments *arguments, const char *path, double end) {
     kt_error error = {0};
-    kt_status status = KT_OK;
-    const bool moves = m->marker_count > 0 || m->times[m->state_count - 1] > 0.0;
-    if (moves)
-        status = kt_simulation_create(m->model, &m->scene.run, NULL, &m->simulation, &error);
-    if (status == KT_OK)
-        status = moves ? simulate(m, end, &error) : take_poses(m, m->q, m->poses, &error);
+    const bool moves = m->marker_count > 0 || kt_switch_count(m->model) > 0 || m->times[m->state_count - 1] > 0.0;
+    kt_status status = moves ? simulate(m, arguments, end, &error) : take_poses(m, m->q, m->poses, &error);
     if (status == KT_OK)
         status = create_picture(m, arguments, &error);
     if (status != KT_OK)
@@ -391,7 +448,7 @@ static bool allocate(motion *m) {
     const size_t markers = (size_t)m->marker_count;
     m->q = calloc((size_t)kt_model_nq(m->model) + 1, sizeof *m->q);
     m->v = calloc((size_t)kt_model_nv(m->model) + 1, sizeof *m->v);
-    m->poses = calloc(states * bodies, sizeof *m->poses);
+    m->poses = calloc((states + 1) * bodies, sizeof *m->poses);
     m->paths = calloc(markers + 1, sizeof *m->paths);
     m->points = calloc(markers * (PATH_POINTS + 1) + 1, sizeof *m->points);
     for (size_t i = 0; i < markers && m->paths != NULL && m->points != NULL; i++)
@@ -424,9 +481,11 @@ static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char 
 }
 
 static void release(motion *m) {
+    kt_shown_free(m->shown, m->shown_count);
     kt_picture_free(m->picture);
-    kt_simulation_free(m->simulation);
+    kt_play_end(&m->play);
     kt_data_free(m->data);
+    kt_absolute_free(m->absolute);
     kt_model_free(m->model);
     kt_scene_free(&m->scene);
     free(m->q);
@@ -462,10 +521,13 @@ int kt_command_draw(int argc, char **argv) {
     int bodies = 0;
     if (code < 0)
         code = kt_load_model(argv[1], &arguments.settings, &m.scene, &m.model);
+    if (m.model != NULL)
+        code = kt_compile_absolute(&m.scene, m.model, &m.absolute);
     if (m.model != NULL) {
         bodies = kt_model_body_count(m.model); /* the ground is one */
         m.name = title_of(&m, base);
-        code = m.name != NULL ? draw_scene(&m, &arguments, path) : say_memory();
+        if (code == KT_EXIT_DONE)
+            code = m.name != NULL ? draw_scene(&m, &arguments, path) : say_memory();
         release(&m);
     }
     if (code == KT_EXIT_DONE)

@@ -191,6 +191,7 @@ int kt_command_equilibrium(int argc, char **argv) {
         return code;
     code = kt_small_motion_open(&motion, argv[1], &arguments.settings);
     if (code == KT_EXIT_DONE) {
+        kt_say_left_out("equilibrium", &motion.scene);
         const kt_status status = kt_small_motion_settle(&motion, arguments.nearest, &error);
         if (status != KT_OK)
             kt_say_error(&error);

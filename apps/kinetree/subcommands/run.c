@@ -5,6 +5,7 @@
 #include "advice/penetration.h"
 #include "picture/picture.h"
 #include "plot/run.h"
+#include "scene/play.h"
 #include "scene/released.h"
 #include "view/glb.h"
 #include "view/view.h"
@@ -546,9 +547,7 @@ static double frame_interval(double duration) { return duration / fmin(fmax(60.0
 static kt_simulation_options choose_options(const kt_run_arguments *arguments, const kt_result_names *names,
                                             const kt_outcome *outcome, const kt_run_manner *manner) {
     kt_simulation_options options = kt_simulation_options_default();
-    kt_absolute_use(outcome->absolute, &options);
     options.unprojected = arguments->unprojected;
-    options.events = kt_scene_event_room(outcome->scene);
     /* They are marked in pictures and listed in summaries, which may be asked for at the break. */
     options.record_contacts = names->view != NULL || names->plot != NULL || names->summary != NULL ||
                               arguments->checkpoint != NULL || arguments->resume != NULL;
@@ -569,9 +568,9 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
 }
 
 /* Creates the simulation, with the scene's events; calls of a program are told, and left out. */
-static kt_status create_simulation(kt_outcome *outcome, const kt_simulation_options *options, kt_scene_watch **events,
-                                   kt_error *error) {
-    const kt_status status = kt_simulation_create(outcome->model, outcome->run, options, &outcome->simulation, error);
+static kt_status create_simulation(kt_outcome *outcome, kt_simulation_options *options, kt_error *error) {
+    const kt_status status = kt_simulate_scene(outcome->scene, outcome->model, outcome->run, outcome->absolute, options,
+                                               &outcome->simulation, &outcome->events, error);
     for (int i = 0; status == KT_OK && i < outcome->scene->event_count; i++) {
         const kt_scene_event *event = &outcome->scene->events[i];
         const kt_warning warning = kt_warning_of("call", (double)event->call_count, NULL,
@@ -580,9 +579,7 @@ static kt_status create_simulation(kt_outcome *outcome, const kt_simulation_opti
             kt_warn(&outcome->warnings, &warning, "event '%s' calls '%s', an action of a program, which is left out",
                     event->name, event->call[0]);
     }
-    if (status != KT_OK || options->events == 0)
-        return status;
-    return kt_scene_watch_create(outcome->scene, outcome->model, outcome->simulation, NULL, -1, events, error);
+    return status;
 }
 
 /* Creates and runs the simulation, with the names of all files known. Returns an exit code. */
@@ -597,7 +594,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_status status = kt_columns_own_record(outcome->scene, outcome->model, &record, &error);
     options.record |= record;
     if (status == KT_OK)
-        status = create_simulation(outcome, &options, &outcome->events, &error);
+        status = create_simulation(outcome, &options, &error);
     int code = status != KT_OK ? kt_exit_code(status) : -1;
     if (status != KT_OK)
         kt_say_error(&error);

@@ -3,6 +3,7 @@
 #include "sweep/sweep.h"
 
 #include "records/columns.h"
+#include "scene/play.h"
 
 #include "kinetree/analysis.h"
 
@@ -188,15 +189,12 @@ static kt_status prepare(made *m, kt_error *error) {
     kt_status status = compile(m, error);
     if (status != KT_OK)
         return status;
-    kt_absolute_use(m->absolute, &options);
     m->energy = kt_energy_watch_start(m->model);
     status = list_columns(m, &options.record, error);
     options.record |= KT_RECORD_ENERGY;
-    options.events = kt_scene_event_room(m->scene);
     if (status == KT_OK)
-        status = kt_simulation_create(m->model, &m->scene->run, &options, &m->simulation, error);
-    if (status == KT_OK && options.events > 0)
-        status = kt_scene_watch_create(m->scene, m->model, m->simulation, NULL, -1, &m->watch, error);
+        status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->simulation, &m->watch,
+                                   error);
     if (status == KT_OK && (m->ranges = create_ranges(m->sweep->column_count)) == NULL)
         status = no_memory(error);
     return status;

@@ -1,0 +1,56 @@
+/* The simulation of a scene with all that the scene says about its run: the formulation, the events, `until`.
+ *
+ *     kt_play play;
+ *     status = kt_play_start(&play, &scene, model, absolute, &error);
+ *     if (status == KT_OK)
+ *         status = kt_play_to(&play, 0.5, &error);
+ *     if (status == KT_OK)
+ *         status = kt_play_poses(&play, poses, &error);
+ *     kt_play_end(&play);
+ */
+#ifndef KT_COMMAND_SCENE_PLAY_H
+#define KT_COMMAND_SCENE_PLAY_H
+
+#include "command.h"
+
+#include <stdbool.h>
+
+/* Creates the simulation of a scene's model, and the watch of its events and `until`, for every subcommand that follows a
+ * motion. Calls of a program are left out. It sets what options say of the formulation and of events. absolute: NULL if
+ * the tree coordinates are integrated. The caller releases *simulation and *events (NULL: there are none), in this order,
+ * also after an error. */
+kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const kt_run *run,
+                            const kt_absolute *absolute, kt_simulation_options *options, kt_simulation **simulation,
+                            kt_scene_watch **events, kt_error *error);
+
+/* A simulation that is shown at times of the caller's choice. */
+typedef struct kt_play {
+    const kt_model *model;
+    kt_simulation *simulation;
+    kt_scene_watch *events;
+    double ended;          /* s, when an event ends the run; NaN: none does, or it is not known yet */
+    const char *ended_by;  /* its name, "until" for the condition of the scene; NULL: none */
+    bool is_over;          /* that event has happened: the simulation stays where it is */
+    const kt_model *shown; /* the model that data belong to: events change it */
+    kt_data *data;
+} kt_play;
+
+/* Creates the simulation at its start. kt_play_end releases it, also after an error. */
+kt_status kt_play_start(kt_play *play, const kt_scene *scene, const kt_model *model, const kt_absolute *absolute,
+                        kt_error *error);
+void kt_play_end(kt_play *play);
+
+/* Advances to a time, or to the event that ends the run before it; there the simulation stays. */
+kt_status kt_play_to(kt_play *play, double time, kt_error *error);
+
+/* Sets *time to the end of the run within `limit`: the event that ends it, or the limit. The play must be at its start,
+ * and is there again afterwards; ended and ended_by then name the event. Cost: of the run, where the scene has events. */
+kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *error);
+
+/* Writes the poses of all bodies in the present state. */
+kt_status kt_play_poses(kt_play *play, kt_pose *poses, kt_error *error);
+
+/* The place of a marker in the present state; the kinematics are those of the last kt_play_poses. */
+kt_vec3 kt_play_point(const kt_play *play, int body, int marker);
+
+#endif

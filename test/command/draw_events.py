@@ -1,0 +1,169 @@
+"""draw_events KINETREE SUPPRESSIONS [SEEDS]: subcommands that follow a motion follow that of `run`, with events and `until`.
+
+Random scenes release and engage loops, set parameters, and stop. `run` to a time T gives a result, from which a second scene starts:
+its picture at the start is the oracle for the picture that `draw --at T` makes of the first scene. The end of the run and the counts of
+its events are compared with those of `sweep` and `view`. Subcommands that leave events out report it.
+"""
+import csv
+import json
+import os
+import pathlib
+import random
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+KINETREE = sys.argv[1]
+os.environ["LSAN_OPTIONS"] = f"print_suppressions=0:suppressions={sys.argv[2]}"
+SEEDS = range(int(sys.argv[3]) if len(sys.argv) > 3 else 12)
+NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
+# Positions differ by the tolerance of two runs, and numbers of pictures are cut after the second decimal.
+BOUND = 0.05
+
+
+def scene_of(seed):
+    """A stone on a string and a pendulum with a spring, with random events; and a time within or behind the run."""
+    r = random.Random(seed)
+    cut, stiffer, caught = r.uniform(0.1, 0.9), r.uniform(0.2, 1.2), r.uniform(0.3, 1.5)
+    events = [f"{{name: cut, when: t - {cut:.4f}, then: {{release: string}}}}"]
+    if r.random() < 0.7:
+        events.append(f"{{name: stiffer, when: t - {stiffer:.4f}, then: {{set: {{k: {r.uniform(20, 90):.3f}}}}}}}")
+    if r.random() < 0.7:
+        events.append(f"{{name: turned, when: position.arm - {r.uniform(-0.2, 0.2):.4f}, limit: {r.randint(1, 3)}, then: {{set: {{k: 1.5*k}}}}}}")
+    if r.random() < 0.5:
+        events.append(f"{{name: push, when: t - {caught:.4f}, then: {{engage: gust}}}}")
+    if r.random() < 0.3:
+        events.append(f"{{name: enough, when: t - {r.uniform(0.8, 2.0):.4f}, then: stop}}")
+    until = r.choice(["", f', until: "marker.stone.c.y < {r.uniform(-4, -1):.3f}"', f', until: "t > {r.uniform(0.5, 1.6):.4f}"'])
+    text = f"""kinetree: 1
+name: random
+gravity: [0, -9.81, 0]
+parameters: {{k: {r.uniform(2, 30):.3f}}}
+bodies:
+  - {{name: stone, joint: {{type: planar, position: [1, 0, 0]}}, mass: 1, shape: {{type: box, size: [0.2, 0.1, 0.1]}}, markers: {{c: [0, 0, 0], side: [0.1, 0, 0]}}}}
+  - {{name: arm, joint: {{type: revolute, at: [3, 0, 0], position: {r.uniform(0.4, 1.2):.3f}}}, mass: 1, shape: {{type: rod, to: [0, -1, 0]}}, markers: {{tip: [0, -1, 0]}}}}
+loops:
+  - {{name: string, type: distance, between: [world, stone.side], length: 1.1}}
+effects:
+  - {{name: spring, type: joint_spring, joint: arm, stiffness: =k}}
+  - {{name: gust, type: force, at: stone.c, value: [{r.uniform(3, 9):.2f}, 0, 0], switched: off}}
+events:
+""" + "".join(f"  - {event}\n" for event in events) + f"""simulate: {{duration: 2, tolerance: 1e-10{until}}}
+"""
+    return text, r.choice([cut, stiffer, r.uniform(0.3, 2.0), r.uniform(0.3, 2.0), r.uniform(0.3, 2.0), 1.9])
+
+
+def run(path, *words):
+    ended = subprocess.run([KINETREE, *words], cwd=path, capture_output=True, text=True)
+    return ended
+
+
+def numbers_of(svg):
+    """The picture without its texts: what is between its numbers, and these."""
+    text = re.sub(r"<text.*?</text>\n", "", svg.read_text())
+    return NUMBER.split(text), [float(n) for n in NUMBER.findall(text)]
+
+
+def difference(a, b):
+    """The largest distance of numbers of two pictures; infinite where they have other shapes."""
+    (words, x), (others, y) = numbers_of(a), numbers_of(b)
+    if words != others or len(x) != len(y):
+        return float("inf")
+    return max((abs(p - q) for p, q in zip(x, y)), default=0.0)
+
+
+wrong, worst, stopped, released = [], 0.0, 0, 0
+apart = []
+for seed in SEEDS:
+    text, time = scene_of(seed)
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder)
+        (path / "a.yaml").write_text(text)
+        ran = run(path, "run", "a.yaml", "--duration", f"{time:.17g}", "--out", "a.csv", "--summary", "a.json", "--quiet")
+        if ran.returncode != 0:
+            wrong.append(f"seed {seed}: run ends with {ran.returncode}: {ran.stderr}")
+            continue
+        summary = json.loads((path / "a.json").read_text())
+        last = float(list(csv.DictReader((path / "a.csv").open(newline="")))[-1]["time"])
+        stopped += last < time
+        released += summary["events"]["cut"]
+        (path / "b.yaml").write_text(text.replace("simulate:", "initial: {from: a.json}\nsimulate:"))
+        drawn = run(path, "draw", "a.yaml", "--at", f"{time:.17g}", "--out", "a.svg")
+        oracle = run(path, "draw", "b.yaml", "--out", "b.svg")
+        if drawn.returncode or oracle.returncode:
+            wrong.append(f"seed {seed}: draw ends with {drawn.returncode}, {oracle.returncode}: {drawn.stderr}{oracle.stderr}")
+            continue
+        off = difference(path / "a.svg", path / "b.svg")
+        worst = max(worst, off)
+        if not off < BOUND:
+            wrong.append(f"seed {seed}: t = {time}: off by {off} of {BOUND}")
+        if (last < time) != ("the run ends at" in drawn.stderr):
+            wrong.append(f"seed {seed}: the end at {last} before {time}: {drawn.stderr}")
+        # Other subcommands that follow the motion.
+        run(path, "sweep", "a.yaml", "--set", f"simulate.duration={time:.17g}", "--vary", "gravity[0]=0:0:1", "--out", "s.csv", "--quiet")
+        line = list(csv.DictReader((path / "s.csv").open(newline="")))[0]
+        run(path, "view", "a.yaml", "--duration", f"{time:.17g}", "--view", "v.html", "--summary", "v.json", "--quiet")
+        seen = json.loads((path / "v.json").read_text())
+        counts = {name: int(line[f"event.{name}"]) for name in summary["events"] if name != "until"}
+        if abs(float(line["time"]) - last) > 1e-9 or any(summary["events"][name] != count for name, count in counts.items()):
+            apart.append(f"seed {seed}: sweep ends at {line['time']} with {counts}, run at {last} with {summary['events']}")
+        if seen["events"] != summary["events"]:
+            apart.append(f"seed {seed}: view has {seen['events']}, run {summary['events']}")
+note(f"{len(SEEDS)} scenes, {stopped} of them ended by an event, {released} strings cut: off by {worst:.3f} of {BOUND}")
+claim("draw_at_a_time_shows_the_state_that_run_records_there", wrong)
+claim("random_scenes_are_stopped_and_released", [] if stopped > 1 and released > 2 else [f"{stopped}, {released}"])
+claim("sweep_and_view_end_where_run_ends", apart)
+
+PATH = re.compile(r' d="(M [^"]*)"')
+with tempfile.TemporaryDirectory() as folder:
+    path = pathlib.Path(folder)
+    text = scene_of(0)[0]
+    (path / "a.yaml").write_text(text)
+    left_out = []
+    for words in (["accuracy", "a.yaml", "--integrators", "dopri5", "--tolerances", "1e-5,1e-6", "--reference", "none.csv"], ["stability", "a.yaml"], ["equilibrium", "a.yaml"], ["modes", "a.yaml", "--period", "1"]):
+        said = run(path, *words).stderr
+        if not re.search(r"event 'cut'( and others are| is) left out", said):
+            left_out.append(f"{words}: {said}")
+    claim("subcommands_without_events_report_it", left_out)
+    # A run of two halves: what an event has set in the first one holds in the second.
+    (path / "k.yaml").write_text("""kinetree: 1
+parameters: {k: 5}
+bodies: [{name: arm, joint: {type: revolute, position: 0.5}, mass: 1, inertia: [1, 1, 1]}]
+effects: [{name: spring, type: joint_spring, joint: arm, stiffness: =k}]
+events: [{name: stiffer, when: t - 0.3, limit: 1, then: {set: {k: 50}}}]
+simulate: {duration: 1}
+""")
+    run(path, "run", "k.yaml", "--duration", "0.5", "--out", "half.csv", "--summary", "half.json", "--quiet")
+    ends = []
+    for words in (["--out", "whole.csv"], ["--duration", "0.5", "--from", "half.json", "--out", "rest.csv"]):
+        ran = run(path, "run", "k.yaml", "--quiet", *words)
+        rows = list(csv.DictReader((path / words[-1]).open(newline=""))) if ran.returncode == 0 else []
+        ends.append(float(rows[-1]["position.arm"]) if rows else float("nan"))
+    note(f"after 1 s: {ends[0]}, in two halves {ends[1]}")
+    claim("what_events_have_set_holds_in_a_run_that_goes_on", [] if abs(ends[0] - ends[1]) < 1e-7 else [str(ends)])
+    # An object that is let go at 0.5 s, and the end of the scene at y = -3: free fall from there.
+    (path / "f.yaml").write_text("""kinetree: 1
+gravity: [0, -9.81, 0]
+bodies: [{name: stone, joint: {type: prismatic, axis: y}, mass: 1, shape: {type: sphere, radius: 0.05}, markers: {c: [0, 0, 0]}}]
+loops: [{name: lock, type: coupling, coefficients: {stone: 1}, offset: 0}]
+events: [{name: cut, when: t - 0.5, then: {release: lock}}]
+simulate: {duration: 2, until: "position.stone < -3"}
+""")
+    end = 0.5 + (6 / 9.81) ** 0.5
+    strobe = run(path, "draw", "f.yaml", "--strobe", "5", "--trace", "stone.c", "--out", "f.svg")
+    words = re.findall(r">([^<]*)</text>", (path / "f.svg").read_text())
+    claim("strobes_and_paths_end_with_the_run", [] if strobe.returncode == 0 and any(w.startswith(f"5 states from 0 to {end:.4g} s") for w in words) else [str(words), strobe.stderr])
+    late = run(path, "draw", "f.yaml", "--at", "0,1,5,6", "--out", "l.svg")
+    times = [w for w in re.findall(r">([0-9.]+) s</text>", (path / "l.svg").read_text())]
+    claim("times_behind_the_end_of_a_run_are_reported", [] if late.returncode == 0 and times == ["0", "1", f"{end:.4g}"] and
+          f"--at 6: the run ends at t = {end:.6g} s, by 'until'" in late.stderr else [str(times), late.stderr])
+    (path / "g.yaml").write_text((path / "f.yaml").read_text().replace(', until: "position.stone < -3"', ""))
+    behind = run(path, "draw", "g.yaml", "--at", "5", "--out", "g.svg")
+    claim("times_behind_the_duration_are_reported", [] if behind.returncode == 0 and "--at 5 is after the end of the scene's run, 2 s" in behind.stderr else [behind.stderr])
+    within = run(path, "draw", "g.yaml", "--at", "2", "--out", "g.svg")
+    claim("times_within_it_are_not", [] if within.stderr == "kinetree: g.svg\n" else [within.stderr])
+finish()
