@@ -137,8 +137,8 @@ class Figure {
         this.put("bodies", shape, body, at, turned, half, this.colour_of(body), body + 1);
     }
 
-    put_joint({name, type, body, on, at, turn: turned}) {
-        const r = this.data.radius, colour = this.marked(body) ? this.theme.alarm : this.theme.joint;
+    put_joint(joint) {
+        const {name, type, body, on, at, turn: turned} = joint, r = this.joint_radius(joint), colour = this.marked(body) ? this.theme.alarm : this.theme.joint;
         const id = this.thing(`${type} joint ${name}${on > 0 ? ` on ${this.data.bodies[on].name}` : " on the world"}`, body);
         if (["revolute", "cylindrical", "screw"].includes(type))
             this.put("joints", "cylinder", on, at, turned, [1.25 * r, 1.25 * r, type === "revolute" ? 1.8 * r : 3 * r], colour, id);
@@ -204,7 +204,7 @@ class Figure {
         if (shown.springs)
             this.data.effects.filter(({joint}) => joint !== undefined).forEach((effect) => this.draw_in_joint(poses, effect));
         if (shown.drives) {
-            this.data.effects.filter(({type}) => DRIVES.includes(type)).forEach(({joint}) => this.draw_drive(poses, joint));
+            this.data.effects.filter(({type, joint}) => joint !== undefined && DRIVES.includes(type)).forEach(({joint}) => this.draw_drive(poses, joint));
             this.data.relations.forEach(({joint, other}) => (other < 0 ? this.draw_drive(poses, joint) : this.draw_coupling(poses, joint, other)));
         }
         this.data.arrows.forEach((arrow, i) => {
@@ -333,9 +333,31 @@ class Figure {
         this.line(this.thick, at(2 * r), at(7 * r), colour);
     }
 
+    /* How far the link that a joint carries reaches from the joint: to its solids and to the joints on it. A link
+     * without solids is as large as the links that it carries. */
+    reach(body, depth = 0) {
+        const solids = this.data.solids.filter((one) => one.body === body), next = this.data.joints.filter((one) => one.on === body && !one.loop);
+        if (solids.length > 0)
+            return Math.max(...solids.map(({at, half}) => norm(at) + Math.max(...half)), ...next.map(({at}) => norm(at)));
+        return depth < 8 ? Math.max(0, ...next.map((one) => norm(one.at) + this.reach(one.body, depth + 1))) : 0;
+    }
+
+    /* The size of a joint's symbol: the picture's, but of small links smaller. */
+    joint_radius(joint) {
+        const reach = this.reach(joint.body);
+        return reach > 0 ? Math.min(this.data.radius, 0.12 * reach) : this.data.radius;
+    }
+
+    /* The radius of a drive's arrow: a share of the link, not hidden by the joint's symbol, nor larger than a picture bears. */
+    drive_radius(joint) {
+        const least = 2.5 * this.joint_radius(joint);
+        return clamp(0.3 * this.reach(joint.body), least, Math.max(least, 0.05 * this.data.size));
+    }
+
     /* An arrow around the axis of a joint that a motor, a servo or a prescribed motion drives; along one that slides. */
     draw_drive(poses, joint) {
-        const frame = this.joint_frame(poses, joint), {o, q} = frame, r = Math.max(4.5 * this.data.radius, 0.05 * this.data.size), colour = [...this.theme.ink, 0.9];
+        const frame = this.joint_frame(poses, joint), {o, q} = frame, colour = [...this.theme.ink, 0.9];
+        const r = (this.data.joints[joint].ring ??= this.drive_radius(this.data.joints[joint]));
         if (this.hidden.has(frame.body))
             return;
         const points = frame.slides ? [-1, 1].map((s) => add(o, turn(q, [0.7 * r, 0, s * r]))) : this.around(frame, 0.3, 4.4, () => r);

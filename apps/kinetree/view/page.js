@@ -36,8 +36,7 @@ class Page {
         this.quality = this.data.bodies.length > 300 ? 1 : 0;
         this.spent = [];
         this.rested = 0;
-        this.notes = (this.data.notes ?? []).map(({what, remedy}) =>
-            `${what[0].toUpperCase()}${what.slice(1)}.${remedy ? ` ${remedy}.` : ""}`);
+        this.notes = (this.data.notes ?? []).map(({what, remedy}) => `${as_sentence(what)}.${remedy ? ` ${remedy}.` : ""}`);
         this.survey();
         this.describe();
         this.camera = new Camera(this.data);
@@ -102,9 +101,13 @@ class Page {
 
     say(words) { find("spoken").textContent = words; }
 
+    /* The first note on a line; the others are listed when the line is opened. */
     show_notes() {
-        find("notes").hidden = this.notes.length === 0;
-        find("notes").textContent = this.notes.join(" ");
+        const [first, ...others] = this.notes, box = find("notes"), list = find("others");
+        box.hidden = first === undefined;
+        find("note").textContent = others.length > 0 ? `${this.notes.length} notes: ${first}` : first ?? "";
+        list.replaceChildren(...(others.length > 0 ? this.notes : []).map((text) => element("li", {text})));
+        box.classList.toggle("single", others.length === 0);
     }
 
     /* About the pace of the clock, but motions of less than two seconds slower, of more than a minute faster. */
@@ -213,15 +216,16 @@ class Page {
 
     get aspect() { return find("picture").width / find("picture").height; }
 
-    /* How far the mechanism has moved since the first frame: the mean place of its bodies. */
-    shift() {
+    /* How far the mechanism has moved since the first frame: the mean place of the bodies that the picture follows. */
+    shift(poses = this.poses) {
         if (!this.follows || this.motion.bodies === 0)
             return [0, 0, 0];
-        const all = this.moving().map((i) => sub([...this.poses.subarray(8 * i, 8 * i + 3)], this.start_place(i)));
+        const all = this.data.followed.map((i) => sub([...poses.subarray(8 * i, 8 * i + 3)], this.start_place(i)));
         return all.length > 0 ? scale(1 / all.length, all.reduce(add, [0, 0, 0])) : [0, 0, 0];
     }
 
-    moving() { return this.data.bodies.map((body, i) => i).filter((i) => i > 0 && this.data.bodies[i].colour >= 0); }
+    /* Bodies that move and can be seen: a slider that stands for the length of a tendon may go anywhere. */
+    moving() { return this.data.bodies.map((body, i) => i).filter((i) => i > 0 && this.data.bodies[i].colour >= 0 && this.data.seen.has(i)); }
 
     start_place(body) {
         const k = 3 * (body - 1);
@@ -255,25 +259,28 @@ class Page {
         this.pictures = (this.pictures ?? 0) + 1;
     }
 
-    /* Points of the mechanism at up to `count` frames, for the camera: centres of solids and their ends, in the world. */
+    /* Points of the mechanism at up to `count` frames, for the camera: centres of solids and their ends, in the world;
+     * where the picture follows, less what the followed bodies have moved, and after the first frame of these alone. */
     points(count) {
-        const poses = new Float32Array(this.poses.length), all = [];
-        const frames = this.data.overlay ? [0, 1] : this.follows ? [0]
+        const poses = new Float32Array(this.poses.length), all = [], followed = new Set(this.data.followed);
+        const frames = this.data.overlay ? [0, 1]
             : [...Array(count).keys()].map((k) => Math.round((k * (this.motion.frames - 1)) / Math.max(1, count - 1)));
         for (const i of new Set(frames)) {
             pose_bodies(this.motion, this.motion.times[i], poses);
-            for (const {body, at, turn: turned, half} of this.data.solids)
+            const shift = this.shift(poses), is_shown = (body) => i === 0 || !this.follows || followed.has(body);
+            const put = (...points) => points.forEach((p) => all.push(sub(p, shift)));
+            for (const {body, at, turn: turned, half} of this.data.solids.filter((one) => is_shown(one.body)))
                 for (const s of [-1, 1]) {
                     const end = turn(turned, [0, 0, s * half[2]]), r = Math.max(half[0], half[1]);
                     const p = point_of(poses, body, add(at, end));
-                    all.push(add(p, [r, r, r]), sub(p, [r, r, r]));
+                    put(add(p, [r, r, r]), sub(p, [r, r, r]));
                 }
             [...this.data.loops, ...this.data.effects.filter(({type}) => type !== "contact")].forEach(({type, ends}) =>
                 ends.filter((end) => end.body > 0 || type !== "attraction") /* whose centre may be far away */
-                    .forEach((end) => all.push(point_of(poses, end.body, end.at))));
-            if (this.follows)
-                all.push(...this.under(poses));
-            this.data.joints.filter(({type}) => type !== "free").forEach(({on, at}) => all.push(point_of(poses, on, at)));
+                    .filter((end) => is_shown(end.body)).forEach((end) => put(point_of(poses, end.body, end.at))));
+            if (this.follows && i === 0)
+                put(...this.under(poses));
+            this.data.joints.filter(({type, on, body}) => type !== "free" && is_shown(on) && is_shown(body)).forEach(({on, at}) => put(point_of(poses, on, at)));
         }
         return all.filter((p) => p.every(Number.isFinite));
     }
@@ -294,7 +301,8 @@ class Page {
             pose_bodies(motion, this.times[0] + (k / 39) * (this.times[1] - this.times[0]), poses);
             for (const i of this.moving()) {
                 const p = [...poses.subarray(8 * i, 8 * i + 3)];
-                widen(box, p);
+                if (this.data.followed.includes(i))
+                    widen(box, p);
                 data.planes.forEach(({body, at, turn: turned}, n) => {
                     const [w, x, y, z] = turn_of(poses, body, turned);
                     widen(ranges[n], turn([w, -x, -y, -z], sub(p, point_of(poses, body, at))).slice(0, 2));
@@ -539,8 +547,30 @@ class Page {
     }
 }
 
-/* What follows from the data: the upward direction, and what is to the right. */
+/* The largest set of bodies with solids that joints, loops and effects join, the world left out; of equal ones the
+ * heaviest: the robot, but not what lies around it. */
+function largest_part(data) {
+    const root = data.bodies.map((_, i) => i), find_root = (i) => (root[i] === i ? i : (root[i] = find_root(root[i])));
+    const join = (a, b) => { if (a > 0 && b > 0) root[find_root(a)] = find_root(b); };
+    data.bodies.forEach(({parent}, i) => join(i, parent));
+    [...data.loops, ...data.effects].forEach(({ends, type}) => { if (ends.length === 2 && type !== "contact") join(ends[0].body, ends[1].body); });
+    const parts = new Map();
+    data.bodies.forEach(({mass, colour}, i) => {
+        if (i === 0 || colour < 0 || !data.seen.has(i))
+            return;
+        const part = parts.get(find_root(i)) ?? {bodies: [], mass: 0};
+        part.bodies.push(i);
+        part.mass += mass;
+        parts.set(find_root(i), part);
+    });
+    const is_before = (a, b) => a.bodies.length > b.bodies.length || (a.bodies.length === b.bodies.length && a.mass > b.mass);
+    return [...parts.values()].reduce((best, part) => (is_before(part, best) ? part : best), {bodies: [], mass: -1}).bodies;
+}
+
+/* What follows from the data: what is seen and followed, the upward direction, and what is to the right. */
 function complete(data) {
+    data.seen = new Set(data.solids.map(({body}) => body));
+    data.followed = largest_part(data);
     const along = (a, b) => Math.abs(dot(a, b)) > 0.999, z = [0, 0, 1], y = [0, 1, 0], x = [1, 0, 0];
     const weight = norm(data.gravity) > 0;
     data.up = weight ? scale(-1, unit(data.gravity)) : data.normal !== null && along(data.normal, z) ? y : z;
@@ -556,6 +586,12 @@ function widen(box, p) {
         box[0][k] = Math.min(box[0][k], x);
         box[1][k] = Math.max(box[1][k], x);
     });
+}
+
+/* A note as a sentence. One about a line of a file begins with the file's name, without its folder. */
+function as_sentence(what) {
+    const place = /^(?:[^\s:]*\/)?([^\s:/]+:\d.*)$/s.exec(what);
+    return place !== null ? place[1] : `${what[0].toUpperCase()}${what.slice(1)}`;
 }
 
 /* As many digits after the point as the duration needs. */
