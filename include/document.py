@@ -28,6 +28,7 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
+PICTURES = [HERE / "pages/pictures", HERE.parent / "apps/pictures"]
 NAME = r"(?:kt|KT)_\w*[A-Za-z0-9]"
 
 # ---- prose -----------------------------------------------------------------------------------------------------------
@@ -380,6 +381,7 @@ def page(path):
             line = re.sub(rf"`({NAME}(?:\.\w+)?)(?:\(\))?`", linked, line)
             line = re.sub(rf"`((?:{headers()})\.h)`", lambda found: f"<tt>{link(found[1])}</tt>", line)
             line = re.sub(r"\[([^]]*)\]\(([a-z-]+)\.md\)", lambda found: link(found[2], found[1]), line)
+            line = line.replace("(../../apps/pictures/", "(pictures/")
         out.append(line)
     return "\n".join(out)
 
@@ -391,11 +393,12 @@ def build(output, dependencies):
     environment = {**os.environ, "KT_PYTHON": sys.executable, "KT_OUTPUT": str(output), "KT_VERSION": version}
     if dependencies:
         read = [HERE / "Doxyfile", *sorted((HERE / "kinetree").glob("*.h")), *sorted((HERE / "pages").glob("*.md")),
-                *sorted((HERE / "pages/pictures").glob("*.svg"))]
+                *sorted(picture for pictures in PICTURES for picture in pictures.glob("*.svg"))]
         pathlib.Path(dependencies).write_text(f"{output / 'html'}: " + " ".join(str(path) for path in read) + "\n")
     status = subprocess.run(["doxygen", "Doxyfile"], cwd=HERE, env=environment).returncode
     if status == 0:  # Doxygen leaves a picture in a folder where it is
-        shutil.copytree(HERE / "pages/pictures", output / "html/pictures", dirs_exist_ok=True)
+        for pictures in PICTURES:
+            shutil.copytree(pictures, output / "html/pictures", dirs_exist_ok=True)
     return status
 
 

@@ -194,12 +194,21 @@ def page_of_a_view():
 
 def hard_cases():
     numbers = [number for path in (ROOT / "test/hard").glob("*.c") for number in re.findall(r"\.number = (\d+)", path.read_text())]
-    shown = re.search(r"runs (\d+) cases of (\d+) kinds", (ROOT / "README.md").read_text())
+    shown = re.search(r"runs (\d+) cases of (\d+) kinds", text_of("validation.md"))
+    in_readme = re.search(r"prints all (\d+) cases", (ROOT / "README.md").read_text())
     found = (len(numbers), len(set(numbers)))
     note(f"{found[0]} cases of {found[1]} kinds")
-    claim("README.md: how many hard cases there are", [] if shown and found == (int(shown[1]), int(shown[2])) else [str(found)])
+    claim("validation.md: how many hard cases there are", [] if shown and found == (int(shown[1]), int(shown[2])) else [str(found)])
+    claim("README.md: how many hard cases there are", [] if in_readme and found[0] == int(in_readme[1]) else [str(found[0])])
 
 
-for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops, warning_codes, callers_memory, page_of_a_view, hard_cases):
+def methods():
+    shown = re.search(r"a scene with (\d+) methods", (ROOT / "README.md").read_text())
+    found = kinetree("integrators").split("\n\n")[0].count("\n")
+    note(f"{found} methods")
+    claim("README.md: how many methods there are", [] if shown and found == int(shown[1]) else [str(found)])
+
+
+for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops, warning_codes, callers_memory, page_of_a_view, hard_cases, methods):
     ask()
 finish()
