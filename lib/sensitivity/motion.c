@@ -398,14 +398,15 @@ static kt_status find_saltation(motion *m, size_t k, kt_error *error) {
     return status;
 }
 
-/* Events at the present time take effect, on the motion and on its changes. */
+/* Events at the present time take effect, on the motion and on its changes. A contact that opens since forces jump does so at the same
+ * time in neighbouring motions, and leaves their states as they are. */
 static kt_status pass_events(motion *m, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     size_t k;
     kt_status status = find_event(m, &k, error);
     if (status != KT_OK)
         return status;
-    if (k < simulation->event_count) {
+    if (k < simulation->event_count && !kt_simulation_has_jumped(simulation)) {
         kt_simulation_save(simulation, m->checkpoint);
         kt_copy(m->before, kt_integrator_state(simulation->integrator), m->n * sizeof *m->before);
         kt_copy(m->torque, simulation->torque, m->nv * sizeof *m->torque);

@@ -143,19 +143,22 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
 
 static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
     const kt_contact *contact = user;
-    struct kt_contacts *c = contact->simulation->contacts;
+    kt_simulation *simulation = contact->simulation;
+    struct kt_contacts *c = simulation->contacts;
     const size_t nq = at->model->n.q, nv = at->model->n.v;
     /* The first of all is asked first at each instant; the others find what it has found. */
-    const bool known = contact->index > 0 && c->time == at->t && c->set == at->model->set &&
+    const bool known = contact->index > 0 && simulation->contact_time == at->t && c->set == at->model->set &&
                        memcmp(c->at, at->q, nq * sizeof(double)) == 0 &&
                        memcmp(c->at + nq, at->v, nv * sizeof(double)) == 0;
     if (!known) {
-        c->time = (double)NAN;
-        if (find_values(c, at, error) != KT_OK)
+        kt_instant inside = *at; /* where forces jump, those of the step that ends or begins here */
+        inside.t = kt_simulation_time_inside(simulation, at->t);
+        simulation->contact_time = (double)NAN;
+        if (find_values(c, &inside, error) != KT_OK)
             return 1;
         memcpy(c->at, at->q, nq * sizeof(double));
         memcpy(c->at + nq, at->v, nv * sizeof(double));
-        c->time = at->t;
+        simulation->contact_time = at->t;
         c->set = at->model->set;
     }
     *value = c->value[contact->index];
@@ -472,8 +475,10 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, dou
     if (status == KT_OK && balanced) {
         double *work = simulation->y + simulation->size.work;
         const double gain = after.kinetic + after.potential - before.kinetic - before.potential;
-        work[0] += simulation->model->driven ? lost : fmax(-gain, 0.0);
-        work[1] += simulation->model->driven ? gain + lost : fmax(gain, 0.0);
+        const bool driven =
+            c->all->driven || simulation->model->driven; /* what moves may be open again behind a bounce */
+        work[0] += driven ? lost : fmax(-gain, 0.0);
+        work[1] += driven ? gain + lost : fmax(gain, 0.0);
     }
     if (status == KT_OK)
         status = kt_simulation_land(simulation, simulation->y, before.kinetic + before.potential,
@@ -533,7 +538,7 @@ static bool follow_slip(kt_simulation *simulation) {
 static kt_status begin_step(kt_simulation *simulation, kt_error *error) {
     if (follow_slip(simulation)) {
         kt_integrator_change(simulation->integrator, true);
-        simulation->contacts->time = simulation->event_time = (double)NAN;
+        simulation->contact_time = simulation->event_time = (double)NAN;
     }
     return simulation->contacts->begin(simulation, error);
 }
@@ -557,18 +562,21 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     for (int k = c->sides; k < c->n; k++)
         simulation->memory.closes_at[k] = -HUGE_VAL;
     (void)follow_slip(simulation);
-    c->time = (double)NAN; /* values of the same state are others now */
+    simulation->contact_time = (double)NAN; /* values of the same state are others now */
     return status;
 }
 
 static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
+    kt_simulation_recall_corners(simulation);
+    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
+    const double *y = kt_integrator_state(simulation->integrator);
     const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
     double W[KT_COULOMB_ROWS * KT_COULOMB_ROWS], u[KT_COULOMB_ROWS], lost = 0.0, approach = 0.0, size;
     uint64_t on = 0;
     for (int k = 0; k < c->n; k++)
         simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
+    kt_simulation_clear_jump(simulation);
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
     kt_status status = kt_contacts_find_equations(c, model, t, y, c->v, true, error);
     if (status == KT_OK)
@@ -608,7 +616,8 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     return watch_open(simulation, t, error);
 }
 
-static const kt_contact_calls calls = {.open = open_all, .resolve = resolve, .follow = follow};
+static const kt_contact_calls calls = {
+    .open = open_all, .resolve = resolve, .follow = follow, .check = kt_contacts_check_record};
 
 /* The contacts, and behind them friction. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
@@ -661,7 +670,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     (void)lay_out(c, &s);
     c->n = (int)n;
     c->inverse_size = s.inverse;
-    c->time = (double)NAN;
+    simulation->contact_time = (double)NAN;
     c->mask = c->back = c->met = 0;
     simulation->contacts = c;
     list_items(simulation, c);
@@ -731,7 +740,7 @@ kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_erro
     if (after == before)
         return KT_OK;
     simulation->memory.released = after;
-    simulation->contacts->time = (double)NAN;
+    simulation->contact_time = (double)NAN;
     const kt_status status = kt_simulation_switch(simulation, simulation->model->set, NULL, error);
     if (status != KT_OK)
         simulation->memory.released = before;

@@ -48,7 +48,6 @@ struct kt_contacts {
     uint64_t back;         /* of these, those of `back` */
     uint64_t met;         /* of those whose gaps end at this instant: they touch, whatever rounding has left of these */
     double speed, change; /* at an event: roots of v'M v and a'M a */
-    double time;          /* of the values; NaN: none */
     uint64_t set;         /* likewise */
     size_t inverse_size;  /* bytes of inverse_memory */
     const kt_model *all;  /* all are closed: of the equations */
@@ -121,6 +120,8 @@ KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const k
  * velocities v: an error where contacts go on to close since their motion is prescribed. Requires the equations at the present state. */
 KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
                                              kt_status status, kt_error *error);
+/* Of the multipliers of a record at t (kt_contact_calls.check). */
+KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
 /* The error of contacts that have no impulses, or no reactions (`what`). */
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
 

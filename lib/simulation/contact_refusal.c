@@ -24,6 +24,8 @@ static const double kept = 0.5 / KT_SWITCH_MAX;
 static const double rounding = 1e-9;
 /* Levers, relative to the mechanism's length, from which on an impulse moves something. */
 static const double lever = 1e-9;
+/* A recorded reaction that is wrong by more than this part of the largest along its step is no rounding. */
+static const double wrong = 1e-6;
 /* What contradicts each other leaves at least this part of it. */
 static const double left = 1e-3;
 
@@ -139,6 +141,36 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
                    is_prescribed(simulation, t, error)
                ? KT_ERROR_CONSTRAINT
                : status;
+}
+
+/* Of a closed contact how far it is from pulling, of friction of a joint from its limit; *size: what this is compared with. */
+static double reserve_of(const kt_simulation *simulation, int k, double *size) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_contact *contact = &c->item[k];
+    const double reaction = contact->sign * simulation->multiplier[kt_contact_row(simulation->model, contact)];
+    const double limit = k < c->sides ? 0.0 : kt_contact_limit(simulation->model, contact);
+    *size = fmax(fmax(fabs(reaction), limit), simulation->event_memory[k].size);
+    return k < c->sides ? reaction : limit - fabs(reaction);
+}
+
+kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    char where[KT_WHERE_SIZE];
+    for (int k = 0; k < c->n; k++) {
+        double size;
+        if (!kt_contact_is_closed(simulation->model, &c->item[k]) || kt_contact_rubs(c, k) ||
+            !(reserve_of(simulation, k, &size) < -wrong * size))
+            continue;
+        (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
+                       kt_loop_name(simulation->model, c->item[k].loop), t);
+        return kt_error_set(
+            error, KT_ERROR_STEP, where,
+            "its reaction is %.3g (N or N m) there, %s: a step has passed over the instants at which it "
+            "opens or slips and comes back; bound the steps (max_step)",
+            simulation->multiplier[kt_contact_row(simulation->model, &c->item[k])],
+            k < c->sides ? "and it pulls" : "more than its friction holds");
+    }
+    return KT_OK;
 }
 
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error) {

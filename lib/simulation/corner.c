@@ -164,14 +164,30 @@ static bool enter_piece(kt_simulation *simulation, double t) {
     return jumps;
 }
 
+/* The step that ends here ends at a corner. */
+static void end_at_corner(kt_corners *c, double t, double before) {
+    c->end = t;
+    c->before = before;
+}
+
+void kt_simulation_recall_corners(kt_simulation *simulation) {
+    kt_corners *c = &simulation->corners;
+    const double t = kt_integrator_time(simulation->integrator);
+    if (!isnan(c->from) || !(simulation->memory.piece <= t))
+        return;
+    (void)enter_piece(simulation, simulation->memory.piece);
+    if (c->jumps && !(t < c->next - margin_at(c->next)))
+        end_at_corner(c, t, fmin(c->next, t) - aside(simulation, c->next));
+}
+
 kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error) {
     const kt_corners *c = &simulation->corners;
     const double t = kt_integrator_time(simulation->integrator);
-    if (isnan(c->from) && simulation->memory.piece <= t) /* after a checkpoint */
-        (void)enter_piece(simulation, simulation->memory.piece);
+    kt_simulation_recall_corners(simulation);
     if ((c->from <= t && t < c->next - margin_at(c->next)) || !enter_piece(simulation, t))
         return KT_OK;
     simulation->memory.powers.count = 0;
+    kt_simulation_note_jump(simulation);
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     return kt_integrator_jump(simulation->integrator, simulation->y, error);
 }
@@ -203,10 +219,8 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
         return;
     if (c->next < *t_limit - margin)
         *t_limit = c->next;
-    if (c->jumps) {
-        c->end = *t_limit;
-        c->before = fmin(c->next, *t_limit) - aside(simulation, c->next);
-    }
+    if (c->jumps)
+        end_at_corner(c, *t_limit, fmin(c->next, *t_limit) - aside(simulation, c->next));
 }
 
 /* ---- after a step of a method that does not see its end ----------------------------------------------------------- */

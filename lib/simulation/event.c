@@ -50,6 +50,8 @@ static double least_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
  * Where that is this part of the time between records, nothing comes behind them but rounding; nor where so many instants in a row
  * follow at such intervals themselves. */
 static const double at_once = 1e-9;
+/* Reactions below this part of the largest along a step are rounding. */
+static const double nothing = 1e-9;
 enum { SHRINKING = 8, IN_A_ROW = 64 };
 
 /* ---- the function ------------------------------------------------------------------------------------------------ */
@@ -231,6 +233,14 @@ static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, 
     return KT_OK;
 }
 
+/* Whether forces that jump where the step begins have made the reaction of contact k negative there, by more than rounding. */
+static bool is_negative_at_once(const kt_simulation *simulation, size_t k, const double *times) {
+    const kt_event_search *search = &simulation->event_search[k];
+    return kt_simulation_has_jumped(simulation) && k < kt_simulation_contact_events(simulation) && search->side > 0 &&
+           times[0] == kt_integrator_previous_time(simulation->integrator) &&
+           simulation->event_value[k] < -nothing * search->size;
+}
+
 /* The first root of event k in a panel in its direction, and to which side; HUGE_VAL if there is none: then the side that
  * g has behind the panel is kept. */
 static kt_status find_root(kt_simulation *simulation, size_t k, const double *times, double *root, int *side,
@@ -241,6 +251,11 @@ static kt_status find_root(kt_simulation *simulation, size_t k, const double *ti
     const double begin = simulation->event_value[LOOKS * simulation->size.event + k]; /* of the step */
     const double margin = kt_simulation_contact_margin(simulation), depth = fmin(begin + 0.5 * margin, 0.0) - margin;
     *root = HUGE_VAL;
+    if (status == KT_OK && is_negative_at_once(simulation, k, times)) {
+        *root = times[0];
+        *side = -1;
+        return KT_OK;
+    }
     for (int i = 1; status == KT_OK && i < count; i++) {
         const int to = sign_of(knots[i].g);
         if (from < 0 && knots[i].g < depth && k < kt_simulation_contact_events(simulation)) {
@@ -435,6 +450,7 @@ static void pass(kt_simulation *simulation, bool fires) {
     kt_copy(simulation->event_value, simulation->event_value + (LOOKS - 1) * n, n * sizeof(double));
     simulation->event_time = kt_integrator_time(simulation->integrator);
     simulation->event_rate = simulation->event_rate_end;
+    kt_simulation_clear_jump(simulation);
     for (size_t k = 0; k < simulation->event_count; k++) {
         const int side = sign_of(simulation->event_value[k]);
         const bool due = fires && simulation->event_root[k].due;

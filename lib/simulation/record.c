@@ -52,6 +52,21 @@ static kt_status move(kt_simulation *simulation, double t, const double *a, kt_e
     return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 
+/* Computes the reactions. Where forces jump, those of hard contacts are the ones of the step that ends there. */
+static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
+    double t = record->time;
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        t = kt_simulation_time_inside(simulation, t);
+#endif
+    kt_status status = kt_simulation_react(simulation, t, simulation->y, error);
+#if KT_HAS_EVENTS
+    if (status == KT_OK && simulation->contacts != NULL && record->index >= 0)
+        status = simulation->contact_calls->check(simulation, record->time, error);
+#endif
+    return status;
+}
+
 /* Computes the kinematics and the quantities that follow from them. Energies are those of the model that is
  * integrated. */
 static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, kt_error *error) {
@@ -62,7 +77,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     if (status != KT_OK)
         return status;
     if ((simulation->record & KT_RECORD_REACTIONS) != 0) {
-        status = kt_simulation_react(simulation, t, simulation->y, error);
+        status = react(simulation, record, error);
         record->reactions = simulation->reaction;
         record->loop_reactions = simulation->loop_reaction;
         record->multipliers = simulation->multiplier;

@@ -72,6 +72,7 @@ typedef struct kt_simulation_memory {
     uint64_t released;               /* contacts that do not act: of the set; of friction of joints both switches */
     uint64_t held;                   /* friction that slips in joints that contacts or loops hold: of the set */
     uint64_t counted;                /* contacts that are closed, and friction that sticks, as `contacts` counts */
+    int64_t jumped;                  /* forces have jumped since closed contacts were looked at last */
 #endif
     int64_t fires; /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
@@ -261,11 +262,13 @@ typedef struct kt_event_watch {
 
 /* What hard contacts are asked to do (contact.c). `open` opens them all, before a state is set that may lie anywhere;
  * `resolve`, at the present state: impulses where contacts close, and which of them are closed from now on. `leaving`: a bit
- * for each whose reaction has come to an end. `follow`, when data have been initialised for another model. */
+ * for each whose reaction has come to an end. `follow`, when data have been initialised for another model. `check`, of the multipliers of
+ * a record: an error if a closed contact pulls, or friction of a joint that sticks is beyond its limit. */
 typedef struct kt_contact_calls {
     void (*open)(kt_simulation *simulation);
     kt_status (*resolve)(kt_simulation *simulation, uint64_t leaving, kt_error *error);
     void (*follow)(kt_simulation *simulation);
+    kt_status (*check)(const kt_simulation *simulation, double t, kt_error *error);
 } kt_contact_calls;
 
 struct kt_simulation {
@@ -310,6 +313,7 @@ struct kt_simulation {
         contact_friction; /* of these, those of friction of joints, which is released where both of its own are on */
     uint64_t contact_released; /* of all, those that are released at first */
     double contact_margin;     /* gaps that become smaller than this below zero have not parted */
+    double contact_time;       /* s, of the values of contacts (contact.c); NaN: not known */
 #endif
     double event_time;                 /* of event_value; NaN: not known */
     double event_reach;                /* up to where the last step was looked at */
@@ -335,6 +339,34 @@ static inline double kt_simulation_contact_margin(const kt_simulation *simulatio
 #else
     (void)simulation;
     return 0.0;
+#endif
+}
+
+/* Forces have jumped at the present time: reactions, which follow from them, are others than at the end of the last step. Whether contacts
+ * stay closed is looked at where the next step begins (event.c). */
+static inline void kt_simulation_note_jump(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    if (simulation->contact_count == 0)
+        return;
+    simulation->memory.jumped = true;
+    simulation->event_time = simulation->contact_time = (double)NAN;
+#else
+    (void)simulation;
+#endif
+}
+static inline void kt_simulation_clear_jump(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    simulation->memory.jumped = false;
+#else
+    (void)simulation;
+#endif
+}
+static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    return simulation->memory.jumped != 0;
+#else
+    (void)simulation;
+    return false;
 #endif
 }
 
@@ -522,6 +554,9 @@ static inline double kt_simulation_time_inside(const kt_simulation *simulation, 
     const kt_corners *c = &simulation->corners;
     return t == c->end ? c->before : t == c->begin ? c->after : t;
 }
+
+/* After a checkpoint: the corners at both ends of the step that ended at the present time. */
+void kt_simulation_recall_corners(kt_simulation *simulation);
 
 /* Corners are searched anew: functions of time, or the time itself, have changed. */
 void kt_simulation_forget_corners(kt_simulation *simulation);

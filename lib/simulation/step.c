@@ -52,6 +52,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         simulation->memory.now = simulation->memory.next;
         kt_simulation_inputs_use(simulation);
         kt_simulation_forget_corners(simulation);
+        kt_simulation_note_jump(simulation);
     }
     simulation->memory.pending = simulation->memory.changed = false;
     return KT_OK;
