@@ -176,7 +176,7 @@ void kt_simulation_recall_corners(kt_simulation *simulation) {
     if (!isnan(c->from) || !(simulation->memory.piece <= t))
         return;
     (void)enter_piece(simulation, simulation->memory.piece);
-    if (c->jumps && !(t < c->next - margin_at(c->next)))
+    if (KT_HAS_EVENTS && c->jumps && !(t < c->next - margin_at(c->next)))
         end_at_corner(c, t, fmin(c->next, t) - aside(simulation, c->next));
 }
 
