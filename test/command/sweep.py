@@ -525,6 +525,26 @@ def accuracy():
     same("no picture of several", (told.returncode, "single study" in told.stderr), (1, True))
 
 
+def reason():
+    """Runs that end at speeds above that of light are none that are done, and energies that nothing watches have no error."""
+    pathlib.Path("driven.yaml").write_text("kinetree: 1\nparameters: {k: 100}\nbodies: [{name: a, joint: {type: prismatic}, mass: 1}]\n"
+                                           "effects: [{type: joint_spring, joint: a, stiffness: =k}, {type: motor, joint: a, force: \"sin(t)\"}]\n"
+                                           "simulate: {duration: 4, step: 0.01, integrator: euler}\n")
+    # By Euler's method each step multiplies the amplitude by sqrt(1 + k h^2): by this all 400 steps.
+    stiffnesses = [1, 100, 1e3, 2e3, 4e3, 1e5, 1e8]
+    growth = [0.5 * 400 * math.log10(1 + k * 1e-4) for k in stiffnesses]
+    for way in ([], ["--one-by-one"]):
+        lines = rows(run("driven.yaml", "--vary", "k=" + ",".join(f"{k:g}" for k in stiffnesses), "--out", "-", *way).stdout)
+        same("done, but for those that grow by 1e9 and more", [l["status"] for l in lines], ["integration" if g > 9 else "done" for g in growth])
+        same("which say so", [("above that of light" in l["why"]) for l in lines], [g > 9 for g in growth])
+        check("values up to then, m/s", max(abs(float(l[f"velocity.a.{end}"])) for l in lines for end in ("end", "min", "max")), 299792458.0)
+        same("no error of an energy that nothing watches", {l["energy.error"] for l in lines}, {""})
+    lines = rows(run("driven.yaml", "--vary", "k=1,100", "--set", "output.record=[balance]", "--out", "-").stdout)
+    same("there is one of a balance", all(float(l["energy.error"]) > 0 for l in lines), True)
+    lines = rows(run("fall.yaml", "--vary", "m=1,2", "--out", "-").stdout)
+    same("and of what keeps its energy", all(l["energy.error"] != "" for l in lines), True)
+
+
 def faults():
     lines = rows(run("fall.yaml", "--vary", "m=-1,1", "--out", "-").stdout)
     same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
@@ -542,7 +562,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, kept, ranks, pictures, motions, accuracy, faults):
+    for part in (grids, samples, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, kept, ranks, pictures, motions, accuracy, reason, faults):
         if part in (equal_bytes, lanes, eventful, armed, killed, ranks) and is_fused():
             print(f"skipped: {part.__name__}: lanes of this build are fused and have not the bits of single runs")
         else:

@@ -163,8 +163,8 @@ KT_TEST(failed_integration_keeps_its_records_and_ends_in_four) {
     json_decref(root);
 }
 
-/* Speeds of 1e200 are numbers, their squares are none. */
-KT_TEST(energy_beyond_all_numbers_ends_in_four) {
+/* Speeds of 1e200 are numbers, but those of no motion. */
+KT_TEST(speeds_beyond_all_reason_end_in_four) {
     kt_write_file("grow.yaml", "kinetree: 1\nbodies:\n"
                                "  - {name: a, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1]}\n"
                                "effects: [{type: joint_spring, joint: a, stiffness: 1e6},\n"
@@ -172,14 +172,16 @@ KT_TEST(energy_beyond_all_numbers_ends_in_four) {
                                "simulate: {duration: 10, step: 0.1, integrator: euler}\n");
     kt_ran ran = kt_shell("$K run grow.yaml --out g.csv --summary g.json");
     kt_check_equal_int("exit code", ran.code, 4);
-    kt_check_contains("words", ran.err, " s: the energy exceeds the range of numbers: the motion has diverged");
+    kt_check_contains("words", ran.err, " s: the speed of joint 'a' is ");
+    kt_check_contains("words", ran.err, ", above that of light (299792458): the integration has blown up");
     const char *text = kt_read_file("g.csv");
     check_whole(text);
     const int last = kt_count_lines(text) - 1;
     kt_check_equal_int("records until then", last, (long long)floor(kt_csv_number(text, last, 0) / 0.01 + 0.5) + 1);
     for (int column = 0; column < 6; column++)
         kt_check_true("the last one is finite", isfinite(kt_csv_number(text, last, column)));
-    kt_expect(0, NULL, "$K run grow.yaml --quiet --out g.csv --record position,velocity");
+    kt_check_contains("warning", kt_read_file("g.json"), "\"code\": \"blow_up\"");
+    kt_expect(4, "above that of light", "$K run grow.yaml --quiet --out h.csv --record position,velocity");
 }
 
 /* A reader that has seen enough. */

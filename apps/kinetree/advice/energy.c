@@ -1,4 +1,5 @@
 /* Warnings about changes of energy that the scene cannot cause, with a suggested remedy. */
+#include "advice/excess.h"
 #include "scene/start.h"
 #include "subcommands/run.h"
 
@@ -23,6 +24,11 @@ bool kt_watches_works(const kt_outcome *outcome) {
     const kt_method *method = kt_method_find(outcome->run->integrator);
     return outcome->energy.energetics != KT_ENERGY_CONSERVED && method != NULL && is_cheap(outcome, method) &&
            (kt_run_record(outcome->run, outcome->model) & KT_RECORD_BALANCE) == 0;
+}
+
+bool kt_energy_is_known(const kt_energy_watch *energy) {
+    return energy->records > 0 &&
+           (energy->has_balance || energy->has_estimate || energy->energetics != KT_ENERGY_SUPPLIED);
 }
 
 const char *kt_energy_not_watched(const kt_outcome *outcome) {
@@ -113,6 +119,17 @@ void kt_warn_of_passages(kt_outcome *outcome) {
             "their equations has %.2g of its usual size: rounding is magnified there, and bends of the path may be "
             "closer than steps",
             energy->error, error, kt_energy_watch_scale(energy), tolerance, counts.crossings.smallest);
+}
+
+void kt_say_excess(kt_outcome *outcome) {
+    const kt_warning warning = {.code = "blow_up",
+                                .time = kt_simulation_time(outcome->simulation),
+                                .value = (double)NAN,
+                                .is_said = true,
+                                .remedy = "Take smaller steps, or an adaptive method"};
+    outcome->is_blown_up = true;
+    kt_say("%s", outcome->excess.message);
+    kt_warn(&outcome->warnings, &warning, "%s", outcome->excess.message);
 }
 
 void kt_say_blown_up(kt_outcome *outcome, double time) {

@@ -2,6 +2,7 @@
 #include "records/checkpoint.h"
 
 #include "advice/advice.h"
+#include "advice/excess.h"
 #include "advice/penetration.h"
 #include "picture/picture.h"
 #include "plot/run.h"
@@ -72,11 +73,6 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
     outcome->records++;
 }
 
-/* Squares of velocities overflow long before the velocities do; the integration checks only the velocities. */
-static bool has_energy_beyond_numbers(const kt_record *record) {
-    return !isnan(record->kinetic) && !isfinite(record->kinetic + record->potential);
-}
-
 /* In the first steps from rest the kinetic energy may appear before the corresponding fall of the potential energy, so
  * that a blow-up counts only if it lasts for STEPS steps. */
 static bool stays_blown_up(kt_outcome *outcome) {
@@ -93,11 +89,7 @@ static bool is_frame(const kt_record *record) { return record->event == NULL || 
 static int take_record(const kt_record *record, void *user) {
     kt_sinks *sinks = user;
     double start = cpu_now();
-    if (has_energy_beyond_numbers(record)) {
-        kt_say("t = %.9g s: the energy exceeds the range of numbers: the motion has diverged; take smaller steps, or "
-               "see what "
-               "drives it",
-               record->time);
+    if (kt_find_excess(record, &sinks->outcome->excess)) {
         sinks->failed = true;
         return -1;
     }
@@ -180,7 +172,9 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
     }
     if (status == KT_OK)
         return KT_EXIT_DONE;
-    if (!sinks.failed)
+    if (outcome->excess.code != KT_OK)
+        kt_say_excess(outcome);
+    else if (!sinks.failed)
         kt_say_error(&error);
     note_failure(outcome, results->motion, sinks.failed ? NULL : &error);
     return sinks.failed ? KT_EXIT_INTEGRATION : kt_exit_code(status);

@@ -111,6 +111,7 @@ typedef struct kt_outcome {
     kt_energy_watch energy;       /* watches the energy of all records */
     uint64_t sound_steps;         /* steps taken at the last record without blow-up */
     bool is_blown_up;             /* the blow-up has been reported */
+    kt_error excess;              /* a value beyond all reason, which has ended the run */
     double corrected_since;       /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
     kt_stability_watch stability; /* watches adaptive explicit steps */
     double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
@@ -179,6 +180,9 @@ const char *kt_energy_not_watched(const kt_outcome *outcome);
 void kt_warn_of_passages(kt_outcome *outcome);
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);
+
+/* Reports the value beyond all reason, and adds a warning to the list. */
+void kt_say_excess(kt_outcome *outcome);
 
 /* Reports that the integration has blown up at this time, and adds a warning to the list. */
 void kt_say_blown_up(kt_outcome *outcome, double time);

@@ -2,6 +2,7 @@
  * column of its records. A run that fails is a line, too. */
 #include "sweep/sweep.h"
 
+#include "advice/excess.h"
 #include "records/columns.h"
 #include "scene/play.h"
 
@@ -119,7 +120,8 @@ typedef struct kt_sweep_run {
     kt_sweep_result result; /* receives records, if they are kept */
     kt_status status;       /* of the preparation */
     kt_error error;
-    bool failed; /* memory did not suffice */
+    kt_error excess; /* a value beyond all reason, which has ended the run */
+    bool failed;     /* memory did not suffice */
 } made;
 
 static void release(made *m) {
@@ -265,6 +267,8 @@ static bool keep_record(made *m, double time, const double *values) {
 
 static int take_record(const kt_record *record, void *user) {
     made *m = user;
+    if (kt_find_excess(record, &m->excess))
+        return -1;
     const double *values = kt_columns_evaluate(&m->columns, record);
     kt_energy_watch_add(&m->energy, record);
     for (size_t i = 0; i < m->sweep->column_count; i++)
@@ -278,6 +282,10 @@ static int take_record(const kt_record *record, void *user) {
 static kt_status judge(const made *m, kt_status status, kt_error *error) {
     if (m->failed)
         return no_memory(error);
+    if (m->excess.code != KT_OK) {
+        *error = m->excess;
+        return error->code;
+    }
     if (status == KT_OK && kt_energy_watch_is_blown_up(&m->energy))
         return kt_error_set(error, KT_ERROR_STEP, NULL,
                             "the energy has risen in a scene that cannot gain any: the integration has blown up");
@@ -364,7 +372,7 @@ static char *write_line(const made *m, kt_status status, const kt_error *error) 
     add(&line, ",%s", status_name(status));
     add_number(&line, kt_simulation_time(m->simulation));
     add(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
-    add_number(&line, m->energy.records > 0 ? kt_energy_watch_error(&m->energy) : (double)NAN);
+    add_number(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
     add_events(&line, sweep, m);
     add_columns(&line, m);
     if (kt_batch_is_fused())

@@ -1,0 +1,36 @@
+/* Values beyond all reason. */
+#include "advice/excess.h"
+
+#include "scene/linear.h"
+
+#include "base/escape.h"
+#include "kinetree/mechanism.h"
+
+#include <math.h>
+
+static const char remedy[] = "the integration has blown up; take smaller steps, or an adaptive method, or find what "
+                             "drives the motion";
+
+/* The index of the first value beyond a limit; count: there is none. NaN is beyond. */
+static int find_beyond(const double *values, int count, double most) {
+    for (int i = 0; i < count; i++)
+        if (!(fabs(values[i]) <= most))
+            return i;
+    return count;
+}
+
+bool kt_find_excess(const kt_record *record, kt_error *error) {
+    const int nv = kt_model_nv(record->model), states = record->x != NULL ? kt_own_state_count(record->model) : 0;
+    const int v = find_beyond(record->v, nv, KT_SPEED_MOST), x = find_beyond(record->x, states, KT_STATE_MOST);
+    if (v < nv)
+        (void)kt_error_set(error, KT_ERROR_STEP, NULL,
+                           "t = %.9g s: the speed of joint '%s' is %.3g m/s or rad/s, above that of light (%.9g): %s",
+                           record->time, kt_name_coordinate(record->model, v).text, fabs(record->v[v]), KT_SPEED_MOST,
+                           remedy);
+    else if (x < states)
+        (void)kt_error_set(error, KT_ERROR_STEP, NULL, "t = %.9g s: the state '%s' is %.3g, above %g: %s", record->time,
+                           kt_own_state_name(record->model, x), record->x[x], KT_STATE_MOST, remedy);
+    else
+        return false;
+    return true;
+}
