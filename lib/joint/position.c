@@ -1,6 +1,10 @@
 /* The joints' algebra on positions. Every position but a quaternion is a plain number; a quaternion p moves by
  *   p' = 1/2 p (0, w) [MSD A.36],   p (+) d = p exp(d / 2),   w and d in the body frame.
- * The quaternion of a link, where its motion has one, follows its plain numbers. */
+ * The quaternion of a joint, where it has one, follows its plain numbers.
+ *
+ * An output may be any of the inputs. A body has no fewer positions than velocities, and both follow each other in the
+ * order of the bodies: its first position is not before its first velocity. So positions are written from the last one
+ * to the first, velocities from the first one to the last, and nothing is overwritten before it has been read. */
 #include "joint/joint.h"
 #include "kinetree/joint.h"
 
@@ -15,38 +19,45 @@ static void store(double *p, kt_quat a) {
     p[3] = a.z;
 }
 
-/* out = p (+) d, a quaternion; out may be p. */
+/* out = p (+) d, a quaternion; out may be p or d. */
 static void add_rotation(const double *p, const double *d, double *out) {
     store(out, kt_quat_normalize(kt_quat_multiply(load(p), kt_quat_from_euler_vector(kt_joint_load(d)))));
+}
+
+/* The coordinates of a body's joint. */
+typedef struct part {
+    int q, v, plain; /* first position, first velocity, plain numbers of either */
+    bool turns;      /* a quaternion follows the plain positions, three velocities the plain velocities */
+} part;
+
+static part part_of(const kt_body_record *body) {
+    const kt_joint_size *size = &kt_joint_sizes[body->type];
+    const bool turns = size->nq > size->nv;
+    return (part){.q = body->q, .v = body->v, .plain = turns ? size->nq - 4 : size->nq, .turns = turns};
 }
 
 void kt_position_rate(const kt_model *model, const double *q, const double *v, double *qdot) {
     if (!model || !q || !v || !qdot)
         return;
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        for (int k = 0; k < motion.plain; k++)
-            qdot[link->q + k] = v[link->v + k];
-        if (!motion.quaternions)
-            continue;
-        const int first = link->q + motion.plain;
-        store(qdot + first, kt_quat_rate_body(load(q + first), kt_joint_load(v + link->v + motion.plain)));
+    for (size_t i = model->n.body - 1; i > 0; i--) {
+        const part p = part_of(&model->body[i]);
+        const double *turn = q + p.q + p.plain, *spin = v + p.v + p.plain;
+        if (p.turns)
+            store(qdot + p.q + p.plain, kt_quat_rate_body(load(turn), kt_joint_load(spin)));
+        for (int k = p.plain - 1; k >= 0; k--)
+            qdot[p.q + k] = v[p.v + k];
     }
 }
 
 void kt_position_add(const kt_model *model, const double *q, const double *dv, double *out) {
     if (!model || !q || !dv || !out)
         return;
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        for (int k = 0; k < motion.plain; k++)
-            out[link->q + k] = q[link->q + k] + dv[link->v + k];
-        if (!motion.quaternions)
-            continue;
-        const int first = link->q + motion.plain;
-        add_rotation(q + first, dv + link->v + motion.plain, out + first);
+    for (size_t i = model->n.body - 1; i > 0; i--) {
+        const part p = part_of(&model->body[i]);
+        if (p.turns)
+            add_rotation(q + p.q + p.plain, dv + p.v + p.plain, out + p.q + p.plain);
+        for (int k = p.plain - 1; k >= 0; k--)
+            out[p.q + k] = q[p.q + k] + dv[p.v + k];
     }
 }
 
@@ -71,17 +82,15 @@ void kt_position_move(const kt_model *model, const bool *held, const double *q, 
 void kt_position_subtract(const kt_model *model, const double *end, const double *q, double *dv) {
     if (!model || !end || !q || !dv)
         return;
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        for (int k = 0; k < motion.plain; k++)
-            dv[link->v + k] = end[link->q + k] - q[link->q + k];
-        if (!motion.quaternions)
+    for (size_t i = 1; i < model->n.body; i++) {
+        const part p = part_of(&model->body[i]);
+        for (int k = 0; k < p.plain; k++)
+            dv[p.v + k] = end[p.q + k] - q[p.q + k];
+        if (!p.turns)
             continue;
-        const int first = link->q + motion.plain;
-        const kt_quat from = kt_quat_conjugate(load(q + first));
-        const kt_vec3 d = kt_euler_vector_from_quat(kt_quat_multiply(from, load(end + first)));
-        kt_joint_store(dv + link->v + motion.plain, d);
+        const kt_quat from = kt_quat_conjugate(load(q + p.q + p.plain));
+        const kt_quat to = load(end + p.q + p.plain);
+        kt_joint_store(dv + p.v + p.plain, kt_euler_vector_from_quat(kt_quat_multiply(from, to)));
     }
 }
 

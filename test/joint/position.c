@@ -198,20 +198,44 @@ static void shorter(const kt_tree *tree, kt_random *random, const kt_tree_state 
 
 KT_TEST(differences_go_the_shorter_way_and_arrive) { try_all("q (+) (p (-) q)", shorter); }
 
-KT_TEST(a_step_may_be_written_over_where_it_starts) {
-    kt_random random = kt_random_of_test();
-    kt_tree tree;
-    kt_tree_state s;
-    const kt_tree_plan plan = kt_tree_plan_default();
-    double out[KT_TREE_NQ];
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
-    kt_tree_state_draw(&tree, &random, &s);
-    kt_position_add(tree.model, s.q, s.v, out);
-    kt_position_add(tree.model, s.q, s.v, s.q);
-    kt_check_equal_bits("q", s.q, out, (size_t)tree.nq);
-    kt_tree_free(&tree);
+/* Of numbers that differ by one bit or more. */
+static void same(kt_worst *error, const double *x, const double *expected, int count, const char *what, int n) {
+    for (int i = 0; i < count; i++)
+        kt_worst_near(error, memcmp(&x[i], &expected[i], sizeof *x) == 0 ? 0.0 : 1.0, 0.0, 0.0, "%s: tree %d number %d",
+                      what, n, i);
 }
+
+/* Every output over every input, against the result in an array of its own. */
+static void aliases(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {
+    kt_tree_state other;
+    double expected[KT_TREE_NQ], x[KT_TREE_NQ], y[KT_TREE_NQ];
+    kt_tree_state_draw(tree, random, &other);
+    kt_position_rate(tree->model, s->q, s->v, expected);
+    memcpy(x, s->q, sizeof x);
+    kt_position_rate(tree->model, x, s->v, x);
+    same(error, x, expected, tree->nq, "rate over q", n);
+    memcpy(x, s->v, sizeof s->v);
+    kt_position_rate(tree->model, s->q, x, x);
+    same(error, x, expected, tree->nq, "rate over v", n);
+
+    kt_position_add(tree->model, s->q, s->v, expected);
+    memcpy(x, s->q, sizeof x);
+    kt_position_add(tree->model, x, s->v, x);
+    same(error, x, expected, tree->nq, "sum over q", n);
+    memcpy(x, s->v, sizeof s->v);
+    kt_position_add(tree->model, s->q, x, x);
+    same(error, x, expected, tree->nq, "sum over dv", n);
+
+    kt_position_subtract(tree->model, other.q, s->q, expected);
+    memcpy(x, s->q, sizeof x);
+    kt_position_subtract(tree->model, other.q, x, x);
+    same(error, x, expected, tree->nv, "difference over q", n);
+    memcpy(y, other.q, sizeof y);
+    kt_position_subtract(tree->model, y, s->q, y);
+    same(error, y, expected, tree->nv, "difference over end", n);
+}
+
+KT_TEST(outputs_may_be_written_over_inputs) { try_all("numbers of other bits", aliases); }
 
 /* ---- norms --------------------------------------------------------------------------------------------------- */
 
