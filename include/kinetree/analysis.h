@@ -79,6 +79,10 @@ typedef struct kt_linear_system {
     const double *input_error;      /* states x inputs */
     const double *output_error;     /* outputs x states */
     const double *unit;             /* coordinates: size of a large change: 1 rad, or a length of the mechanism, m */
+    const double *response;         /* velocities x coordinates: accelerations of the states by joint forces */
+    const double *force_error;      /* coordinates x states: the part of state_error that are errors of forces, as
+                                       forces; zero where derivatives are finite differences (NULL:
+                                       none) */
     double error;                   /* largest of state_error over the largest of `state`, both scaled by units */
     double speed;                   /* largest |v| over its unit, 1/s: zero at rest */
     double acceleration;            /* largest |a| over its unit, 1/s^2: zero in equilibrium and in steady motion */
@@ -205,10 +209,11 @@ KT_API KT_CHECKED kt_status kt_modes_create(const kt_model *model, kt_modes **mo
 /* Releases what _create allocated; does nothing for an object initialised with _init, nor for NULL. */
 KT_API void kt_modes_free(kt_modes *modes);
 
-/* Computes all modes of a linear system of the same model, by increasing |lambda|. Entries of the state matrix below
- * their estimated error count as zero. Eigenvalues are computed by LAPACK's dgeevx; their error is, to first order, |w|
- * (state_error + rounding) |x| / |w' x| with the left and right eigenvectors w and x: it is large where eigenvalues
- * with the same shape coincide, as for a drifting body or critical damping. Errors: KT_ERROR_NOT_FINITE where the
+/* Computes all modes of a linear system of the same model, by increasing |lambda|. A state on which nothing depends
+ * beyond the estimated errors has an eigenvalue of zero, and so has a state whose rate depends on nothing. Eigenvalues
+ * are computed by LAPACK's dgeevx; their error is, to first order, |w| (state_error + rounding) |x| / |w' x| with the
+ * left and right eigenvectors w and x. Errors of forces count as |w' response| force_error |x|. The error is large where
+ * eigenvalues with the same shape coincide, as for a drifting body or critical damping. Errors: KT_ERROR_NOT_FINITE where the
  * eigenvalues do not converge; KT_ERROR_ARGUMENT where the system has another size. O(states^3). */
 KT_API KT_CHECKED kt_status kt_modes_evaluate(kt_modes *modes, const kt_linear_system *system, kt_error *error);
 

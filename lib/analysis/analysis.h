@@ -28,7 +28,9 @@ enum { KT_TABLEAU_DEPTH = 6 };
     X(double, rate, s->n, "x' of the state itself")                                                                    \
     X(double, state_error, s->n * s->n, "of state")                                                                    \
     X(double, input_error, s->n * s->inputs, "of input")                                                               \
-    X(double, output_error, 6 * s->markers * s->n, "of output")
+    X(double, output_error, 6 * s->markers * s->n, "of output")                                                        \
+    X(double, response, s->v * s->v, "accelerations of the states by joint forces")                                    \
+    X(double, force_error, s->v * s->n, "errors of forces, a part of state_error")
 
 typedef struct kt_system_arrays {
     KT_ARENA_DECLARE(KT_SYSTEM_FIELDS)
@@ -93,6 +95,7 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, rate_v, s->x * s->v, "-df/dv")                                                                           \
     X(double, rate_x, s->x * s->x, "-df/dx")                                                                           \
     X(double, by_force, s->v * s->v, "da/dtau")                                                                        \
+    X(double, force_rounding, s->v * s->n, "rounding errors of the forces that a column is solved from")               \
     X(double, mass, s->v * s->v, "M")                                                                                  \
     X(double, other_state, s->n * s->n, "matrix by exact derivatives, next to a singular position")                    \
     X(double, input_derivative, s->v * s->inputs, "da/dtau of the inputs")                                             \

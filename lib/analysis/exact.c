@@ -122,10 +122,11 @@ static void write_terms(const kt_linearization *l, const double *dq, const doubl
     }
 }
 
+/* Adds the rounding errors of a column; term: those of its forces. */
 static void add_rounding(kt_linearization *l, const double *dq, const double *dv, const double *derivative,
-                         double *error) {
+                         double *term, double *error) {
     const size_t nv = l->size.v;
-    double *term = l->step, *sum = l->behind;
+    double *sum = l->behind;
     write_terms(l, dq, dv, derivative, term);
     memset(sum, 0, nv * sizeof *sum);
     add_product_of_sizes(l->by_force, nv, term, sum);
@@ -134,6 +135,8 @@ static void add_rounding(kt_linearization *l, const double *dq, const double *dv
         add_product_of_sizes(l->by_velocity, nv, dv, sum);
     for (size_t i = 0; i < nv; i++)
         error[i] += ROUNDING * (sum[i] + fabs(derivative[i]));
+    for (size_t i = 0; i < nv; i++)
+        term[i] *= ROUNDING;
 }
 
 /* ---- slopes ------------------------------------------------------------------------------------------------------ */
@@ -237,7 +240,7 @@ kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *
             if (side == 0)
                 continue;
             average(l->behind, nv, derivative, derivative_error);
-            add_rounding(l, step, change, derivative, derivative_error);
+            add_rounding(l, step, change, derivative, l->force_rounding + j * nv, derivative_error);
         }
     }
     return KT_OK;

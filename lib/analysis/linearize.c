@@ -291,6 +291,19 @@ static void write_state(kt_linearization *l, const kt_system_arrays *out, const 
     }
 }
 
+/* The part of state_error that comes from errors of forces: |response| force_error. */
+static void write_force_errors(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+    const size_t nv = l->size.v, rows = (size_t)system->velocities, moving = moving_of(system);
+    memset(out->response, 0, rows * nv * sizeof *out->response);
+    memset(out->force_error, 0, (size_t)system->states * nv * sizeof *out->force_error);
+    if (!system->exact)
+        return;
+    for (size_t k = 0; k < nv; k++)
+        for (size_t i = 0; i < rows; i++)
+            out->response[k * rows + i] = l->by_force[k * nv + (size_t)out->velocity_coordinate[i]];
+    memcpy(out->force_error, l->force_rounding, moving * nv * sizeof *out->force_error);
+}
+
 /* Adds the errors from the derivatives of the states themselves: |state| times these. */
 static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, f = l->size.f, first = (size_t)system->positions;
@@ -418,6 +431,7 @@ static kt_status fill(kt_linearization *l, const kt_system_arrays *out, kt_linea
         return status;
     system->exact = exact;
     write_state(l, out, system);
+    write_force_errors(l, out, system);
     add_overlap_errors(l, out, system);
     write_output(l, out, system);
     describe(l, out, system);

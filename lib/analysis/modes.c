@@ -3,13 +3,21 @@
  * Eigenvalues and eigenvectors of A are computed by LAPACK's dgeevx (balancing, Hessenberg form, QR). To first order
  * the error of lambda is at most
  *
- *     4 |w|' E |x| / |w' x| + eps |A| / s,   A x = lambda x, w' A = lambda w'
+ *     4 (|w|' D |x| + |w_v' R| F |x|) / |w' x| + eps |A| / s,   A x = lambda x, w' A = lambda w'
  *
- * with E the estimated error of each entry of A; |A| and s = |w' x| are those of the balanced matrix (LAPACK Users'
- * Guide, 3rd ed., section 4.8.1). Where eigenvalues with the same shape coincide, w' x vanishes; then L. Elsner's bound
- * (2 |A|)^(1 - 1/n) |E|^(1/n) applies (Linear Algebra and its Applications 47, 1982, 127-138). Entries of A that are
- * smaller than their estimated error are set to zero, so that a cyclic coordinate, on which nothing depends, has an
- * eigenvalue of zero and not the square root of rounding.
+ * with the estimated error E = D + |R| F of each entry of A; |A| and s = |w' x| are those of the balanced matrix (LAPACK
+ * Users' Guide, 3rd ed., section 4.8.1). F are the errors of the forces from which a column of accelerations is solved,
+ * and R the accelerations by forces, M^-1 in a tree. |w|' E |x| would multiply the condition of M by that of A: for a
+ * cantilever of N segments w_v is M y with a smooth y, and w_v' R = y' is less than |w_v|' |R| by about N^4.
+ *
+ * Where eigenvalues with the same shape coincide, w' x vanishes; then L. Elsner's bound (2 |A|)^(1 - 1/n) |E|^(1/n)
+ * applies (Linear Algebra and its Applications 47, 1982, 127-138).
+ *
+ * Rounding would give a cyclic coordinate, on which nothing depends, the square root of its size as an eigenvalue.
+ * Therefore a column of A that does not exceed its errors anywhere is set to zero; so is a row. Its state then has the
+ * eigenvalue zero, and the others are the eigenvalues of the matrix without this state, in which more such columns and
+ * rows may appear. A single entry is set to zero only if it also is below eps times the largest of its row and of its
+ * column, which QR rounds anyway: many small ones may add up to the lowest eigenvalues.
  */
 #include "base/arena.h"
 #include "base/require.h"
@@ -20,12 +28,18 @@
 #include <math.h>
 #include <string.h>
 
-#define TIMES 4.0 /* true errors are within so many estimated ones (test/analysis/honest.c) */
+#define ROUNDED 1e-6 /* of the largest entry, in units: larger errors are not those of rounding */
+#define TIMES 4.0    /* true errors are within so many estimated ones (test/analysis/honest.c) */
 
 /* Every array: type, name, count, meaning. n: largest number of states, twice the coordinates and own ones, x. */
 #define KT_MODES_FIELDS(X)                                                                                             \
     KT_EIGEN_FIELDS(X)                                                                                                 \
     X(double, matrix, n *n, "state matrix, overwritten")                                                               \
+    X(double, rounding, n *n, "errors of the state matrix that are those of rounding")                                 \
+    X(double, direct_error, n *n, "errors of the state matrix that are not those of forces")                           \
+    X(double, by_force, n, "|w_v' R|")                                                                                 \
+    X(double, largest, 2 * n, "in each row, in each column")                                                           \
+    X(bool, removed, n, "states with the eigenvalue zero")                                                             \
     X(int, order, n, "eigenvalues as they are handed out")                                                             \
     X(kt_mode, mode, n, "handed out")                                                                                  \
     X(double, positions, n *(n - x), "shapes: a complex number for each coordinate")                                   \
@@ -43,14 +57,106 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- eigenvalues ------------------------------------------------------------------------------------------------- */
 
+/* A large change of a state. */
+static double unit_of_state(const kt_linear_system *system, size_t i) {
+    const size_t positions = (size_t)system->positions, moving = positions + (size_t)system->velocities;
+    if (i >= moving)
+        return 1.0;
+    return system->unit[i < positions ? system->position_coordinate[i] : system->velocity_coordinate[i - positions]];
+}
+
+/* The errors that are those of rounding, into m->rounding. A kink, such as a stop that just touches, has larger ones. */
+static void write_rounding(kt_modes *m, const kt_linear_system *system, size_t n) {
+    double whole = 0.0;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            whole = fmax(whole, fabs(system->state[j * n + i]) * unit_of_state(system, j) / unit_of_state(system, i));
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++) {
+            const double error = system->state_error[j * n + i];
+            const bool is_small = error * unit_of_state(system, j) / unit_of_state(system, i) <= ROUNDED * whole;
+            m->rounding[j * n + i] = is_small ? error : 0.0;
+        }
+}
+
+/* Returns whether what is left of column k does not exceed its errors. */
+static bool is_column_zero(const kt_modes *m, size_t n, size_t k) {
+    for (size_t i = 0; i < n; i++)
+        if (!m->removed[i] && fabs(m->matrix[k * n + i]) > m->rounding[k * n + i])
+            return false;
+    return true;
+}
+
+/* Likewise of row k. */
+static bool is_row_zero(const kt_modes *m, size_t n, size_t k) {
+    for (size_t j = 0; j < n; j++)
+        if (!m->removed[j] && fabs(m->matrix[j * n + k]) > m->rounding[j * n + k])
+            return false;
+    return true;
+}
+
+/* Sets columns and rows that do not exceed their errors to zero, until none is left. */
+static void remove_rounding(kt_modes *m, size_t n) {
+    memset(m->removed, 0, n * sizeof *m->removed);
+    for (bool again = true; again;) {
+        again = false;
+        for (size_t k = 0; k < n; k++) {
+            if (m->removed[k])
+                continue;
+            const bool column = is_column_zero(m, n, k), row = !column && is_row_zero(m, n, k);
+            for (size_t i = 0; i < n && (column || row); i++)
+                if (!m->removed[i])
+                    m->matrix[column ? k * n + i : i * n + k] = 0.0;
+            m->removed[k] = column || row;
+            again = again || column || row;
+        }
+    }
+}
+
+/* Sets entries to zero that neither their errors nor the rounding of their row and column exceed. */
+static void clear_rounding(kt_modes *m, size_t n) {
+    double *row = m->largest, *column = m->largest + n;
+    memset(m->largest, 0, 2 * n * sizeof *m->largest);
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++) {
+            row[i] = fmax(row[i], fabs(m->matrix[j * n + i]));
+            column[j] = fmax(column[j], fabs(m->matrix[j * n + i]));
+        }
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++) {
+            const double most = fmin(m->rounding[j * n + i], DBL_EPSILON * fmin(row[i], column[j]));
+            if (fabs(m->matrix[j * n + i]) <= most)
+                m->matrix[j * n + i] = 0.0;
+        }
+}
+
 static bool solve(kt_modes *m, const kt_linear_system *system, double *norm) {
     const size_t n = (size_t)system->states;
     for (size_t i = 0; i < n * n; i++) {
-        m->matrix[i] = fabs(system->state[i]) > system->state_error[i] ? system->state[i] : 0.0;
+        m->matrix[i] = system->state[i];
         if (!isfinite(system->state[i]))
             return false;
     }
+    write_rounding(m, system, n);
+    remove_rounding(m, n);
+    clear_rounding(m, n);
     return KT_EIGEN_SOLVE(m, n, m->matrix, norm);
+}
+
+/* ---- errors ------------------------------------------------------------------------------------------------------ */
+
+/* D = E - |R| F. */
+static void write_direct_errors(kt_modes *m, const kt_linear_system *system) {
+    const size_t n = (size_t)system->states, rows = (size_t)system->velocities, nv = (size_t)system->coordinates;
+    for (size_t j = 0; j < n; j++) {
+        double *direct = m->direct_error + j * n, *velocity = direct + system->positions;
+        memcpy(direct, system->state_error + j * n, n * sizeof *direct);
+        for (size_t k = 0; k < nv && system->force_error; k++)
+            for (size_t i = 0; i < rows; i++)
+                velocity[i] -= fabs(system->response[k * rows + i]) * system->force_error[j * nv + k];
+        for (size_t i = 0; i < rows; i++)
+            velocity[i] = fmax(velocity[i], 0.0);
+    }
 }
 
 /* An eigenvector as LAPACK packs it: a real one is one column, of a conjugate pair re and im are two columns. */
@@ -77,15 +183,33 @@ static double product_of(const kt_modes *m, size_t n, size_t k) {
     return hypot(re, im);
 }
 
+/* |w_v' R|, into m->by_force. */
+static void write_force_weights(kt_modes *m, const kt_linear_system *system, packed w) {
+    const size_t rows = (size_t)system->velocities, first = (size_t)system->positions;
+    for (size_t k = 0; k < (size_t)system->coordinates; k++) {
+        const double *column = system->response + k * rows;
+        double re = 0.0, im = 0.0;
+        for (size_t i = 0; i < rows; i++) {
+            re += w.re[first + i] * column[i];
+            im += w.im ? w.im[first + i] * column[i] : 0.0;
+        }
+        m->by_force[k] = hypot(re, im);
+    }
+}
+
 /* The error bound of lambda (see above). */
-static double error_of(const kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
-    const size_t n = (size_t)system->states;
+static double error_of(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
+    const size_t n = (size_t)system->states, nv = (size_t)system->coordinates;
     const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
     double sum = 0.0;
+    if (system->force_error)
+        write_force_weights(m, system, w);
     for (size_t j = 0; j < n; j++) {
         double column = 0.0;
         for (size_t i = 0; i < n; i++)
-            column += size_at(w, i) * system->state_error[j * n + i];
+            column += size_at(w, i) * m->direct_error[j * n + i];
+        for (size_t i = 0; i < nv && system->force_error; i++)
+            column += m->by_force[i] * system->force_error[j * nv + i];
         sum += column * size_at(x, j);
     }
     const double whole = product_of(m, n, k), part = fmax(system->error, DBL_EPSILON);
@@ -115,7 +239,7 @@ static int sort(const kt_modes *m, size_t n, int *order) {
     return count;
 }
 
-static kt_mode describe(const kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
+static kt_mode describe(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     const double size = hypot(m->real[k], m->imaginary[k]);
     return (kt_mode){.real = m->real[k],
                      .imaginary = m->imaginary[k],
@@ -207,6 +331,7 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
     if (!solve(m, system, &norm))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the eigenvalues of the state matrix cannot be found: %s",
                             "its numbers are too large, or the iteration did not converge");
+    write_direct_errors(m, system);
     m->count = sort(m, n, m->order);
     for (int i = 0; i < m->count; i++) {
         const size_t k = (size_t)m->order[i];

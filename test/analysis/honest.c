@@ -286,6 +286,46 @@ KT_TEST(estimated_errors_bound_true_ones_on_random_mechanisms) { expect_honest(f
 
 KT_TEST(estimated_errors_of_differences_bound_true_ones_on_random_mechanisms) { expect_honest(true); }
 
+/* The linear systems of states that differ by a few eps have other roundings. */
+static void compare_neighbours(const tangle *g, kt_random *random, kt_worst *worst, int *known) {
+    const kt_model *model = g->tree.model;
+    double step[KT_TREE_NV], q[KT_TREE_NQ];
+    small s = {0}, beside = {0};
+    for (int i = 0; i < g->tree.nv; i++)
+        step[i] = DBL_EPSILON * kt_random_uniform(random, -2.0, 2.0);
+    kt_position_add(model, g->q, step, q);
+    if (small_open(&s, model, NULL, g->t, g->q, g->v, g->tau) &&
+        small_open(&beside, model, NULL, g->t, q, g->v, g->tau)) {
+        for (int i = 0; i < kt_modes_count(s.modes) && !s.system->near_singular; i++) {
+            const kt_mode mode = kt_modes_at(s.modes, i);
+            double distance;
+            const kt_mode other = small_nearest(&beside, mode.real, mode.imaginary, &distance);
+            kt_worst_near(worst, distance, 0.0, mode.error + other.error, "lambda = %.6g + %.6g i", mode.real,
+                          mode.imaginary);
+            *known += mode.error < 1e-6 * hypot(mode.real, mode.imaginary);
+        }
+    }
+    small_free(&s);
+    small_free(&beside);
+}
+
+KT_TEST(eigenvalues_of_neighbouring_states_differ_by_no_more_than_their_errors) {
+    kt_random random = kt_random_of_test();
+    tangle_plan plan = tangle_plan_default();
+    kt_worst worst = kt_worst_make("eigenvalue, 1/s");
+    int known = 0;
+    plan.tree.bodies = 8;
+    for (int round = 0; round < 40; round++) {
+        static tangle g;
+        plan.loops = round % 4;
+        if (tangle_grow(&g, &plan, &random))
+            compare_neighbours(&g, &random, &worst, &known);
+        tangle_free(&g);
+    }
+    kt_check_worst(&worst);
+    kt_check_above("eigenvalues with six digits", known, 400.0);
+}
+
 /* Of this mechanism, one in 15,000, two rows of the tableau agree by chance to 2e-10 where both are off by 2e-8. */
 KT_TEST(agreement_by_chance_is_not_taken_for_accuracy) {
     kt_random random = {{0xb1212e5b1ea929cc, 0xdec44b65d48e5af6, 0xd0e5b1770ca0637f, 0xf822dfc0f196b1fc}};

@@ -146,7 +146,8 @@ static bool eigenvalues(kt_modes *modes, kt_linear_system system, const matrix *
     kt_error error = {0};
     system.state = m->state;
     system.state_error = m->error;
-    system.error = 1e-3; /* what bounds an estimate where eigenvalues meet is far */
+    system.force_error = NULL; /* none of these are errors of forces */
+    system.error = 1e-3;       /* what bounds an estimate where eigenvalues meet is far */
     const bool fine = kt_modes_evaluate(modes, &system, &error) == KT_OK;
     for (int i = 0; fine && i < kt_modes_count(modes); i++)
         mode[i] = kt_modes_at(modes, i);

@@ -33,6 +33,35 @@ KT_TEST(modes_prints_frequencies_and_what_moves) {
     kt_check_contains("the rest is counted", ran.out, "\n3 more, faster\n");
 }
 
+/* A cantilever of 60 segments: 1.8751^2 / (2 pi L^2) sqrt(EI / mu) = 2.08879 Hz, less 0.958 / 60^2. */
+KT_TEST(modes_of_a_fine_beam_begin_with_its_lowest_frequency) {
+    kt_write_file("beam.yaml", "kinetree: 1\n"
+                               "gravity: [0, 0, 0]\n"
+                               "beams: [{name: beam, segments: 60, length: 2, mass_per_length: 3.925, EI: 875}]\n");
+    kt_ran ran = kt_shell("$K modes beam.yaml --count 2");
+    kt_check_contains("mode", ran.out, "   1       2.08853             0     0.0000  beam-2, ");
+    kt_check_contains("all", ran.out, "\n58 more, faster\n");
+    ran = kt_shell("$K equilibrium beam.yaml --json");
+    kt_check_contains("no eigenvalue is lost", ran.out, "\"stability\": \"stable, undamped\"");
+}
+
+/* A stop that just touches: the stiffness is 100 or 1e6 N/m. */
+KT_TEST(modes_lists_what_cannot_be_distinguished_from_zero) {
+    kt_write_file("touch.yaml", "kinetree: 1\n"
+                                "gravity: [0, 0, 0]\n"
+                                "bodies:\n"
+                                "  - {name: a, joint: {type: prismatic, axis: x}, mass: 1}\n"
+                                "  - {name: b, joint: {type: prismatic, axis: x}, mass: 1}\n"
+                                "effects:\n"
+                                "  - {type: joint_spring, joint: a, stiffness: 100}\n"
+                                "  - {type: joint_limit, joint: a, lower: 0, stiffness: 1e6}\n"
+                                "  - {type: joint_spring, joint: b, stiffness: 1e6}\n");
+    kt_ran ran = kt_shell("$K modes touch.yaml");
+    kt_check_contains("warning", ran.err, "a stop that just touches");
+    kt_check_contains("row", ran.out, "\n   ?       112.551             0     0.0000  a\n   1       159.155  ");
+    kt_check_contains("below", ran.out, "\n2 eigenvalues (? in the table) cannot be distinguished from zero (");
+}
+
 /* 200 floating links: each coordinate is neutral, and six are named. */
 KT_TEST(modes_names_few_and_counts_the_rest) {
 

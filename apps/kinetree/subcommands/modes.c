@@ -220,9 +220,13 @@ static void print_movers(const kt_small_motion *motion, int mode) {
     putchar('\n');
 }
 
+/* Prints the row of a mode; number 0: one that cannot be distinguished from zero. */
 static void print_mode(const kt_small_motion *motion, int index, int number) {
     const kt_mode mode = kt_modes_at(motion->modes, index);
-    printf("%4d  ", number);
+    if (number > 0)
+        printf("%4d  ", number);
+    else
+        printf("   ?  ");
     if (mode.imaginary > 0.0)
         printf("%12.6g  ", mode.frequency);
     else
@@ -281,8 +285,8 @@ static void print_neutral(const kt_small_motion *motion) {
         print_neutral_coordinates(motion, false);
     }
     if (count[1] > 0) {
-        printf("%d eigenvalue%s cannot be distinguished from zero (uncertain by up to %.1e 1/s): ", count[1],
-               count[1] == 1 ? "" : "s", error);
+        printf("%d eigenvalue%s (? in the table) cannot be distinguished from zero (uncertain by up to %.1e 1/s): ",
+               count[1], count[1] == 1 ? "" : "s", error);
         print_neutral_coordinates(motion, true);
     }
 }
@@ -303,6 +307,8 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
     printf("      %12s  %12s  %9s\n", "Hz", "1/s", "ratio");
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
         const kt_mode mode = kt_modes_at(motion->modes, i);
+        if (kt_mode_is_uncertain(motion, &mode))
+            print_mode(motion, i, 0);
         if (kt_mode_is_neutral(&mode))
             continue;
         if (shown < most)
