@@ -6,6 +6,7 @@
  * writes the records.
  */
 #include "scene/expression.h"
+#include "scene/named.h"
 #include "scene/part.h"
 
 #include <stddef.h>
@@ -106,3 +107,28 @@ static bool same_columns(const kt_field *field, const void *object, const void *
 }
 
 const kt_kind kt_kind_columns = {read_columns, write_columns, same_columns};
+
+/* ---- expressions that nothing uses ------------------------------------------------------------------------------- */
+
+static bool find_anywhere(void *user, const char *name, kt_symbol *symbol) {
+    *symbol = (kt_symbol){.index = 0};
+    return strcmp(name, "length") == 0 || strcmp(name, "speed") == 0 || find_name(user, name, symbol);
+}
+
+void kt_expressions_check(kt_reader *r) {
+    const kt_scope outer = {.key = "expressions"};
+    const kt_symbols symbols = {.find = find_anywhere, .list = list_name, .user = r};
+    const kt_node *key;
+    const char *text;
+    for (int k = 0; r->names_are_known && (key = kt_expression_unused(r, k)) != NULL; k++) {
+        const kt_scope here = {.outer = &outer, .key = key->of.text};
+        kt_node inner = *key->next;
+        if (kt_node_is_faulty(&inner))
+            continue;
+        if (kt_is_expression(&inner)) {
+            inner.of.text++;
+            inner.column++;
+        }
+        (void)kt_read_formula(r, &here, &inner, &symbols, true, &text);
+    }
+}

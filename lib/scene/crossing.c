@@ -10,6 +10,7 @@
 #include "expression/expression.h"
 #include "expression/jet.h"
 #include "scene/expression.h"
+#include "scene/named.h"
 #include "scene/reader.h"
 
 #include <string.h>
@@ -90,7 +91,10 @@ static void describe(kt_phrase *to, const char *text, kt_operator last, kt_inter
 }
 
 bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *known) {
-    const char *text = node->of.text;
+    kt_written written;
+    if (!kt_write_out(r, scope, node, known, &written))
+        return false;
+    const char *text = written.text;
     const size_t size = kt_expression_size(text);
     variables found = {.r = r, .known = known};
     const kt_symbols symbols = {.find = find_any, .user = &found};

@@ -2,6 +2,7 @@
 #include "scene/expression.h"
 
 #include "expression/expression.h"
+#include "scene/named.h"
 #include "scene/number.h"
 #include "scene/vary.h"
 
@@ -40,34 +41,29 @@ bool kt_is_parameter(const kt_reader *r, const char *name) {
 
 bool kt_is_expression(const kt_node *node) { return node->kind == KT_NODE_TEXT && node->of.text[0] == '='; }
 
-/* The place within an expression: `column` from 0, in bytes of the text. Texts over several lines have only a beginning. */
-static kt_node spot_of(const kt_node *node, int column) {
-    kt_node spot = *node;
-    const char *text = node->of.text;
-    if (strchr(text, '\n') != NULL)
-        return spot;
-    spot.column += node->plain ? 0 : 1;
-    for (int i = 0; i < column && text[i] != '\0'; i++)
-        spot.column += ((unsigned char)text[i] & 0xC0U) != 0x80U;
-    return spot;
-}
-
-/* Reads text[skip], text[skip + 1], ... of a node. */
-static const kt_expression *parse_node(kt_reader *r, const kt_scope *scope, kt_node *node, int skip,
-                                       const kt_symbols *symbols) {
-    const char *text = node->of.text + skip;
+/* Reads a text into memory that lasts as long as the reading; at a fault NULL, its place from 0, and the error. */
+static const kt_expression *parse_text(kt_reader *r, const char *text, const kt_symbols *symbols, int *at,
+                                       kt_error *error) {
     const size_t size = kt_expression_size(text);
     const kt_expression *expression = NULL;
     void *memory = kt_pool_take(&r->scratch, size, 1);
     int column = 0;
-    kt_error error = {0};
-    if (memory == NULL) {
+    if (memory == NULL)
         (void)kt_reader_out_of_memory(r);
-        return NULL;
-    }
-    if (kt_expression_parse(text, symbols, memory, size, &expression, &column, &error) == KT_OK)
+    else if (kt_expression_parse(text, symbols, memory, size, &expression, &column, error) == KT_OK)
         return expression;
-    kt_node spot = spot_of(node, skip + column - 1);
+    *at = column - 1;
+    return NULL;
+}
+
+/* Reads the text of a node behind its '='. */
+static const kt_expression *parse_node(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *symbols) {
+    int at = 0;
+    kt_error error = {0};
+    const kt_expression *expression = parse_text(r, node->of.text + 1, symbols, &at, &error);
+    if (expression != NULL || r->out_of_memory)
+        return expression;
+    kt_node spot = kt_spot_of(node, 1 + at);
     (void)kt_fault_at(r, KT_ERROR_SCENE, scope, &spot, "%s", error.message);
     node->faulty = true;
     return NULL;
@@ -75,7 +71,17 @@ static const kt_expression *parse_node(kt_reader *r, const kt_scope *scope, kt_n
 
 const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node) {
     const kt_symbols symbols = {.find = find_parameter, .list = list_parameter, .user = r};
-    return parse_node(r, scope, node, 1, &symbols);
+    const int named = kt_find_named(r, node->of.text);
+    if (named < 0)
+        return parse_node(r, scope, node, &symbols);
+    kt_node spot = kt_spot_of(node, named);
+    (void)kt_fault_at(
+        r, KT_ERROR_SCENE, scope, &spot,
+        "'%.*s' is a formula of `expressions`, which may change while a scene runs, and this is a number; "
+        "compute it from parameters",
+        (int)strcspn(node->of.text + named, " +-*/^(),.=<>!"), node->of.text + named);
+    node->faulty = true;
+    return NULL;
 }
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
@@ -108,9 +114,11 @@ static bool find_either(void *user, const char *name, kt_symbol *symbol) {
 
 static const char *list_either(void *user, int k) {
     kt_formula_names *names = user;
-    const char *name = k < names->r->parameter_count ? list_parameter(names->r, k) : NULL;
-    const bool ends = k < names->r->parameter_count; /* where the effort is used up */
-    return name != NULL || ends ? name : names->variables->list(names->variables->user, k - names->r->parameter_count);
+    const int parameters = names->r->parameter_count, named = names->r->named_count;
+    if (k < parameters) /* NULL where the effort is used up */
+        return list_parameter(names->r, k);
+    return k < parameters + named ? kt_expression_name(names->r, k - parameters)
+                                  : names->variables->list(names->variables->user, k - parameters - named);
 }
 
 /* "(-0.5)", "(0.25 rad)" in place of a parameter: returns the length. */
@@ -159,26 +167,40 @@ static bool is_expected(kt_reader *r, const kt_scope *scope, kt_node *node, cons
                        kt_name_quote(node->of.text).text);
 }
 
+/* Reads a formula whose expressions are written out; NULL after reporting a fault. */
+static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, const kt_written *written,
+                                          const kt_symbols *symbols) {
+    int at = 0;
+    kt_error error = {0};
+    const kt_expression *expression = parse_text(r, written->text, symbols, &at, &error);
+    if (expression == NULL && !r->out_of_memory)
+        (void)kt_written_fault(r, scope, written, at, error.message);
+    return expression;
+}
+
 bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, bool angle,
                      const char **text) {
     kt_formula_names names = {.r = r, .variables = variables};
     const kt_symbols symbols = {.find = find_either, .list = list_either, .user = &names};
     const bool hidden = node->faulty || r->parameters_are_hidden;
-    const kt_expression *expression = hidden ? NULL : parse_node(r, scope, node, 0, &symbols);
+    kt_written written;
+    const kt_expression *expression = NULL;
+    if (!hidden && kt_write_out(r, scope, node, variables, &written))
+        expression = parse_written(r, scope, &written, &symbols);
     if (expression == NULL || names.waits) {
         node->faulty = true;
         return false;
     }
     if (!is_expected(r, scope, node, expression, angle))
         return false;
-    const char *filled = fill_in(r, node->of.text, expression);
+    const char *filled = fill_in(r, written.text, expression);
     if (filled == NULL)
         return r->out_of_memory ? false
                                 : kt_fault_at(r, KT_ERROR_SCENE, scope, node,
                                               "with numbers in place of parameters the formula has more than %d "
                                               "characters; compute a part of it as a parameter",
                                               KT_EXPRESSION_LENGTH_MAX);
-    if (names.varies || names.is_reset || kt_is_varied(r, node))
+    if (names.varies || names.is_reset || kt_is_varied(r, node) || kt_written_varies(r, &written))
         kt_varying_note_fixed(r, node, names.is_reset);
     *text = filled;
     return true;

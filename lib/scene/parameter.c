@@ -7,6 +7,7 @@
 
 #include "expression/expression.h"
 #include "scene/expression.h"
+#include "scene/named.h"
 #include "scene/number.h"
 #include "scene/part.h"
 #include "scene/reset.h"
@@ -18,24 +19,18 @@
 
 /* ---- the section ------------------------------------------------------------------------------------------------- */
 
-static bool is_reserved(const char *name) {
-#define FUNCTION_NAME(id, function, least, most) #function,
-    static const char *const words[] = {"t", "pi", "deg", "rad", KT_EXPRESSION_FUNCTION_LIST(FUNCTION_NAME)};
-    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
-        if (strcmp(name, words[k]) == 0)
-            return true;
-    return false;
-}
-
 static void check_name(kt_reader *r, const kt_scope *outer, int k) {
     kt_named_number *parameter = &r->parameters[k];
     if (!kt_name_is_valid(parameter->name) || strchr(parameter->name, '-') != NULL)
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
                           "%s is no name of a parameter; take letters, digits and _, and begin with a letter or _",
                           kt_name_quote(parameter->name).text);
-    else if (is_reserved(parameter->name))
+    else if (kt_is_reserved(parameter->name))
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
                           "'%s' has a meaning of its own in expressions; take another name", parameter->name);
+    else if (kt_is_named(r, parameter->name))
+        (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
+                          "'%s' is one of `expressions`, too; take another name for one of them", parameter->name);
     const int first = kt_names_add(&r->parameter_names, 0, parameter->name, k);
     if (first >= 0)
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
@@ -246,32 +241,49 @@ void kt_parameters_read(kt_reader *r) {
     report_circles(r, &scope, &uses);
 }
 
-/* A parameter that nothing uses is noted: it was probably meant to be. */
+static bool put_note(kt_reader *r, const char *path, const kt_node *key, const char *what, kt_scene_note *note) {
+    char where[KT_WHERE_SIZE];
+    kt_scene_where(where, path, key->line, key->column);
+    *note = (kt_scene_note){.where = kt_pool_text(&r->keep, where, strlen(where)),
+                            .what = kt_pool_text(&r->keep, what, strlen(what))};
+    return note->where != NULL && note->what != NULL;
+}
+
+static bool note_parameter(kt_reader *r, const char *path, const kt_named_number *parameter, kt_scene_note *note) {
+    kt_phrase what = {.length = 0};
+    kt_phrase_add(&what, "nothing uses the parameter '%s'; write =%s where it is meant", parameter->name,
+                  parameter->name);
+    return put_note(r, path, parameter->key, what.text, note);
+}
+
+static bool note_expression(kt_reader *r, const char *path, const kt_node *key, kt_scene_note *note) {
+    kt_phrase what = {.length = 0};
+    kt_phrase_add(&what, "nothing uses the expression '%.60s'; write its name in a formula, or remove it",
+                  key->of.text);
+    return put_note(r, path, key, what.text, note);
+}
+
+/* A parameter or an expression that nothing uses is noted: it was probably meant to be. */
 static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
     int count = 0;
     for (int k = 0; k < r->parameter_count; k++)
         count += !r->parameters[k].is_used;
+    for (int k = 0; kt_expression_unused(r, k) != NULL; k++)
+        count++;
     kt_scene_note *notes = count > 0 ? kt_pool_take(&r->keep, (size_t)count, sizeof *notes) : NULL;
-    for (int k = 0; notes != NULL && k < r->parameter_count; k++) {
-        const kt_named_number *parameter = &r->parameters[k];
-        if (parameter->is_used)
-            continue;
-        char where[KT_WHERE_SIZE];
-        kt_phrase what = {.length = 0};
-        kt_scene_where(where, path, parameter->key->line, parameter->key->column);
-        kt_phrase_add(&what, "nothing uses the parameter '%s'; write =%s where it is meant", parameter->name,
-                      parameter->name);
-        notes[scene->note_count++] = (kt_scene_note){.where = kt_pool_text(&r->keep, where, strlen(where)),
-                                                     .what = kt_pool_text(&r->keep, what.text, what.length)};
-        if (notes[scene->note_count - 1].where == NULL || notes[scene->note_count - 1].what == NULL)
-            notes = NULL;
-    }
-    if (count > 0 && notes == NULL)
+    bool good = count == 0 || notes != NULL;
+    for (int k = 0; good && k < r->parameter_count; k++)
+        if (!r->parameters[k].is_used)
+            good = note_parameter(r, path, &r->parameters[k], &notes[scene->note_count++]);
+    const kt_node *key;
+    for (int k = 0; good && (key = kt_expression_unused(r, k)) != NULL; k++)
+        good = note_expression(r, path, key, &notes[scene->note_count++]);
+    if (!good)
         (void)kt_reader_out_of_memory(r);
     scene->notes = notes;
 }
 
-static void keep_parameters(kt_reader *r, const char *path, kt_scene *scene) {
+static void keep_parameters(kt_reader *r, kt_scene *scene) {
     kt_scene_parameter *parameters = kt_pool_take(&r->keep, (size_t)r->parameter_count, sizeof *parameters);
     for (int k = 0; parameters != NULL && k < r->parameter_count; k++) {
         const kt_named_number *from = &r->parameters[k];
@@ -287,7 +299,6 @@ static void keep_parameters(kt_reader *r, const char *path, kt_scene *scene) {
     }
     scene->parameters = parameters;
     scene->parameter_count = r->parameter_count;
-    note_unused(r, path, scene);
 }
 
 static void keep_settings(kt_reader *r, const kt_scene_options *options, kt_scene *scene) {
@@ -308,7 +319,8 @@ static void keep_settings(kt_reader *r, const kt_scene_options *options, kt_scen
 
 void kt_parameters_finish(kt_reader *r, const char *path, const kt_scene_options *options, kt_scene *scene) {
     if (r->parameter_count > 0)
-        keep_parameters(r, path, scene);
+        keep_parameters(r, scene);
     if (options != NULL && options->setting_count > 0)
         keep_settings(r, options, scene);
+    note_unused(r, path, scene);
 }

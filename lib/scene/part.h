@@ -9,6 +9,9 @@ extern const kt_table kt_joint_table; /* kt_joint */
 
 /* Sections, of a kt_scene. */
 extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects, kt_kind_states, kt_kind_columns, kt_kind_meshes;
+/* Once all else is read: checks the expressions that nothing has used, as formulas of columns. */
+void kt_expressions_check(kt_reader *r);
+
 extern const kt_table kt_initial_table;
 extern const kt_kind kt_kind_simulate; /* of a kt_scene */
 extern const kt_table kt_output_table; /* of a kt_scene */

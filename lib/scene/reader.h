@@ -26,6 +26,7 @@ enum { KT_FAULT_COUNT_MAX = 1000 };
 /* ---- the reader -------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_named_number kt_named_number;
+typedef struct kt_named_formula kt_named_formula;
 
 struct kt_reader {
     kt_pool keep;       /* what the scene holds in the end */
@@ -49,8 +50,10 @@ struct kt_reader {
     kt_named_number *parameters; /* of the file; see parameter.c */
     double *parameter_values;    /* theirs, NaN where there is none: the values of expressions' symbols */
     int parameter_count;
-    bool parameters_are_hidden;  /* they could not be read: what uses them is not told */
-    kt_names parameter_names;    /* to indices */
+    bool parameters_are_hidden; /* they could not be read: what uses them is not told */
+    kt_names parameter_names;   /* to indices */
+    kt_named_formula *named;    /* of `expressions`; see named.c */
+    int named_count;
     const char *const *settings; /* texts that have replaced values of the file */
     kt_scene_variables *varying; /* NULL: none */
 

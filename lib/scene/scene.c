@@ -9,6 +9,7 @@
 #include "scene/beam.h"
 #include "scene/event.h"
 #include "scene/file.h"
+#include "scene/named.h"
 #include "scene/number.h"
 #include "scene/parameter.h"
 #include "scene/part.h"
@@ -61,6 +62,7 @@ static const kt_field fields[] = {
     {.key = "kinetree", .kind = &kind_version, .flags = KT_FIELD_REQUIRED},
     {.key = "name", .kind = &kt_kind_text, AT(description.name)},
     {.key = "parameters", .kind = &kind_parameters},
+    {.key = "expressions", .kind = &kind_parameters},
     {.key = "gravity", .kind = &kt_kind_vector, AT(description.gravity)},
     {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
     {.key = "beams", .kind = &kind_parameters},
@@ -213,10 +215,12 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
     kt_varying_start(r, options);
     if (!check_version(r, r->root))
         return;
+    kt_expressions_list(r);
     kt_parameters_read(r);
     kt_resets_add_states(r, &scene->description);
     kt_beams_expand(r);
     (void)kt_table_read(r, NULL, r->root, &table, scene);
+    kt_expressions_check(r);
     check_interval(r, &scene->run);
     if (!r->out_of_memory)
         kt_exhausts_add(r, &scene->description);

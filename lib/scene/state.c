@@ -5,6 +5,7 @@
 #include "base/copy.h"
 #include "model/formula.h"
 #include "scene/expression.h"
+#include "scene/named.h"
 #include "scene/part.h"
 
 #include <stddef.h>
@@ -51,6 +52,9 @@ static bool read_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_sta
         states[k].name = kt_pool_text(&r->keep, key->of.text, key->count);
         if (states[k].name == NULL)
             good = kt_reader_out_of_memory(r);
+        else if (kt_is_named(r, states[k].name))
+            (void)kt_fault_at(r, KT_ERROR_SCENE, scope, key,
+                              "'%.40s' is one of `expressions`; take another name for the state", states[k].name);
         else if (kt_is_parameter(r, states[k].name))
             (void)kt_fault_at(r, KT_ERROR_SCENE, scope, key, "'%.40s' is a parameter; take another name for the state",
                               states[k].name);
