@@ -38,7 +38,10 @@ typedef struct kt_robot_options {
     int mass_count;            /* length of masses */
     const char *keyframe;      /* MJCF: the name of the keyframe that is the start; NULL: the reference positions */
     const char *search;        /* folders apart by ':', in which meshes of package:// and model:// are looked for before
-                                  the folder of `path` and those around it; NULL: none */
+                                  the folder of `path` and those around it, and models that SDF includes after that
+                                  folder; NULL: none */
+    const char *allow;         /* folders apart by ':', from which files may be included, as from the folder of `path`
+                                  and from those of `search`; NULL: none */
 } kt_robot_options;
 
 /* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
@@ -69,7 +72,7 @@ typedef struct kt_robot_options {
  *     are exact, not soft), named sites markers.
  *   - Left out: contacts, spatial tendons, muscles and other actuators with activations, plugins, flexible bodies,
  *     sensors, cameras, polynomials of equalities beyond the linear term.
- *   - <include> reads files within the folder of `path` alone; meshes may lie elsewhere.
+ *   - <include> reads files within the folders of `path`, `search` and `allow`; meshes may lie elsewhere.
  * SDF:
  *   - The first <world> is read, with all its models, or else the first <model>. A link becomes a body of its name, with
  *     the same frame; that of a model within another, or in a world, is MODEL__LINK.
@@ -81,7 +84,8 @@ typedef struct kt_robot_options {
  *   - Mass and inertia are those of <inertial>, where they are not said 1 kg and 1 kg m^2, or, with auto, those of the
  *     collisions. Inertias that no body has are judged as those of URDF.
  *   - Gravity is the world's; without one 9.8 m/s^2 along -z.
- *   - <include> reads files within the folder of `path` alone; what is not there is left out.
+ *   - <include> reads files within the folders of `path`, `search` and `allow`; what is not there is left out. If
+ *     nothing is left then, the world is rejected.
  *   - Left out: contacts, sensors, plugins, states of worlds.
  * scene->notes tells what was left out or changed, each kind once, with the number and the place of the first. Faults
  * are reported as kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released

@@ -1,7 +1,7 @@
 /* Files that a robot includes.
  *
- * They are looked for in the folder of the robot alone: a path that leads out of it, by its words or by links of the
- * file system, is refused. */
+ * They lie in the folder of the robot, or in folders that the caller names (options->search, options->allow): a path that
+ * leads elsewhere, by its words or by links of the file system, is refused. */
 #define _XOPEN_SOURCE 700 /* realpath, stat */
 #include "import/robot.h"
 #include "scene/file.h"
@@ -40,9 +40,29 @@ bool kt_include_exists(const char *path, bool folder) {
     return stat(path, &status) == 0 && (folder ? S_ISDIR(status.st_mode) : S_ISREG(status.st_mode));
 }
 
+/* Whether a path, links followed, lies in one of several folders apart by ':'. */
+static bool lies_in_any(kt_reader *r, const char *path, const char *folders) {
+    for (const char *at = folders; at != NULL && *at != '\0';) {
+        const size_t size = strcspn(at, ":");
+        const char *folder = size > 0 ? kt_pool_text(&r->scratch, at, size) : NULL;
+        if (size > 0 && folder == NULL)
+            return kt_reader_out_of_memory(r);
+        if (folder != NULL && lies_in(path, folder))
+            return true;
+        at += size + (at[size] == ':');
+    }
+    return false;
+}
+
+static bool begins_with_folder(const char *path, const char *folder) {
+    const size_t length = folder != NULL ? strlen(folder) : 0;
+    return length > 0 && strncmp(path, folder, length) == 0 && path[length] == '/';
+}
+
 const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name) {
-    const size_t folder = source->folder != NULL ? strlen(source->folder) + 1 : 0;
     const char *slash = e->file != NULL ? strrchr(e->file, '/') : NULL;
+    const bool is_outside = slash != NULL && e->file[0] == '/' && !begins_with_folder(e->file, source->folder);
+    const size_t folder = source->folder != NULL && !is_outside ? strlen(source->folder) + 1 : 0;
     const size_t length = slash != NULL && (size_t)(slash - e->file) > folder ? (size_t)(slash - e->file) - folder : 0;
     const size_t room = length + strlen(name) + 2;
     char *whole = kt_pool_take(&r->scratch, room, 1);
@@ -54,25 +74,56 @@ const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, con
     return whole;
 }
 
-const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name) {
-    if (source->folder == NULL || !is_inner(name)) {
-        (void)kt_robot_fault(r, e, "%s",
-                             source->folder == NULL ? "a robot that is no file, but text, cannot include files"
-                                                    : "a file is included from the model's folder alone, by a path "
-                                                      "without '..' at the beginning or within");
-        return NULL;
-    }
+/* A path that is seen from the robot's folder, or absolute, as one to open; NULL: no memory. */
+static const char *whole_path(kt_reader *r, const kt_robot_source *source, const char *name) {
+    const bool is_absolute = name[0] == '/';
     const size_t room = strlen(source->folder) + strlen(name) + 2;
     char *path = kt_pool_take(&r->keep, room, 1);
-    if (path == NULL) {
+    if (path != NULL)
+        (void)snprintf(path, room, "%s%s%s", is_absolute ? "" : source->folder, is_absolute ? "" : "/", name);
+    else
         (void)kt_reader_out_of_memory(r);
+    return path;
+}
+
+bool kt_include_is_there(kt_reader *r, const kt_robot_source *source, const char *name) {
+    const char *path = source->folder != NULL ? whole_path(r, source, name) : NULL;
+    return path != NULL && (kt_include_exists(path, false) || kt_include_exists(path, true));
+}
+
+/* The real path of a file in a folder that the caller names, where links are followed; NULL: it is in none of them. */
+static const char *find_allowed(kt_reader *r, const kt_robot_source *source, const char *path) {
+    char *real = realpath(path, NULL);
+    const char *found = NULL;
+    if (real != NULL && (lies_in(real, source->folder) || lies_in_any(r, real, source->options->allow) ||
+                         lies_in_any(r, real, source->options->search))) {
+        found = kt_pool_text(&r->keep, real, strlen(real));
+        if (found == NULL)
+            (void)kt_reader_out_of_memory(r);
+    }
+    free(real);
+    return found;
+}
+
+const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name) {
+    if (source->folder == NULL) {
+        (void)kt_robot_fault(r, e, "a robot that is no file, but text, cannot include files");
         return NULL;
     }
-    (void)snprintf(path, room, "%s/%s", source->folder, name);
-    if (lies_in(path, source->folder))
+    const bool is_plain = is_inner(name);
+    const char *path = whole_path(r, source, name);
+    if (path == NULL)
+        return NULL;
+    if (is_plain && lies_in(path, source->folder))
         return path;
-    (void)kt_robot_fault(r, e, "the file lies outside of the model's folder, by a link");
-    return NULL;
+    const char *allowed = find_allowed(r, source, path);
+    if (allowed == NULL && !r->out_of_memory)
+        (void)kt_robot_fault(r, e, "%s",
+                             is_plain ? "the file lies outside of the model's folder, by a link; allow its folder "
+                                        "(--allow FOLDER)"
+                                      : "a file is included from the model's folder alone, and this one lies "
+                                        "elsewhere or nowhere; allow its folder (--allow FOLDER)");
+    return allowed;
 }
 
 kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path, size_t *bytes) {

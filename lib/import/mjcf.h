@@ -42,7 +42,6 @@ typedef struct kt_mjcf_document {
     kt_element *root;
     int parent; /* the document that attaches it; -1: the model itself */
     const char *path, *prefix;
-    kt_list files; /* const char *: that it has included */
     kt_mjcf_settings settings;
     int main;       /* its last class at the root; -2: none */
     kt_list joints; /* const kt_element *: all that it has, in MuJoCo's order, attached or not */

@@ -1,7 +1,7 @@
 /* Files that a model in MJCF includes, and replicates.
  *
- * A file is included once by a document, so that there are no circles. Copies of replicates are counted, so that a small file cannot
- * stand for a large one. */
+ * A file may be included several times, but not within itself. The sizes of files are summed, and copies of replicates are
+ * counted, so that a small file cannot stand for a large one. */
 #include "import/mjcf.h"
 
 #include <math.h>
@@ -41,32 +41,27 @@ kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e
 
 /* ---- include ----------------------------------------------------------------------------------------------------- */
 
-/* Whether a document has included a file before; adds it. */
-static bool is_repeated(kt_mjcf *m, int document, const char *path) {
-    kt_list *list = &kt_mjcf_document_at(m, document)->files;
-    const char *const *files = list->items;
-    for (int i = 0; i < list->count; i++)
-        if (strcmp(files[i], path) == 0)
-            return true;
-    const char **added = kt_list_add(m->r, &m->r->scratch, list, sizeof *added);
-    if (added != NULL)
-        *added = path;
-    return false;
-}
+enum { INCLUDES_MOST = 64 /* files within one another */ };
 
-/* A name in the folder of the file that has an element. */
-static const char *path_near(kt_mjcf *m, const kt_element *of, const kt_element *e, const char *name) {
-    const char *path = kt_include_relative(m->r, m->source, of, name);
-    return path != NULL ? kt_include_path(m->r, m->source, e, path) : NULL;
+/* Whether a file is the one that an element of a document stands in, or one that includes this. */
+static bool is_circle(kt_mjcf *m, int document, const kt_element *e, const char *path) {
+    const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
+    int depth = 0;
+    for (; e->by != NULL && e->file != d->root->file; e = e->by)
+        if (strcmp(e->file, path) == 0 || ++depth == INCLUDES_MOST)
+            return true;
+    return d->path != NULL && strcmp(d->path, path) == 0;
 }
 
 const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, const char *name) {
     const kt_element *root = kt_mjcf_document_at(m, document)->root;
-    const char *path = path_near(m, root, e, name);
-    if (path == NULL || e->file == root->file || kt_include_exists(path, false))
-        return path;
-    const char *near = path_near(m, e, e, name);
-    return near != NULL && kt_include_exists(near, false) ? near : path;
+    const char *path = kt_include_relative(m->r, m->source, root, name);
+    const char *near = kt_include_relative(m->r, m->source, e, name);
+    if (path == NULL || near == NULL)
+        return NULL;
+    const bool is_near = e->file != root->file && !kt_include_is_there(m->r, m->source, path) &&
+                         kt_include_is_there(m->r, m->source, near);
+    return kt_include_path(m->r, m->source, e, is_near ? near : path);
 }
 
 static kt_element *include(kt_mjcf *m, const kt_element *e, int document) {
@@ -78,8 +73,8 @@ static kt_element *include(kt_mjcf *m, const kt_element *e, int document) {
     const char *path = kt_mjcf_find_file(m, document, e, name);
     if (path == NULL)
         return NULL;
-    if (is_repeated(m, document, path)) {
-        (void)kt_mjcf_fault(m, e, "the file has been included before; each is included once");
+    if (is_circle(m, document, e, path)) {
+        (void)kt_mjcf_fault(m, e, "files include each other in a circle, or more than %d deep", (int)INCLUDES_MOST);
         return NULL;
     }
     kt_element *root = kt_include_read(m->r, e, path, &m->included_bytes);
@@ -109,10 +104,7 @@ static void expand_includes(kt_mjcf *m, int document, kt_element *parent, int de
 }
 
 void kt_mjcf_include(kt_mjcf *m, int document, int depth) {
-    const char *path = kt_mjcf_document_at(m, document)->path;
     kt_element *root = kt_mjcf_document_at(m, document)->root;
-    if (path != NULL)
-        (void)is_repeated(m, document, path);
     root->document = document;
     expand_includes(m, document, root, depth);
 }

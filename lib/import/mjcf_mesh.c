@@ -29,12 +29,6 @@ static const char *path_in(kt_mjcf *m, const char *folder, const char *path) {
     return whole;
 }
 
-/* Whether the path of a mesh, from the model's folder, is a file's. */
-static bool is_there(kt_mjcf *m, const char *path) {
-    const char *whole = path_in(m, m->source->folder, path);
-    return whole != NULL && kt_include_exists(whole, false);
-}
-
 /* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. It is in the folder of the
  * mesh's document or, where that has no such file, in that of the file that names it, as in MuJoCo. */
 static const char *path_of(kt_mjcf *m, const kt_element *e, const char *file) {
@@ -43,7 +37,10 @@ static const char *path_of(kt_mjcf *m, const kt_element *e, const char *file) {
         return path;
     const char *first = kt_include_relative(m->r, m->source, kt_mjcf_document_at(m, e->document)->root, path);
     const char *near = kt_include_relative(m->r, m->source, e, path);
-    return first == NULL || near == NULL || is_there(m, first) || !is_there(m, near) ? first : near;
+    return first == NULL || near == NULL || kt_include_is_there(m->r, m->source, first) ||
+                   !kt_include_is_there(m->r, m->source, near)
+               ? first
+               : near;
 }
 
 /* Counts a mesh that cannot be read, with the reason of the first. */

@@ -237,12 +237,20 @@ void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
 
 /* ---- include.c --------------------------------------------------------------------------------------------------- */
 
-/* The path of a file that an element names, within the robot's folder; NULL after reporting why not. */
+/* The path of a file or folder that an element names, seen from the robot's folder: within that folder, or within one of
+ * options->search or options->allow. NULL after reporting why not. */
 const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
 
-/* A name within the folder of the file that has the element, seen from the robot's folder; NULL: no memory. */
+/* A name in the folder of the file that has the element, seen from the robot's folder, or, of a file elsewhere, absolute;
+ * NULL: no memory. */
 const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
+
+/* The path of a file or folder NAME/REST in the folders of options->search; NULL: it is in none of them. */
+const char *kt_search_path(kt_reader *r, const kt_robot_source *source, const char *name);
 bool kt_include_exists(const char *path, bool folder); /* as a file, or a folder */
+
+/* Whether there is a file or folder of a path that is seen from the robot's folder, or absolute. */
+bool kt_include_is_there(kt_reader *r, const kt_robot_source *source, const char *name);
 
 /* The root element of a file that an element includes; NULL after reporting why not. `bytes` sums the sizes of files,
  * whose sum is limited. */

@@ -76,7 +76,8 @@ static void note_file(kt_notes *n, const kt_sdf *m) {
     kt_note_put(n, &m->newer, "versions of SDF that are newer than 1.12, read as if they were that: %d",
                 m->newer.count);
     kt_note_put(n, &m->others, "worlds and models after the first, which are left out: %d", m->others.count);
-    kt_note_put(n, &m->missing, "files that are not in the model's folder, left out: %d; the first: %s",
+    kt_note_put(n, &m->missing,
+                "models that are neither in the model's folder nor on the search path, left out: %d; the first: %s",
                 m->missing.count, m->missing.what);
     kt_note_put(n, &m->states, "initial states of worlds (<state>) that are left out: %d", m->states.count);
 }
@@ -180,6 +181,15 @@ static const kt_element *choose(kt_sdf *m) {
     return chosen;
 }
 
+/* What is left of a world whose models were not found may be nothing. */
+static void require_bodies(kt_sdf *m, const kt_element *chosen) {
+    if (m->draft.bodies.count == 0 && m->missing.count > 0)
+        (void)kt_robot_fault(m->r, chosen,
+                             "no body is left, since its included models were not found: %d, the first is %s; name "
+                             "their folder by GZ_SIM_RESOURCE_PATH, GAZEBO_MODEL_PATH or import --search",
+                             m->missing.count, m->missing.what);
+}
+
 static void make_items(kt_sdf *m) {
     kt_sdf_read_joints(m);
     if (kt_draft_is_wrong(&m->draft) || !kt_namer_init(&m->draft.loop_names, m->r, 2 * m->frames.count + 2))
@@ -215,6 +225,7 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
     if (kt_draft_is_wrong(&m.draft))
         return;
     make_items(&m);
+    require_bodies(&m, chosen);
     if (kt_draft_is_wrong(&m.draft))
         return;
     scene->description.gravity = m.gravity;

@@ -1,8 +1,9 @@
 /* Files that SDF includes, and versions.
  *
- * A URI names a file, or a folder with a model.config, which names the files of a model by their versions. It is found
- * in the folder of the robot alone: `model://NAME` in its folder NAME, other paths from the folder of the file that
- * includes them. What is not there is left out and told, since worlds name models that simulators bring along.
+ * A URI names a file, or a folder with a model.config, which names the files of a model by their versions. `model://NAME`
+ * is the folder NAME in that of the robot, other paths start from the folder of the file that includes them. What is not
+ * there is looked for on the search path, as FOLDER/NAME. What is nowhere is left out and told, since worlds name models
+ * that simulators bring along.
  */
 #include "import/sdf.h"
 
@@ -38,22 +39,6 @@ int kt_sdf_version(kt_sdf *m, const kt_element *sdf) {
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
-/* The path that a URI names; NULL where there is none, reported where it leads out of the folder. */
-static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
-    const char *name = strstr(uri, "://");
-    if (m->source->folder == NULL)
-        return NULL;
-    if (name == NULL)
-        name = kt_include_relative(m->r, m->source, e, uri);
-    else if (strncmp(uri, "model://", 8) == 0 || strncmp(uri, "file://", 7) == 0)
-        name = name + 3;
-    else
-        return NULL; /* a server's */
-    return name != NULL ? kt_include_path(m->r, m->source, e, name) : NULL;
-}
-
-/* ---- folders of models ------------------------------------------------------------------------------------------- */
-
 static const char *join(kt_sdf *m, const char *folder, const char *name) {
     const size_t room = strlen(folder) + strlen(name) + 2;
     char *path = kt_pool_take(&m->r->scratch, room, 1);
@@ -63,6 +48,21 @@ static const char *join(kt_sdf *m, const char *folder, const char *name) {
         (void)snprintf(path, room, "%s/%s", folder, name);
     return path;
 }
+
+/* The path that a URI names; NULL where there is none, reported where it leads out of the folder. */
+static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
+    const char *scheme = strstr(uri, "://"), *plain = scheme != NULL ? scheme + 3 : uri;
+    if (m->source->folder == NULL)
+        return NULL;
+    if (scheme != NULL && strncmp(uri, "model://", 8) != 0 && strncmp(uri, "file://", 7) != 0)
+        return NULL; /* a server's */
+    const char *own = scheme != NULL ? plain : kt_include_relative(m->r, m->source, e, uri);
+    const bool is_there = own != NULL && kt_include_is_there(m->r, m->source, own);
+    const char *found = is_there ? NULL : kt_search_path(m->r, m->source, plain);
+    return own != NULL ? kt_include_path(m->r, m->source, e, found != NULL ? found : own) : NULL;
+}
+
+/* ---- folders of models ------------------------------------------------------------------------------------------- */
 
 /* The name of a model's newest file that is not newer than what is read, by its model.config; else model.sdf. */
 static const char *file_of(kt_sdf *m, const kt_element *e, const char *folder) {
@@ -110,7 +110,9 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
     const size_t faults = m->r->fault_count;
     *path = path_of(m, e, uri);
     if (*path != NULL && kt_include_exists(*path, true)) {
-        const char *file = file_of(m, e, *path), *inner = join(m, *path + strlen(m->source->folder) + 1, file);
+        const bool is_absolute = *path[0] == '/';
+        const char *file = file_of(m, e, *path);
+        const char *inner = join(m, is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
         *path = inner != NULL ? kt_include_path(m->r, m->source, e, inner) : NULL;
     }
     if (*path == NULL || !kt_include_exists(*path, false)) {

@@ -1,4 +1,4 @@
-/* Files of meshes that a robot names.
+/* Files of meshes that a robot names, and models on the search path.
  *
  * "package://NAME/REST" and "model://NAME/REST" are looked for in the folders of the search path, in the order given,
  * then in the folder of the robot and in those around it: as FOLDER/NAME/REST, or where FOLDER itself is called NAME as
@@ -85,14 +85,27 @@ static bool try_around(search *s, const char *folder) {
 
 static bool begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
 
+/* Splits NAME/REST. */
+static void split_package(search *s, const char *name) {
+    s->package = name;
+    s->length = (int)strcspn(name, "/");
+    s->rest = name + s->length + (name[s->length] == '/');
+}
+
+const char *kt_search_path(kt_reader *r, const kt_robot_source *source, const char *name) {
+    search s = {.r = r};
+    split_package(&s, name);
+    if (s.length > 0 && strlen(name) < 4096)
+        (void)try_search_path(&s, source->options->search);
+    return s.found;
+}
+
 const char *kt_mesh_path(kt_reader *r, const kt_robot_source *source, const char *name) {
     search s = {.r = r, .rest = name};
     if (source->folder == NULL || *name == '\0' || strlen(name) > 4096)
         return NULL;
     if (begins(name, "package://") || begins(name, "model://")) {
-        s.package = strstr(name, "://") + 3;
-        s.length = (int)strcspn(s.package, "/");
-        s.rest = s.package + s.length + (s.package[s.length] == '/');
+        split_package(&s, strstr(name, "://") + 3);
         if (s.length > 0 && !try_search_path(&s, source->options->search))
             (void)try_around(&s, source->folder);
         return s.found;

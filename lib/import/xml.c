@@ -12,9 +12,10 @@ typedef struct kt_xml {
     XML_Parser parser;
     kt_element *at, *root;
     int depth;
-    const char *file; /* of an included file: its name, and the element that includes it */
-    const kt_element *include;
-    char *text; /* since the last tag */
+    const char *file;          /* of an included file: its name, and the element that includes it */
+    const kt_element *include; /* in the robot's own file */
+    const kt_element *by;      /* in the file that includes this one */
+    char *text;                /* since the last tag */
     size_t text_size, text_room;
 } kt_xml;
 
@@ -44,8 +45,11 @@ bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ..
 
 /* The place that the parser has reached, as an element. */
 static kt_element here(const kt_xml *x) {
-    return (kt_element){
-        .line = line_of(x->parser), .column = column_of(x->parser), .file = x->file, .included = x->include};
+    return (kt_element){.line = line_of(x->parser),
+                        .column = column_of(x->parser),
+                        .file = x->file,
+                        .included = x->include,
+                        .by = x->by};
 }
 
 static const char *keep_text(kt_xml *x, const char *text) {
@@ -100,6 +104,7 @@ static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **att
     element->column = place.column;
     element->file = place.file;
     element->included = place.included;
+    element->by = place.by;
     if (x->at != NULL)
         hang_below(x->at, element);
     else
@@ -273,7 +278,10 @@ bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element *
 
 bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, const char *file,
                            const kt_element *include, kt_element **root) {
-    kt_xml x = {.reader = reader, .file = file, .include = include->included != NULL ? include->included : include};
+    kt_xml x = {.reader = reader,
+                .file = file,
+                .include = include->included != NULL ? include->included : include,
+                .by = include};
     kt_xml_late late;
     text = take_late_away(reader, text, size, &late);
     text = text != NULL ? take_dashes_away(reader, text, size) : NULL;

@@ -17,6 +17,7 @@ typedef struct kt_element {
 
     const char *file;                  /* where it stands, if another file includes that; NULL: in the file itself */
     const struct kt_element *included; /* then the element that includes it, in the file itself */
+    const struct kt_element *by;       /* likewise, in the file that includes `file` */
 } kt_element;
 
 /* What stands before the root and is accepted nevertheless: an XML declaration that is not at the very beginning. */

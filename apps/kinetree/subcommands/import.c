@@ -7,7 +7,7 @@
 #include <string.h>
 
 typedef struct kt_import_arguments {
-    const char *out, *inertia, *keyframe, *search;
+    const char *out, *inertia, *keyframe, *search, *allow;
     bool floating;
     double stops, stop_damping, density;
     kt_settings masses;
@@ -32,8 +32,10 @@ static const kt_option options[] = {
      "mass of a link, kg; its inertia grows with it, or is that of its shapes. Any number of times", NULL},
     {"search", KT_OPTION_TEXT, AT(search), "FOLDER:FOLDER",
      "where meshes of package:// and model:// are, before the folders of KINETREE_SEARCH, ROS_PACKAGE_PATH, "
-     "GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, that of the robot and those around it",
+     "GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, that of the robot and those around it; and models that SDF includes",
      NULL},
+    {"allow", KT_OPTION_TEXT, AT(allow), "FOLDER:FOLDER",
+     "folders outside of the robot's own from which it may include files", NULL},
     {"keyframe", KT_OPTION_TEXT, AT(keyframe), "NAME",
      "MJCF: positions, velocities and controls at the start are those of this keyframe (reference positions)", NULL},
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING", "of these stops, N m s/rad or N s/m (0)", NULL},
@@ -97,7 +99,8 @@ int kt_command_import(int argc, char **argv) {
                                   .masses = a.masses.text,
                                   .mass_count = a.masses.count,
                                   .keyframe = a.keyframe,
-                                  .search = a.search};
+                                  .search = a.search,
+                                  .allow = a.allow};
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_robot(argv[1], &how, &scene);
