@@ -425,10 +425,7 @@ static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     }
     scene->description.bodies = bodies;
     scene->description.body_count = count;
-    if (!kt_index_bodies(&r->scratch, &r->names, bodies, count))
-        return kt_reader_out_of_memory(r);
-    r->description = &scene->description;
-    return true;
+    return kt_index_bodies(&r->scratch, &r->names, bodies, count) || kt_reader_out_of_memory(r);
 }
 
 static void write_bodies(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {

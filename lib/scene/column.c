@@ -27,7 +27,7 @@ static bool find_name(void *user, const char *name, kt_symbol *symbol) {
     const kt_reader *r = user;
     kt_variable variable;
     *symbol = (kt_symbol){.index = 0};
-    return r->description != NULL && (kt_variable_find(r->description, name, &variable) || is_recorded(name));
+    return kt_variable_find(r->description, name, &variable) || is_recorded(name);
 }
 
 static const char *list_name(void *user, int k) {
@@ -35,7 +35,7 @@ static const char *list_name(void *user, int k) {
     kt_variable variable;
     char text[KT_EXPRESSION_NAME_MAX + 1];
     r->effort -= 1000;
-    if (r->description == NULL || r->effort <= 0 || !kt_variable_at(r->description, k, &variable))
+    if (r->effort <= 0 || !kt_variable_at(r->description, k, &variable))
         return NULL;
     (void)kt_variable_name(r->description, &variable, text, sizeof text);
     return kt_pool_text(&r->scratch, text, strlen(text));

@@ -23,7 +23,7 @@ static bool find_name(void *user, const char *name, kt_symbol *symbol) {
     const kt_reader *r = user;
     kt_variable variable;
     *symbol = (kt_symbol){.index = 0};
-    return r->description != NULL && kt_variable_find(r->description, name, &variable);
+    return kt_variable_find(r->description, name, &variable);
 }
 
 static const char *list_name(void *user, int k) {
@@ -31,7 +31,7 @@ static const char *list_name(void *user, int k) {
     kt_variable variable;
     char text[KT_EXPRESSION_NAME_MAX + 1];
     r->effort -= 1000;
-    if (r->description == NULL || r->effort <= 0 || !kt_variable_at(r->description, k, &variable))
+    if (r->effort <= 0 || !kt_variable_at(r->description, k, &variable))
         return NULL;
     (void)kt_variable_name(r->description, &variable, text, sizeof text);
     return kt_pool_text(&r->scratch, text, strlen(text));
@@ -81,7 +81,7 @@ static int find_effect(const kt_description *d, const char *name) {
 /* The name of a loop or of an effect. */
 static bool check_switched(kt_reader *r, const kt_scope *scope, kt_node *node, const char *name) {
     const kt_description *d = r->description;
-    if (d == NULL)
+    if (!r->names_are_known)
         return true;
     const bool is_loop = find_loop(d, name) >= 0, is_effect = find_effect(d, name) >= 0;
     kt_nearest near = kt_nearest_make(name, &r->effort);
@@ -136,7 +136,7 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
         if (key->kind != KT_NODE_TEXT)
             return kt_fault_expected(r, scope, key, "the name of a parameter or a state");
         const kt_scope here = {.outer = scope, .key = key->of.text};
-        if (r->description == NULL)
+        if (!r->names_are_known)
             return true;
         if (!kt_variable_find(r->description, key->of.text, &variable) || variable.type != KT_VARIABLE_STATE)
             return kt_fault_at(r, KT_ERROR_SCENE, scope, key,

@@ -21,13 +21,11 @@ bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int 
     return true;
 }
 
-int kt_find_body(const kt_reader *r, const char *name) {
-    return r->description == NULL || name == NULL ? -1 : kt_names_find(&r->names, 0, name);
-}
+int kt_find_body(const kt_reader *r, const char *name) { return name == NULL ? -1 : kt_names_find(&r->names, 0, name); }
 
 int kt_find_joint(const kt_reader *r, const char *name) {
     const int body = kt_find_body(r, name);
-    const int own = r->description == NULL || name == NULL ? -1 : kt_names_find(&r->names, KT_NAMES_OF_JOINTS, name);
+    const int own = name == NULL ? -1 : kt_names_find(&r->names, KT_NAMES_OF_JOINTS, name);
     return own >= 0 || body < 0 || r->description->bodies[body].joint.name != NULL ? own : body;
 }
 

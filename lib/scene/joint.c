@@ -34,7 +34,7 @@ static kt_quantity quantity_of_component(const kt_reader *r, const char *coordin
 
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint) {
     int body = kt_find_joint(r, joint);
-    if (body < 0 && (!joint || !r->description)) /* a name that could not be read, or there are no bodies */
+    if (body < 0 && !joint) /* a name that could not be read */
         return KT_QUANTITY_ANGLE;
     if (body < 0)
         return quantity_of_component(r, joint);

@@ -38,7 +38,7 @@ struct kt_reader {
     kt_fault *faults;
     size_t fault_count, fault_room, fault_dropped;
 
-    const kt_description *description; /* once the bodies are read */
+    const kt_description *description; /* as far as it is read */
     struct kt_part *parts;             /* shapes of the body that is being read; NULL: none */
     kt_node **part_nodes;
     kt_names names;       /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */

@@ -254,8 +254,11 @@ kt_status kt_format_parse(kt_format_choice format, const char *path, const char 
         return kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory to read the scene");
     locale_t before = uselocale(plain);
     kt_scene read = kt_scene_default();
-    kt_reader r = {.path = path, .effort = EFFORT, .names_are_known = true};
-    format.read(&r, path, text == NULL ? "" : text, size, format.options, &read);
+    kt_reader r = {.path = path, .effort = EFFORT, .names_are_known = true, .description = &read.description};
+    if (!kt_index_bodies(&r.scratch, &r.names, NULL, 0)) /* there may be none */
+        (void)kt_reader_out_of_memory(&r);
+    else
+        format.read(&r, path, text == NULL ? "" : text, size, format.options, &read);
     kt_fault_sort(&r);
     (void)uselocale(before);
     freelocale(plain);
