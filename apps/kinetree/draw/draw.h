@@ -24,6 +24,7 @@ typedef struct kt_drawing {
     const kt_pose *poses; /* of all bodies in the first state, then in the second, ... */
     const double *times;  /* s; of each state */
     bool is_strobe;       /* over each other, earlier ones paler */
+    bool is_moving;       /* they are frames of an animation */
     bool is_plain;        /* in flat colours, earlier states without symbols and edges */
     const kt_drawn_path *paths;
     int path_count;
@@ -40,5 +41,16 @@ double kt_drawing_grain(const kt_drawing *drawing);
 /* Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path with
  * kt_plot_check. */
 int kt_drawing_write(const kt_drawing *drawing, const char *path);
+
+/* The SVG of one state of a strobe drawing, laid out as the whole, with the paths or without them. The caller frees it;
+ * NULL after printing the error. */
+char *kt_drawing_frame(const kt_drawing *drawing, int state, bool has_paths);
+
+/* Writes an animated SVG, whose frames are the states of a strobe drawing at equal intervals, and whose play takes
+ * `seconds`. It needs no script, repeats, and is light or dark as its page prefers; is_dark: always dark. Frames are left
+ * out until it has at most KT_ANIMATION_BYTES, as long as there are several a second; *frames is how many it has, *bytes
+ * its size. Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path. */
+enum { KT_ANIMATION_BYTES = 300000 };
+int kt_animation_write(const kt_drawing *drawing, double seconds, const char *path, int *frames, size_t *bytes);
 
 #endif

@@ -284,6 +284,7 @@ static void paint_caption(const kt_sheet *sheet, const layout *l, int state) {
 
 typedef struct page {
     const kt_drawing *drawing;
+    int only; /* the one state that is painted; -1: all */
     layout layout;
     bool *fine;
 } page;
@@ -304,10 +305,12 @@ static void paint(cairo_t *c, const void *what) {
     kt_sheet sheet = sheet_of(c, d, &p->layout, last);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
     kt_paper_head(c, sheet.palette, 20.0, WIDTH - 110.0, d->title, d->subtitle);
-    for (int i = 0; i < d->state_count; i++) {
+    const int first = p->only >= 0 ? p->only : 0;
+    for (int i = first; i <= (p->only >= 0 ? p->only : last); i++) {
         sheet = sheet_of(c, of_state(d, i, &own), &p->layout, i);
-        sheet.fade = d->is_strobe ? 0.25 * (last > 0) * (i < last) + 0.7 * (last - i) / fmax(last, 1.0) : 0.0;
-        if (!d->is_strobe || i == 0) {
+        sheet.fade =
+            d->is_strobe && p->only < 0 ? 0.25 * (last > 0) * (i < last) + 0.7 * (last - i) / fmax(last, 1.0) : 0.0;
+        if (!d->is_strobe || i == first) {
             const double fade = sheet.fade;
             sheet.fade = 0.0;
             kt_paint_ground(&sheet);
@@ -334,9 +337,23 @@ double kt_drawing_grain(const kt_drawing *drawing) { return lay_out(drawing).gra
 
 int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     bool fine = true;
-    const page p = {drawing, lay_out(drawing), &fine};
+    const page p = {drawing, -1, lay_out(drawing), &fine};
     const int code = kt_paper_write(path, WIDTH, p.layout.height, paint, &p);
     if (!fine)
         kt_say("there is not enough memory for the picture");
     return fine ? code : KT_EXIT_INTEGRATION;
+}
+
+char *kt_drawing_frame(const kt_drawing *drawing, int state, bool has_paths) {
+    bool fine = true;
+    kt_drawing shown = *drawing;
+    const page p = {&shown, state, lay_out(drawing), &fine};
+    if (!has_paths)
+        shown.path_count = 0;
+    char *text = kt_paper_svg(WIDTH, p.layout.height, paint, &p);
+    if (fine)
+        return text;
+    kt_say("there is not enough memory for the picture");
+    free(text);
+    return NULL;
 }

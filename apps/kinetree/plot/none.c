@@ -28,3 +28,17 @@ int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     (void)kt_plot_check(path);
     return KT_EXIT_USAGE;
 }
+
+double kt_drawing_grain(const kt_drawing *drawing) {
+    (void)drawing;
+    return 0.0;
+}
+
+int kt_animation_write(const kt_drawing *drawing, double seconds, const char *path, int *frames, size_t *bytes) {
+    (void)drawing;
+    (void)seconds;
+    *frames = 0;
+    *bytes = 0;
+    (void)kt_plot_check(path);
+    return KT_EXIT_USAGE;
+}

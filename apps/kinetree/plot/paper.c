@@ -304,38 +304,26 @@ static void write_short(FILE *file, const char *text) {
     }
 }
 
-/* Writes the shapes' file with the text elements inserted before its end tag. */
-static cairo_status_t write_file(const char *path, char *shapes, const char *elements) {
+/* Writes the shapes with the text elements inserted before their end tag. */
+static cairo_status_t write_both(FILE *file, char *shapes, const char *elements) {
     static const char end_tag[] = "</svg>";
     char *end = strstr(shapes, end_tag);
-    FILE *file = end != NULL ? fopen(path, "w") : NULL;
-    if (file == NULL)
+    if (end == NULL)
         return CAIRO_STATUS_WRITE_ERROR;
     *end = '\0';
     write_short(file, shapes);
     fprintf(file, "<g font-family=\"sans-serif\" xml:space=\"preserve\">\n%s</g>\n%s\n", elements, end_tag);
-    const bool failed = ferror(file) != 0;
-    return fclose(file) == 0 && !failed ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
+    return ferror(file) == 0 ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
 }
 
-static cairo_status_t write_svg(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
-                                const void *what) {
-    char *shapes = NULL, *elements = NULL;
-    size_t shapes_size = 0, elements_size = 0;
-    FILE *one = open_memstream(&shapes, &shapes_size), *other = open_memstream(&elements, &elements_size);
-    cairo_status_t status = CAIRO_STATUS_NO_MEMORY;
-    if (one != NULL && other != NULL)
-        status = draw_svg(one, other, width, height, draw, what);
-    const bool one_lost = one != NULL && fclose(one) != 0;
-    const bool other_lost = other != NULL && fclose(other) != 0;
-    const bool lost = one_lost || other_lost;
-    if (status == CAIRO_STATUS_SUCCESS)
-        status = lost ? CAIRO_STATUS_NO_MEMORY : write_file(path, shapes, elements);
-    const int reason = errno;
-    free(shapes);
-    free(elements);
-    errno = reason;
-    return status;
+/* Writes to the file, or, where there is no path, to memory that the caller frees. */
+static cairo_status_t write_file(const char *path, char **text, char *shapes, const char *elements) {
+    size_t size;
+    FILE *file = path != NULL ? fopen(path, "w") : open_memstream(text, &size);
+    if (file == NULL)
+        return path != NULL ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_NO_MEMORY;
+    const cairo_status_t status = write_both(file, shapes, elements);
+    return fclose(file) == 0 ? status : path != NULL ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_NO_MEMORY;
 }
 
 /* A picture that is drawn on a stack of its own: fonts are found by a library whose functions take 17 kB each, one
@@ -343,7 +331,8 @@ static cairo_status_t write_svg(const char *path, int width, int height, void (*
 enum { DRAWING_STACK = 1 << 20 };
 
 typedef struct job {
-    const char *path;
+    const char *path; /* NULL: to memory */
+    char *text;       /* that */
     bool is_svg;
     int width, height;
     void (*draw)(cairo_t *c, const void *what);
@@ -352,10 +341,29 @@ typedef struct job {
     int reason; /* errno */
 } job;
 
+static cairo_status_t write_svg(job *j) {
+    char *shapes = NULL, *elements = NULL;
+    size_t shapes_size = 0, elements_size = 0;
+    FILE *one = open_memstream(&shapes, &shapes_size), *other = open_memstream(&elements, &elements_size);
+    cairo_status_t status = CAIRO_STATUS_NO_MEMORY;
+    if (one != NULL && other != NULL)
+        status = draw_svg(one, other, j->width, j->height, j->draw, j->what);
+    const bool one_lost = one != NULL && fclose(one) != 0;
+    const bool other_lost = other != NULL && fclose(other) != 0;
+    const bool lost = one_lost || other_lost;
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = lost ? CAIRO_STATUS_NO_MEMORY : write_file(j->path, &j->text, shapes, elements);
+    const int reason = errno;
+    free(shapes);
+    free(elements);
+    errno = reason;
+    return status;
+}
+
 static void *write_job(void *user) {
     job *j = user;
     errno = 0;
-    j->status = (j->is_svg ? write_svg : write_png)(j->path, j->width, j->height, j->draw, j->what);
+    j->status = j->is_svg ? write_svg(j) : write_png(j->path, j->width, j->height, j->draw, j->what);
     j->reason = errno;
     return NULL;
 }
@@ -394,4 +402,14 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
     const bool by_system = j.status == CAIRO_STATUS_WRITE_ERROR && j.reason != 0;
     kt_say("%s cannot be written: %s", path, by_system ? strerror(j.reason) : cairo_status_to_string(j.status));
     return KT_EXIT_INTEGRATION;
+}
+
+char *kt_paper_svg(int width, int height, void (*draw)(cairo_t *c, const void *what), const void *what) {
+    job j = {.is_svg = true, .width = width, .height = height, .draw = draw, .what = what};
+    write_on_own_stack(&j);
+    if (j.status == CAIRO_STATUS_SUCCESS)
+        return j.text;
+    kt_say("the picture cannot be drawn: %s", cairo_status_to_string(j.status));
+    free(j.text);
+    return NULL;
 }

@@ -40,4 +40,7 @@ int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *pa
 int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
                    const void *what);
 
+/* Returns the text of an SVG of that size, which the caller frees; NULL after printing the error. */
+char *kt_paper_svg(int width, int height, void (*draw)(cairo_t *c, const void *what), const void *what);
+
 #endif

@@ -22,6 +22,9 @@ static const double degree = 3.14159265358979323846 / 180.0;
 
 enum {
     STATES_MOST = 60,
+    FRAMES_MOST = 600, /* of an animation, besides the first */
+    FRAME_RATE = 25,   /* frames a second, at first */
+    FRAME_UNIT = 12,   /* their number is a multiple of this, so that each second, third, ... may be left out */
     PATH_POINTS = 800, /* of each path */
     SVG_BYTES = 60000, /* more would load slowly within a page */
 };
@@ -31,7 +34,8 @@ typedef struct kt_draw_arguments {
     const char *out, *view, *at, *trace;
     long strobe;  /* -1: not given */
     double until; /* s; 0: the duration of the scene */
-    bool axes, names, dark, boxes;
+    double speed; /* of an animation, times real time; 0: 1 */
+    bool animate, axes, names, dark, boxes;
 } kt_draw_arguments;
 
 #define KT_AT(member) offsetof(kt_draw_arguments, member)
@@ -45,8 +49,11 @@ static const kt_option options[] = {
      NULL},
     {"at", KT_OPTION_TEXT, KT_AT(at), "T,...", "the states at these times of a run, side by side, s", NULL},
     {"strobe", KT_OPTION_COUNT, KT_AT(strobe), "N", "N states of a run over each other, earlier ones paler", NULL},
+    {"animate", KT_OPTION_FLAG, KT_AT(animate), NULL,
+     "an SVG that moves by itself, light or dark as its page: the run, again and again", NULL},
+    {"speed", KT_OPTION_POSITIVE, KT_AT(speed), "X", "--animate: times real time (default: 1)", NULL},
     {"until", KT_OPTION_POSITIVE, KT_AT(until), "T",
-     "--strobe and --trace: up to this time, s (default: the duration of the scene)", NULL},
+     "--strobe, --trace and --animate: up to this time, s (default: the duration of the scene)", NULL},
     {"trace", KT_OPTION_TEXT, KT_AT(trace), "B.M,...", "the paths of these markers, over the same time", NULL},
     {"axes", KT_OPTION_FLAG, KT_AT(axes), NULL, "the axes of joints", NULL},
     {"names", KT_OPTION_FLAG, KT_AT(names), NULL, "the names of bodies, loops and markers", NULL},
@@ -60,7 +67,8 @@ const kt_usage kt_usage_draw = {
     .examples = "  kinetree draw four-bar.yaml                         its assembled start, in its plane\n"
                 "  kinetree draw robot.yaml --axes --names --view iso --out robot.png\n"
                 "  kinetree draw pendulum.yaml --strobe 12 --until 0.8 --trace lower.tip\n"
-                "  kinetree draw four-bar.yaml --at 0,0.5,1,1.5\n",
+                "  kinetree draw four-bar.yaml --at 0,0.5,1,1.5\n"
+                "  kinetree draw four-bar.yaml --animate --until 2 --trace coupler.tip\n",
     .operands = "SCENE",
     .least = 1,
     .most = 1,
@@ -141,8 +149,8 @@ typedef struct motion {
     double *q, *v;
     kt_play play;
     kt_picture *picture, *shown; /* of all, and at each state; NULL: nothing is ever released */
-    uint64_t released[STATES_MOST];
-    double times[STATES_MOST];
+    uint64_t released[FRAMES_MOST + 1];
+    double times[FRAMES_MOST + 1];
     int state_count, shown_count;
     kt_pose *poses; /* of each state, and a room for one more */
     kt_marker_pair *markers;
@@ -186,23 +194,44 @@ static void lay_times(motion *m, double end) {
         m->times[i] = m->state_count > 1 ? end * i / (m->state_count - 1) : 0.0;
 }
 
+static double speed_of(const kt_draw_arguments *arguments) { return arguments->speed > 0.0 ? arguments->speed : 1.0; }
+
+/* The frames of an animation of so many seconds. */
+static int count_frames(double seconds) {
+    const double units = ceil(FRAME_RATE * fmin(seconds, FRAMES_MOST) / FRAME_UNIT);
+    return FRAME_UNIT * (int)fmin(fmax(units, 1.0), (double)FRAMES_MOST / FRAME_UNIT) + 1;
+}
+
 /* The times of all states. Returns -1, or an exit code after printing the error. */
 static int choose_times(const kt_draw_arguments *arguments, motion *m, double until) {
     if (arguments->at != NULL && arguments->strobe > 0) {
         kt_say("draw: --at and --strobe exclude each other");
         return KT_EXIT_USAGE;
     }
+    if (arguments->animate && (arguments->at != NULL || arguments->strobe >= 0)) {
+        kt_say("draw: --animate shows the whole run; leave out --at and --strobe");
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->speed > 0.0 && !arguments->animate) {
+        kt_say("draw: --speed is that of an animation; give --animate, or leave it out");
+        return KT_EXIT_USAGE;
+    }
     if (arguments->strobe == 0 || arguments->strobe > STATES_MOST) {
         kt_say("draw: --strobe takes a number of states from 1 up to %d, not %ld", STATES_MOST, arguments->strobe);
         return KT_EXIT_USAGE;
     }
-    if (arguments->until > 0.0 && (arguments->at != NULL || (arguments->strobe < 0 && arguments->trace == NULL))) {
-        kt_say("draw: --until is the end of --strobe or --trace without --at; give one of these, or leave it out");
+    if (arguments->until > 0.0 &&
+        (arguments->at != NULL || (arguments->strobe < 0 && arguments->trace == NULL && !arguments->animate))) {
+        kt_say(
+            "draw: --until is the end of --strobe, --animate or --trace without --at; give one of these, or leave it "
+            "out");
         return KT_EXIT_USAGE;
     }
     if (arguments->at != NULL)
         return read_times(arguments->at, m);
-    m->state_count = arguments->strobe > 0 ? (int)arguments->strobe : 1;
+    m->state_count = arguments->animate      ? count_frames(until / speed_of(arguments))
+                     : arguments->strobe > 0 ? (int)arguments->strobe
+                                             : 1;
     lay_times(m, until);
     return -1;
 }
@@ -300,6 +329,10 @@ static void name_states(const motion *m, const kt_draw_arguments *arguments, boo
     const char *seen = strncmp(view, "in ", 3) == 0 || strcmp(view, "isometric") == 0 ? "" : "seen ";
     if (is_open)
         snprintf(text, size, "as given: loops are open, in red; %s%s", seen, view);
+    else if (arguments->animate && arguments->speed > 0.0)
+        snprintf(text, size, "0 to %.4g s, at %.4g times real time; %s%s", last, arguments->speed, seen, view);
+    else if (arguments->animate)
+        snprintf(text, size, "0 to %.4g s; %s%s", last, seen, view);
     else if (arguments->strobe > 1)
         snprintf(text, size, "%d states from 0 to %.4g s; %s%s", m->state_count, last, seen, view);
     else if (arguments->at != NULL && m->state_count > 1)
@@ -369,6 +402,25 @@ static int write_small(motion *m, const kt_draw_arguments *arguments, const char
     return code;
 }
 
+static int write_moving(motion *m, const kt_draw_arguments *arguments, const char *view, kt_drawing *drawing,
+                        const char *path) {
+    char subtitle[200];
+    int frames = 0;
+    size_t bytes = 0;
+    const double seconds = m->times[m->state_count - 1] / speed_of(arguments);
+    name_states(m, arguments, false, view, subtitle, sizeof subtitle);
+    drawing->subtitle = subtitle;
+    const int code = kt_animation_write(drawing, seconds, path, &frames, &bytes);
+    drawing->subtitle = NULL; /* its memory ends here */
+    if (code == KT_EXIT_DONE && bytes > KT_ANIMATION_BYTES)
+        kt_say(
+            "%s has %zu kB with %d frames in %.4g s, more than the %d kB that pages load at once: a shorter --until%s "
+            "makes it smaller",
+            path, bytes / 1000, frames, seconds, KT_ANIMATION_BYTES / 1000,
+            m->picture->mesh_count > 0 && !arguments->boxes ? ", or --boxes in place of meshes," : "");
+    return code;
+}
+
 static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_open, const char *path) {
     kt_camera camera;
     view_words words;
@@ -389,7 +441,8 @@ static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_
                           .state_count = m->state_count,
                           .poses = m->poses,
                           .times = m->times,
-                          .is_strobe = arguments->strobe > 0,
+                          .is_strobe = arguments->strobe > 0 || arguments->animate,
+                          .is_moving = arguments->animate,
                           .paths = m->paths,
                           .path_count = m->point_count > 1 ? m->marker_count : 0,
                           .shows_axes = arguments->axes,
@@ -397,7 +450,8 @@ static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_
                           .shows_gaps = is_open,
                           .is_dark = arguments->dark,
                           .title = m->name};
-    return write_small(m, arguments, words.text, &drawing, path);
+    return arguments->animate && !is_open ? write_moving(m, arguments, words.text, &drawing, path)
+                                          : write_small(m, arguments, words.text, &drawing, path);
 }
 
 /* What there is to see at the first state; a mesh that is lost is told. */
@@ -517,6 +571,8 @@ int kt_command_draw(int argc, char **argv) {
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", path, true}};
     code = kt_check_files("draw", uses, 2);
     code = code < 0 ? kt_plot_check(path) : code;
+    if (code < 0 && arguments.animate)
+        code = kt_check_ending("--animate: --out", path, ".svg");
     motion m = {.state_count = 0};
     int bodies = 0;
     if (code < 0)
