@@ -222,9 +222,8 @@ static int choose_times(const kt_draw_arguments *arguments, motion *m, double un
     }
     if (arguments->until > 0.0 &&
         (arguments->at != NULL || (arguments->strobe < 0 && arguments->trace == NULL && !arguments->animate))) {
-        kt_say(
-            "draw: --until is the end of --strobe, --animate or --trace without --at; give one of these, or leave it "
-            "out");
+        kt_say("draw: --until is the end of --strobe or --trace without --at, or of --animate; give one of these, or "
+               "leave it out");
         return KT_EXIT_USAGE;
     }
     if (arguments->at != NULL)
