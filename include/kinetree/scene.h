@@ -74,7 +74,7 @@ typedef struct kt_scene_switch {
 /* What an event sets: a parameter, or an own state. A parameter that an event sets is an own state of its name, with the
  * rate 0: formulas, records and checkpoints have it as one. */
 typedef struct kt_scene_set {
-    const char *name;  /* of the state */
+    const char *name;  /* of the state; or "velocity.JOINT", "velocity.JOINT[k]": a velocity of a joint */
     const char *value; /* a formula, as `when`, of the state before the event */
 } kt_scene_set;
 
@@ -261,6 +261,15 @@ KT_API KT_CHECKED kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_
  * before it has ceased to hold: an event is a change. False where there is none, or a formula that compares nothing, and
  * for NULL. Allocates nothing. O(variables; with markers: bodies). */
 KT_API bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation);
+/* Velocities that events of the scene were to set, and that loops, or velocities set before by the same event, decide. */
+typedef struct kt_scene_missed {
+    uint64_t count;    /* how many */
+    double time;       /* s, of the first; the rest likewise: */
+    int velocity;      /* index in v */
+    double given, got; /* the value that it was to have, and the one that it has */
+} kt_scene_missed;
+/* Those of the simulation so far; the count is 0 for NULL. O(1). */
+KT_API kt_scene_missed kt_scene_watch_missed(const kt_scene_watch *watch);
 /* Releases it; NULL is allowed. */
 KT_API void kt_scene_watch_free(kt_scene_watch *watch);
 

@@ -126,7 +126,26 @@ static bool read_value(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return good;
 }
 
-/* {set: {NAME: VALUE, ...}} of parameters and own states. */
+/* The nearest name that an event can set. */
+static kt_phrase did_you_mean(kt_reader *r, const char *name) {
+    kt_phrase phrase = {.length = 0};
+    kt_nearest near = kt_nearest_make(name, &r->effort);
+    kt_variable variable;
+    for (int k = 0; kt_variable_at(r->description, k, &variable) && r->effort > 0; k++) {
+        char text[KT_EXPRESSION_NAME_MAX + 1];
+        (void)kt_variable_name(r->description, &variable, text, sizeof text);
+        const char *kept = variable.type == KT_VARIABLE_STATE || variable.type == KT_VARIABLE_VELOCITY
+                               ? kt_pool_text(&r->scratch, text, strlen(text))
+                               : NULL;
+        if (kept != NULL)
+            (void)kt_nearest_try(&near, kept);
+    }
+    if (near.best != NULL)
+        kt_phrase_add(&phrase, "; did you mean '%s'?", near.best);
+    return phrase;
+}
+
+/* {set: {NAME: VALUE, ...}} of parameters, own states and velocities. */
 static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene_event *event, const actions_read *to) {
     if (map->kind != KT_NODE_MAP || map->count == 0)
         return kt_fault_expected(r, scope, map, "names of parameters or states and their values ('{k: 200}')");
@@ -138,11 +157,12 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
         const kt_scope here = {.outer = scope, .key = key->of.text};
         if (!r->names_are_known)
             return true;
-        if (!kt_variable_find(r->description, key->of.text, &variable) || variable.type != KT_VARIABLE_STATE)
+        if (!kt_variable_find(r->description, key->of.text, &variable) ||
+            (variable.type != KT_VARIABLE_STATE && variable.type != KT_VARIABLE_VELOCITY))
             return kt_fault_at(r, KT_ERROR_SCENE, scope, key,
-                               "there is no parameter or state %s; what an event sets is a name of `parameters` or "
-                               "`states`",
-                               kt_name_quote(key->of.text).text);
+                               "there is no parameter, state or velocity %s%s; what an event sets is a name of "
+                               "`parameters` or `states`, or velocity.JOINT",
+                               kt_name_quote(key->of.text).text, did_you_mean(r, key->of.text).text);
         set->name = kt_pool_text(&r->keep, key->of.text, key->count);
         if (set->name == NULL)
             return kt_reader_out_of_memory(r);
@@ -282,7 +302,10 @@ static void write_set(kt_emitter *e, const kt_scene_event *event) {
     kt_emit_key(e, "set");
     kt_emit_map(e, true);
     for (int i = 0; i < event->set_count; i++) {
-        kt_emit_key(e, event->sets[i].name);
+        if (strchr(event->sets[i].name, '[') != NULL)
+            kt_emit_name(e, event->sets[i].name); /* in quotes */
+        else
+            kt_emit_key(e, event->sets[i].name);
         kt_emit_text(e, event->sets[i].value);
     }
     kt_emit_end(e);

@@ -1,5 +1,6 @@
 /* Parameters that events set (reset.h): which numbers of a model follow from them, and their new values. */
 #include "scene/reset.h"
+#include "scene/impulse.h"
 
 #include "base/sum.h"
 #include "expression/expression.h"
@@ -13,7 +14,8 @@
 bool kt_scene_sets(const kt_scene *scene) {
     bool any = false;
     for (int i = 0; scene != NULL && i < scene->event_count; i++)
-        any = any || scene->events[i].set_count > 0;
+        for (int k = 0; k < scene->events[i].set_count; k++)
+            any = any || !kt_is_velocity_name(scene->events[i].sets[k].name);
     return any;
 }
 

@@ -10,6 +10,7 @@
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "scene/event.h"
+#include "scene/impulse.h"
 #include "scene/pool.h"
 #include "scene/reset.h"
 
@@ -45,9 +46,10 @@ typedef struct watched {
     int call_count;
     uint64_t on, off;          /* the switches that it engages and releases */
     uint64_t acting, released; /* likewise of hard stops, contacts, slack ropes and joint friction that sticks */
-    formula *values;           /* of the own states that it sets */
-    int *states;               /* these */
-    int set_count;
+    formula *values;           /* of the own states and velocities that it sets */
+    int *states;               /* these: the indices of states; those of velocities lie behind them */
+    double *velocities;        /* what they become */
+    int state_count, set_count;
     const kt_scene_watch *watch;
 } watched;
 
@@ -56,8 +58,9 @@ struct kt_scene_watch {
     watched *watched;
     watched *until; /* a comparison; NULL: there is none, or `until` is none */
     const kt_model *model;
-    kt_data *data;     /* of the model; NULL: neither values that are set nor `until` ask for markers */
-    kt_resets *resets; /* NULL: events set nothing */
+    kt_data *data;         /* of the model; NULL: neither values that are set nor `until` ask for markers */
+    kt_resets *resets;     /* NULL: events set no parameters and no states */
+    kt_impulses *impulses; /* NULL: events set no velocities */
 };
 
 /* Symbols of a formula: the k-th that it names. */
@@ -260,21 +263,28 @@ static kt_instant instant_of(const kt_scene_watch *watch, const kt_simulation *s
                         .x = kt_simulation_own_states(simulation)};
 }
 
-/* Sets own states, all from the state before, and what follows from them. */
-static kt_status set_states(const watched *w, kt_simulation *simulation, kt_error *error) {
+/* Sets own states and velocities, all from the state before, and what follows from them. */
+static kt_status set_values(const watched *w, kt_simulation *simulation, kt_error *error) {
     const kt_scene_watch *watch = w->watch;
     const kt_instant at = instant_of(watch, simulation);
-    double *x = kt_resets_states(watch->resets, simulation);
-    for (int i = 0; i < w->set_count; i++)
-        if (evaluate_formula(&w->values[i], &at, &x[w->states[i]], error) != 0)
+    double *x = w->state_count > 0 ? kt_resets_states(watch->resets, simulation) : NULL;
+    for (int i = 0; i < w->set_count; i++) {
+        double *to = i < w->state_count ? &x[w->states[i]] : &w->velocities[i - w->state_count];
+        if (evaluate_formula(&w->values[i], &at, to, error) != 0)
             return KT_ERROR_CALLBACK;
-    return kt_resets_apply(watch->resets, simulation, error);
+    }
+    const int count = w->set_count - w->state_count;
+    kt_status status = w->state_count > 0 ? kt_resets_apply(watch->resets, simulation, error) : KT_OK;
+    if (status == KT_OK && count > 0)
+        status = kt_impulses_apply(watch->impulses, simulation, watch->data, w->states + w->state_count, w->velocities,
+                                   count, error);
+    return status;
 }
 
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const watched *w = user;
     int stops = 0;
-    if (w->set_count > 0 && set_states(w, simulation, error) != KT_OK)
+    if (w->set_count > 0 && set_values(w, simulation, error) != KT_OK)
         return -1;
     const uint64_t released = (kt_simulation_released(simulation) & ~w->acting) | w->released;
     if ((w->acting | w->released) != 0 && kt_simulation_release(simulation, released, error) != KT_OK)
@@ -350,29 +360,75 @@ static kt_status find_switches(const kt_model *model, const kt_scene_event *even
     return KT_OK;
 }
 
+/* The index of what an event sets: of an own state, or of a velocity. */
+static kt_status find_set(const kt_scene_watch *watch, const kt_scene *scene, const kt_scene_event *event,
+                          const char *name, int *index, kt_error *error) {
+    kt_variable variable;
+    bound to;
+    if (!kt_is_velocity_name(name)) {
+        *index = kt_own_state_find(watch->model, name);
+        return *index >= 0 ? KT_OK
+                           : kt_error_set(error, KT_ERROR_MODEL, event->name, "the model has no state '%s'", name);
+    }
+    if (!kt_variable_find(&scene->description, name, &variable))
+        return kt_error_set(error, KT_ERROR_SCENE, event->name, "the scene has no velocity '%s'", name);
+    const kt_status status = bind(&scene->description, watch->model, &variable, &to, error);
+    *index = to.at;
+    if (status == KT_OK && kt_massless_moves(watch->model, to.at))
+        return kt_error_set(
+            error, KT_ERROR_UNSUPPORTED, event->name,
+            "'%s' follows from a balance of forces, since its joint moves no mass; set another velocity", name);
+    return status;
+}
+
+/* First what are states, then velocities. */
 static kt_status find_sets(kt_scene_watch *watch, const kt_scene *scene, const kt_scene_event *event, watched *to,
                            kt_error *error) {
     const size_t count = (size_t)event->set_count;
-    bool moves = false;
+    bool needs_data = false;
     to->watch = watch;
     if (count == 0)
         return KT_OK;
     to->values = kt_pool_take(&watch->pool, count, sizeof *to->values);
     to->states = kt_pool_take(&watch->pool, count, sizeof *to->states);
-    if (to->values == NULL || to->states == NULL)
+    to->velocities = kt_pool_take(&watch->pool, count, sizeof *to->velocities);
+    if (to->values == NULL || to->states == NULL || to->velocities == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     kt_status status = KT_OK;
-    for (size_t i = 0; status == KT_OK && i < count; i++) {
-        to->states[i] = kt_own_state_find(watch->model, event->sets[i].name);
-        if (to->states[i] < 0)
-            return kt_error_set(error, KT_ERROR_MODEL, event->name, "the model has no state '%s'", event->sets[i].name);
-        status = make_formula(&watch->pool, scene, watch->model, event->sets[i].value, false, &to->values[i], error);
-        moves = moves || to->values[i].moves;
+    for (int of_velocities = 0; of_velocities < 2; of_velocities++) {
+        for (size_t i = 0; status == KT_OK && i < count; i++) {
+            const kt_scene_set *set = &event->sets[i];
+            if (kt_is_velocity_name(set->name) != (of_velocities != 0))
+                continue;
+            formula *value = &to->values[to->set_count];
+            status = find_set(watch, scene, event, set->name, &to->states[to->set_count], error);
+            if (status == KT_OK)
+                status = make_formula(&watch->pool, scene, watch->model, set->value, false, value, error);
+            needs_data = needs_data || value->moves || of_velocities != 0;
+            to->set_count++;
+        }
+        to->state_count = of_velocities == 0 ? to->set_count : to->state_count;
     }
-    to->set_count = event->set_count;
-    if (status == KT_OK && moves && watch->data == NULL)
+    if (status == KT_OK && needs_data && watch->data == NULL)
         status = kt_data_create(watch->model, &watch->data, error);
     return status;
+}
+
+/* Room for the velocities that one event sets. */
+static kt_status make_impulses(kt_scene_watch *watch, const kt_scene *scene, kt_error *error) {
+    int count = 0;
+    for (int i = 0; i < scene->event_count; i++)
+        count = scene->events[i].set_count > count ? scene->events[i].set_count : count;
+    if (!kt_impulses_are_set(scene))
+        return KT_OK;
+    watch->impulses = kt_impulses_create(&watch->pool, watch->model, count);
+    return watch->impulses != NULL
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+}
+
+kt_scene_missed kt_scene_watch_missed(const kt_scene_watch *watch) {
+    return watch != NULL && watch->impulses != NULL ? kt_impulses_missed(watch->impulses) : (kt_scene_missed){0};
 }
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
@@ -437,6 +493,8 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
         made->model = model;
         status = kt_resets_create(&made->pool, scene, model, &made->resets, error);
     }
+    if (status == KT_OK)
+        status = make_impulses(made, scene, error);
     const target in = {made, scene, model, simulation, calls, call_count};
     for (int i = 0; status == KT_OK && i < count; i++) {
         const kt_scene_event *event = i < scene->event_count ? &scene->events[i] : &scene->until;

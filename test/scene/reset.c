@@ -396,7 +396,7 @@ KT_TEST(what_cannot_change_is_refused_at_its_place) {
          "effects: [{type: joint_limit, joint: a, lower: =-k, restitution: 0.5}]",
          "k: 2", "x:4:48", "no number that can change"},
         {"bodies: [{name: a, joint: {type: revolute}, mass: =k, inertia: [1, 1, 1]}]", "b: 2", "x:4:46",
-         "no parameter or state 'b'"},
+         "no parameter, state or velocity 'b'"},
         {"bodies: [{name: a, joint: {type: revolute}, mass: =k, inertia: [1, 1, 1]}]", "k: velocty.a", "x:4:49",
          "did you mean 'velocity.a'"},
         {"bodies: [{name: a, joint: {type: revolute}, mass: =k, inertia: [1, 1, 1]}]", "k: [1, 2]", "x:4:49",

@@ -83,7 +83,37 @@ static void warn_of_leaps(kt_outcome *outcome) {
             bend, step);
 }
 
+/* "velocity.arm", "velocity.ball[2]" */
+static void name_velocity(const kt_model *model, int v, char *text, size_t size) {
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        if (v >= at.v && v < at.v + at.nv && at.nv == 1)
+            (void)snprintf(text, size, "velocity.%s", kt_joint_name(model, body));
+        else if (v >= at.v && v < at.v + at.nv)
+            (void)snprintf(text, size, "velocity.%s[%d]", kt_joint_name(model, body), v - at.v);
+    }
+}
+
+/* Warns if loops left events no choice of a velocity that they set. */
+static void warn_of_missed(kt_outcome *outcome) {
+    const kt_scene_missed missed = kt_scene_watch_missed(outcome->events);
+    char name[600] = "";
+    kt_warning warning = kt_warning_of("set_velocity", missed.got, NULL,
+                                       "Set one velocity for each degree of freedom that the loops leave, or release "
+                                       "a loop before");
+    if (missed.count == 0)
+        return;
+    warning.time = missed.time;
+    name_velocity(outcome->model, missed.velocity, name, sizeof name);
+    kt_warn(
+        &outcome->warnings, &warning,
+        "an event set %s to %g at t = %.6g s, and it became %g, since the loops or the velocities set before decide "
+        "it%s",
+        name, missed.given, missed.time, missed.got, missed.count > 1 ? "; others later likewise" : "");
+}
+
 void kt_warn_of_counts(kt_outcome *outcome) {
+    warn_of_missed(outcome);
     warn_of_caps(outcome);
     warn_of_joined(outcome);
     warn_of_crossings(outcome);

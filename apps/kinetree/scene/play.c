@@ -96,3 +96,12 @@ kt_status kt_play_poses(kt_play *play, kt_pose *poses, kt_error *error) {
 kt_vec3 kt_play_point(const kt_play *play, int body, int marker) {
     return kt_point_position(play->shown, play->data, body, kt_marker_at(play->shown, body, marker));
 }
+
+/* What an event sets, a parameter, a state or a velocity, may supply energy. */
+kt_energy_watch kt_energy_watch_of(const kt_scene *scene, const kt_model *model) {
+    kt_energy_watch watch = kt_energy_watch_start(model);
+    for (int i = 0; i < scene->event_count; i++)
+        if (scene->events[i].set_count > 0)
+            watch.energetics = KT_ENERGY_SUPPLIED;
+    return watch;
+}

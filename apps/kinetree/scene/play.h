@@ -12,6 +12,7 @@
 #define KT_COMMAND_SCENE_PLAY_H
 
 #include "command.h"
+#include "kinetree/analysis.h"
 
 #include <stdbool.h>
 
@@ -52,5 +53,8 @@ kt_status kt_play_poses(kt_play *play, kt_pose *poses, kt_error *error);
 
 /* The place of a marker in the present state; the kinematics are those of the last kt_play_poses. */
 kt_vec3 kt_play_point(const kt_play *play, int body, int marker);
+
+/* A watch over the energy of a scene's motion, before it begins. */
+kt_energy_watch kt_energy_watch_of(const kt_scene *scene, const kt_model *model);
 
 #endif

@@ -650,7 +650,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                               .absolute = absolute,
                               .run = &run,
                               .unprojected = arguments->unprojected,
-                              .energy = kt_energy_watch_start(model),
+                              .energy = kt_energy_watch_of(scene, model),
                               .corrected_since = (double)NAN,
                               .warnings.quiet = arguments->quiet};
         outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;

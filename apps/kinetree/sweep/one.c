@@ -191,7 +191,7 @@ static kt_status prepare(made *m, kt_error *error) {
     kt_status status = compile(m, error);
     if (status != KT_OK)
         return status;
-    m->energy = kt_energy_watch_start(m->model);
+    m->energy = kt_energy_watch_of(m->scene, m->model);
     status = list_columns(m, &options.record, error);
     options.record |= KT_RECORD_ENERGY;
     if (status == KT_OK)
