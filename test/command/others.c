@@ -256,8 +256,9 @@ KT_TEST(pictures_are_drawn_or_refused_in_words) {
 #ifdef KT_HAS_CAIRO
 KT_TEST(picture_of_a_run_shows_what_is_recorded) {
     kt_write_file("w.yaml", "kinetree: 1\n"
+                            "gravity: [0, -9.81, 1]\n"
                             "bodies: [{name: a, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1],\n"
-                            "  markers: {tip: [1, 0, 0]}}]\n"
+                            "  com: [0.5, 0, 0], markers: {tip: [1, 0, 0]}}]\n"
                             "simulate: {duration: 0.5}\n");
     kt_expect(0, NULL, "$K run w.yaml --quiet --plot w.svg");
     const char *svg = kt_read_file("w.svg");
@@ -271,7 +272,7 @@ KT_TEST(picture_of_a_run_shows_what_is_recorded) {
                                         ">Markers, m<",
                                         ">a.tip.y<",
                                         ">Reactions: forces, ",
-                                        ">a.mz<"};
+                                        ">a.mx<"};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         kt_check_contains("recorded", svg, parts[i]);
     kt_check_true("no positions", strstr(svg, "Angles") == NULL);

@@ -20,6 +20,7 @@ static void measure(kt_candidate *one, size_t rows) {
             least = fmin(least, one->y[i]);
             greatest = fmax(greatest, one->y[i]);
         }
+    one->is_empty = !(least <= greatest);
     one->size = least <= greatest ? fmax(fabs(least), fabs(greatest)) : 0.0;
     one->range = least <= greatest ? greatest - least : 0.0;
 }
@@ -45,55 +46,80 @@ static int place_of(const kt_candidate *candidates, int count, int column, doubl
     for (int i = 0; i < count; i++) {
         const kt_candidate *other = &candidates[i];
         const double its = rank_of(other, size);
-        before +=
-            other->panel == candidates[column].panel && !other->is_noise && (its > rank || (its >= rank && i < column));
+        before += other->panel == candidates[column].panel && !other->is_noise && !other->is_empty &&
+                  (its > rank || (its >= rank && i < column));
     }
     return before;
+}
+
+/* Noise next to the others of its family; zeros are so next to anything, and have no logarithm. */
+static bool is_noise(const kt_candidate *candidates, int count, const kt_candidate *one) {
+    const double size = size_of_family(candidates, count, one);
+    return !one->is_empty && !(one->size > (one->is_error ? NOTHING : NOISE * size));
+}
+
+static bool is_any_shown(const kt_candidate *candidates, int count) {
+    for (int i = 0; i < count; i++)
+        if (!candidates[i].is_noise && !candidates[i].is_empty)
+            return true;
+    return false;
 }
 
 void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows) {
     for (int i = 0; i < count; i++)
         measure(&candidates[i], rows);
-    for (int i = 0; i < count; i++) { /* where all are zeros, none is noise next to another; zeros have no logarithm */
-        const double size = size_of_family(candidates, count, &candidates[i]);
-        candidates[i].is_noise = (size > 0.0 || candidates[i].is_error) &&
-                                 !(candidates[i].size > (candidates[i].is_error ? NOTHING : NOISE * size));
-    }
+    for (int i = 0; i < count; i++)
+        candidates[i].is_noise = is_noise(candidates, count, &candidates[i]);
+    if (!is_any_shown(candidates, count)) /* a picture of zeros is one */
+        for (int i = 0; i < count; i++)
+            candidates[i].is_noise = candidates[i].is_noise && candidates[i].is_error;
     for (int i = 0; i < count; i++)
         candidates[i].is_shown =
-            !candidates[i].is_noise &&
+            !candidates[i].is_noise && !candidates[i].is_empty &&
             place_of(candidates, count, i, size_of_family(candidates, count, &candidates[i])) < KT_PLOT_SERIES_MAX;
 }
 
 int kt_candidates_left_out(const kt_candidate *candidates, int count, int panel) {
     int left_out = 0;
     for (int i = 0; i < count; i++)
-        left_out += candidates[i].panel == panel && !candidates[i].is_shown && !candidates[i].is_noise;
+        left_out += candidates[i].panel == panel && !candidates[i].is_shown && !candidates[i].is_noise &&
+                    !candidates[i].is_empty;
     return left_out;
 }
 
 kt_noise_words kt_candidates_note_noise(const kt_candidate *candidates, int count) {
     kt_noise_words words = {""};
-    int noise = 0;
-    for (int i = 0; i < count; i++)
+    int noise = 0, empty = 0;
+    for (int i = 0; i < count; i++) {
         noise += candidates[i].is_noise;
+        empty += candidates[i].is_empty;
+    }
+    size_t used = 0;
     if (noise > 0)
-        snprintf(words.text, sizeof words.text, "; %d column%s of zeros or rounding noise left out", noise,
-                 noise == 1 ? "" : "s");
+        used = (size_t)snprintf(words.text, sizeof words.text, "; %d column%s of zeros or rounding noise left out",
+                                noise, noise == 1 ? "" : "s");
+    if (empty > 0)
+        (void)snprintf(words.text + used, sizeof words.text - used, "; %d without a finite value", empty);
     return words;
 }
 
-void kt_candidates_say_noise(const char *command, const kt_candidate *candidates, int count) {
+/* Names those that have a property, the first of them; false: there are none. */
+static bool name_those(const kt_candidate *candidates, int count, bool empty, char *names, size_t size) {
     enum { NAMED = 6 };
-    char names[600] = "";
     size_t used = 0;
-    int noise = 0;
+    int found = 0;
     for (int i = 0; i < count; i++)
-        if (candidates[i].is_noise && noise++ < NAMED)
-            used += (size_t)snprintf(names + used, sizeof names - used, "%s%.80s", used > 0 ? ", " : "",
-                                     candidates[i].name);
-    if (noise > NAMED)
-        (void)snprintf(names + used, sizeof names - used, " and %d more", noise - NAMED);
-    if (noise > 0)
+        if ((empty ? candidates[i].is_empty : candidates[i].is_noise) && found++ < NAMED)
+            used += (size_t)snprintf(names + used, size - used, "%s%.80s", used > 0 ? ", " : "", candidates[i].name);
+    if (found > NAMED)
+        (void)snprintf(names + used, size - used, " and %d more", found - NAMED);
+    return found > 0;
+}
+
+void kt_candidates_say_noise(const char *command, const kt_candidate *candidates, int count) {
+    char names[600];
+    if (name_those(candidates, count, false, names, sizeof names))
         kt_say("%s: left out of the picture, since zero or rounding noise: %s", command, names);
+    if (name_those(candidates, count, true, names, sizeof names))
+        kt_say("%s: left out of the picture, since no value is finite: %s", command, names);
 }

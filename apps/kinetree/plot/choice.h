@@ -17,21 +17,23 @@ typedef struct kt_candidate {
     double size, range; /* largest magnitude; largest less least value */
     bool is_shown;
     bool is_noise; /* zero, or rounding next to the others */
+    bool is_empty; /* without a finite value */
 } kt_candidate;
 
 /* Chooses. With S the largest magnitude in a family, a column moves if it varies by more than 1e-11 S; one that does not
  * move and is not larger than that is noise. Shown are at most KT_PLOT_SERIES_MAX of a panel: of those that move the
- * ones that vary most, then those that are constant, and noise only where there is nothing else. */
+ * ones that vary most, then those that are constant. Columns of zeros, and those without a finite value, are shown only
+ * where there is nothing else in the picture. */
 void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows);
 
-/* How many were left out as noise, in words for a subtitle: "; 3 columns of zeros or rounding noise left out"; empty if
- * none were. */
+/* How many were left out as noise or without a finite value, in words for a subtitle: "; 3 columns of zeros or rounding
+ * noise left out"; empty if none were. */
 typedef struct kt_noise_words {
-    char text[96];
+    char text[160];
 } kt_noise_words;
 kt_noise_words kt_candidates_note_noise(const kt_candidate *candidates, int count);
 
-/* Prints which columns were left out as noise, if any were: "plot: left out, since they are ..." */
+/* Prints which columns were left out as noise, and which have no finite value, if there are any. */
 void kt_candidates_say_noise(const char *command, const kt_candidate *candidates, int count);
 
 /* The number of those of a panel that are neither shown nor noise. */

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,7 +39,8 @@ static void add_line(kt_csv *csv, const double *values) {
     for (size_t i = 0; i < csv->columns->count; i++) {
         char *cell = start_cell(&csv->lines, NUMBER_SIZE);
         if (cell != NULL)
-            csv->lines.used += (size_t)snprintf(cell, NUMBER_SIZE, "%.17g", values[i]);
+            csv->lines.used += (size_t)(isnan(values[i]) ? snprintf(cell, NUMBER_SIZE, "nan") /* never -nan */
+                                                         : snprintf(cell, NUMBER_SIZE, "%.17g", values[i]));
     }
 }
 

@@ -6,7 +6,7 @@
 
 bool kt_extremes_start(kt_extremes *extremes, size_t count) {
     const double nan = (double)NAN;
-    const kt_extreme none = {nan, nan, nan, nan, 0.0, nan, nan, nan};
+    const kt_extreme none = {nan, nan, nan, nan, 0.0, nan, nan, nan, 0.0, nan};
     extremes->column = malloc((count + 1) * sizeof *extremes->column);
     extremes->count = extremes->column != NULL ? count : 0;
     for (size_t i = 0; i < extremes->count; i++)
@@ -20,8 +20,11 @@ void kt_extremes_free(kt_extremes *extremes) {
 }
 
 static void add(kt_extreme *e, double time, double value) {
-    if (isnan(value))
+    if (!isfinite(value)) {
+        e->gap_time = e->gaps > 0.0 ? e->gap_time : time;
+        e->gaps++;
         return;
+    }
     if (!(value >= e->least)) { /* also where there is none yet */
         e->least = value;
         e->least_time = time;
@@ -64,6 +67,10 @@ json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *colu
         json_object_set_new(one, "rms", kt_json_number(root_mean_square(e)));
         json_object_set_new(one, "end", kt_json_number(e->last));
         json_object_set_new(one, "unit", json_string(kt_column_quantity(columns, i).unit));
+        if (e->gaps > 0.0)
+            json_object_set_new(
+                one, "gaps",
+                json_pack("{s:I, s:o}", "count", (json_int_t)e->gaps, "time", kt_json_number(e->gap_time)));
         json_object_set_new(object, name, one);
     }
     return object;

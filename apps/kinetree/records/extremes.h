@@ -8,12 +8,14 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Of one column: plain numbers, which checkpoints hold. NaN until it has a value. */
+/* Of one column: plain numbers, which checkpoints hold. NaN until it has a value. A value that is not finite counts as a
+ * gap alone. */
 typedef struct kt_extreme {
     double least, greatest;           /* values */
     double least_time, greatest_time; /* s, of the first record that has them */
     double square;                    /* integral of the square over time */
     double last, first_time, time;    /* the latest value; s, of the first and of the latest record */
+    double gaps, gap_time;            /* how many records have no finite value; s, the first of them */
 } kt_extreme;
 
 typedef struct kt_extremes {
@@ -28,7 +30,8 @@ void kt_extremes_free(kt_extremes *extremes);
 /* Adds the values of a record, one for each column. */
 void kt_extremes_add(kt_extremes *extremes, double time, const double *values);
 
-/* Object that maps the name of each column but time to {min, min_time, max, max_time, rms, end, unit}; the square is
+/* Object that maps the name of each column but time to {min, min_time, max, max_time, rms, end, unit}, and where
+ * there are gaps {gaps: {count, time}}; the square is
  * integrated by the trapezoidal rule. */
 json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns);
 

@@ -446,6 +446,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_passages(outcome);
         kt_warn_of_counts(outcome);
         kt_warn_of_contacts(outcome);
+        kt_warn_of_gaps(outcome);
         warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
         if (code == KT_EXIT_DONE && arguments->scene != NULL)

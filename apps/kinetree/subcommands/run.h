@@ -142,6 +142,9 @@ int kt_summary_write(const kt_outcome *outcome, const char *path);
  * positions. */
 void kt_warn_of_counts(kt_outcome *outcome);
 
+/* Warns of own columns that are not finite at some records: one warning, with how many, and the first time. */
+void kt_warn_of_gaps(kt_outcome *outcome);
+
 /* Warns where restitutions of hard contacts were made less, and where their friction left several motions or reactions. */
 void kt_warn_of_contacts(kt_outcome *outcome);
 
