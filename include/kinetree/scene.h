@@ -80,13 +80,15 @@ typedef struct kt_scene_set {
 
 /* An item of `events`, or `simulate.until` (name "until", rising, stops). */
 typedef struct kt_scene_event {
-    const char *name;        /* for messages, records and kt_simulation_event_count */
-    const char *when;        /* a formula (expression.h) of the variables of kt_variable_find: its sign, or if it is a
+    const char *name; /* for messages, records and kt_simulation_event_count */
+    const char
+        *when; /* a formula (expression.h) of the variables of kt_variable_find and of accelerations and reactions,
+                                under the names of their columns: its sign, or if it is a
                                 comparison whether it holds; parameters are in it as the numbers that they are */
-    kt_direction direction;  /* which changes of sign count; of a comparison: rising, it comes to hold */
-    bool record, stop;       /* a record is written; the run ends, after one */
-    const char *const *call; /* names of the program's actions; NULL: none */
-    int call_count;          /* length of call */
+    kt_direction direction;          /* which changes of sign count; of a comparison: rising, it comes to hold */
+    bool record, stop;               /* a record is written; the run ends, after one */
+    const char *const *call;         /* names of the program's actions; NULL: none */
+    int call_count;                  /* length of call */
     const kt_scene_switch *switches; /* take effect together, before the calls; NULL: none */
     int switch_count;                /* length of switches */
     const kt_scene_set *sets;        /* take effect together, before the switches; NULL: none */

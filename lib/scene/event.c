@@ -8,6 +8,7 @@
 #include "scene/expression.h"
 #include "scene/part.h"
 #include "scene/reset.h"
+#include "scene/response.h"
 #include "scene/vary.h"
 
 #include "base/names.h"
@@ -23,17 +24,26 @@ static bool find_name(void *user, const char *name, kt_symbol *symbol) {
     const kt_reader *r = user;
     kt_variable variable;
     *symbol = (kt_symbol){.index = 0};
-    return kt_variable_find(r->description, name, &variable);
+    return kt_variable_find(r->description, name, &variable) || kt_response_is_named(r->description, name);
 }
 
 static const char *list_name(void *user, int k) {
     kt_reader *r = user;
     kt_variable variable;
     char text[KT_EXPRESSION_NAME_MAX + 1];
+    int count = 0;
     r->effort -= 1000;
-    if (r->effort <= 0 || !kt_variable_at(r->description, k, &variable))
+    if (r->effort <= 0)
         return NULL;
-    (void)kt_variable_name(r->description, &variable, text, sizeof text);
+    if (kt_variable_at(r->description, k, &variable)) {
+        (void)kt_variable_name(r->description, &variable, text, sizeof text);
+        return kt_pool_text(&r->scratch, text, strlen(text));
+    }
+    while (kt_variable_at(r->description, count, &variable))
+        count++;
+    r->effort -= 50 * (int64_t)count;
+    if (!kt_response_name(r->description, k - count, text, sizeof text))
+        return NULL;
     return kt_pool_text(&r->scratch, text, strlen(text));
 }
 

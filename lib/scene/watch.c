@@ -13,6 +13,7 @@
 #include "scene/impulse.h"
 #include "scene/pool.h"
 #include "scene/reset.h"
+#include "scene/response.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -26,6 +27,8 @@ typedef struct bound {
     kt_variable_type type;
     int body, at, component; /* at: in q or v, or of own states */
     kt_vec3 point;           /* of a marker, in the body's frame */
+    bool responds;           /* it is `response` instead */
+    kt_response response;
 } bound;
 
 typedef struct formula {
@@ -34,7 +37,9 @@ typedef struct formula {
     bound *variables;
     double *values;
     int count;
-    bool moves;            /* a marker is among them: kinematics are needed */
+    bool moves;        /* a marker is among them: kinematics are needed */
+    unsigned responds; /* bits of accelerations and reactions among them (kt_response_bit) */
+    kt_responses *responses;
     kt_expression **parts; /* those that depend on time alone */
     int part_count;
 } formula;
@@ -58,22 +63,30 @@ struct kt_scene_watch {
     watched *watched;
     watched *until; /* a comparison; NULL: there is none, or `until` is none */
     const kt_model *model;
-    kt_data *data;         /* of the model; NULL: neither values that are set nor `until` ask for markers */
-    kt_resets *resets;     /* NULL: events set no parameters and no states */
-    kt_impulses *impulses; /* NULL: events set no velocities */
+    kt_data *data;          /* of the model; NULL: neither values that are set nor `until` ask for markers */
+    kt_resets *resets;      /* NULL: events set no parameters and no states */
+    kt_impulses *impulses;  /* NULL: events set no velocities */
+    kt_responses responses; /* `a` is NULL: no formula has any */
 };
 
 /* Symbols of a formula: the k-th that it names. */
 typedef struct names {
     const kt_description *description;
-    kt_variable *variables; /* NULL: they are not kept */
+    const kt_model *model;
+    bound *variables; /* NULL: they are not kept */
     int count, room;
+    kt_status status; /* why one of them is not in the model */
+    kt_error *error;
 } names;
+
+static kt_status bind(const kt_description *description, const kt_model *model, const kt_variable *variable, bound *to,
+                      kt_error *error);
 
 static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
     names *n = user;
-    kt_variable variable;
-    if (!kt_variable_find(n->description, name, &variable))
+    kt_variable variable = {.type = KT_VARIABLE_STATE};
+    const bool responds = !kt_variable_find(n->description, name, &variable);
+    if (responds && !kt_response_is_named(n->description, name))
         return false;
     *symbol = (kt_symbol){.index = n->count};
     if (n->variables == NULL)
@@ -85,7 +98,13 @@ static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
         }
     if (n->count == n->room)
         return false;
-    n->variables[n->count++] = variable;
+    bound *to = &n->variables[n->count++];
+    const kt_status status = responds ? kt_response_bind(n->description, n->model, name, &to->response, n->error)
+                                      : bind(n->description, n->model, &variable, to, n->error);
+    to->responds = responds;
+    if (responds)
+        to->type = KT_VARIABLE_STATE; /* none of time */
+    n->status = n->status == KT_OK ? status : n->status;
     return true;
 }
 
@@ -187,34 +206,41 @@ static double next_corner(void *user, double t) {
 /* ---- formulas of events ------------------------------------------------------------------------------------------- */
 
 /* Reads the formula of an event, and binds its variables to the model; of a comparison that is watched its difference. */
-static kt_status make_formula(kt_pool *pool, const kt_scene *scene, const kt_model *model, const char *text,
-                              bool is_watched, formula *to, kt_error *error) {
+static kt_status make_formula(kt_scene_watch *watch, const kt_scene *scene, const char *text, bool is_watched,
+                              formula *to, kt_error *error) {
+    kt_pool *pool = &watch->pool;
     const size_t size = kt_expression_size(text), room = strlen(text);
     names n = {.description = &scene->description,
-               .variables = kt_pool_take(pool, room + 1, sizeof(kt_variable)),
-               .room = (int)room};
+               .model = watch->model,
+               .variables = kt_pool_take(pool, room + 1, sizeof(bound)),
+               .room = (int)room,
+               .error = error};
     const kt_symbols symbols = {.find = find_variable, .user = &n};
     const kt_expression *expression = NULL;
     to->expression = kt_pool_take(pool, size, 1);
     if (n.variables == NULL || to->expression == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     kt_status status = kt_expression_parse(text, &symbols, to->expression, size, &expression, NULL, error);
-    if (status != KT_OK)
-        return status;
+    if (status != KT_OK || n.status != KT_OK)
+        return status != KT_OK ? status : n.status;
     to->sign = 1.0;
     if (is_watched && is_comparison(expression, &to->sign))
         to->expression->term[to->expression->count - 1].code = KT_OPERATOR_SUBTRACT;
     to->count = n.count;
-    to->variables = kt_pool_take(pool, (size_t)n.count + 1, sizeof *to->variables);
+    to->variables = n.variables;
     to->values = kt_pool_take(pool, (size_t)n.count + 1, sizeof *to->values);
-    if (to->variables == NULL || to->values == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
-    for (int k = 0; status == KT_OK && k < n.count; k++) {
-        status = bind(&scene->description, model, &n.variables[k], &to->variables[k], error);
-        to->moves = to->moves || to->variables[k].type == KT_VARIABLE_MARKER ||
-                    to->variables[k].type == KT_VARIABLE_MARKER_VELOCITY;
+    for (int k = 0; k < n.count; k++) {
+        const bound *variable = &to->variables[k];
+        to->moves = to->moves || variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY;
+        to->responds |= variable->responds ? kt_response_bit(&variable->response) : 0U;
     }
-    return status == KT_OK && is_watched ? keep_parts(pool, to, error) : status;
+    to->moves = to->moves || to->responds != 0;
+    to->responses = &watch->responses;
+    const bool has_memory = to->values != NULL && (to->responds == 0 || watch->responses.a != NULL ||
+                                                   kt_responses_take(pool, watch->model, &watch->responses));
+    if (!has_memory)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    return is_watched ? keep_parts(pool, to, error) : KT_OK;
 }
 
 static double value_of(const kt_instant *at, const bound *variable) {
@@ -239,10 +265,13 @@ static double value_of(const kt_instant *at, const bound *variable) {
 }
 
 static int evaluate_formula(formula *f, const kt_instant *at, double *value, kt_error *error) {
-    if (f->moves && kt_kinematics_update(at->model, at->data, at->q, at->v, NULL, error) != KT_OK)
+    if (f->responds != 0 && kt_responses_evaluate(f->responses, f->responds, at, error) != KT_OK)
+        return 1;
+    if (f->responds == 0 && f->moves && kt_kinematics_update(at->model, at->data, at->q, at->v, NULL, error) != KT_OK)
         return 1;
     for (int k = 0; k < f->count; k++)
-        f->values[k] = value_of(at, &f->variables[k]);
+        f->values[k] = f->variables[k].responds ? kt_response_value(f->responses, &f->variables[k].response, at)
+                                                : value_of(at, &f->variables[k]);
     *value = f->sign * kt_expression_evaluate(f->expression, f->values);
     return 0;
 }
@@ -255,7 +284,7 @@ static int evaluate(const kt_instant *at, double *value, kt_error *error, void *
 
 /* The simulation's present state, with data of the watch. */
 static kt_instant instant_of(const kt_scene_watch *watch, const kt_simulation *simulation) {
-    return (kt_instant){.model = watch->model,
+    return (kt_instant){.model = kt_simulation_model(simulation),
                         .data = watch->data,
                         .t = kt_simulation_time(simulation),
                         .q = kt_simulation_positions(simulation),
@@ -403,7 +432,7 @@ static kt_status find_sets(kt_scene_watch *watch, const kt_scene *scene, const k
             formula *value = &to->values[to->set_count];
             status = find_set(watch, scene, event, set->name, &to->states[to->set_count], error);
             if (status == KT_OK)
-                status = make_formula(&watch->pool, scene, watch->model, set->value, false, value, error);
+                status = make_formula(watch, scene, set->value, false, value, error);
             needs_data = needs_data || value->moves || of_velocities != 0;
             to->set_count++;
         }
@@ -448,7 +477,7 @@ typedef struct target {
 static kt_status add_event(const target *in, const kt_scene_event *event, watched *to, kt_error *error) {
     kt_scene_watch *watch = in->watch;
     const kt_model *model = in->model;
-    kt_status status = make_formula(&watch->pool, in->scene, model, event->when, true, &to->formula, error);
+    kt_status status = make_formula(watch, in->scene, event->when, true, &to->formula, error);
     if (status == KT_OK)
         status = find_calls(&watch->pool, event, in->calls, in->call_count, to, error);
     if (status == KT_OK)

@@ -1,0 +1,57 @@
+/* What follows from the state of a mechanism by its equations, as variables of events under the names of columns:
+ * accelerations, reactions, angular velocities (response.c). */
+#ifndef KT_SCENE_RESPONSE_H
+#define KT_SCENE_RESPONSE_H
+
+#include "kinetree/scene.h"
+#include "kinetree/simulation.h"
+#include "scene/pool.h"
+
+typedef enum kt_response_type {
+    KT_RESPONSE_ACCELERATION,         /* acceleration.JOINT, acceleration.JOINT[k] */
+    KT_RESPONSE_MARKER_ACCELERATION,  /* marker.BODY.MARKER.ax */
+    KT_RESPONSE_ANGULAR_VELOCITY,     /* angular_velocity.BODY.x, .body_x */
+    KT_RESPONSE_ANGULAR_ACCELERATION, /* angular_acceleration.BODY.x, .body_x */
+    KT_RESPONSE_JOINT_REACTION,       /* reaction.JOINT.fx */
+    KT_RESPONSE_LOOP_REACTION,        /* reaction.LOOP.fx */
+    KT_RESPONSE_MULTIPLIER            /* reaction.LOOP.multiplier */
+} kt_response_type;
+
+/* One of them in a model. */
+typedef struct kt_response {
+    kt_response_type type;
+    int item, component; /* body or loop; of an acceleration the index in v */
+    kt_vec3 point;       /* of a marker, in the body's frame */
+} kt_response;
+
+/* Whether formulas of events may use a name of this description. Loops of hard stops and contacts, NAME.lower, are known by
+ * the names of their effects. */
+bool kt_response_is_named(const kt_description *description, const char *name);
+
+/* Writes the k-th name, k from 0, those of hard contacts excepted; false: there is none. */
+bool kt_response_name(const kt_description *description, int k, char *text, size_t size);
+
+/* Finds what a name stands for in the description's model. Errors: KT_ERROR_MODEL (the model does not have it). */
+KT_CHECKED kt_status kt_response_bind(const kt_description *description, const kt_model *model, const char *name,
+                                      kt_response *response, kt_error *error);
+
+/* Values of all of them at an instant. */
+typedef struct kt_responses {
+    double *a, *multiplier;
+    kt_wrench *joint, *loop;
+} kt_responses;
+
+/* Memory for a model; false if there is not enough. */
+bool kt_responses_take(kt_pool *pool, const kt_model *model, kt_responses *responses);
+
+/* The bit of a response among those that have to be evaluated; accelerations are needed for all but angular velocities. */
+static inline unsigned kt_response_bit(const kt_response *response) { return 1U << response->type; }
+
+/* Evaluates those of these bits. Errors: those of kt_acceleration_evaluate. */
+KT_CHECKED kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt_instant *at,
+                                           kt_error *error);
+
+/* The value of one that was evaluated. */
+double kt_response_value(const kt_responses *responses, const kt_response *response, const kt_instant *at);
+
+#endif
