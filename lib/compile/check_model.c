@@ -10,13 +10,20 @@
 
 typedef struct others {
     const kt_description *description;
-    kt_body *bodies; /* a copy in which bodies with faults are sound; NULL: no body has faults */
-    bool unknown;    /* a fault leaves open what the mechanism is */
+    kt_body *bodies;   /* a copy in which bodies with faults are sound; NULL: no body has faults */
+    bool unknown;      /* a fault leaves open what the mechanism is */
+    bool hides_joints; /* a joint has a fault */
+    kt_report *report; /* of the caller; NULL: none */
+    kt_error first;    /* passed to it */
+    void *user;
     bool no_memory;
 } others;
 
-static void make_sound(kt_body *body) {
+/* A joint with a fault becomes fixed, so that what carries it has its inertia. */
+static void make_sound(kt_body *body, bool is_joint_sound) {
     kt_body sound = kt_body_default();
+    if (is_joint_sound)
+        sound.joint = body->joint;
     sound.name = body->name;
     sound.parent = body->parent;
     sound.markers = body->markers;
@@ -44,13 +51,26 @@ static void note_fault(void *user, const kt_place *place, const kt_error *error)
             return;
         memcpy(o->bodies, d->bodies, (size_t)d->body_count * sizeof *o->bodies);
     }
-    make_sound(&o->bodies[place->index]);
+    const bool is_of_joint = strncmp(place->field, "joint", 5) == 0;
+    o->hides_joints = o->hides_joints || is_of_joint;
+    make_sound(&o->bodies[place->index], !is_of_joint);
+}
+
+/* Which parts are rigid is not known where a joint has a fault. */
+static void pass_fault(void *user, const kt_place *place, const kt_error *error) {
+    others *o = user;
+    if (o->hides_joints && place->item == KT_ITEM_LOOP)
+        return;
+    if (o->first.code == KT_OK)
+        o->first = *error;
+    if (o->report)
+        o->report(o->user, place, error);
 }
 
 kt_status kt_model_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {
     if (KT_IS_MISSING(error, description))
         return KT_ERROR_ARGUMENT;
-    others o = {.description = description};
+    others o = {.description = description, .report = report, .user = user};
     if (!description)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_check", "description is NULL");
     kt_status status = kt_description_check(description, note_fault, &o, error);
@@ -61,7 +81,13 @@ kt_status kt_model_check(const kt_description *description, kt_report *report, v
         sound.gravity = kt_vec3_make(0.0, 0.0, 0.0);
         sound.hold_count = 0;
         sound.bodies = o.bodies ? o.bodies : description->bodies;
-        status = kt_model_try(&sound, report, user, error);
+        kt_error found = {.code = KT_OK};
+        status = kt_model_try(&sound, pass_fault, &o, &found);
+        if (status == KT_ERROR_MODEL)
+            found = o.first;
+        status = status == KT_ERROR_MODEL ? found.code : status;
+        if (status != KT_OK && error)
+            *error = found;
     } else if (status == KT_ERROR_MODEL) {
         status = KT_OK; /* nothing is known about the mechanism as a whole */
     }

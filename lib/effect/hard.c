@@ -18,7 +18,7 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
     }
     const bool is_limit = effect->type == KT_EFFECT_JOINT_LIMIT;
     refuse_elastic(checker, "stiffness", effect->stiffness, what);
-    if (effect->restitution > 1.0)
+    if (effect->restitution > 1.0 && kt_number_is_fine(effect->restitution))
         kt_checker_fault(checker, "restitution", -1, "restitution is %g; it must be 0 to 1", effect->restitution);
     if (is_limit && effect->joint != NULL)
         (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
@@ -33,7 +33,7 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect) {
     if (effect->joint != NULL)
         (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
-    if (!(effect->coulomb > 0.0))
+    if (effect->coulomb == 0.0)
         kt_checker_fault(checker, "coulomb", -1, "coulomb is 0; give what slips, or leave `stick` out");
     if (effect->smoothing != kt_effect_default().smoothing)
         kt_checker_fault(checker, "smoothing", -1,

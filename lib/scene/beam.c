@@ -565,4 +565,6 @@ void kt_beams_expand(kt_reader *r) {
             check_beam(r, &here, nodes[i], &beam))
             expand(r, nodes[i], &here, &beam);
     }
+    if (kt_node_is_faulty(list))
+        r->names_are_known = false;
 }

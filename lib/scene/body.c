@@ -411,7 +411,7 @@ static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     (void)field;
     kt_scene *scene = object;
     int count = 0;
-    r->names_are_known = node->kind == KT_NODE_LIST;
+    r->names_are_known = r->names_are_known && node->kind == KT_NODE_LIST;
     if (!kt_list_nodes(r, scope, node, "a list of bodies ('- name: ...')", &r->body_nodes, &count))
         return false;
     kt_body *bodies = kt_pool_take(&r->keep, (size_t)count, sizeof *bodies);
@@ -420,12 +420,18 @@ static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     for (int i = 0; i < count; i++) {
         bodies[i] = kt_body_default();
         read_body(r, r->body_nodes[i], i, &bodies[i]);
-        if (bodies[i].name == NULL)
+        if (!kt_name_is_valid(bodies[i].name) || strcmp(bodies[i].name, "world") == 0)
             r->names_are_known = false;
+        r->hides_bodies = r->hides_bodies || kt_body_is_hidden(r, i);
     }
     scene->description.bodies = bodies;
     scene->description.body_count = count;
-    return kt_index_bodies(&r->scratch, &r->names, bodies, count) || kt_reader_out_of_memory(r);
+    if (!kt_index_bodies(&r->scratch, &r->names, bodies, count))
+        return kt_reader_out_of_memory(r);
+    for (int i = 0; i < count; i++)
+        if (kt_find_body(r, bodies[i].name) != i) /* one of two has another name, maybe */
+            r->names_are_known = false;
+    return true;
 }
 
 static void write_bodies(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -475,10 +481,15 @@ static bool make_thrust(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return true;
 }
 
+/* Of a body whose keys are wrong nothing is told that follows from these. */
+static bool has_exhaust_name(const kt_reader *r, const kt_description *d, int body) {
+    return kt_name_is_valid(d->bodies[body].name) && !kt_node_has_stray(r->body_nodes[body]);
+}
+
 void kt_exhausts_add(kt_reader *r, kt_description *d) {
     int count = 0, added = d->effect_count;
     for (int i = 0; i < d->body_count; i++)
-        count += kt_node_find(r->body_nodes[i], "exhaust") != NULL && d->bodies[i].name != NULL;
+        count += kt_node_find(r->body_nodes[i], "exhaust") != NULL && has_exhaust_name(r, d, i);
     if (count == 0)
         return;
     const size_t all = (size_t)d->effect_count + (size_t)count;
@@ -496,7 +507,7 @@ void kt_exhausts_add(kt_reader *r, kt_description *d) {
         kt_node *node = kt_node_find(r->body_nodes[i], "exhaust");
         const kt_scope body = kt_item_scope("body", "bodies", i, r->body_nodes[i]);
         const kt_scope here = {.outer = &body, .key = "exhaust"};
-        if (node == NULL || d->bodies[i].name == NULL || !make_thrust(r, &here, node, &d->bodies[i], &effects[added]))
+        if (node == NULL || !has_exhaust_name(r, d, i) || !make_thrust(r, &here, node, &d->bodies[i], &effects[added]))
             continue;
         nodes[added++] = r->body_nodes[i];
     }

@@ -16,6 +16,8 @@ typedef struct kt_checking {
     const kt_node *list;
     kt_node *found;
     int sub;
+    const kt_node *item; /* the last one that was asked about; whether it has faults of form */
+    bool is_item_faulty;
 } kt_checking;
 
 /* The key of a loop or effect that a fault is about; NULL where it is another item, or a key of every type. */
@@ -91,23 +93,58 @@ static bool is_reference(const kt_place *place, const kt_key *key) {
            key->kind == KT_KEY_JOINT || key->kind == KT_KEY_TERMS;
 }
 
-/* Whether a field names a body of which too little could be read to decide that the name is wrong. */
-static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *node) {
-    if (!is_reference(place, key))
-        return false;
+/* What the value of a field refers to. */
+typedef struct referred {
+    bool is_named;     /* else there is no name */
+    int body;          /* -1: there is none of this name */
+    bool lacks_marker; /* the body has no marker of this name */
+} referred;
+
+static referred find_referred(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *node) {
     char name[LONGEST_NAME + 1];
     const kt_node *text = node->kind == KT_NODE_MAP ? kt_node_find(node, "body") : node;
     if (text == NULL || text->kind != KT_NODE_TEXT)
-        return !r->names_are_known;
-    size_t length = strcspn(text->of.text, ".");
+        return (referred){.body = -1};
+    const size_t length = strcspn(text->of.text, ".[");
     if (length > LONGEST_NAME)
-        return false;
+        return (referred){.body = -1};
     memcpy(name, text->of.text, length);
     name[length] = '\0';
     const bool is_joint =
         key == NULL ? place->item == KT_ITEM_HOLD : key->kind == KT_KEY_JOINT || key->kind == KT_KEY_TERMS;
-    int body = is_joint ? kt_find_joint(r, name) : kt_find_body(r, name);
-    return body < 0 ? !r->names_are_known : kt_body_is_hidden(r, body);
+    const int joint = is_joint ? kt_find_joint(r, name) : -1, own = kt_find_body(r, name);
+    const int body = joint >= 0 || (is_joint && (own < 0 || !kt_body_is_hidden(r, own))) ? joint : own;
+    const bool has_marker = !is_joint && body >= 0 && text->of.text[length] == '.';
+    return (referred){.is_named = true,
+                      .body = body,
+                      .lacks_marker = has_marker && kt_find_marker(r, body, text->of.text + length + 1) < 0};
+}
+
+/* Whether a field names a body of which too little could be read to decide that the name is wrong. */
+static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *node) {
+    if (!is_reference(place, key))
+        return false;
+    const referred to = find_referred(r, place, key, node);
+    return to.body < 0 ? !r->names_are_known : kt_body_is_hidden(r, to.body);
+}
+
+/* Whether an item has faults of form; these do not change while the description is checked. O(item) for the first fault of each. */
+static bool is_item_faulty(kt_checking *c, const kt_node *item) {
+    if (c->item != item)
+        c->is_item_faulty = kt_node_is_faulty(item);
+    c->item = item;
+    return c->is_item_faulty;
+}
+
+/* Whether a fault is about an end that is right by itself, and something else in the item could not be read: the other end, maybe. */
+static bool leans_on_other_end(kt_checking *c, const kt_place *place, const kt_key *key, const kt_node *item,
+                               const kt_node *node) {
+    if (key == NULL || !is_reference(place, key) || !is_item_faulty(c, item))
+        return false;
+    const referred to = find_referred(c->reader, place, key, node);
+    const kt_node *body = node->kind == KT_NODE_MAP ? kt_node_find(node, "body") : node;
+    const bool is_ground = body == NULL || (body->kind == KT_NODE_TEXT && strcmp(body->of.text, "world") == 0);
+    return is_ground || (to.is_named && to.body >= 0 && !to.lacks_marker);
 }
 
 static bool is_faulty_at(const kt_node *map, const char *const *keys) {
@@ -123,6 +160,12 @@ static bool is_faulty_in(const kt_node *item, const char *map, const char *key) 
     return in != NULL && in->kind == KT_NODE_MAP && kt_node_is_faulty(kt_node_find(in, key));
 }
 
+/* Whether a mapping in the item has a wrong key. */
+static bool has_stray_in(const kt_node *item, const char *map) {
+    const kt_node *in = kt_node_find(item, map);
+    return in != NULL && kt_node_has_stray(in);
+}
+
 /* Whether the keys of a loop or effect were read at all. */
 static bool has_type(const kt_node *item) {
     const kt_node *type = kt_node_find(item, "type");
@@ -133,21 +176,28 @@ static bool has_type(const kt_node *item) {
 static bool leans_on_faulty(const kt_place *place, const kt_node *item) {
     static const char *const pairs[][3] = {{"joint.axis2", "joint", "axis"}, {"shape.to", "shape", "from"}};
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
-        if (strcmp(place->field, pairs[i][0]) == 0 && is_faulty_in(item, pairs[i][1], pairs[i][2]))
+        if (strcmp(place->field, pairs[i][0]) == 0 &&
+            (is_faulty_in(item, pairs[i][1], pairs[i][2]) || has_stray_in(item, pairs[i][1])))
             return true;
     return false;
 }
 
 /* Whether the fault is, or may come from, one of form. A key that is present and can be read is itself at fault; one
  * that is absent may be present but misspelt. */
-static bool is_known(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *item,
+static bool is_known(kt_checking *c, const kt_place *place, const kt_key *key, const kt_node *item,
                      const kt_node *node) {
+    const kt_reader *r = c->reader;
     static const char *const mass[] = {"mass", "com", "inertia", "shape", NULL}, *const joint[] = {"joint", NULL};
     size_t length = strcspn(place->field, ".");
     if (node->faulty || refers_to_hidden(r, place, key, node) || leans_on_faulty(place, item))
         return true;
+    if (leans_on_other_end(c, place, key, item, node) || (node == item && kt_node_has_stray(item)))
+        return true;
     if ((place->item == KT_ITEM_LOOP || place->item == KT_ITEM_EFFECT) && !has_type(item) &&
         strcmp(place->field, "name") != 0)
+        return true;
+    if (place->item == KT_ITEM_BODY && strcmp(place->field, "mass") == 0 &&
+        kt_node_is_faulty(kt_node_find(item, "inertia"))) /* functions of both are read together */
         return true;
     if (place->item != KT_ITEM_BODY || node != item)
         return kt_node_is_faulty(node);
@@ -165,7 +215,7 @@ static void take_fault(void *user, const kt_place *place, const kt_error *error)
     const kt_key *key = key_of(c, place);
     const kt_node *item = item_node(r, place);
     const kt_node *node = follow(c, item_node(r, place), place->field, key != NULL ? key->also : NULL, place->sub);
-    if (is_known(r, place, key, item, node))
+    if (is_known(c, place, key, item, node))
         return;
     kt_phrase where = {.length = 0};
     if (place->item == KT_ITEM_HOLD)

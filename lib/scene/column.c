@@ -55,7 +55,7 @@ static void read_column(kt_reader *r, const kt_scope *outer, kt_node *key, kt_sc
                           kt_name_quote(key->of.text).text);
     else if (key->next->kind != KT_NODE_TEXT || key->next->count == 0)
         (void)kt_fault_expected(r, &here, key->next, "a formula (\"2*velocity.arm\")");
-    else if (r->names_are_known)
+    else if (kt_variables_are_known(r))
         (void)kt_read_formula(r, &here, key->next, &symbols, true, &column->formula);
     column->name = kt_pool_text(&r->keep, key->of.text, key->count);
     if (column->name == NULL)

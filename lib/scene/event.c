@@ -51,6 +51,10 @@ static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, con
     const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
     if (node->kind != KT_NODE_TEXT || node->count == 0)
         return kt_fault_expected(r, scope, node, "a formula (\"position.arm - 2.3\")");
+    if (!kt_variables_are_known(r)) {
+        node->faulty = true; /* a fault of the bodies or states has been reported */
+        return false;
+    }
     return kt_read_formula(r, scope, node, &symbols, true, out) && kt_check_crossing(r, scope, node, &symbols);
 }
 
@@ -91,8 +95,14 @@ static int find_effect(const kt_description *d, const char *name) {
 /* The name of a loop or of an effect. */
 static bool check_switched(kt_reader *r, const kt_scope *scope, kt_node *node, const char *name) {
     const kt_description *d = r->description;
-    if (!r->names_are_known)
-        return true;
+    if (!r->names_are_known || kt_node_has_stray(r->root) || kt_node_is_faulty(kt_node_find(r->root, "loops")) ||
+        kt_node_is_faulty(kt_node_find(r->root, "effects")))
+        return true; /* names of some loops or effects could not be read */
+    for (int i = 0; i < d->loop_count + d->effect_count; i++) {
+        const char *other = i < d->loop_count ? d->loops[i].name : d->effects[i - d->loop_count].name;
+        if (other != NULL && !kt_name_is_valid(other))
+            return true; /* which the check will report */
+    }
     const bool is_loop = find_loop(d, name) >= 0, is_effect = find_effect(d, name) >= 0;
     kt_nearest near = kt_nearest_make(name, &r->effort);
     if (is_loop != is_effect)
@@ -165,10 +175,13 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
         if (key->kind != KT_NODE_TEXT)
             return kt_fault_expected(r, scope, key, "the name of a parameter or a state");
         const kt_scope here = {.outer = scope, .key = key->of.text};
-        if (!r->names_are_known)
+        if (!r->names_are_known || r->parameters_are_hidden || r->hides_parameters)
             return true;
-        if (!kt_variable_find(r->description, key->of.text, &variable) ||
-            (variable.type != KT_VARIABLE_STATE && variable.type != KT_VARIABLE_VELOCITY))
+        const bool is_settable = kt_variable_find(r->description, key->of.text, &variable) &&
+                                 (variable.type == KT_VARIABLE_STATE || variable.type == KT_VARIABLE_VELOCITY);
+        if (!is_settable && kt_is_parameter(r, key->of.text))
+            return true; /* whose value has been reported */
+        if (!is_settable)
             return kt_fault_at(r, KT_ERROR_SCENE, scope, key,
                                "there is no parameter, state or velocity %s%s; what an event sets is a name of "
                                "`parameters` or `states`, or velocity.JOINT",

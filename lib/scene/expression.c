@@ -41,6 +41,24 @@ bool kt_is_parameter(const kt_reader *r, const char *name) {
 
 bool kt_is_expression(const kt_node *node) { return node->kind == KT_NODE_TEXT && node->of.text[0] == '='; }
 
+/* Whether a text is an expression of some names or other. */
+static bool find_any_name(void *user, const char *name, kt_symbol *symbol) {
+    (void)user;
+    *symbol = (kt_symbol){.index = 0};
+    return !kt_is_reserved(name) || strcmp(name, "t") == 0;
+}
+
+/* Whether a fault of an expression may follow from names of the file that could not be read. */
+static bool follows_from_names(kt_reader *r, const char *text, const kt_error *error) {
+    const kt_symbols any = {.find = find_any_name};
+    const kt_expression *expression = NULL;
+    const size_t size = kt_expression_size(text);
+    if (!r->hides_parameters || strstr(error->message, "did you mean") != NULL)
+        return false;
+    void *memory = kt_pool_take(&r->scratch, size, 1);
+    return memory != NULL && kt_expression_parse(text, &any, memory, size, &expression, NULL, NULL) == KT_OK;
+}
+
 /* Reads a text into memory that lasts as long as the reading; at a fault NULL, its place from 0, and the error. */
 static const kt_expression *parse_text(kt_reader *r, const char *text, const kt_symbols *symbols, int *at,
                                        kt_error *error) {
@@ -63,6 +81,7 @@ static const kt_expression *parse_node(kt_reader *r, const kt_scope *scope, kt_n
     const kt_expression *expression = parse_text(r, node->of.text + 1, symbols, &at, &error);
     if (expression != NULL || r->out_of_memory)
         return expression;
+    node->faulty = node->faulty || follows_from_names(r, node->of.text + 1, &error);
     kt_node spot = kt_spot_of(node, 1 + at);
     (void)kt_fault_at(r, KT_ERROR_SCENE, scope, &spot, "%s", error.message);
     node->faulty = true;
@@ -82,6 +101,14 @@ const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, 
         (int)strcspn(node->of.text + named, " +-*/^(),.=<>!"), node->of.text + named);
     node->faulty = true;
     return NULL;
+}
+
+bool kt_is_bare_expression(kt_reader *r, const char *text) {
+    const kt_symbols symbols = {.find = find_parameter, .user = r};
+    const kt_expression *expression = NULL;
+    const size_t size = kt_expression_size(text);
+    void *memory = text[0] != '\0' && size > 0 ? kt_pool_take(&r->scratch, size, 1) : NULL;
+    return memory != NULL && kt_expression_parse(text, &symbols, memory, size, &expression, NULL, NULL) == KT_OK;
 }
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
@@ -173,7 +200,7 @@ static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, c
     int at = 0;
     kt_error error = {0};
     const kt_expression *expression = parse_text(r, written->text, symbols, &at, &error);
-    if (expression == NULL && !r->out_of_memory)
+    if (expression == NULL && !r->out_of_memory && !follows_from_names(r, written->text, &error))
         (void)kt_written_fault(r, scope, written, at, error.message);
     return expression;
 }

@@ -27,6 +27,9 @@ bool kt_is_parameter(const kt_reader *r, const char *name);
 /* Whether a scalar is an expression: '=' begins it. */
 bool kt_is_expression(const kt_node *node);
 
+/* Whether a text, which lacks the '=', is an expression of parameters. */
+bool kt_is_bare_expression(kt_reader *r, const char *text);
+
 /* Reads the expression of a node, which lives as long as the reading; NULL after reporting a fault. */
 const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node);
 

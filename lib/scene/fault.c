@@ -102,9 +102,19 @@ void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, 
     (void)snprintf(where, KT_WHERE_SIZE, "%s%s:%u:%u", dots, path, (unsigned)line, (unsigned)column);
 }
 
+static bool are_the_same(const kt_fault *a, const kt_fault *b) {
+    return a->line == b->line && a->column == b->column && strcmp(a->message, b->message) == 0;
+}
+
+/* What two checks have found is one fault. */
 void kt_fault_sort(kt_reader *r) {
+    size_t count = 0;
     if (r->fault_count > 1)
         qsort(r->faults, r->fault_count, sizeof *r->faults, compare_faults);
+    for (size_t i = 0; i < r->fault_count; i++)
+        if (count == 0 || !are_the_same(&r->faults[count - 1], &r->faults[i]))
+            r->faults[count++] = r->faults[i];
+    r->fault_count = count;
 }
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */

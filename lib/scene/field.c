@@ -135,6 +135,7 @@ static int type_of(const kt_table *table, const void *object) {
 typedef struct kt_reading {
     kt_reader *r;
     const kt_scope *scope;
+    const kt_node *map;
     const kt_table *table;
     void *object;
     kt_fields fields;
@@ -143,66 +144,119 @@ typedef struct kt_reading {
     bool misspelt[KT_TABLE_COUNT_MAX]; /* an unknown key was probably meant for it */
     int type;                          /* -1: it could not be read */
     bool type_is_known;                /* it could be read, or there are none to choose from */
+    bool is_missing_reported;          /* which keys are missing has been reported */
 } kt_reading;
 
-static void report_unknown(kt_reading *reading, kt_node *key) {
-    kt_reader *r = reading->r;
+/* What a comma in an unquoted formula leaves as a key: "x)" of =atan2(y, x). */
+static bool is_of_formula(const kt_node *key) {
+    return strpbrk(key->of.text, "()=") != NULL || strspn(key->of.text, "+-.0123456789") > 0;
+}
+
+/* The keys that a mapping needs and does not have, but for those that an unknown one was probably meant for: "'to', 'radius'".
+ * Returns their number. */
+static int list_missing(const kt_reading *reading, kt_phrase *missing) {
+    const int count = reading->type_is_known ? reading->fields.count : reading->table->count;
+    int found = 0;
+    if (reading->map->faulty)
+        return 0;
+    for (int i = 0; i < count; i++) {
+        const kt_field *field = &reading->fields.field[i];
+        if ((field->flags & KT_FIELD_REQUIRED) == 0 || reading->values[i] != NULL || reading->misspelt[i])
+            continue;
+        kt_phrase_add(missing, "%s'%s'", found++ > 0 ? ", " : "", field->key);
+        if (field->also != NULL)
+            kt_phrase_add(missing, " (or '%s')", field->also);
+    }
+    return found;
+}
+
+/* One fault for a key that is wrong and for those that are missing, in whose place it may stand. */
+static void report_key(kt_reading *reading, kt_node *key, const char *what) {
+    kt_phrase missing = {.length = 0};
+    const int count = reading->is_missing_reported ? 0 : list_missing(reading, &missing);
+    reading->is_missing_reported = reading->is_missing_reported || count > 0;
+    if (count > 0)
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "%s; %s %s missing", what, missing.text,
+                    count > 1 ? "are" : "is");
+    else
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "%s", what);
+}
+
+/* Reports an unknown key that resembles a known one. */
+static void report_misspelt(kt_reading *reading, kt_node *key) {
     const kt_fields *fields = &reading->fields;
-    const char *word = key->of.text;
-    kt_nearest nearest = kt_nearest_make(word, &r->effort);
+    kt_nearest nearest = kt_nearest_make(key->of.text, &reading->r->effort);
     bool more = true;
     for (int i = 0; more && i < fields->count; i++) {
         more = kt_nearest_try(&nearest, fields->field[i].key);
         if (more && fields->field[i].also != NULL)
             more = kt_nearest_try(&nearest, fields->field[i].also);
     }
-    kt_phrase mend = {.length = 0};
-    if (strspn(word, "+-.0123456789)") > 0) {
-        kt_phrase_add(&mend, "if it is part of a formula, put that in quotes: in { } and [ ] a comma ends it");
-    } else if (nearest.best != NULL) {
-        kt_phrase_add(&mend, "did you mean '%s'?", nearest.best);
-        reading->misspelt[find_field(fields, nearest.best)] = true;
-    } else {
-        kt_phrase_add(&mend, "it can be");
-        for (int i = 0; i < fields->count; i++) {
-            kt_phrase_add(&mend, "%s %s", i > 0 ? "," : "", fields->field[i].key);
-            if (fields->field[i].also != NULL)
-                kt_phrase_add(&mend, ", %s", fields->field[i].also);
-        }
+    if (nearest.best == NULL || is_of_formula(key))
+        return;
+    reading->misspelt[find_field(fields, nearest.best)] = true;
+    kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "unknown key %s; did you mean '%s'?",
+                kt_name_quote(key->of.text).text, nearest.best);
+}
+
+static void report_unknown(kt_reading *reading, kt_node *key) {
+    const kt_fields *fields = &reading->fields;
+    kt_phrase what = {.length = 0};
+    kt_phrase_add(&what, "unknown key %s; ", kt_name_quote(key->of.text).text);
+    if (is_of_formula(key)) {
+        kt_phrase_add(&what, "if it is part of a formula, put that in quotes: in { } and [ ] a comma ends it");
+        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "%s", what.text);
+        return;
     }
-    kt_fault_at(r, KT_ERROR_SCENE, reading->scope, key, "unknown key %s; %s", kt_name_quote(word).text, mend.text);
+    kt_phrase_add(&what, "it can be");
+    for (int i = 0; i < fields->count; i++) {
+        kt_phrase_add(&what, "%s %s", i > 0 ? "," : "", fields->field[i].key);
+        if (fields->field[i].also != NULL)
+            kt_phrase_add(&what, ", %s", fields->field[i].also);
+    }
+    report_key(reading, key, what.text);
+}
+
+/* How many other types have a key. */
+static int count_owners(const kt_reading *reading, const kt_node *key) {
+    const kt_choice *types = reading->table->types;
+    int owners = 0;
+    if (types == NULL || reading->type < 0)
+        return 0;
+    for (int i = types->first; i < types->count; i++)
+        owners += key_of_type(reading->table, i, key->of.text) != NULL;
+    return owners;
 }
 
 /* Reports a key that other types have; returns false if none has it. */
-static bool report_misplaced(const kt_reading *reading, kt_node *key) {
+static bool report_misplaced(kt_reading *reading, kt_node *key) {
     const kt_table *table = reading->table;
     const kt_choice *types = table->types;
-    int owners = 0;
-    if (types == NULL || reading->type < 0)
-        return false;
-    for (int i = types->first; i < types->count; i++)
-        owners += key_of_type(table, i, key->of.text) != NULL;
+    int owners = count_owners(reading, key);
     if (owners == 0)
         return false;
     kt_phrase phrase = {.length = 0};
     for (int i = types->first; i < types->count; i++)
         if (key_of_type(table, i, key->of.text) != NULL)
             kt_phrase_add(&phrase, "%s%s", types->names[i], --owners > 1 ? ", " : owners == 1 ? " and " : "");
-    kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "type %s has no key '%s'; it belongs to %s",
-                types->names[reading->type], key->of.text, phrase.text);
+    kt_phrase what = {.length = 0};
+    kt_phrase_add(&what, "type %s has no key '%s'; it belongs to %s", types->names[reading->type], key->of.text,
+                  phrase.text);
+    report_key(reading, key, what.text);
     return true;
 }
 
-static void report_repeated(const kt_reading *reading, const kt_node *first, kt_node *key) {
+static void report_repeated(kt_reading *reading, const kt_node *first, kt_node *key) {
+    kt_phrase what = {.length = 0};
     if (strcmp(first->of.text, key->of.text) == 0)
-        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key,
-                    "the key '%s' is there already, in line %u; remove one of them", key->of.text,
-                    (unsigned)first->line);
+        kt_phrase_add(&what, "the key '%s' is there already, in line %u; remove one of them", key->of.text,
+                      (unsigned)first->line);
     else
-        kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key,
-                    "'%s' and '%s' are the same; leave one of them out", first->of.text, key->of.text);
+        kt_phrase_add(&what, "'%s' and '%s' are the same; leave one of them out", first->of.text, key->of.text);
+    report_key(reading, key, what.text);
 }
 
+/* Finds the values of fields; whatever else there is stays for report_stray. */
 static void sort_key(kt_reading *reading, kt_node *key) {
     if (key->faulty)
         return;
@@ -211,18 +265,28 @@ static void sort_key(kt_reading *reading, kt_node *key) {
                     key->kind == KT_NODE_LIST ? "list" : "mapping");
         return;
     }
-    if (strcmp(key->of.text, "<<") == 0 && key->next->faulty) /* a merge key, whose alias has been reported */
-        return;
     const int found = find_field(&reading->fields, key->of.text);
-    if (found < 0) {
-        if (!report_misplaced(reading, key))
-            report_unknown(reading, key);
-    } else if (reading->values[found] != NULL) {
-        report_repeated(reading, reading->keys[found], key);
-    } else {
+    if (found >= 0 && reading->values[found] == NULL) {
         reading->values[found] = key->next;
         reading->keys[found] = key;
     }
+}
+
+/* Reports a key that is no field's, or is there twice; at first (`all` is false) those alone that resemble one. */
+static void report_stray(kt_reading *reading, kt_node *key, bool all) {
+    if (key->faulty || key->kind != KT_NODE_TEXT)
+        return;
+    if (strcmp(key->of.text, "<<") == 0 && key->next->faulty) /* a merge key, whose alias has been reported */
+        return;
+    const int found = find_field(&reading->fields, key->of.text);
+    if (found >= 0 && (reading->keys[found] == key || !all))
+        return;
+    if (found >= 0)
+        report_repeated(reading, reading->keys[found], key);
+    else if (!all && count_owners(reading, key) == 0)
+        report_misspelt(reading, key);
+    else if (all && !report_misplaced(reading, key))
+        report_unknown(reading, key);
 }
 
 static bool read_field(const kt_reading *reading, int i) {
@@ -232,19 +296,11 @@ static bool read_field(const kt_reading *reading, int i) {
     return !value->faulty && field->kind->read(reading->r, &scope, value, field, reading->object);
 }
 
-/* A key that an unknown one was probably meant for is not reported again. */
+/* What wrong keys have told is not told again. */
 static void report_missing(const kt_reading *reading, kt_node *map) {
     const kt_table *table = reading->table;
     kt_phrase missing = {.length = 0}, mend = {.length = 0};
-    int count = 0;
-    for (int i = 0; i < (reading->type_is_known ? reading->fields.count : table->count); i++) {
-        const kt_field *field = &reading->fields.field[i];
-        if ((field->flags & KT_FIELD_REQUIRED) == 0 || reading->values[i] != NULL || reading->misspelt[i])
-            continue;
-        kt_phrase_add(&missing, "%s'%s'", count++ > 0 ? ", " : "", field->key);
-        if (field->also != NULL)
-            kt_phrase_add(&missing, " (or '%s')", field->also);
-    }
+    const int count = reading->is_missing_reported ? 0 : list_missing(reading, &missing);
     if (count == 0)
         return;
     if (table->types != NULL && kt_node_find(map, "type") == NULL) {
@@ -277,16 +333,45 @@ static void read_type(kt_reading *reading, const kt_node *map) {
         list_all_fields(&reading->fields, table);
 }
 
+/* Whether a key that is no field's stands for this one: it resembles it, or no field. */
+static bool may_stand_for(kt_reader *r, const kt_fields *fields, const char *word, const char *key) {
+    kt_nearest nearest = kt_nearest_make(word, &r->effort);
+    for (int i = 0; i < fields->count; i++)
+        (void)kt_nearest_try(&nearest, fields->field[i].key);
+    return nearest.best == NULL || strcmp(nearest.best, key) == 0;
+}
+
+bool kt_key_is_hidden(kt_reader *r, const kt_table *table, const kt_node *map, const char *key) {
+    kt_fields fields;
+    bool seen[KT_TABLE_COUNT_MAX] = {false}, is_hidden = false;
+    list_fields(&fields, table, -1);
+    for (const kt_node *other = map->of.first; other != NULL; other = other->next->next) {
+        const int found = other->kind == KT_NODE_TEXT ? find_field(&fields, other->of.text) : -1;
+        if (found >= 0 && strcmp(fields.field[found].key, key) == 0)
+            return false;
+        if (found >= 0)
+            is_hidden = is_hidden || seen[found];
+        else
+            is_hidden = is_hidden || other->kind != KT_NODE_TEXT || may_stand_for(r, &fields, other->of.text, key);
+        if (found >= 0)
+            seen[found] = true;
+    }
+    return is_hidden;
+}
+
 bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object) {
     if (map->kind == KT_NODE_TEXT && map->count > 0 && table->types != NULL)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, map, "expected a mapping, found %s; write {type: ...}",
                            kt_name_quote(map->of.text).text);
     if (map->kind != KT_NODE_MAP)
         return kt_fault_expected(r, scope, map, table->example == NULL ? "a mapping (key: value)" : table->example);
-    kt_reading reading = {.r = r, .scope = scope, .table = table, .object = object};
+    kt_reading reading = {.r = r, .scope = scope, .map = map, .table = table, .object = object};
     read_type(&reading, map);
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
         sort_key(&reading, key);
+    for (int all = 0; all < 2; all++)
+        for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
+            report_stray(&reading, key, all == 1);
     report_missing(&reading, map);
     for (int i = 0; i < (reading.type_is_known ? reading.fields.count : table->count) && !r->out_of_memory; i++)
         if (reading.values[i] != NULL && !is_type(table, &reading.fields.field[i]))

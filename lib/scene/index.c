@@ -31,7 +31,9 @@ int kt_find_joint(const kt_reader *r, const char *name) {
 
 bool kt_body_is_hidden(const kt_reader *r, int body) {
     const kt_node *joint = kt_node_find(r->body_nodes[body], "joint");
-    if (joint != NULL && (joint->faulty || kt_node_is_faulty(kt_node_find(joint, "type"))))
+    if (kt_node_has_stray(r->body_nodes[body]))
+        return true;
+    if (joint != NULL && (joint->faulty || kt_node_has_stray(joint) || kt_node_is_faulty(kt_node_find(joint, "type"))))
         return true;
     return kt_node_is_faulty(kt_node_find(r->body_nodes[body], "markers"));
 }

@@ -225,15 +225,15 @@ static void set_quantity(kt_reader *r, const joint_names *names) {
 
 /* The coefficients have been read before, the offset is read behind. */
 static bool read_coupling(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    const kt_effect none = {.end_count = 0};
-    joint_names names = {.r = r, .description = r->description, .all = kt_formula_names_of(r->description, &none)};
-    const kt_symbols symbols = {.find = find_joint, .list = list_joint, .user = &names};
     if (node->kind != KT_NODE_TEXT)
         return kt_fault_expected(r, scope, node, "a formula (\"position.follower - 0.2*position.cam^2\")");
-    if (!r->names_are_known) {
+    if (!kt_variables_are_known(r)) {
         node->faulty = true; /* a fault of the bodies has been reported */
         return false;
     }
+    const kt_effect none = {.end_count = 0};
+    joint_names names = {.r = r, .description = r->description, .all = kt_formula_names_of(r->description, &none)};
+    const kt_symbols symbols = {.find = find_joint, .list = list_joint, .user = &names};
     if (!kt_read_formula(r, scope, node, &symbols, true, kt_field_in(object, field)))
         return false;
     if (names.count == 0)
@@ -307,12 +307,12 @@ static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, con
                          const char **text) {
     if (node->kind != KT_NODE_TEXT)
         return kt_fault_expected(r, scope, node, "a formula");
-    kt_formula_names names = kt_formula_names_of(r->description, effect);
-    const kt_symbols symbols = kt_formula_symbols(&names);
-    if (!r->names_are_known) {
+    if (!kt_variables_are_known(r)) {
         node->faulty = true; /* a fault of the bodies or states has been reported */
         return false;
     }
+    kt_formula_names names = kt_formula_names_of(r->description, effect);
+    const kt_symbols symbols = kt_formula_symbols(&names);
     return kt_read_formula(r, scope, node, &symbols, false, text);
 }
 

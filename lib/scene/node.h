@@ -31,6 +31,9 @@ enum {
 /* Returns the value of the first such key of a mapping; NULL if there is none. O(number of keys). */
 kt_node *kt_node_find(const kt_node *map, const char *key);
 
+/* Whether a fault has been reported at a key of a mapping: it may have been meant for any other one. */
+bool kt_node_has_stray(const kt_node *map);
+
 /* Whether a fault has been reported at this node or below it. NULL has none. */
 bool kt_node_is_faulty(const kt_node *node);
 

@@ -48,10 +48,10 @@ static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
         return kt_reader_out_of_memory(r);
     kt_names_init(&r->parameter_names, count, slots);
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next) {
-        if (key->kind != KT_NODE_TEXT) {
+        if (key->kind != KT_NODE_TEXT)
             (void)kt_fault_expected(r, scope, key, "the name of a parameter");
+        if (key->kind != KT_NODE_TEXT || key->faulty)
             continue;
-        }
         r->parameters[r->parameter_count] =
             (kt_named_number){.name = key->of.text, .key = key, .node = key->next, .value = (double)NAN};
         r->parameters[r->parameter_count].is_set = kt_reset_is_named(r, key->of.text);
@@ -219,7 +219,7 @@ void kt_parameters_read(kt_reader *r) {
     const kt_scope scope = {.key = "parameters"};
     kt_uses uses = {.uses = NULL};
     kt_node *map = kt_node_find(r->root, "parameters");
-    if (map == NULL)
+    if (map == NULL || r->parameters_are_hidden)
         return;
     if (map->kind != KT_NODE_MAP) {
         (void)kt_fault_expected(r, &scope, map, "a mapping of names to numbers (L: 1.2)");
@@ -228,6 +228,7 @@ void kt_parameters_read(kt_reader *r) {
     }
     if (!list_parameters(r, &scope, map))
         return;
+    r->hides_parameters = r->hides_parameters || kt_node_has_stray(map);
     for (int k = 0; k < r->parameter_count && !r->out_of_memory; k++) {
         const kt_scope here = {.outer = &scope, .key = r->parameters[k].name};
         if (kt_is_expression(r->parameters[k].node))

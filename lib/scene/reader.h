@@ -43,6 +43,7 @@ struct kt_reader {
     kt_node **part_nodes;
     kt_names names;       /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
     bool names_are_known; /* the name of every body could be read */
+    bool hides_bodies;    /* markers or the joint of some body could not */
     int quantity;         /* kt_quantity of the values of the function that is being read */
     int function_depth;   /* sums and products that the function is within */
     int joint_quantity;   /* kt_quantity of the position of the joint that the item acts in */
@@ -51,6 +52,7 @@ struct kt_reader {
     double *parameter_values;    /* theirs, NaN where there is none: the values of expressions' symbols */
     int parameter_count;
     bool parameters_are_hidden; /* they could not be read: what uses them is not told */
+    bool hides_parameters;      /* the names of some could not: what uses unknown names is not told */
     kt_names parameter_names;   /* to indices */
     kt_named_formula *named;    /* of `expressions`; see named.c */
     int named_count;
@@ -85,10 +87,13 @@ bool kt_fault_put(kt_reader *r, kt_status code, uint32_t line, uint32_t column, 
 /* Writes "FILE:LINE:COLUMN". */
 void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column);
 
+/* Whether what a formula may name is known: else its names are not checked, since faults have been reported. */
+static inline bool kt_variables_are_known(const kt_reader *r) { return r->names_are_known && !r->hides_bodies; }
+
 /* Records that memory has run out. Returns false. */
 bool kt_reader_out_of_memory(kt_reader *r);
 
-/* Sorts the faults by line and column. */
+/* Sorts the faults by line and column, and drops repeated ones. */
 void kt_fault_sort(kt_reader *r);
 
 /* Reports "expected X, found Y" with what the node contains, and how to mend it if that is known. Returns false. */
@@ -165,6 +170,9 @@ static inline const void *kt_field_of(const void *object, const kt_field *field)
 /* Reads a mapping into an object that holds the defaults. Unknown, repeated, misplaced and missing keys are reported.
  * Fields are read in the order of the table, not of the file. Returns false if the node is no mapping. */
 bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object);
+
+/* Whether a mapping without types lacks a key, and has a wrong one in its place: one that it does not know, or another one twice. */
+bool kt_key_is_hidden(kt_reader *r, const kt_table *table, const kt_node *map, const char *key);
 
 /* Writes the mapping: the fields that differ from those of `standard`. */
 void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, const void *standard);

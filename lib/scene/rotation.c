@@ -127,6 +127,8 @@ static kt_rotation_type find_form(kt_reader *r, const kt_scope *scope, kt_node *
         first = form_fields[i].key;
     }
     bool has_axis = kt_node_find(node, "axis") != NULL, has_angle = kt_node_find(node, "angle") != NULL;
+    if (has_axis != has_angle && kt_node_has_stray(node))
+        return KT_ROTATION_NONE;
     if (has_axis != has_angle) {
         kt_fault_at(r, KT_ERROR_SCENE, scope, node, "the key '%s' is missing; a rotation is given by axis and angle",
                     has_axis ? "angle" : "axis");

@@ -7,6 +7,7 @@
 #include "base/require.h"
 
 #include "scene/beam.h"
+#include "scene/comma.h"
 #include "scene/event.h"
 #include "scene/file.h"
 #include "scene/named.h"
@@ -82,6 +83,8 @@ static const kt_table table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 static bool check_version(kt_reader *r, kt_node *root) {
     double value;
     kt_node *version = kt_node_find(root, "kinetree");
+    if (version == NULL && kt_key_is_hidden(r, &table, root, "kinetree"))
+        return true; /* which is told with what is there instead */
     if (version == NULL) {
         kt_fault_at(r, KT_ERROR_SCENE, NULL, root, "the key 'kinetree' is missing; begin with 'kinetree: 1'");
         return true;
@@ -203,6 +206,18 @@ static void check_interval(kt_reader *r, const kt_run *run) {
                     error.message);
 }
 
+/* Sections whose names others use may be there under wrong keys, which the table will report. */
+static void hide_sections(kt_reader *r) {
+    static const char *const sections[] = {"bodies", "beams", "states"};
+    const kt_node *expressions = kt_node_find(r->root, "expressions");
+    r->parameters_are_hidden = kt_key_is_hidden(r, &table, r->root, "parameters");
+    r->hides_parameters =
+        (expressions != NULL && kt_node_has_stray(expressions)) || kt_key_is_hidden(r, &table, r->root, "expressions");
+    for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
+        if (kt_key_is_hidden(r, &table, r->root, sections[i]))
+            r->names_are_known = false;
+}
+
 static void read_scene(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                        kt_scene *scene) {
     if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
@@ -211,11 +226,13 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
         kt_fault_expected(r, NULL, r->root, "a scene ('kinetree: 1' and other keys)");
         return;
     }
+    kt_commas_check(r);
     kt_settings_apply(r, options, &table);
     kt_varying_start(r, options);
     if (!check_version(r, r->root))
         return;
     kt_expressions_list(r);
+    hide_sections(r);
     kt_parameters_read(r);
     kt_resets_add_states(r, &scene->description);
     kt_beams_expand(r);

@@ -154,7 +154,7 @@ static void read_effect(kt_reader *r, const kt_scope *scope, kt_node *node, kt_e
         effect->initial_length = false;
     if (good && effect->type != KT_EFFECT_EXPRESSION)
         effect->end_count = 0;
-    else if (good && in_joint + between + (at != NULL) != 1)
+    else if (good && in_joint + between + (at != NULL) != 1 && !kt_node_has_stray(node))
         (void)kt_fault_at(
             r, KT_ERROR_SCENE, scope, node,
             "an expression acts in a `joint`, `between` two ends, or `at` a point of a body; give one of them");

@@ -161,7 +161,8 @@ static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, con
                     "'step' is for a fixed step and 'max_step' bounds adaptive ones; leave one of them out");
         return;
     }
-    if (method == NULL || kt_method_is_adaptive(method) || step != NULL || kt_node_is_faulty(integrator))
+    if (method == NULL || kt_method_is_adaptive(method) || step != NULL || kt_node_is_faulty(integrator) ||
+        kt_node_has_stray(node)) /* the step, maybe */
         return;
     char adaptive[256];
     (void)kt_method_names(true, adaptive, sizeof adaptive);

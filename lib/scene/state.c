@@ -17,7 +17,7 @@ static bool read_rate(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     const kt_symbols symbols = kt_formula_symbols(&names);
     if (node->kind != KT_NODE_TEXT || node->count == 0)
         return kt_fault_expected(r, scope, node, "a formula (\"(input - current)/T\")");
-    if (!r->names_are_known) {
+    if (!kt_variables_are_known(r)) {
         node->faulty = true; /* a fault of the names has been reported */
         return false;
     }

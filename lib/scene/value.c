@@ -31,6 +31,10 @@ static bool fault_no_number(kt_reader *r, const kt_scope *scope, kt_node *node, 
     bool digit = text[strspn(text, "+-.")] >= '0' && text[strspn(text, "+-.")] <= '9';
     bool angle = quantity == KT_QUANTITY_ANGLE || quantity == KT_QUANTITY_RATE;
     const char *mend = NULL;
+    const char *const expected = expected_number(quantity);
+    if (node->plain && strpbrk(text, "+-*/^()") != NULL && kt_is_bare_expression(r, text))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected %s, found %s; write =%.*s", expected, quoted.text,
+                           (int)sizeof quoted.text, text);
     if (digit && strchr(text, ',') != NULL)
         mend = "write a point for the decimal comma";
     else if (digit && strchr(text, '_') != NULL)
