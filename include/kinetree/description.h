@@ -481,7 +481,8 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   bushing: -stiffnesses of displacement and rotation (Euler vector) of the second frame, -dampings of their rates,
  *     along and about the first end's axes; for less than half a turn between the ends;
  *   motor: torque(t) in a joint; force: value(t) on a point; torque: value(t) on a body;
- *   servo: stiffness (target(t) - q) + damping (target'(t) - v) in a joint, never more than limit;
+ *   servo: stiffness (target(t) - q) + damping (target'(t) - v) in a joint, never more than limit (smoothly), nor
+ *     beyond lower and upper (sharply);
  *   thrust: d(mass)/dt (t) times exhaust, a velocity in the axes of the end's body: of mass that leaves or arrives there
  *     with that velocity, relative to the body (kt_variable_mass);
  *   drag: -(linear + quadratic |v|) v on a point; attraction: strength / distance^2 pulls two points together;
@@ -524,7 +525,8 @@ typedef struct kt_effect {
     double breakaway;      /* joint_friction: at rest, N (m); not below coulomb; default (0): as coulomb */
     double stribeck;       /* joint_friction: speed over which breakaway falls to coulomb, rad/s or m/s; default 0.01 */
     double smoothing;      /* joint_friction: speed over which the force changes sign; default 1e-3 */
-    double lower, upper;   /* joint_limit: rad or m; default: infinite, which is none; at least one is needed */
+    double lower, upper;   /* joint_limit: rad or m, at least one is needed; servo: hard bounds of the force, N (m);
+                              default: infinite, which is none */
     double stiffnesses[6]; /* bushing: x, y, z in N/m, about x, y, z in N m/rad; default 0 */
     double dampings[6];    /* bushing: N s/m, N m s/rad; default 0 */
     kt_function torque;    /* motor: N (m) */

@@ -174,6 +174,10 @@ static inline bool kt_effect_sticks(const kt_effect *effect) {
     return KT_HAS_SWITCHES && effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
 }
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect);
+/* Reports that an effect has neither of two numbers of which it needs one. */
+void kt_effect_report_neither(kt_checker *checker, const char *first, const char *second);
+/* Checks that lower is not above upper. */
+void kt_effect_check_bounds(kt_checker *checker, const kt_effect *effect);
 
 #if KT_HAS_SWITCHES
 #define KT_ELASTIC_STIFFNESS .range = KT_RANGE_NOT_NEGATIVE

@@ -15,10 +15,9 @@ static void check(kt_checker *checker, const kt_effect *effect) {
     if (KT_HAS_SWITCHES)
         kt_effect_check_hard(checker, effect, "stop");
     if (!checker->set && effect->lower == -none && effect->upper == none)
-        kt_checker_fault(checker, "lower", -1, "there is neither lower nor upper; give at least one of them");
-    else if (kt_number_is_fine(effect->lower) && kt_number_is_fine(effect->upper) && effect->lower > effect->upper)
-        kt_checker_fault(checker, "lower", -1, "lower is %g, above upper, which is %g; exchange them", effect->lower,
-                         effect->upper);
+        kt_effect_report_neither(checker, "lower", "upper");
+    else
+        kt_effect_check_bounds(checker, effect);
 }
 
 static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,

@@ -5,13 +5,16 @@
  *     force = L - (1.1 L - u)^2 / (0.4 L),
  * which meets both with their derivatives, 1 and 0. So the force is what the gains say wherever the servo is not near its
  * limit, never exceeds it, and is C1 for the integrator's error control.
+ *
+ * The bounds `lower` and `upper` are hard, as those of other programs are: min(max(u, lower), upper) takes the place of u,
+ * which has a kink at each. They need not be of one size.
  */
 #include "effect/effect.h"
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     if (!checker->set && effect->stiffness == 0.0 && effect->damping == 0.0)
-        kt_checker_fault(checker, "stiffness", -1,
-                         "there is neither stiffness nor damping, and so no force; give at least one of them");
+        kt_effect_report_neither(checker, "stiffness", "damping");
+    kt_effect_check_bounds(checker, effect);
 }
 
 /* Half of the width of the parabola, as a share of the limit. */
@@ -28,11 +31,18 @@ static kt_real limited(kt_real u, double limit) {
     return KT_CHOOSE(is_beyond, KT_CHOOSE(kt_value(u) < 0.0, -force, force), u);
 }
 
+/* What is not a number stays none. */
+static kt_real bounded(kt_real u, const kt_effect_record *effect) {
+    const kt_real least = KT_CHOOSE(kt_value(u) < effect->lower, kt_real_of(effect->lower), u);
+    return KT_CHOOSE(kt_value(u) > effect->upper, kt_real_of(effect->upper), least);
+}
+
 static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                               kt_effect_power *balance) {
     kt_plain r[3];
     kt_effect_curve_evaluate(&effect->curve[0], numbers, t, r);
-    const kt_real force = limited(effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v), effect->limit);
+    const kt_real u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
+    const kt_real force = limited(bounded(u, effect), effect->limit);
     if (balance)
         *balance = (kt_effect_power){.supplied = force * v};
     return force;
@@ -44,11 +54,13 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* The force follows u with the derivative of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0. r: the target with
- * its derivatives. */
+/* The force follows u with the derivative of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0 beyond it and
+ * beyond a hard bound. r: the target with its derivatives. */
 static double derivative_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
     const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
     const double missing = (1.0 + blend) * effect->limit - fabs(u);
+    if (u < effect->lower || u > effect->upper)
+        return 0.0;
     if (!(fabs(u) > (1.0 - blend) * effect->limit))
         return 1.0;
     return missing > 0.0 ? missing / (2.0 * blend * effect->limit) : 0.0;
@@ -88,13 +100,17 @@ static const kt_key keys[] = {
      .range = KT_RANGE_NOT_NEGATIVE},
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c, of r' - v"),
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"limit", KT_KEY_NUMBER, KT_EFFECT_AT(limit), "N m|N", KT_WORDS("L, the largest force"), "none",
+    {"limit", KT_KEY_NUMBER, KT_EFFECT_AT(limit), "N m|N", KT_WORDS("L, the largest force; smooth near it"), "none",
      .range = KT_RANGE_POSITIVE},
+    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "N m|N", KT_WORDS("the least force, a hard bound"), "none",
+     .needed = false},
+    {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "N m|N", KT_WORDS("the largest force, a hard bound"), "none",
+     .needed = false},
 };
 const kt_descriptor kt_effect_servo_descriptor = {
     .name = "servo",
     .help = KT_WORDS("a drive that follows a target position in a joint, with a limited force"),
-    .formula = KT_WORDS("u = k (r - q) + c (r' - v)\n"
+    .formula = KT_WORDS("u = k (r - q) + c (r' - v), not below `lower` and not above `upper`\n"
                         "force = u up to 0.9 L, L from 1.1 L on, smooth between them; likewise below zero"),
     .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: servo\n"
                                        "    joint: arm\n"

@@ -25,6 +25,10 @@ static kt_effect_record draw_effect(kt_random *random, int type, int ends) {
 #undef DRAW
     effect.exponent = kt_random_uniform(random, 1.0, 2.5);
     effect.upper = effect.lower + kt_random_uniform(random, 0.0, 2.0);
+    if (type == KT_EFFECT_SERVO) /* bounds of a force: none, above alone, or both */
+        effect.lower = effect.lower > 1.0 ? -(double)INFINITY : -5.0 * effect.lower;
+    if (type == KT_EFFECT_SERVO)
+        effect.upper *= effect.stiffness > 1.5 ? (double)INFINITY : 3.0;
     effect.breakaway = effect.coulomb * kt_random_uniform(random, 0.5, 2.0);
     for (int k = 0; k < 6; k++) {
         effect.stiffnesses[k] = kt_random_uniform(random, 0.0, 3.0);

@@ -65,12 +65,16 @@ KT_TEST(stops_are_two_numbers_in_order_or_one) {
 KT_TEST(servo_needs_stiffness_or_damping_and_a_limit_above_zero) {
     kt_effect servo = of_type(KT_EFFECT_SERVO);
     servo.target = kt_function_constant(1.0);
-    check_told(servo, "there is neither stiffness nor damping, and so no force; give at least one of them\n");
+    check_told(servo, "there is neither stiffness nor damping; give at least one of them\n");
     servo.damping = 1.0;
     check_told(servo, "");
     servo.limit = 0.0;
     check_told(servo, "limit is 0; it must be greater than 0\n");
     servo.limit = 1.0;
+    servo.lower = 2.0;
+    servo.upper = 1.0;
+    check_told(servo, "lower is 2, above upper, which is 1; exchange them\n");
+    servo.lower = -1.0;
     servo.target = (kt_function){.type = KT_FUNCTION_NONE};
     check_told(servo, "target is missing; give a number or a function of time\n");
 }

@@ -123,7 +123,8 @@ KT_TEST(stops_push_back_continuously) {
  * two would meet, and with one slope on both sides of where it changes: a difference of width e is off by e / (0.4
  * L). */
 KT_TEST(servo_is_linear_up_to_its_limit_and_never_beyond) {
-    kt_effect_record r = {.type = KT_EFFECT_SERVO, .stiffness = 1.0, .limit = 3.0};
+    kt_effect_record r = {
+        .type = KT_EFFECT_SERVO, .stiffness = 1.0, .limit = 3.0, .lower = -INFINITY, .upper = INFINITY};
     const kt_effect_kind *kind = kt_effect_kinds[KT_EFFECT_SERVO];
     const double e = 1e-6;
     kt_random random = kt_random_of_test();
@@ -143,6 +144,28 @@ KT_TEST(servo_is_linear_up_to_its_limit_and_never_beyond) {
             kt_check_near(k ? "flat at 1.1 L" : "slope 1 at 0.9 L", (above - below) / (2.0 * e), k ? 0.0 : 1.0,
                           e / (0.4 * 3.0));
         }
+}
+
+/* The clamp of u by bounds that differ, to the bit, and the derivative that follows: the gain between them, else zero. */
+KT_TEST(servo_with_hard_bounds_is_the_clamp_of_its_linear_force) {
+    kt_effect_record r = {
+        .type = KT_EFFECT_SERVO, .stiffness = 2.0, .damping = 0.5, .limit = INFINITY, .lower = -1.0, .upper = 2.5};
+    const kt_effect_kind *kind = kt_effect_kinds[KT_EFFECT_SERVO];
+    kt_random random = kt_random_of_test();
+    int wrong = 0, clamped = 0;
+    for (int n = 0; n < 10000; n++) {
+        const double q = kt_random_uniform(&random, -3.0, 3.0), v = kt_random_uniform(&random, -3.0, 3.0);
+        const double u = 2.0 * (0.0 - q) + 0.5 * (0.0 - v), bounded = fmin(fmax(u, r.lower), r.upper);
+        double derivative[2];
+        kind->joint_derivatives(&r, NULL, q, v, 0.0, derivative);
+        wrong += !(kind->joint_force(&r, NULL, q, v, 0.0, NULL) == bounded);
+        wrong += !(derivative[0] == (bounded == u ? -2.0 : 0.0) && derivative[1] == (bounded == u ? -0.5 : 0.0));
+        clamped += bounded != u;
+    }
+    kt_check_equal_int("forces or derivatives that are not those of the clamp", wrong, 0);
+    kt_check_above("at a bound", clamped, 3000.0);
+    kt_check_true("what is not a number is not hidden",
+                  !isfinite(kind->joint_force(&r, NULL, (double)NAN, 0.0, 0.0, NULL)));
 }
 
 /* Whatever moves the rest position of a spring supplies force v + dissipated + dV/dt. */

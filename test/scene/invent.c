@@ -381,6 +381,10 @@ static void invent_in_joint(inventor *v, kt_effect *effect, int i) {
         effect->stiffness = positive(v);
         effect->target = function(v, v->out->numbers[INVENT_LOOPS + i], false);
         maybe_positive(v, &effect->limit);
+        if (chance(v))
+            effect->lower = any(v);
+        if (!isinf(effect->lower) && chance(v))
+            effect->upper = effect->lower + not_negative(v);
         break;
     case KT_EFFECT_MOTOR:
         effect->torque = function(v, v->out->numbers[INVENT_LOOPS + i], false);
