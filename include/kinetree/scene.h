@@ -56,6 +56,7 @@ typedef struct kt_scene_marks kt_scene_marks;
 typedef struct kt_scene_note {
     const char *where; /* "FILE:LINE:COLUMN", of the first */
     const char *what;  /* what, and how many */
+    bool is_warning;   /* the motion is not that of the file */
 } kt_scene_note;
 
 /* A number of `parameters`. */

@@ -9,36 +9,23 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- options ---------------------------------------------------------------------------------------------------- */
-
-/* Gravity, and what of <option> is a medium. */
-static void read_options(kt_mjcf *m) {
-    m->gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    for (const kt_element *e = kt_xml_child(m->root, "option"); e != NULL; e = kt_xml_next(e, "option")) {
-        const kt_element *flag = kt_xml_child(e, "flag");
-        const char *gravity = flag != NULL ? kt_xml_attribute(flag, "gravity") : NULL;
-        m->gravity = kt_mjcf_vector(m, e, NULL, "gravity", m->gravity);
-        if (gravity != NULL && strcmp(gravity, "disable") == 0)
-            m->gravity = kt_vec3_make(0.0, 0.0, 0.0);
-        if (kt_mjcf_number(m, e, NULL, "density", 0.0) != 0.0 || kt_mjcf_number(m, e, NULL, "viscosity", 0.0) != 0.0)
-            kt_left_count(&m->fluid, e);
-    }
-}
-
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
 static void note_masses(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->by_density, "geoms that say neither mass nor density, and have that of --density: %d",
                 m->by_density.count);
     kt_note_put(n, &m->by_geoms, "bodies whose mass and inertia are those of their geoms: %d", m->by_geoms.count);
-    kt_note_put(
+    kt_note_warn(
         n, &m->mesh_masses,
-        "bodies whose mass lacks that of geoms that are meshes which are not known, or to which solids are fitted: %d",
-        m->mesh_masses.count);
+        "the motion is not that of the file: the mass of geoms that are meshes which cannot be read, or to which "
+        "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
+        m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
     kt_note_put(n, &m->mesh_files, "meshes that cannot be read: %d; the first: %s", m->mesh_files.count,
                 m->mesh_files.what);
-    kt_note_put(n, &m->mesh_rules, "meshes whose inertia is that of a hull or a shell in MuJoCo, taken as 'legacy': %d",
-                m->mesh_rules.count);
+    kt_note_warn(
+        n, &m->mesh_rules,
+        "the motion is not that of the file: meshes whose inertia is that of their hull, taken as 'legacy': %d",
+        m->mesh_rules.count);
     kt_note_put(n, &m->bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia': %d",
                 m->bounded.count);
     kt_note_put(n, &m->balanced, "inertias that no body has, made those of spheres by 'balanceinertia': %d",
@@ -76,6 +63,17 @@ static void note_bodies(kt_notes *n, const kt_mjcf *m) {
 
 static void note_forces(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, &m->soft, "soft equalities, which are exact loops in the scene: %d", m->soft.count);
+    kt_note_put(
+        n, &m->branches,
+        "tendons with an armature that joins branches of the tree, of whose inertia between branches MuJoCo has "
+        "nothing: %d",
+        m->branches.count);
+    kt_note_put(n, &m->scaled, "welds with a torquescale, which an exact loop has no use for: %d", m->scaled.count);
+    kt_note_put(n, &m->disabled,
+                "what flags of <option> turn off is left out (springs, dampers, dry friction, limits, "
+                "equalities, actuators, limits of controls)");
+    kt_note_put(n, &m->idle, "actuators that flags or 'actuatorgroupdisable' turn off, left out: %d", m->idle.count);
+    kt_note_put(n, &m->idle_ties, "equalities that flags turn off, left out: %d", m->idle_ties.count);
     kt_note_put(n, &m->inactive, "equalities that are not active, left out: %d", m->inactive.count);
     kt_note_put(n, &m->tied, "fixed tendons of several joints, each a body without mass that a coupling moves: %d",
                 m->tied.count);
@@ -86,11 +84,18 @@ static void note_forces(kt_notes *n, const kt_mjcf *m) {
                 m->motors.count);
     kt_note_put(n, &m->servos, "servos, whose target is that of the control at the start (0 without --keyframe): %d",
                 m->servos.count);
+    kt_note_put(
+        n, &m->sums,
+        "joints in which actuators act by a formula, with the control at the start, since the sum of their forces "
+        "is bounded, or their stiffness or damping is below zero: %d",
+        m->sums.count);
     if (m->source->options->stop_stiffness == 0.0)
         kt_note_put(n, &m->limits, "limits of position that are data alone (--stops makes effects of them): %d",
                     m->limits.count);
     kt_note_put(n, &m->lost_limits, "limits of ball joints that are left out: %d", m->lost_limits.count);
-    kt_note_put(n, &m->fluid, "forces of a medium (density, viscosity) that are left out");
+    kt_note_warn(n, &m->fluid,
+                 "the motion is not that of the file: forces of a medium (density, viscosity) are left out");
+    kt_note_changes(n, &m->changes);
 }
 
 static void make_notes(const kt_mjcf *m, kt_scene *scene) {
@@ -112,8 +117,8 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
                 m->contacts.count);
     kt_unknown_list(&m->forces, &forces);
     if (m->forces.count > 0)
-        kt_note_put(&n, &m->forces.left[0], "forces and equalities that are left out: %s", forces.text);
-    kt_note_unknown(&n, &m->unknown);
+        kt_note_warn(&n, &m->forces.left[0], "forces and equalities that are left out: %s", forces.text);
+    kt_note_strange(&n, &m->strange);
     scene->notes = n.notes;
     scene->note_count = n.count;
 }
@@ -138,7 +143,7 @@ static bool prepare(kt_mjcf *m) {
     if (kt_draft_is_wrong(&m->draft) || !init_names(m))
         return false;
     kt_mjcf_classes(m);
-    read_options(m);
+    kt_mjcf_read_options(m);
     kt_mjcf_count_strange(m);
     return !kt_draft_is_wrong(&m->draft);
 }
@@ -158,6 +163,7 @@ void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
     kt_mjcf_mark_incomplete(&m);
     kt_mjcf_start(&m);
     kt_mjcf_make_bodies(&m);
+    kt_mjcf_find_inertias(&m);
     kt_mjcf_passive(&m);
     kt_mjcf_make_tendons(&m);
     kt_mjcf_actuators(&m);

@@ -3,6 +3,7 @@
 #define KT_IMPORT_MJCF_H
 
 #include "import/robot.h"
+#include "kinetree/expression.h"
 #include "mesh/mesh.h"
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */
@@ -32,7 +33,14 @@ typedef struct kt_mjcf_settings {
     const char *mesh_folder;
     bool exact_meshes; /* volumes with signs: false */
     bool strip_path;
+    bool align_free; /* frames of free bodies that carry nothing are those of their inertia: false */
 } kt_mjcf_settings;
+
+/* What <option> turns off. */
+typedef struct kt_mjcf_off {
+    bool springs, dampers, friction, limits, actuation, equalities, control_limits;
+    unsigned actuator_groups; /* a bit each */
+} kt_mjcf_off;
 
 /* ---- documents --------------------------------------------------------------------------------------------------- */
 
@@ -53,6 +61,7 @@ typedef struct kt_mjcf_body {
     const kt_element *element;
     int parent;
     kt_pose pose, world; /* in the parent, and in the world, at the reference position of all joints */
+    kt_pose frame;       /* in it, the one that MuJoCo takes for it: that of its inertia (`align`), else itself */
     const char *name;    /* in the scene; NULL: the world */
     double mass;
     kt_vec3 com;
@@ -64,6 +73,11 @@ typedef struct kt_mjcf_body {
     kt_list markers; /* kt_marker */
     int first_joint, joint_count;
     int lost_meshes; /* geoms whose mass is not known */
+    int heavy_geoms; /* geoms that have mass */
+    bool has_mesh;   /* one of these is a mesh */
+    bool has_axes;   /* `inertial` has the axes of the inertia, as MuJoCo has them */
+    kt_pose inertial;
+    int child_count;
 } kt_mjcf_body;
 
 typedef enum kt_mjcf_motion { KT_MJCF_FREE, KT_MJCF_BALL, KT_MJCF_SLIDE, KT_MJCF_HINGE } kt_mjcf_motion;
@@ -73,9 +87,11 @@ typedef struct kt_mjcf_joint {
     const char *tag; /* of its defaults; NULL: none */
     int body;
     kt_mjcf_motion type;
-    kt_vec3 at, axis; /* body frame */
-    double ref, lower, upper;
-    double effort;
+    kt_vec3 at, axis;                 /* body frame */
+    double ref, spring, lower, upper; /* spring: where that of the joint is without force */
+    double effort;                    /* the largest of its actuators' */
+    double force[2];                  /* the bounds of what they exert in it */
+    double inertia; /* what resists it at the reference positions, where it is asked for (springdamper); else 0 */
     bool is_limited;
     int position, velocity; /* its first coordinates in MuJoCo's order */
     const char *carrier;    /* body of the scene that has it */
@@ -97,6 +113,7 @@ typedef struct kt_mjcf_tendon {
     const char *joint;  /* the scalar joint that it acts in; NULL: not made yet */
     double coefficient; /* L = coefficient times the position of that joint */
     double length;      /* at the reference positions */
+    double rest;        /* where the springs of all its joints are without force */
     double start;       /* initially */
 } kt_mjcf_tendon;
 
@@ -137,6 +154,7 @@ typedef struct kt_mjcf {
 
     kt_list classes; /* kt_mjcf_class */
     kt_vec3 gravity;
+    kt_mjcf_off off;
     kt_names names;
     kt_namer bodies_named, joints_named, effects_named;
 
@@ -149,12 +167,15 @@ typedef struct kt_mjcf {
 
     kt_draft draft;
 
-    kt_unknown unknown, forces; /* elements; actuators, tendons, equalities that are left out */
+    kt_strange strange; /* elements and attributes that are left out */
+    kt_unknown forces,
+        changes; /* actuators, tendons, equalities that are left out; what makes the motion another one */
     kt_left limits, contacts, pictures, mesh_files, mesh_rules, renamed_joints, offsets, several, mocap, soft, inactive,
         keys, tied, lost_limits, freed, attached, incomplete, lost_settings;
+    kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
-        motors, fixed_bodies;
+        motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies;
 } kt_mjcf;
 
 /* ---- mjcf_attribute.c -------------------------------------------------------------------------------------------- */
@@ -264,24 +285,70 @@ void kt_mjcf_masses(kt_mjcf *m, int body);
 /* What the compiler's settings make of all masses. */
 void kt_mjcf_settle_masses(kt_mjcf *m);
 
-/* ---- mjcf_settings.c, mjcf_body.c, mjcf_key.c, mjcf_force.c, mjcf_loop.c -------------------------------------------------- */
+/* ---- mjcf_settings.c, mjcf_body.c, mjcf_key.c, mjcf_force.c, mjcf_inertia.c, mjcf_actuator.c, mjcf_loop.c -------------------------------------------------- */
 
 void kt_mjcf_read_settings(kt_mjcf *m, int document); /* of <compiler> */
+void kt_mjcf_read_options(kt_mjcf *m);                /* of <option> */
 
 void kt_mjcf_collect(kt_mjcf *m); /* bodies, joints, sites, tendons */
 kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint);
 void kt_mjcf_start(kt_mjcf *m);       /* the keyframe that is asked for */
 void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
 void kt_mjcf_passive(kt_mjcf *m);
+void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper` */
 void kt_mjcf_make_tendons(kt_mjcf *m);
 void kt_mjcf_actuators(kt_mjcf *m);
 void kt_mjcf_equalities(kt_mjcf *m);
+
+/* What acts along a length L = factor q of a scalar joint. */
+typedef struct kt_mjcf_line {
+    const kt_element *element;
+    const char *tag, *joint; /* of its defaults; in the scene */
+    double factor;
+} kt_mjcf_line;
+
+/* A new effect in the joint of a line; NULL: no memory. */
+kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type type);
+
+/* Finds, or makes, the joint that a tendon acts in; false where it has none. */
+bool kt_mjcf_find_length(kt_mjcf *m, kt_mjcf_tendon *t);
+
+/* ---- mjcf_formula.c ---------------------------------------------------------------------------------------------- */
+
+/* The text of a formula while it is written; `whole` is false where it has no room. Begins as {.whole = true}. */
+typedef struct kt_mjcf_formula {
+    char text[KT_EXPRESSION_LENGTH_MAX + 1];
+    size_t length;
+    bool whole;
+} kt_mjcf_formula;
+
+void kt_mjcf_put(kt_mjcf_formula *to, const char *text);
+void kt_mjcf_put_number(kt_mjcf_formula *to, double value);
+/* "2*position.a", "velocity.a": `quantity` is position or velocity. */
+void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint);
+/* The text for a description; NULL where it had no room, or there is no memory. */
+const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula);
 
 /* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);
 
 static inline kt_mjcf_body *kt_mjcf_body_at(const kt_mjcf *m, int i) { return (kt_mjcf_body *)m->bodies.items + i; }
+/* Whether a body is another one, or is carried by it. */
+static inline bool kt_mjcf_is_carried(const kt_mjcf *m, int body, int by) {
+    while (body > by)
+        body = kt_mjcf_body_at(m, body)->parent;
+    return body == by;
+}
+/* Where the frame that MuJoCo takes for a body stands in its parent, at the reference position of its joints. */
+static inline kt_pose kt_mjcf_place_of(const kt_mjcf *m, int i) {
+    return kt_pose_compose(kt_mjcf_body_at(m, i)->pose, kt_mjcf_body_at(m, i)->frame);
+}
 static inline kt_mjcf_joint *kt_mjcf_joint_at(const kt_mjcf *m, int i) { return (kt_mjcf_joint *)m->joints.items + i; }
+/* Whether of the bodies of two joints one carries the other, or they are one. */
+static inline bool kt_mjcf_is_chain(const kt_mjcf *m, int joint, int other) {
+    const int a = kt_mjcf_joint_at(m, joint)->body, b = kt_mjcf_joint_at(m, other)->body;
+    return kt_mjcf_is_carried(m, a > b ? a : b, a > b ? b : a);
+}
 static inline kt_mjcf_site *kt_mjcf_site_at(const kt_mjcf *m, int i) { return (kt_mjcf_site *)m->sites.items + i; }
 static inline kt_mjcf_tendon *kt_mjcf_tendon_at(const kt_mjcf *m, int i) {
     return (kt_mjcf_tendon *)m->tendons.items + i;

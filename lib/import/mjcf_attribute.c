@@ -348,13 +348,16 @@ const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const k
 
 /* ---- what is not known ------------------------------------------------------------------------------------------- */
 
-/* What is read, or has nothing to do with the motion of bodies (how they look, sizes of MuJoCo's memory, parameters of
- * its solver for contacts). Elements that are not here are left out, and told. */
+/* What is read, or is so common where it does not concern the motion that it is not worth a word (how things look,
+ * parameters of MuJoCo's solver for contacts). Elements that are not here are left out, and told. */
+#define LINE                                                                                                           \
+    "joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group delay site refsite body "     \
+    "slidersite cranksite"
 static const kt_known known[] = {
     {"mujoco", " model "},
     {"compiler", " angle eulerseq autolimits settotalmass balanceinertia boundmass boundinertia inertiafromgeom "
                  "inertiagrouprange meshdir assetdir texturedir exactmeshinertia strippath coordinate convexhull "
-                 "usethread discardvisual fusestatic "},
+                 "usethread discardvisual fusestatic alignfree "},
     {"default", " class "},
     {"worldbody", " childclass "},
     {"body", " name childclass pos quat axisangle xyaxes zaxis euler mocap gravcomp user "},
@@ -362,52 +365,68 @@ static const kt_known known[] = {
     {"inertial", " pos quat axisangle xyaxes zaxis euler mass diaginertia fullinertia "},
     {"joint", " name class type group pos axis stiffness range limited solreflimit solimplimit solreffriction "
               "solimpfriction margin ref springref armature damping frictionloss user joint1 joint2 polycoef active "
-              "solref solimp joint coef actuatorfrcrange actuatorfrclimited "},
+              "solref solimp joint coef actuatorfrcrange actuatorfrclimited "
+              "actuatorgravcomp springdamper "},
     {"freejoint", " name group align "},
     {"geom", " name class type contype conaffinity condim group priority size material rgba friction mass density "
              "solmix solref solimp margin gap fromto pos quat axisangle xyaxes zaxis euler mesh hfield fitscale "
              "shellinertia user "},
     {"site", " name class type group material rgba size fromto pos quat axisangle xyaxes zaxis euler user "},
     {"fixed", " name class group limited range solreflimit solimplimit solreffriction solimpfriction margin "
-              "frictionloss springlength stiffness damping armature width material rgba user "},
+              "frictionloss springlength stiffness damping armature width material rgba user actuatorfrcrange "
+              "actuatorfrclimited "},
     {"tendon", " name class limited range solreflimit solimplimit solreffriction solimpfriction margin frictionloss "
                "springlength stiffness damping armature width material rgba active tendon1 tendon2 polycoef solref "
-               "solimp group "},
+               "solimp group user actuatorfrcrange actuatorfrclimited "},
     {"connect", " name class active solref solimp body1 body2 anchor site1 site2 "},
     {"weld", " name class active solref solimp body1 body2 relpose anchor torquescale site1 site2 "},
     {"equality", " active solref solimp "},
-    {"motor", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group user "},
-    {"position", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kp "
+    {"motor", " name class " LINE " user "},
+    {"position", " name class " LINE " kp "
                  "kv dampratio inheritrange user "},
-    {"velocity", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kv "
+    {"velocity", " name class " LINE " kv "
                  "user "},
-    {"damper", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group kv "
+    {"damper", " name class " LINE " kv "
                "user "},
-    {"general", " name class joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group "
+    {"general", " name class " LINE " "
                 "gaintype biastype dyntype gainprm biasprm user "},
     {"attach", " model body prefix "},
     {"model", " name file content_type "},
     {"actuator", " "},
     {"asset", " "},
     {"mesh", " name class file scale refpos refquat vertex face inertia "},
-    {"option", " gravity "},
+    {"option", " gravity actuatorgroupdisable density viscosity "},
     {"keyframe", " "},
     {"key", " name time qpos qvel act ctrl mpos mquat "},
 };
 
-/* Sections that are about looks, memory or measurements alone are counted as a whole. */
+/* Sections that are about looks, memory or measurements alone are counted as a whole. Spatial tendons and actuators that are
+ * not read are told as forces, flags by what they turn off. */
 static const kt_known_list all_known = {
-    known, sizeof known / sizeof *known,
-    .apart = " visual statistic size custom sensor contact extension deformable material texture ", .closed = " ",
-    .read = " "};
+    known,
+    sizeof known / sizeof *known,
+    .apart = " visual statistic size custom sensor contact extension material texture skin hfield camera light ",
+    .closed = " ",
+    .read = " flag spatial muscle adhesion cylinder intvelocity pid dcmotor orientation ",
+    .harmless =
+        " visual statistic size custom sensor contact extension material texture skin hfield camera light lengthrange "
+        "timestep integrator cone jacobian solver iterations tolerance impratio ls_iterations ls_tolerance "
+        "noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
+        "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic wind sleep "
+        "simple "
+        "saveinertial conflict fitaabb maxhullvert smoothnormal normal texcoord material content_type builtin params "
+        "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp timeconst dynprm actdim actrange "
+        "actlimited "
+        "actearly lengthrange cranklength dyntype default deformable octree_maxdepth needsdf ",
+    .moving = " composite flexcomp flex flexvert flexstrain plugin armature damping adhesion "};
 
 /* Of attached models, what is not moved to the model: settings and classes. */
 void kt_mjcf_count_strange(kt_mjcf *m) {
-    kt_unknown_search(&m->unknown, &all_known, m->root);
+    kt_strange_search(&m->strange, &all_known, m->root);
     for (int i = 1; i < m->documents.count; i++)
         for (const kt_element *e = kt_mjcf_document_at(m, i)->root->first; e != NULL; e = e->next)
             if (strcmp(e->name, "worldbody") != 0)
-                kt_unknown_search(&m->unknown, &all_known, e);
+                kt_strange_search(&m->strange, &all_known, e);
 }
 
 /* ---- traversal --------------------------------------------------------------------------------------------------- */

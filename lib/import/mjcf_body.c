@@ -8,6 +8,7 @@
  * stands at the body's origin, else the body is fixed to it. The joint frame is turned back by ref, so that
  * coordinates are those of MuJoCo.
  */
+#include "algebra/principal.h"
 #include "import/mjcf.h"
 
 #include <math.h>
@@ -38,13 +39,22 @@ static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
     kt_left_count(&m->limits, j->element);
 }
 
-/* The largest force or torque of its actuators; infinite where there is none. */
-static double effort_of(kt_mjcf *m, const kt_element *e, const char *tag) {
+/* What its actuators may exert; without bounds where there are none. */
+static void read_force(kt_mjcf *m, kt_mjcf_joint *j) {
+    const kt_element *e = j->element;
     double range[2] = {0.0, 0.0};
-    if (!kt_mjcf_is_limited(m, e, tag, "actuatorfrclimited", "actuatorfrcrange"))
-        return (double)INFINITY;
-    (void)kt_mjcf_numbers(m, e, tag, "actuatorfrcrange", 2, 2, range);
-    return fmax(fabs(range[0]), fabs(range[1]));
+    j->force[1] = j->effort = (double)INFINITY;
+    j->force[0] = -j->force[1];
+    if (!kt_mjcf_is_scalar(j) || !kt_mjcf_is_limited(m, e, j->tag, "actuatorfrclimited", "actuatorfrcrange"))
+        return;
+    (void)kt_mjcf_numbers(m, e, j->tag, "actuatorfrcrange", 2, 2, range);
+    if (range[0] > range[1])
+        (void)kt_mjcf_fault(m, e, "actuatorfrcrange: the lower limit, %g, is above the upper one, %g", range[0],
+                            range[1]);
+    memcpy(j->force, range, sizeof range);
+    j->effort = fmax(fabs(range[0]), fabs(range[1]));
+    if (kt_mjcf_flag(m, e, j->tag, "actuatorgravcomp", false))
+        kt_unknown_count(&m->changes, "actuatorgravcomp of a joint whose actuators are limited", e);
 }
 
 kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint) {
@@ -69,9 +79,11 @@ static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) 
         (void)kt_mjcf_fault(m, e, "axis: the axis is zero");
         j->axis = z;
     }
-    if (kt_mjcf_is_scalar(j))
+    if (kt_mjcf_is_scalar(j)) {
         j->ref = j->start = angle_of(m, j) * kt_mjcf_number(m, e, j->tag, "ref", 0.0);
-    j->effort = kt_mjcf_is_scalar(j) ? effort_of(m, e, j->tag) : (double)INFINITY;
+        j->spring = angle_of(m, j) * kt_mjcf_number(m, e, j->tag, "springref", 0.0);
+    }
+    read_force(m, j);
     read_range(m, j);
     j->position = m->nq;
     j->velocity = m->nv;
@@ -120,7 +132,8 @@ static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame)
     kt_mjcf_body *b = kt_list_add(m->r, &m->r->scratch, &m->bodies, sizeof *b);
     if (b == NULL)
         return;
-    *b = (kt_mjcf_body){.element = e, .parent = parent};
+    *b = (kt_mjcf_body){.element = e, .parent = parent, .frame = kt_pose_identity()};
+    kt_mjcf_body_at(m, parent)->child_count++;
     b->pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, NULL));
     b->world = kt_pose_compose(kt_mjcf_body_at(m, parent)->world, b->pose);
     b->gravcomp = kt_mjcf_number(m, e, NULL, "gravcomp", 0.0);
@@ -145,11 +158,36 @@ static void name_bodies(kt_mjcf *m) {
         }
 }
 
+/* `align`: the frame of a body that flies, and carries nothing, is that of its inertia. */
+static void align_free(kt_mjcf *m, kt_mjcf_body *b) {
+    static const char *const words[] = {"false", "true", "auto", NULL};
+    const kt_mjcf_joint *j = b->joint_count == 1 ? kt_mjcf_joint_at(m, b->first_joint) : NULL;
+    if (j == NULL || j->type != KT_MJCF_FREE || b->child_count > 0 || !(b->mass > 0.0))
+        return;
+    const int align = kt_mjcf_choice(m, j->element, NULL, "align", words, j->tag == NULL ? 2 : 0);
+    if (align == 0 || (align == 2 && !kt_mjcf_settings_of(m, b->element)->align_free))
+        return;
+    b->frame = b->inertial;
+    if (b->has_axes)
+        return;
+    b->frame.position = b->com;
+    b->frame.rotation = kt_principal_axes(b->inertia);
+    kt_unknown_count(
+        &m->changes,
+        "a free body whose frame is that of an inertia without axes of its own (align): positions of a keyframe "
+        "may be about other axes",
+        j->element);
+}
+
 void kt_mjcf_collect(kt_mjcf *m) {
     kt_mjcf_body *world = kt_list_add(m->r, &m->r->scratch, &m->bodies, sizeof *world);
     if (world == NULL)
         return;
-    *world = (kt_mjcf_body){.element = m->root, .parent = -1, .pose = kt_pose_identity(), .world = kt_pose_identity()};
+    *world = (kt_mjcf_body){.element = m->root,
+                            .parent = -1,
+                            .pose = kt_pose_identity(),
+                            .world = kt_pose_identity(),
+                            .frame = kt_pose_identity()};
     (void)kt_names_add(&m->names, KT_MJCF_BODIES, "world", 0);
     collect_body(m, 0);
     if (m->r->out_of_memory)
@@ -159,6 +197,8 @@ void kt_mjcf_collect(kt_mjcf *m) {
     for (int i = 0; i < m->bodies.count; i++)
         kt_mjcf_masses(m, i);
     kt_mjcf_settle_masses(m);
+    for (int i = 1; i < m->bodies.count; i++)
+        align_free(m, kt_mjcf_body_at(m, i));
 }
 
 /* ---- bodies of the scene ----------------------------------------------------------------------------------------- */
@@ -171,10 +211,11 @@ static void set_numbers(double *to, int count, const double *from) {
 static void start_quaternion(double *to, kt_quat q) { set_numbers(to, 4, (const double[]){q.w, q.x, q.y, q.z}); }
 
 /* A free joint counts from the world, not from the place of the body, which is where it starts. */
-static void fill_free(const kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j, kt_joint *joint) {
+static void fill_free(const kt_mjcf *m, const kt_mjcf_joint *j, kt_joint *joint) {
+    const kt_pose place = kt_mjcf_place_of(m, j->body);
     joint->type = KT_JOINT_FREE;
-    set_numbers(joint->position, 3, (const double[]){b->pose.position.x, b->pose.position.y, b->pose.position.z});
-    start_quaternion(joint->position + 3, kt_quat_from_matrix(b->pose.rotation));
+    set_numbers(joint->position, 3, (const double[]){place.position.x, place.position.y, place.position.z});
+    start_quaternion(joint->position + 3, kt_quat_from_matrix(place.rotation));
     if (m->qpos != NULL)
         set_numbers(joint->position, 7, m->qpos + j->position);
     if (m->qvel != NULL)
@@ -189,8 +230,8 @@ static void fill_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j
     for (int i = 0; i < kt_mjcf_nv(j->type); i++)
         joint->armature[i] = armature;
     if (j->type == KT_MJCF_FREE) {
-        fill_free(m, b, j, joint);
-        *frame = kt_pose_identity();
+        fill_free(m, j, joint);
+        *frame = kt_pose_invert(b->frame);
         return;
     }
     const kt_vec3 axis = kt_vec3_normalize(j->axis);
@@ -236,6 +277,12 @@ static void fill_body(const kt_mjcf_body *b, kt_body *body) {
     body->marker_count = b->markers.count;
 }
 
+/* Whether a free joint moves the body itself, not the frame of its inertia. */
+static bool stands_free(const kt_mjcf_body *b, const kt_mjcf_joint *j) {
+    const kt_pose identity = kt_pose_identity();
+    return j->type == KT_MJCF_FREE && kt_same_bits(&b->frame, &identity, sizeof identity);
+}
+
 static void make_body(kt_mjcf *m, int index) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, index);
     const char *parent = kt_mjcf_body_at(m, b->parent)->name;
@@ -244,7 +291,8 @@ static void make_body(kt_mjcf *m, int index) {
     for (int i = 0; i < b->joint_count; i++) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, b->first_joint + i);
         const bool is_last = i == b->joint_count - 1;
-        const bool is_own = is_last && (j->type == KT_MJCF_FREE || j->type == KT_MJCF_SLIDE || is_zero(j->at));
+        const bool is_own =
+            is_last && (stands_free(b, j) || j->type == KT_MJCF_SLIDE || (j->type != KT_MJCF_FREE && is_zero(j->at)));
         body = kt_draft_body(&m->draft, j->element);
         if (body == NULL)
             return;

@@ -23,6 +23,7 @@ typedef struct geom {
     kt_vec3 com;     /* body frame */
     kt_sym3 inertia; /* about com, body axes */
     bool is_lost;    /* a mesh, whose mass is not known */
+    bool is_shell;   /* the mass is that of the surface */
     const kt_enclosed *mesh;
 } geom;
 
@@ -60,7 +61,16 @@ static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
 static double volume_of(const geom *g) {
     if (g->type == MESH)
         return g->mesh != NULL ? fmax(g->mesh->volume, 0.0) : 0.0;
-    return kt_solid_volume(solids[g->type], g->size);
+    return g->is_shell ? kt_shell_area(solids[g->type], g->size) : kt_solid_volume(solids[g->type], g->size);
+}
+
+/* Whether `shellinertia` makes a shell of it; of an ellipsoid it is told that none is made. */
+static bool is_shell(kt_mjcf *m, const kt_element *e, const geom *g) {
+    if (g->type == MESH || !kt_mjcf_flag(m, e, "geom", "shellinertia", false))
+        return false;
+    if (g->type == ELLIPSOID)
+        kt_unknown_count(&m->changes, "shellinertia of an ellipsoid, which has the mass of a solid", e);
+    return g->type != ELLIPSOID;
 }
 
 /* ---- geoms ------------------------------------------------------------------------------------------------------- */
@@ -72,7 +82,9 @@ static bool counts(kt_mjcf *m, const kt_element *e) {
 }
 
 static void set_moments(geom *g, double volume) {
-    const kt_vec3 moments = kt_vec3_scale(g->mass, kt_solid_moments(solids[g->type], g->size));
+    const kt_solid solid = solids[g->type];
+    const kt_vec3 moments =
+        kt_vec3_scale(g->mass, g->is_shell ? kt_shell_moments(solid, g->size) : kt_solid_moments(solid, g->size));
     g->inertia = kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
     if (g->mesh == NULL)
         return;
@@ -92,6 +104,7 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
         return;
     if (g->type == MESH && !is_fitted)
         g->mesh = kt_mjcf_find_mesh(m, e);
+    g->is_shell = is_shell(m, e, g);
     const double volume = volume_of(g);
     g->is_lost = g->type == MESH && !(volume > 0.0);
     if (!(volume > 0.0))
@@ -156,6 +169,10 @@ static void keep_picture(kt_mjcf *m, kt_mjcf_body *b) {
 static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     kt_mjcf_body *b = kt_mjcf_body_at(m, body);
     const geom g = read_geom(m, e, frame);
+    b->heavy_geoms += g.mass > 0.0;
+    b->has_mesh = b->has_mesh || g.mesh != NULL;
+    if (g.mass > 0.0)
+        b->inertial = (kt_pose){.rotation = g.pose.rotation, .position = g.com};
     b->mass += g.mass;
     b->com = kt_vec3_add(b->com, kt_vec3_scale(g.mass, g.com));
     b->inertia = kt_sym3_add(b->inertia, kt_sym3_shift(g.inertia, g.mass, g.com));
@@ -163,14 +180,24 @@ static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     add_picture(m, e, body, &g);
 }
 
+/* Keeps the names of the first bodies whose mass is not all there. */
+static void miss_mass(kt_mjcf *m, const kt_mjcf_body *b) {
+    if (m->mesh_masses.count < 5)
+        kt_phrase_add(&m->massless_names, "%s%.40s", m->mesh_masses.count > 0 ? ", " : "", b->name);
+    else if (m->mesh_masses.count == 5)
+        kt_phrase_add(&m->massless_names, " ...");
+    kt_left_count(&m->mesh_masses, b->element);
+}
+
 /* Takes the sums back to the centre of mass. */
 static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
     if (b->lost_meshes > 0)
-        kt_left_count(&m->mesh_masses, b->element);
+        miss_mass(m, b);
     if (!(b->mass > 0.0))
         return;
     b->com = kt_vec3_scale(1.0 / b->mass, b->com);
     b->inertia = kt_sym3_shift(b->inertia, -b->mass, b->com);
+    b->has_axes = b->heavy_geoms == 1 && !b->has_mesh;
     kt_left_count(&m->by_geoms, b->element);
 }
 
@@ -186,6 +213,8 @@ static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
     b->mass = kt_mjcf_number(m, e, NULL, "mass", 0.0);
     if (kt_mjcf_numbers(m, e, NULL, "fullinertia", 6, 6, full) == 0)
         (void)kt_mjcf_numbers(m, e, NULL, "diaginertia", 3, 3, full);
+    b->inertial = pose;
+    b->has_axes = full[3] == 0.0 && full[4] == 0.0 && full[5] == 0.0;
     b->inertia = kt_sym3_rotate(pose.rotation, kt_sym3_make(full[0], full[1], full[2], full[3], full[4], full[5]));
 }
 

@@ -36,7 +36,7 @@ static double *reference_positions(kt_mjcf *m) {
     double *qpos = zeros(m, m->nq);
     for (int i = 0; i < m->joints.count && qpos != NULL; i++) {
         const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
-        const kt_pose pose = kt_mjcf_body_at(m, j->body)->pose;
+        const kt_pose pose = kt_mjcf_place_of(m, j->body);
         const kt_quat turn =
             j->type == KT_MJCF_FREE ? kt_quat_from_matrix(pose.rotation) : kt_quat_make(1.0, 0.0, 0.0, 0.0);
         double *to = qpos + j->position;

@@ -3,14 +3,12 @@
  * MuJoCo holds them by soft forces; here they are exact. Their numbers refer to the reference positions of all joints,
  * where the bodies stand as <body> says:
  *   connect: a point of the first body, and the point of the second that is there at the reference positions;
- *   weld: the second body stands in the first as `relpose` says, or as at the reference positions;
+ *   weld: a point of the second body, its `anchor`, and the second body's axes stand in the first body as `relpose` says,
+ *     or as at the reference positions; with torquescale 0 the point alone is held;
  *   joint, tendon: y - y0 = a0 + a1 (x - x0) + a2 (x - x0)^2 + ...: what is not linear is the coupling's formula.
  */
 #include "import/mjcf.h"
-#include "kinetree/expression.h"
-#include "scene/number.h"
 
-#include <stdio.h>
 #include <string.h>
 
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name) {
@@ -27,12 +25,22 @@ static bool find_bodies(kt_mjcf *m, const kt_element *e, int bodies[2]) {
     return bodies[0] >= 0 && bodies[1] >= 0;
 }
 
+/* Where MuJoCo's frame of a body stands in the world at the reference positions. */
+static kt_pose world_of(const kt_mjcf *m, int body) {
+    return kt_pose_compose(kt_mjcf_body_at(m, body)->world, kt_mjcf_body_at(m, body)->frame);
+}
+
+/* `pose`: in the body's own frame; of a place in MuJoCo's frame of it, see end_in. */
 static kt_end end_of(const kt_mjcf *m, int body, kt_pose pose) {
     kt_end end = kt_end_default();
     end.body = kt_mjcf_body_at(m, body)->name;
     end.at = pose.position;
     end.rotation = kt_rotation_of_matrix(pose.rotation);
     return end;
+}
+
+static kt_end end_in(const kt_mjcf *m, int body, kt_pose pose) {
+    return end_of(m, body, kt_pose_compose(kt_mjcf_body_at(m, body)->frame, pose));
 }
 
 /* Ends at two sites; false if there are none, or they do not exist. */
@@ -55,10 +63,10 @@ static bool find_connected(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
         return false;
     kt_pose first = kt_pose_identity(), second = kt_pose_identity();
     first.position = kt_mjcf_vector(m, e, NULL, "anchor", first.position);
-    second.position = kt_pose_apply(kt_pose_invert(kt_mjcf_body_at(m, bodies[1])->world),
-                                    kt_pose_apply(kt_mjcf_body_at(m, bodies[0])->world, first.position));
-    ends[0] = end_of(m, bodies[0], first);
-    ends[1] = end_of(m, bodies[1], second);
+    second.position =
+        kt_pose_apply(kt_pose_invert(world_of(m, bodies[1])), kt_pose_apply(world_of(m, bodies[0]), first.position));
+    ends[0] = end_in(m, bodies[0], first);
+    ends[1] = end_in(m, bodies[1], second);
     return true;
 }
 
@@ -71,14 +79,16 @@ static bool find_welded(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
         return false;
     (void)kt_mjcf_numbers(m, e, NULL, "relpose", 7, 7, v);
     const kt_quat q = kt_quat_make(v[3], v[4], v[5], v[6]);
-    kt_pose pose =
-        kt_pose_compose(kt_pose_invert(kt_mjcf_body_at(m, bodies[0])->world), kt_mjcf_body_at(m, bodies[1])->world);
+    kt_pose second = kt_pose_identity();
+    second.position = kt_mjcf_vector(m, e, NULL, "anchor", second.position);
+    kt_pose first =
+        kt_pose_compose(kt_pose_invert(world_of(m, bodies[0])), kt_pose_compose(world_of(m, bodies[1]), second));
     if (kt_quat_norm_squared(q) > 0.0) {
-        pose.position = kt_vec3_make(v[0], v[1], v[2]);
-        pose.rotation = kt_matrix_from_quat(kt_quat_normalize(q));
+        first.position = kt_vec3_make(v[0], v[1], v[2]);
+        first.rotation = kt_matrix_from_quat(kt_quat_normalize(q));
     }
-    ends[0] = end_of(m, bodies[0], pose);
-    ends[1] = end_of(m, bodies[1], kt_pose_identity());
+    ends[0] = end_in(m, bodies[0], first);
+    ends[1] = end_in(m, bodies[1], second);
     return true;
 }
 
@@ -86,7 +96,11 @@ static void join(kt_mjcf *m, const kt_element *e, bool is_weld) {
     kt_end ends[2];
     if (!(is_weld ? find_welded(m, e, ends) : find_connected(m, e, ends)))
         return;
-    kt_loop *loop = kt_mjcf_add_loop(m, e, is_weld ? KT_LOOP_WELD : KT_LOOP_SPHERICAL, is_weld ? "weld" : "connect");
+    const double turning = is_weld ? kt_mjcf_number(m, e, "equality", "torquescale", 1.0) : 0.0;
+    if (turning != 0.0 && turning != 1.0)
+        kt_left_count(&m->scaled, e);
+    kt_loop *loop =
+        kt_mjcf_add_loop(m, e, turning != 0.0 ? KT_LOOP_WELD : KT_LOOP_SPHERICAL, is_weld ? "weld" : "connect");
     if (loop != NULL)
         memcpy(loop->between, ends, sizeof ends);
 }
@@ -131,68 +145,35 @@ static int add_terms(const kt_mjcf *m, const side *s, double factor, kt_term *to
     return s->count;
 }
 
-/* The text of a formula while it is written; `whole` is false where it has no room. */
-typedef struct formula_text {
-    char text[KT_EXPRESSION_LENGTH_MAX + 1];
-    size_t length;
-    bool whole;
-} formula_text;
-
-static void put(formula_text *to, const char *text) {
-    const size_t length = strlen(text);
-    to->whole = to->whole && to->length + length < sizeof to->text;
-    if (!to->whole)
-        return;
-    memcpy(to->text + to->length, text, length + 1);
-    to->length += length;
-}
-
-static void put_number(formula_text *to, double value) {
-    char number[KT_NUMBER_SIZE];
-    kt_number_format(number, value);
-    put(to, number);
-}
-
 /* "(position.a + -0.1)", of a tendon "(0.5*position.a + 2*position.b + -0.1)". */
-static void put_length(const kt_mjcf *m, const side *s, formula_text *to) {
+static void put_length(const kt_mjcf *m, const side *s, kt_mjcf_formula *to) {
     for (int i = 0; i < s->count; i++) {
         const kt_mjcf_term *term = s->terms != NULL ? &s->terms[i] : &s->own;
-        put(to, i == 0 ? "(" : " + ");
-        if (term->coefficient != 1.0) {
-            put_number(to, term->coefficient);
-            put(to, "*");
-        }
-        const char *name = kt_mjcf_joint_at(m, term->joint)->name;
-        to->whole = to->whole && strlen("position.") + strlen(name) <= KT_EXPRESSION_NAME_MAX;
-        put(to, "position.");
-        put(to, name);
+        kt_mjcf_put(to, i == 0 ? "(" : " + ");
+        kt_mjcf_put_coordinate(to, term->coefficient, "position", kt_mjcf_joint_at(m, term->joint)->name);
     }
     if (s->reference != 0.0) {
-        put(to, " + ");
-        put_number(to, -s->reference);
+        kt_mjcf_put(to, " + ");
+        kt_mjcf_put_number(to, -s->reference);
     }
-    put(to, ")");
+    kt_mjcf_put(to, ")");
 }
 
 /* -a2 (x - x0)^2 - a3 (x - x0)^3 - a4 (x - x0)^4; NULL after telling why not. `others`: the joints of the other side. */
 static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x, int others, const double a[5]) {
     static const char *const powers[] = {"^2", "^3", "^4"};
-    formula_text to = {.whole = true};
+    kt_mjcf_formula to = {.whole = true};
     for (int k = 2; k < 5; k++) {
         if (a[k] == 0.0)
             continue;
-        put(&to, to.length > 0 ? " + " : "");
-        put_number(&to, -a[k]);
-        put(&to, "*");
+        kt_mjcf_put(&to, to.length > 0 ? " + " : "");
+        kt_mjcf_put_number(&to, -a[k]);
+        kt_mjcf_put(&to, "*");
         put_length(m, x, &to);
-        put(&to, powers[k - 2]);
+        kt_mjcf_put(&to, powers[k - 2]);
     }
-    if (to.whole && x->count + others <= KT_FORMULA_VARIABLE_MAX) {
-        const char *text = kt_pool_text(&m->r->keep, to.text, to.length);
-        if (text == NULL)
-            (void)kt_reader_out_of_memory(m->r);
-        return text;
-    }
+    if (to.whole && x->count + others <= KT_FORMULA_VARIABLE_MAX)
+        return kt_mjcf_keep_formula(m, &to);
     kt_unknown_count(&m->forces, "equality by a polynomial of too many joints, or of names that are too long", e);
     return NULL;
 }
@@ -229,7 +210,9 @@ void kt_mjcf_equalities(kt_mjcf *m) {
     for (const kt_element *e = kt_mjcf_section(m, "equality", NULL); e != NULL && !m->r->out_of_memory;
          e = kt_mjcf_section(m, "equality", e)) {
         const int before = m->draft.loops.count;
-        if (!kt_mjcf_flag(m, e, "equality", "active", true))
+        if (m->off.equalities)
+            kt_left_count(&m->idle_ties, e);
+        else if (!kt_mjcf_flag(m, e, "equality", "active", true))
             kt_left_count(&m->inactive, e);
         else if (strcmp(e->name, "connect") == 0 || strcmp(e->name, "weld") == 0)
             join(m, e, strcmp(e->name, "weld") == 0);

@@ -1,4 +1,5 @@
-/* What <compiler> says of a model in MJCF, or of one that is attached to it: what decides what all other attributes mean. */
+/* Settings of a model in MJCF: of <compiler>, also of a model that is attached, which decide what all other attributes
+ * mean; and of <option>: gravity, what is turned off, and what of it is a medium. */
 #include "import/mjcf.h"
 
 #include <string.h>
@@ -35,6 +36,7 @@ static void read_compiler(kt_mjcf *m, const kt_element *e) {
     s->group_last = groups[1];
     s->exact_meshes = kt_mjcf_flag(m, e, NULL, "exactmeshinertia", s->exact_meshes);
     s->strip_path = kt_mjcf_flag(m, e, NULL, "strippath", s->strip_path);
+    s->align_free = kt_mjcf_flag(m, e, NULL, "alignfree", s->align_free);
     const char *folder = kt_xml_attribute(e, "meshdir");
     folder = folder != NULL ? folder : kt_xml_attribute(e, "assetdir");
     s->mesh_folder = folder != NULL ? folder : s->mesh_folder;
@@ -49,4 +51,55 @@ void kt_mjcf_read_settings(kt_mjcf *m, int document) {
                                      .group_last = 5.0};
     for (const kt_element *e = kt_xml_child(d->root, "compiler"); e != NULL; e = kt_xml_next(e, "compiler"))
         read_compiler(m, e);
+}
+
+/* ---- options ----------------------------------------------------------------------------------------------------- */
+
+/* Whether a flag has not the word that it has without being said. */
+static bool is_flag(kt_mjcf *m, const kt_element *flag, const char *name, bool standard) {
+    static const char *const words[] = {"disable", "enable", NULL};
+    return kt_mjcf_choice(m, flag, NULL, name, words, standard) != standard;
+}
+
+static void read_flags(kt_mjcf *m, const kt_element *flag) {
+    const bool passive = is_flag(m, flag, "passive", true), constraint = is_flag(m, flag, "constraint", true);
+    const kt_mjcf_off off = {.springs = passive || is_flag(m, flag, "spring", true),
+                             .dampers = passive || is_flag(m, flag, "damper", true),
+                             .friction = constraint || is_flag(m, flag, "frictionloss", true),
+                             .limits = constraint || is_flag(m, flag, "limit", true),
+                             .equalities = constraint || is_flag(m, flag, "equality", true),
+                             .actuation = is_flag(m, flag, "actuation", true),
+                             .control_limits = is_flag(m, flag, "clampctrl", true)};
+    const unsigned groups = m->off.actuator_groups;
+    m->off = off;
+    m->off.actuator_groups = groups;
+    if (is_flag(m, flag, "gravity", true))
+        m->gravity = kt_vec3_make(0.0, 0.0, 0.0);
+    if (off.springs || off.dampers || off.friction || off.limits || off.equalities || off.actuation ||
+        off.control_limits)
+        kt_left_count(&m->disabled, flag);
+}
+
+static void read_groups(kt_mjcf *m, const kt_element *e) {
+    double groups[31];
+    const char *text = kt_xml_attribute(e, "actuatorgroupdisable");
+    const int count = text != NULL ? kt_parse_numbers(text, 31, groups) : 0;
+    if (count < 0)
+        (void)kt_mjcf_fault(m, e, "actuatorgroupdisable: expected numbers of groups, found '%.60s'", text);
+    for (int i = 0; i < count; i++)
+        if (groups[i] >= 0.0 && groups[i] < 31.0)
+            m->off.actuator_groups |= 1U << (unsigned)groups[i];
+}
+
+void kt_mjcf_read_options(kt_mjcf *m) {
+    m->gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    for (const kt_element *e = kt_xml_child(m->root, "option"); e != NULL; e = kt_xml_next(e, "option")) {
+        const kt_element *flag = kt_xml_child(e, "flag");
+        m->gravity = kt_mjcf_vector(m, e, NULL, "gravity", m->gravity);
+        read_groups(m, e);
+        if (flag != NULL)
+            read_flags(m, flag);
+        if (kt_mjcf_number(m, e, NULL, "density", 0.0) != 0.0 || kt_mjcf_number(m, e, NULL, "viscosity", 0.0) != 0.0)
+            kt_left_count(&m->fluid, e);
+    }
 }

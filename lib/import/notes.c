@@ -38,21 +38,29 @@ static bool has_word(const char *words, const char *word) {
     return false;
 }
 
-void kt_unknown_search(kt_unknown *unknown, const kt_known_list *list, const kt_element *e) {
+/* Counts a name in the list that it belongs to. */
+static void count_name(kt_strange *strange, const kt_known_list *list, const char *name, const kt_element *e) {
+    kt_unknown_count(has_word(list->moving, name)     ? &strange->moving
+                     : has_word(list->harmless, name) ? &strange->harmless
+                                                      : &strange->unknown,
+                     name, e);
+}
+
+void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_element *e) {
     size_t i = 0;
     if (has_word(list->read, e->name))
         return;
     while (i < list->count && strcmp(list->known[i].name, e->name) != 0)
         i++;
     if (i == list->count || has_word(list->apart, e->name)) {
-        kt_unknown_count(unknown, e->name, e);
+        count_name(strange, list, e->name, e);
         return;
     }
     for (const char *const *a = e->attributes; *a != NULL; a += 2)
         if (!has_word(list->known[i].attributes, *a))
-            kt_unknown_count(unknown, *a, e);
+            count_name(strange, list, *a, e);
     for (const kt_element *child = e->first; child != NULL && !has_word(list->closed, e->name); child = child->next)
-        kt_unknown_search(unknown, list, child);
+        kt_strange_search(strange, list, child);
 }
 
 bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path) {
@@ -61,25 +69,37 @@ bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path) {
     return notes->notes != NULL || kt_reader_out_of_memory(r);
 }
 
-void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) {
+static void put_note(kt_notes *notes, const kt_left *left, bool is_warning, const char *format, va_list arguments) {
     char what[KT_MESSAGE_SIZE];
-    va_list arguments;
     if (left->count == 0 || notes->notes == NULL || notes->count == KT_NOTES_MOST)
         return;
-    va_start(arguments, format);
     (void)vsnprintf(what, sizeof what, format, arguments);
-    va_end(arguments);
     const char *path = left->first->file != NULL ? left->first->file : notes->path;
     const size_t room = strlen(path) + 32;
     char *where = kt_pool_take(&notes->r->keep, room, 1);
     kt_scene_note *to = &notes->notes[notes->count++];
     to->where = where;
     to->what = kt_pool_text(&notes->r->keep, what, strlen(what));
+    to->is_warning = is_warning;
     if (to->where == NULL || to->what == NULL) {
         (void)kt_reader_out_of_memory(notes->r);
         return;
     }
     (void)snprintf(where, room, "%s:%u:%u", path, (unsigned)left->first->line, (unsigned)left->first->column);
+}
+
+void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    put_note(notes, left, false, format, arguments);
+    va_end(arguments);
+}
+
+void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    put_note(notes, left, true, format, arguments);
+    va_end(arguments);
 }
 
 void kt_note_renamed_joints(kt_notes *notes, const kt_left *left) {
@@ -89,13 +109,25 @@ void kt_note_renamed_joints(kt_notes *notes, const kt_left *left) {
                 left->count);
 }
 
-void kt_note_unknown(kt_notes *notes, const kt_unknown *unknown) {
-    kt_phrase names = {.length = 0};
-    kt_unknown_list(unknown, &names);
-    if (unknown->count > 0)
-        kt_note_put(notes, &unknown->left[0],
-                    "elements and attributes that do not concern the motion, or are not known, are left out: %s",
-                    names.text);
+void kt_note_changes(kt_notes *notes, const kt_unknown *changes) {
+    for (int i = 0; i < changes->count; i++)
+        kt_note_warn(notes, &changes->left[i], "the motion is not that of the file: %s: %d", changes->left[i].what,
+                     changes->left[i].count);
+}
+
+static void note_names(kt_notes *notes, const kt_unknown *names, const char *what) {
+    kt_phrase list = {.length = 0};
+    kt_unknown_list(names, &list);
+    if (names->count > 0)
+        kt_note_put(notes, &names->left[0], "%s: %s", what, list.text);
+}
+
+void kt_note_strange(kt_notes *notes, const kt_strange *strange) {
+    for (int i = 0; i < strange->moving.count; i++)
+        kt_note_warn(notes, &strange->moving.left[i], "the motion is not that of the file: '%s' is left out: %d",
+                     strange->moving.left[i].what, strange->moving.left[i].count);
+    note_names(notes, &strange->unknown, "names that are not known here, and left out");
+    note_names(notes, &strange->harmless, "elements and attributes that do not concern the motion, left out");
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */

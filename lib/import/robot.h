@@ -39,16 +39,25 @@ typedef struct kt_known_list {
     const char *apart;  /* elements that are counted as a whole, though they are known */
     const char *closed; /* elements in which nothing is searched */
     const char *read;   /* elements of which nothing is to be counted */
+    const char
+        *harmless;      /* elements and attributes of the format that do not concern the motion: looks, measurements */
+    const char *moving; /* those that do */
 } kt_known_list;
 
-/* Counts elements and attributes of an element, and in it, that are not known, so that a misspelt one is told. */
-void kt_unknown_search(kt_unknown *unknown, const kt_known_list *list, const kt_element *e);
+/* Names that are left out: of the format, but without a bearing on the motion; of the format, which make the motion another
+ * one; and not of the format, such as misspelt ones. */
+typedef struct kt_strange {
+    kt_unknown harmless, moving, unknown;
+} kt_strange;
+
+/* Counts elements and attributes of an element, and in it, that are left out. */
+void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_element *e);
 
 /* Adds the names with their numbers: "camera (2), light (1)". */
 void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase);
 
 /* The notes of a scene that is being made. */
-enum { KT_NOTES_MOST = 48 };
+enum { KT_NOTES_MOST = 96 };
 typedef struct kt_notes {
     kt_reader *r;
     const char *path;
@@ -59,12 +68,16 @@ typedef struct kt_notes {
 /* Begins the notes; false where there is no memory. */
 bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path);
 
-/* Adds a note at the first place where something was counted, if it was. */
+/* Adds a note at the first place where something was counted, if it was; a warning if the motion is not the file's by it. */
 void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
 
-/* Notes that all formats have: of changed names of joints, and of what is not known. */
+void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
+
+/* Notes that all formats have: of changed names of joints; of each thing that makes the motion another one; of names that are
+ * left out. */
 void kt_note_renamed_joints(kt_notes *notes, const kt_left *left);
-void kt_note_unknown(kt_notes *notes, const kt_unknown *unknown);
+void kt_note_changes(kt_notes *notes, const kt_unknown *changes);
+void kt_note_strange(kt_notes *notes, const kt_strange *strange);
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
@@ -186,6 +199,10 @@ typedef enum kt_solid {
  * length along z. */
 double kt_solid_volume(kt_solid solid, const double size[3]);
 kt_vec3 kt_solid_moments(kt_solid solid, const double size[3]);
+
+/* The same of its surface, for spheres, capsules, cylinders and boxes; zero for others. */
+double kt_shell_area(kt_solid solid, const double size[3]);
+kt_vec3 kt_shell_moments(kt_solid solid, const double size[3]);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
 

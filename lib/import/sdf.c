@@ -66,9 +66,16 @@ static const kt_known known[] = {
     {"geometry", " "},
 };
 
-static const kt_known_list all_known = {known, sizeof known / sizeof *known, .apart = " surface ",
-                                        .closed = " geometry ",
-                                        .read = " self_collide material transparency cast_shadows "};
+static const kt_known_list all_known = {
+    known,
+    sizeof known / sizeof *known,
+    .apart = " surface ",
+    .closed = " geometry ",
+    .read = " self_collide material transparency cast_shadows state density viscosity ",
+    .harmless = " surface sensor light scene physics gui audio spherical_coordinates magnetic_field atmosphere wind "
+                "laser_retro max_contacts meta battery projector particle_emitter road grid audio_sink audio_source "
+                "visibility_flags enable_metrics population actor stiffness dissipation allow_auto_disable ",
+    .moving = " plugin velocity_decay fluid_added_mass enable_wind "};
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
@@ -151,7 +158,7 @@ static void make_notes(const kt_sdf *m, kt_scene *scene) {
                 m->pictures.count);
     kt_note_put(&n, &m->contacts, "collision shapes that are left out, since contacts are effects: %d",
                 m->contacts.count);
-    kt_note_unknown(&n, &m->unknown);
+    kt_note_strange(&n, &m->strange);
     scene->notes = n.notes;
     scene->note_count = n.count;
 }
@@ -218,7 +225,7 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
     const bool is_world = strcmp(chosen->name, "world") == 0;
     read_gravity(&m, is_world ? chosen : NULL);
     kt_sdf_collect(&m, chosen, is_world, version);
-    kt_unknown_search(&m.unknown, &all_known, m.root);
+    kt_strange_search(&m.strange, &all_known, m.root);
     if (kt_draft_is_wrong(&m.draft))
         return;
     kt_sdf_place(&m);

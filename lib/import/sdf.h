@@ -78,7 +78,7 @@ typedef struct kt_sdf {
     int *owners, *first_owner;      /* likewise by their children's links */
     kt_judge judge;
 
-    kt_unknown unknown;
+    kt_strange strange;
     kt_left renamed, renamed_joints, others, missing, newer, no_gravity, floating, at_rest, kinematic, freed;
     kt_left standard_masses, by_geometry, lost_masses;
     kt_left offsets, halves, reversed, loops, loop_forces, still_joints, outside, limits, disordered, friction;

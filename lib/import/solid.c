@@ -7,6 +7,11 @@
  *   cylinder   V = 2 pi r^2 h           Ix/m = (3 r^2 + 4 h^2) / 12, Iz/m = r^2 / 2
  *   cone       V = 2/3 pi r^2 h         Ix/m = 3/20 (r^2 + h^2), Iz/m = 3/10 r^2, at h/2 below the middle
  *   capsule    a cylinder, and two half spheres whose centroids lie 3/8 r beyond its ends
+ * Of shells of uniform thickness, whose area A stands for the volume:
+ *   sphere     A = 4 pi r^2                 I/m = 2/3 r^2
+ *   box        three pairs of plates, each of the area 4 b c at the distance a: Ix/m = (b^2 + c^2) / 3, Iy/m = a^2 + c^2 / 3
+ *   cylinder   a barrel, A = 4 pi r h, Ix/m = r^2 / 2 + h^2 / 3, Iz/m = r^2, and two discs, Ix/m = r^2 / 4 + h^2
+ *   capsule    a barrel, and two half spheres whose centroids lie r / 2 beyond its ends
  */
 #include "import/robot.h"
 
@@ -56,6 +61,64 @@ kt_vec3 kt_solid_moments(kt_solid solid, const double size[3]) {
         return kt_vec3_make(slant, slant, 0.3 * a * a);
     case KT_SOLID_BOX:
         return kt_vec3_make((b * b + c * c) / 3.0, (a * a + c * c) / 3.0, (a * a + b * b) / 3.0);
+    default:
+        return kt_vec3_make(0.0, 0.0, 0.0);
+    }
+}
+
+/* ---- shells ------------------------------------------------------------------------------------------------------ */
+
+double kt_shell_area(kt_solid solid, const double size[3]) {
+    const double a = size[0], b = size[1], c = size[2];
+    switch (solid) {
+    case KT_SOLID_SPHERE:
+        return 4.0 * pi * a * a;
+    case KT_SOLID_CAPSULE:
+        return 4.0 * pi * a * (a + b);
+    case KT_SOLID_CYLINDER:
+        return 2.0 * pi * a * (a + 2.0 * b);
+    case KT_SOLID_BOX:
+        return 8.0 * (a * b + b * c + c * a);
+    default:
+        return 0.0;
+    }
+}
+
+/* Of the two half spheres, of a part of the mass: 2/3 r^2 about the axis, and across it, with the centroids at h + r/2,
+ * 5/12 r^2 + (h + r/2)^2 = 2/3 r^2 + h^2 + h r. */
+static kt_vec3 capsule_shell(double r, double h) {
+    const double ends = r / (r + h), barrel = 1.0 - ends;
+    const double across = barrel * (0.5 * r * r + h * h / 3.0) + ends * (2.0 / 3.0 * r * r + h * h + h * r);
+    return kt_vec3_make(across, across, barrel * r * r + ends * 2.0 / 3.0 * r * r);
+}
+
+static kt_vec3 cylinder_shell(double r, double h) {
+    const double discs = r / (r + 2.0 * h), barrel = 1.0 - discs;
+    const double across = barrel * (0.5 * r * r + h * h / 3.0) + discs * (0.25 * r * r + h * h);
+    return kt_vec3_make(across, across, barrel * r * r + discs * 0.5 * r * r);
+}
+
+/* The mean of the squares of x, y, z over the plates gives the moments. */
+static kt_vec3 box_shell(const double size[3]) {
+    const double a = size[0], b = size[1], c = size[2], plates[3] = {b * c, c * a, a * b};
+    const double whole = plates[0] + plates[1] + plates[2];
+    double square[3];
+    for (int i = 0; i < 3; i++) /* at +-size in a third of the plates, over all its length in the others */
+        square[i] = size[i] * size[i] * (plates[i] + (whole - plates[i]) / 3.0) / whole;
+    return kt_vec3_make(square[1] + square[2], square[0] + square[2], square[0] + square[1]);
+}
+
+kt_vec3 kt_shell_moments(kt_solid solid, const double size[3]) {
+    const double a = size[0];
+    switch (solid) {
+    case KT_SOLID_SPHERE:
+        return kt_vec3_make(2.0 / 3.0 * a * a, 2.0 / 3.0 * a * a, 2.0 / 3.0 * a * a);
+    case KT_SOLID_CAPSULE:
+        return capsule_shell(a, size[1]);
+    case KT_SOLID_CYLINDER:
+        return cylinder_shell(a, size[1]);
+    case KT_SOLID_BOX:
+        return box_shell(size);
     default:
         return kt_vec3_make(0.0, 0.0, 0.0);
     }

@@ -105,7 +105,7 @@ static void note_rest(kt_notes *n, const kt_urdf *u) {
     kt_note_put(n, &u->shapes, "visuals without a geometry that is known, left out of pictures: %d", u->shapes.count);
     kt_note_put(n, &u->contacts, "collision shapes that are left out, since contacts are effects: %d",
                 u->contacts.count);
-    kt_note_unknown(n, &u->unknown);
+    kt_note_strange(n, &u->strange);
 }
 
 /* Tells what was changed or left out, each kind once. */

@@ -161,7 +161,7 @@ static void make_effects(kt_urdf *u, const kt_urdf_joint *j) {
     (void)kt_urdf_numbers(u->r, dynamics, "friction", 1, &friction);
     if (!j->kind->is_scalar) {
         if (damping != 0.0 || friction != 0.0)
-            kt_unknown_count(&u->unknown, "dynamics", dynamics);
+            kt_unknown_count(&u->strange.moving, "dynamics", dynamics);
         return;
     }
     if (damping != 0.0)

@@ -35,8 +35,14 @@ static const kt_known known[] = {
 };
 
 /* Of a transmission all that concerns the motion is read. */
-static const kt_known_list all_known = {known, sizeof known / sizeof *known, .apart = " ", .closed = " material ",
-                                        .read = " transmission "};
+static const kt_known_list all_known = {known,
+                                        sizeof known / sizeof *known,
+                                        .apart = " ",
+                                        .closed = " material ",
+                                        .read = " transmission ",
+                                        .harmless = " safety_controller calibration color texture sensor type version "
+                                                    "verbose contact link_state joint_state ",
+                                        .moving = " "};
 
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
 
@@ -248,7 +254,7 @@ bool kt_urdf_collect(kt_urdf *u) {
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
         u->link_count += strcmp(e->name, "link") == 0;
         u->joint_count += strcmp(e->name, "joint") == 0;
-        kt_unknown_search(&u->unknown, &all_known, e);
+        kt_strange_search(&u->strange, &all_known, e);
     }
     const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
     const size_t names = links + joints + 1;

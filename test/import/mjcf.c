@@ -244,8 +244,8 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
         {"m.xml:3:18", "limits of position that are data alone (--stops makes effects of them): 1"},
         {"m.xml:3:58", "geoms that could touch others, left out, since contacts are effects: 1"},
         {"m.xml:5:9", "forces and equalities that are left out: spatial tendon (1), muscle (1)"},
-        {"m.xml:2:12", "elements and attributes that do not concern the motion, or are not known, are left out: camera "
-                       "(2), dampin (1), spatial (1), muscle (1)"},
+        {"m.xml:3:18", "names that are not known here, and left out: dampin (1)"},
+        {"m.xml:2:12", "elements and attributes that do not concern the motion, left out: camera (2)"},
     };
     const int count = (int)(sizeof expected / sizeof *expected);
     kt_scene scene;
@@ -255,7 +255,37 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
     for (int i = 0; i < scene.note_count && i < count; i++) {
         kt_check_text("where", scene.notes[i].where, expected[i][0]);
         kt_check_text("what", scene.notes[i].what, expected[i][1]);
+        kt_check_true("a warning, if forces are missing",
+                      scene.notes[i].is_warning == (strncmp(expected[i][1], "forces and", 10) == 0));
     }
+    kt_scene_free(&scene);
+}
+
+/* What makes the motion another one is a warning of its own; what flags turn off is obeyed. */
+KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
+    static const char text[] =
+        "<mujoco><option density='1'><flag actuation='disable' equality='disable' spring='disable'/></option>"
+        "<asset><mesh name='lost' file='lost.stl'/></asset><worldbody><body name='a'><joint name='j' stiffness='3' "
+        "damping='2'/>" BALL "<geom type='mesh' mesh='lost'/><composite/></body><body name='b'><joint name='k'/>" BALL
+        "</body></worldbody><actuator><motor joint='j' delay='1'/></actuator>"
+        "<equality><joint joint1='j' joint2='k'/></equality></mujoco>";
+    static const char *const expected[] = {"'composite' is left out: 1", "of 1 body (a); --mass", "forces of a medium"};
+    kt_scene scene;
+    int warnings = 0;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    for (int i = 0; i < scene.note_count; i++)
+        warnings += scene.notes[i].is_warning;
+    kt_check_equal_int("warnings", warnings, 3);
+    for (size_t k = 0; k < sizeof expected / sizeof *expected; k++) {
+        int found = 0;
+        for (int i = 0; i < scene.note_count; i++)
+            found += scene.notes[i].is_warning && strstr(scene.notes[i].what, expected[k]) != NULL &&
+                     strncmp(scene.notes[i].what, "the motion is not that of the file", 34) == 0;
+        kt_check_equal_int(expected[k], found, 1);
+    }
+    kt_check_equal_int("effects: the damper alone", scene.description.effect_count, 1);
+    kt_check_equal_int("loops", scene.description.loop_count, 0);
     kt_scene_free(&scene);
 }
 

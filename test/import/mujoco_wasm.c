@@ -2,9 +2,11 @@
  * names its folder): the same mass matrix, bias force, places of bodies, forces of springs, dampers, motors and servos,
  * and accelerations, at random states; and the residuals of equalities.
  *
- * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. KT_ROBOT_FILES names more files, apart by
- * blanks; what one of both refuses is said. */
+ * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. Lengths of tendons, which are
+ * coordinates here alone, follow from the joints: ours are compared as v = T v', M' = T' M T, f' = T' f. KT_ROBOT_FILES names
+ * more files, apart by blanks; what one of both refuses is said. */
 #include "check.h"
+#include "draw.h"
 #include "equality.h"
 #include "match.h"
 
@@ -23,27 +25,31 @@ enum { STATES = 20, NAME = 200 };
 typedef struct body {
     char name[NAME];
     double mass;
-    int ours; /* -1: none */
+    int ours, placed; /* -1: none; the one whose frame it has */
 } body;
 
 typedef struct joint {
     char name[NAME];
-    int type, q, v, carrier; /* carrier: our body that it moves */
+    int type, q, v, body, carrier; /* carrier: our body that it moves */
 } joint;
 
 /* A model of theirs, and ours of the same file. Of vectors ours and theirs, theirs in their order. */
 typedef struct pair {
     kt_scene scene;
     kt_model *model;
+    bool is_tree; /* no loops but the lengths of tendons */
     kt_data *data;
     int body_count, joint_count, nq, nv, equality_count;
     body *bodies;
     joint *joints;
     char (*equalities)[NAME];
-    int *of; /* our velocity of each of theirs */
+    double *of; /* T: our velocities by theirs, in columns */
     double *q, *v, *a, *tau, *matrix;
+    double *product, *reduced, *along; /* M T, T' M T, T' f */
     double *qpos, *qvel, *mass, *bias, *force, *qacc, *xpos, *xmat, *residual;
 } pair;
+
+static int equalities_compared, lengths_compared; /* of all files and states; of all files */
 
 typedef struct findings {
     kt_worst weight, mass, bias, place, turn, force, acceleration, residual;
@@ -104,7 +110,8 @@ static bool read_header(FILE *from, pair *p) {
             return false;
     for (int i = 0; i < p->joint_count; i++) {
         joint *j = &p->joints[i];
-        if (fscanf(from, "%199s", j->name) != 1 || !read_integers(from, 3, (int *const[]){&j->type, &j->q, &j->v}))
+        if (fscanf(from, "%199s", j->name) != 1 ||
+            !read_integers(from, 4, (int *const[]){&j->type, &j->q, &j->v, &j->body}))
             return false;
     }
     for (int i = 0; i < p->equality_count; i++)
@@ -116,46 +123,70 @@ static bool read_header(FILE *from, pair *p) {
 /* All of a state stands in the order of the array. */
 static bool read_state(FILE *from, pair *p) { return read_numbers(from, p->qpos, state_size(p)); }
 
-/* Compiles the tree, without loops; what only loops move needs them. Dry friction is a constraint of MuJoCo's, and
- * servos reach the limits of their forces by corners there, and smoothly here. */
+static bool is_theirs(const pair *p, const char *name) {
+    for (int i = 0; i < p->joint_count; i++)
+        if (same_name(name, p->joints[i].name))
+            return true;
+    return false;
+}
+
+/* A coupling that is the length of a tendon: its first joint is none of theirs, the others are. */
+static bool is_length(const pair *p, const kt_loop *loop) {
+    return loop->type == KT_LOOP_COUPLING && loop->formula == NULL && loop->term_count > 1 &&
+           !is_theirs(p, loop->terms[0].joint) && is_theirs(p, loop->terms[1].joint);
+}
+
+/* Compiles the tree, without loops but for the lengths of tendons; what only other loops move needs them. Dry friction is a
+ * constraint of MuJoCo's. */
 static kt_status compile(pair *p, kt_error *error) {
     kt_description d = p->scene.description;
     kt_effect *effects = calloc((size_t)d.effect_count + 1, sizeof *effects);
-    if (effects == NULL)
-        return KT_ERROR_MEMORY;
-    for (int i = 0; i < d.effect_count; i++) {
+    kt_loop *loops = calloc((size_t)d.loop_count + 1, sizeof *loops);
+    int kept = 0;
+    for (int i = 0; i < d.effect_count && effects != NULL; i++) {
         effects[i] = d.effects[i];
         if (effects[i].type == KT_EFFECT_JOINT_FRICTION)
             effects[i].coulomb = effects[i].breakaway = 0.0;
-        effects[i].limit = INFINITY;
     }
+    for (int i = 0; i < d.loop_count && loops != NULL; i++)
+        if (is_length(p, &d.loops[i]))
+            loops[kept++] = d.loops[i];
     d.effects = effects;
-    d.loop_count = 0;
-    kt_status status = kt_model_compile(&d, NULL, &p->model, error);
-    if (status != KT_OK) {
+    d.loops = loops;
+    d.loop_count = kept;
+    kt_status status =
+        effects != NULL && loops != NULL ? kt_model_compile(&d, NULL, &p->model, error) : KT_ERROR_MEMORY;
+    p->is_tree = status == KT_OK;
+    if (status != KT_OK && status != KT_ERROR_MEMORY) {
+        d.loops = p->scene.description.loops;
         d.loop_count = p->scene.description.loop_count;
         status = kt_model_compile(&d, NULL, &p->model, error);
     }
     free(effects);
+    free(loops);
     return status;
 }
 
-static bool load(pair *p, const char *path) {
+static bool load(pair *p, const char *path, const kt_robot_options *options) {
     kt_error error = {0};
-    if (kt_robot_read(path, NULL, &p->scene, NULL, NULL, &error) != KT_OK || compile(p, &error) != KT_OK ||
+    if (kt_robot_read(path, options, &p->scene, NULL, NULL, &error) != KT_OK || compile(p, &error) != KT_OK ||
         kt_data_create(p->model, &p->data, &error) != KT_OK) {
         kt_note("%s: %s", error.where, error.message);
         return false;
     }
     const size_t nq = (size_t)kt_model_nq(p->model), nv = (size_t)kt_model_nv(p->model);
-    p->of = calloc((size_t)p->nv + 1, sizeof *p->of);
-    p->q = calloc(nq + 3 * nv + nv * nv + 1, sizeof *p->q);
+    const size_t theirs = (size_t)p->nv;
+    p->of = calloc(nv * theirs + 1, sizeof *p->of);
+    p->q = calloc(nq + 3 * nv + nv * nv + (nv + theirs + 1) * theirs + 1, sizeof *p->q);
     if (p->of == NULL || p->q == NULL)
         return kt_check_true("there is memory", false);
     p->v = p->q + nq;
     p->a = p->v + nv;
     p->tau = p->a + nv;
     p->matrix = p->tau + nv;
+    p->product = p->matrix + nv * nv;
+    p->reduced = p->product + nv * theirs;
+    p->along = p->reduced + theirs * theirs;
     return true;
 }
 
@@ -189,6 +220,31 @@ static int find_carrier(const pair *p, const joint *theirs, int last) {
     return next;
 }
 
+/* Our coordinate of a scalar joint of this name. */
+static int find_coordinate(const pair *p, const char *name, bool is_velocity) {
+    const kt_description *d = &p->scene.description;
+    for (int i = 0; i < d->body_count; i++)
+        if (strcmp(kt_joint_name_of(&d->bodies[i]), name) == 0) {
+            const kt_coordinates c = kt_body_coordinates(p->model, our_body(p->model, d->bodies[i].name));
+            return is_velocity ? c.v : c.q;
+        }
+    return -1;
+}
+
+/* The rows of T of lengths of tendons. */
+static void find_lengths(pair *p) {
+    const int nv = kt_model_nv(p->model);
+    for (int i = 0; i < p->scene.description.loop_count; i++) {
+        const kt_loop *loop = &p->scene.description.loops[i];
+        const int row = is_length(p, loop) ? find_coordinate(p, loop->terms[0].joint, true) : -1;
+        lengths_compared += row >= 0;
+        for (int k = 1; k < loop->term_count && row >= 0; k++)
+            for (int j = 0; j < p->joint_count; j++)
+                if (same_name(loop->terms[k].joint, p->joints[j].name))
+                    p->of[p->joints[j].v * nv + row] -= loop->terms[k].coefficient / loop->terms[0].coefficient;
+    }
+}
+
 static bool find_names(pair *p) {
     static const int dofs[] = {6, 3, 1, 1}; /* free, ball, slide, hinge */
     int last = -1;
@@ -201,50 +257,92 @@ static bool find_names(pair *p) {
         if (c.nv != dofs[j->type])
             return kt_check_true(j->name, false);
         for (int k = 0; k < c.nv; k++)
-            p->of[j->v + k] = c.v + k;
+            p->of[(j->v + k) * kt_model_nv(p->model) + c.v + k] = 1.0;
     }
     for (int i = 0; i < p->body_count; i++)
-        p->bodies[i].ours = i > 0 ? our_body(p->model, p->bodies[i].name) : 0;
+        p->bodies[i].ours = p->bodies[i].placed = i > 0 ? our_body(p->model, p->bodies[i].name) : 0;
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type == 0) /* a free body's frame may be turned to that of its inertia */
+            p->bodies[p->joints[i].body].placed = p->joints[i].carrier;
+    find_lengths(p);
     return true;
 }
 
 /* ---- comparing --------------------------------------------------------------------------------------------------- */
 
 static void set_state(pair *p) {
+    const int nv = kt_model_nv(p->model);
     for (int i = 0; i < p->joint_count; i++) {
         const joint *j = &p->joints[i];
         const kt_coordinates c = kt_body_coordinates(p->model, j->carrier);
         memcpy(p->q + c.q, p->qpos + j->q, (size_t)c.nq * sizeof *p->q);
         memcpy(p->v + c.v, p->qvel + j->v, (size_t)c.nv * sizeof *p->v);
     }
+    for (int i = 0; i < p->scene.description.loop_count; i++) {
+        const kt_loop *loop = &p->scene.description.loops[i];
+        if (!is_length(p, loop))
+            continue;
+        double sum[2] = {0.0, 0.0};
+        const int q = find_coordinate(p, loop->terms[0].joint, false),
+                  v = find_coordinate(p, loop->terms[0].joint, true);
+        for (int j = 0; j < p->joint_count; j++) {
+            const double factor = p->of[p->joints[j].v * nv + v];
+            sum[0] += factor * (factor != 0.0 ? p->qpos[p->joints[j].q] : 0.0);
+            sum[1] += factor * (factor != 0.0 ? p->qvel[p->joints[j].v] : 0.0);
+        }
+        p->q[q] = sum[0];
+        p->v[v] = sum[1];
+    }
 }
 
 static double largest(const double *values, size_t count) {
-    double most = 1e-9;
+    double most = 1e-6;
     for (size_t i = 0; i < count; i++)
         most = fmax(most, fabs(values[i]));
     return most;
 }
 
-/* Ours may have more coordinates: the lengths of tendons, which have no mass and carry nothing. */
-static void compare_vector(kt_worst *worst, const pair *p, const double *ours, const double *theirs, double bound) {
-    const double scale = largest(theirs, (size_t)p->nv);
+/* T' f */
+static const double *reduce(const pair *p, const double *ours) {
+    const int nv = kt_model_nv(p->model);
+    for (int i = 0; i < p->nv; i++) {
+        p->along[i] = 0.0;
+        for (int k = 0; k < nv; k++)
+            p->along[i] += p->of[i * nv + k] * ours[k];
+    }
+    return p->along;
+}
+
+/* Relative to the largest of theirs, and to what is nothing but rounding beside `terms`. */
+static void compare_vector(kt_worst *worst, const pair *p, const double *ours, const double *theirs, double terms,
+                           double bound) {
+    const double scale = fmax(largest(theirs, (size_t)p->nv), 0.01 * terms);
     for (int i = 0; i < p->nv; i++)
-        kt_worst_near(worst, ours[p->of[i]], theirs[i], bound * scale, "%d", i);
+        kt_worst_near(worst, ours[i], theirs[i], bound * scale, "%d", i);
 }
 
 static void compare_matrix(kt_worst *worst, const pair *p, double bound) {
     const double scale = largest(p->mass, (size_t)p->nv * (size_t)p->nv);
     const int nv = kt_model_nv(p->model);
     for (int i = 0; i < p->nv; i++)
-        for (int k = 0; k < p->nv; k++)
-            kt_worst_near(worst, p->matrix[p->of[i] + nv * p->of[k]], p->mass[i * p->nv + k], bound * scale, "%d, %d",
-                          i, k);
+        for (int k = 0; k < nv; k++) {
+            double sum = 0.0;
+            for (int l = 0; l < nv; l++)
+                sum += p->matrix[k + nv * l] * p->of[i * nv + l];
+            p->product[i * nv + k] = sum;
+        }
+    for (int i = 0; i < p->nv; i++)
+        for (int k = 0; k < p->nv; k++) {
+            double sum = 0.0;
+            for (int l = 0; l < nv; l++)
+                sum += p->of[k * nv + l] * p->product[i * nv + l];
+            kt_worst_near(worst, sum, p->mass[i * p->nv + k], bound * scale, "%d, %d", i, k);
+        }
 }
 
 static void compare_places(const pair *p, findings *f) {
     for (int i = 1; i < p->body_count; i++) {
-        const int b = p->bodies[i].ours;
+        const int b = p->bodies[i].placed;
         if (b < 0)
             continue;
         const kt_pose pose = kt_body_pose(p->model, p->data, b);
@@ -327,10 +425,14 @@ static void compare_forces(pair *p, findings *f, double bound) {
     kt_error error = {0};
     if (kt_effect_forces(p->model, p->data, 0.0, p->q, p->v, p->tau, &error) != KT_OK)
         kt_worst_below(&f->force, (double)NAN, 0.0, "%s", error.message);
-    compare_vector(&f->force, p, p->tau, p->force, bound);
+    compare_vector(&f->force, p, reduce(p, p->tau), p->force, 0.0, bound);
     if (kt_acceleration_evaluate(p->model, p->data, 0.0, p->q, p->v, NULL, NULL, p->a, &error) != KT_OK)
         kt_worst_below(&f->acceleration, (double)NAN, 0.0, "%s", error.message);
-    compare_vector(&f->acceleration, p, p->a, p->qacc, 40.0 * bound);
+    for (int i = 0; i < p->joint_count; i++) {
+        const kt_coordinates c = kt_body_coordinates(p->model, p->joints[i].carrier);
+        memcpy(p->along + p->joints[i].v, p->a + c.v, (size_t)c.nv * sizeof *p->a);
+    }
+    compare_vector(&f->acceleration, p, p->along, p->qacc, 0.0, 40.0 * bound);
 }
 
 /* The bound is that of matrices, forces and places; accelerations have forty times it. Returns how many equalities are
@@ -341,7 +443,6 @@ static int compare_states(FILE *from, pair *p, double bound) {
                   kt_worst_make("orientation"),   kt_worst_make("forces"),
                   kt_worst_make("accelerations"), kt_worst_make("residuals of equalities")};
     int equalities = 0;
-    const bool has_forces = kt_model_nv(p->model) == p->nv;
     for (int n = 0; n < STATES; n++) {
         const bool is_read = read_state(from, p);
         set_state(p);
@@ -350,10 +451,10 @@ static int compare_states(FILE *from, pair *p, double bound) {
             return 0;
         }
         compare_matrix(&f.mass, p, bound);
-        compare_vector(&f.bias, p, p->tau, p->bias, bound);
+        compare_vector(&f.bias, p, reduce(p, p->tau), p->bias, largest(p->mass, (size_t)p->nv * (size_t)p->nv), bound);
         compare_places(p, &f);
         equalities += compare_equalities(p, &f.residual);
-        if (has_forces)
+        if (p->is_tree)
             compare_forces(p, &f, bound);
     }
     compare_masses(p, &f, bound);
@@ -364,10 +465,17 @@ static int compare_states(FILE *from, pair *p, double bound) {
     return equalities;
 }
 
-static int equalities_compared; /* of all files and states */
+/* A model and the bound of its mass matrix, bias and forces, as a part of their largest entry. */
+typedef struct model_file {
+    const char *path;
+    double bound;
+    const char *keyframe; /* whose controls act; NULL: none */
+} model_file;
 
 /* Returns whether both read the next file. One that either refuses is told. */
-static bool compare_next(FILE *from, const char *path, double bound) {
+static bool compare_next(FILE *from, const model_file *file) {
+    const kt_robot_options options = {.keyframe = file->keyframe};
+    const char *path = file->path;
     pair p = {.q = NULL};
     char said[1000], why[1000];
     bool read = false;
@@ -378,21 +486,15 @@ static bool compare_next(FILE *from, const char *path, double bound) {
     if (strcmp(said, "read") != 0) {
         kt_note("refused by MuJoCo:%s", fgets(why, sizeof why, from) != NULL ? why : "");
     } else if (kt_check_true("it is described", read_header(from, &p))) {
-        read = load(&p, path) && find_names(&p);
+        read = load(&p, path, &options) && find_names(&p);
         for (int n = 0; n < STATES && !read; n++)
             (void)read_state(from, &p);
         if (read)
-            equalities_compared += compare_states(from, &p, bound);
+            equalities_compared += compare_states(from, &p, file->bound);
     }
     release(&p);
     return read;
 }
-
-/* A model and the bound of its mass matrix, bias and forces, as a part of their largest entry. */
-typedef struct model_file {
-    const char *path;
-    double bound;
-} model_file;
 
 /* All files are answered by one process. Returns how many both read; -1: nobody answers here. */
 static int compare_files(const model_file *files, int count) {
@@ -410,7 +512,7 @@ static int compare_files(const model_file *files, int count) {
     if (!kt_check_true("node runs", from != NULL && used < (int)sizeof command))
         return -1;
     for (int i = 0; i < count; i++)
-        read += compare_next(from, files[i].path, files[i].bound);
+        read += compare_next(from, &files[i]);
     kt_check_equal_int("node ends", pclose(from), 0);
     return read;
 }
@@ -418,9 +520,10 @@ static int compare_files(const model_file *files, int count) {
 /* Of meshes MuJoCo has the vertices as single-precision numbers: 6e-8 of their size, several of which make an inertia. */
 KT_TEST(models_are_those_that_mujoco_of_today_reads) {
     static const model_file files[] = {
-        {MODELS "/mjcf/tree.xml", 4e-14},   {MODELS "/mjcf/masses.xml", 4e-14},  {MODELS "/mjcf/ties.xml", 4e-14},
-        {MODELS "/arm.urdf", 4e-14},        {MODELS "/mjcf/tendons.xml", 4e-14}, {MODELS "/mjcf/meshes.xml", 1e-6},
-        {MODELS "/mjcf/servos.xml", 4e-14}, {MODELS "/mjcf/attach.xml", 4e-14},
+        {MODELS "/mjcf/tree.xml", 4e-14, NULL},    {MODELS "/mjcf/masses.xml", 4e-14, NULL},
+        {MODELS "/mjcf/ties.xml", 4e-14, NULL},    {MODELS "/arm.urdf", 4e-14, NULL},
+        {MODELS "/mjcf/tendons.xml", 4e-14, NULL}, {MODELS "/mjcf/meshes.xml", 1e-6, NULL},
+        {MODELS "/mjcf/servos.xml", 4e-14, NULL},  {MODELS "/mjcf/attach.xml", 4e-14, NULL},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
@@ -443,8 +546,37 @@ KT_TEST(files_that_are_named_are_those_that_mujoco_of_today_reads) {
     }
     (void)snprintf(list, sizeof list, "%s", named);
     for (char *path = strtok(list, " \n"); path != NULL && count < MOST; path = strtok(NULL, " \n"))
-        files[count++] = (model_file){path, 1e-7}; /* vertices of meshes */
+        files[count++] = (model_file){path, 1e-7, NULL}; /* vertices of meshes */
     const int read = compare_files(files, count);
     if (read >= 0)
         kt_note("%d of %d files are read by both", read, count);
+}
+
+/* Random models of what decides forces and accelerations: bounds of actuators, of joints and of tendons, springs, dampers,
+ * tendons with armature, what flags turn off, masses by shells, frames of inertia. Forces and masses to rounding (the masses
+ * of small geoms within large ones lose digits), accelerations, which lose what the mass matrix does, to 1e-7. */
+KT_TEST(random_models_have_the_accelerations_that_mujoco_of_today_computes) {
+    enum { MODELS_DRAWN = 150 };
+    static model_file files[MODELS_DRAWN];
+    static char paths[MODELS_DRAWN][80];
+    char folder[] = "/tmp/kinetree-mjcf-XXXXXX";
+    kt_random random = kt_random_of_test();
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    for (int i = 0; i < MODELS_DRAWN; i++) {
+        (void)snprintf(paths[i], sizeof paths[i], "%s/%d.xml", folder, i);
+        files[i] = (model_file){paths[i], 2.5e-10, "k"};
+        FILE *to = fopen(paths[i], "w");
+        const bool is_written = to != NULL && draw_mjcf(to, &random);
+        (void)kt_check_true("it is written", to != NULL && fclose(to) == 0 && is_written);
+    }
+    lengths_compared = 0;
+    const int read = compare_files(files, MODELS_DRAWN);
+    if (read >= 0) {
+        kt_check_equal_int("models that both read", read, MODELS_DRAWN);
+        kt_check_above("lengths of tendons", lengths_compared, 0.1 * MODELS_DRAWN);
+    }
+    for (int i = 0; i < MODELS_DRAWN && getenv("KT_KEEP") == NULL; i++)
+        (void)remove(paths[i]);
+    (void)rmdir(folder);
 }

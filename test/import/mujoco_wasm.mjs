@@ -1,12 +1,12 @@
-// What MuJoCo, as WebAssembly (npm's @mujoco/mujoco), computes of models, without contacts, constraints and limits of forces.
+// What MuJoCo, as WebAssembly (npm's @mujoco/mujoco), computes of models, without contacts and constraints.
 //
 //     node mujoco_wasm.mjs PACKAGE STATES FILE...
 //
 // Words apart by blanks. Of each file: its path, then `refused` and the reason on a line, or `read` and
-//     nbody njnt nq nv neq;  of each body its name (`.`: it has none) and mass;  of each joint its name, type and dofs;
+//     nbody njnt nq nv neq;  of each body its name (`.`: it has none) and mass;  of each joint its name, type, dofs and body;
 //     of each equality its name;
 // and of each random state
-//     qpos, qvel, mass matrix, bias force, forces of springs, dampers and actuators, qacc, xpos, xmat, residuals of
+//     (with the controls of the only keyframe, if its name is `k`) qpos, qvel, mass matrix, bias force, forces of springs, dampers and actuators, qacc, xpos, xmat, residuals of
 //     equalities, six numbers each.
 // Blanks in names are written as `_`.
 import fs from "node:fs";
@@ -79,15 +79,15 @@ function describe(file) {
     const model = mujoco.MjModel.from_xml_path(file);
     const data = new mujoco.MjData(model), matrix = new mujoco.DoubleBuffer(model.nv ** 2 || 1);
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT.value;
-    for (const ranges of [model.actuator_forcerange, model.jnt_actfrcrange])
-        ranges?.forEach((_, i) => (ranges[i] = i % 2 ? Infinity : -Infinity));
     say(["read", model.nbody, model.njnt, model.nq, model.nv, model.neq]);
     for (let i = 0; i < model.nbody; i++)
         say([name_of(model.body(i)), model.body_mass[i]]);
     for (let i = 0; i < model.njnt; i++)
-        say([name_of(model.jnt(i)), model.jnt_type[i], model.jnt_qposadr[i], model.jnt_dofadr[i]]);
+        say([name_of(model.jnt(i)), model.jnt_type[i], model.jnt_qposadr[i], model.jnt_dofadr[i], model.jnt_bodyid[i]]);
     for (let i = 0; i < model.neq; i++)
         say([name_of(model.eq(i))]);
+    const controls = model.nkey === 1 && model.nu > 0 && name_of(model.key(0)) === "k" ? model.key_ctrl : [];
+    controls.forEach((u, i) => (data.ctrl[i] = u));
     for (let n = 0; n < states; n++) {
         set_random_state(model, data);
         mujoco.mj_forward(model, data);

@@ -258,9 +258,7 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
          "meshes that are not found, left out of pictures (--search FOLDER:FOLDER, or KINETREE_SEARCH, names "
          "where packages and models are): 1; the first: m.dae"},
         {"r.urdf:3:16", "collision shapes that are left out, since contacts are effects: 1"},
-        {"r.urdf:6:1",
-         "elements and attributes that do not concern the motion, or are not known, are left out: ryp (1), "
-         "gazebo (2)"},
+        {"r.urdf:6:1", "names that are not known here, and left out: ryp (1), gazebo (2)"},
     };
     kt_scene scene;
     if (!parse_right("<robot name='r'><link name='a'>\n"

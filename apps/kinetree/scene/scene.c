@@ -178,8 +178,9 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
     }
     if (status != KT_OK && reported.faults == 0)
         kt_say_error(&error);
-    for (int i = 0; status == KT_OK && i < scene->note_count; i++)
-        fprintf(stderr, "%s: note: %s\n", scene->notes[i].where, scene->notes[i].what);
+    for (int i = 0; status == KT_OK && i < scene->note_count && !(settings != NULL && settings->is_quiet); i++)
+        fprintf(stderr, "%s: %s: %s\n", scene->notes[i].where, scene->notes[i].is_warning ? "warning" : "note",
+                scene->notes[i].what);
     if (status == KT_ERROR_FILE)
         suggest_ending(path);
     return kt_exit_code(status);

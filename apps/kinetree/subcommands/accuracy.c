@@ -257,7 +257,9 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     kt_scene scene;
     kt_model *model = NULL;
     kt_reference_file reference = {0};
-    int code = kt_load_model(path, &arguments->settings, &scene, &model);
+    kt_settings settings = arguments->settings;
+    settings.is_quiet = arguments->quiet;
+    int code = kt_load_model(path, &settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
     const char *title = scene.description.name;

@@ -686,6 +686,7 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
         return KT_EXIT_USAGE;
     }
     const char *path = argv[1];
+    arguments.settings.is_quiet = arguments.quiet;
     code = kt_read_scene_from(path, &arguments.settings, arguments.from, &scene);
     if (code != KT_EXIT_DONE)
         return code;

@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_TEXT_ARGUMENTS_H
 #define KT_COMMAND_TEXT_ARGUMENTS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* The argument of an option, and the type of the struct member that it fills. */
@@ -21,6 +22,7 @@ enum { KT_SETTINGS_MAX = 256 };
 typedef struct kt_settings {
     const char *text[KT_SETTINGS_MAX];
     int count;
+    bool is_quiet; /* notes of what a reader has left out are not printed */
 } kt_settings;
 
 typedef struct kt_option {

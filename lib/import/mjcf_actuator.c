@@ -1,0 +1,481 @@
+/* Actuators of MJCF as effects.
+ *
+ * An actuator acts along g L with the gear g: its force is f = gain u + b0 + b1 g L + b2 g L', with the control u and,
+ * where the gain is affine, gain = g0 + g1 g L + g2 g L', between the bounds of `forcerange`. With constant u this is the
+ * clamp of c0 + c1 g L + c2 g L', and g f acts on L: a motor where c1 = c2 = 0, else a servo of stiffness -g^2 c1 and
+ * damping -g^2 c2.
+ *
+ * `actuatorfrcrange` of a joint bounds the sum of all that actuators exert in it. Where one acts there alone, its own bounds
+ * and these are one pair: a clamp of a clamp is a clamp. Where several do, or one acts in other joints, too (a tendon), the
+ * sum is a formula in that joint, and what these exert in other joints is one there.
+ */
+#include "import/mjcf.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- what an actuator is ----------------------------------------------------------------------------------------- */
+
+typedef enum gain_type { FIXED, AFFINE, MUSCLE, USER } gain_type;
+typedef enum bias_type { NO_BIAS, AFFINE_BIAS, MUSCLE_BIAS, USER_BIAS } bias_type;
+
+/* What an actuator has, its defaults included: MuJoCo keeps one set of numbers for all kinds. */
+typedef struct actuator {
+    gain_type gain_type;
+    bias_type bias_type;
+    bool is_dynamic, is_strange; /* has an activation; is of a kind that is left out */
+    double gain[3], bias[3];
+    double inherit; /* the range of control is this part of what it acts along; 0: it is one of its own */
+} actuator;
+
+static void read_here(kt_mjcf *m, const kt_element *e, const char *name, int least, int most, double *values) {
+    double read[10];
+    const char *text = kt_xml_attribute(e, name);
+    const int count = text != NULL ? kt_parse_numbers(text, 10, read) : 0;
+    if (text != NULL && count < least)
+        (void)kt_mjcf_fault(m, e, "%s: expected %d to 10 numbers, found '%.60s'", name, least, text);
+    for (int i = 0; i < count && i < most; i++)
+        values[i] = read[i];
+}
+
+static void read_general(kt_mjcf *m, const kt_element *e, actuator *a) {
+    static const char *const gains[] = {"fixed", "affine", "muscle", "user", NULL};
+    static const char *const biases[] = {"none", "affine", "muscle", "user", NULL};
+    const char *dynamics = kt_xml_attribute(e, "dyntype");
+    a->gain_type = (gain_type)kt_mjcf_choice(m, e, NULL, "gaintype", gains, (int)a->gain_type);
+    a->bias_type = (bias_type)kt_mjcf_choice(m, e, NULL, "biastype", biases, (int)a->bias_type);
+    if (dynamics != NULL)
+        a->is_dynamic = strcmp(dynamics, "none") != 0;
+    read_here(m, e, "gainprm", 1, 3, a->gain);
+    read_here(m, e, "biasprm", 1, 3, a->bias);
+}
+
+/* The shortcuts set gain and bias; what they read begins as what the defaults have set. */
+static void apply_actuator(kt_mjcf *m, const kt_element *e, actuator *a) {
+    double k[3] = {a->gain[0], 0.0, 0.0}, v = -a->bias[2];
+    a->is_strange = false;
+    if (strcmp(e->name, "general") == 0) {
+        read_general(m, e, a);
+    } else if (strcmp(e->name, "motor") == 0) {
+        *a = (actuator){.gain = {1.0}};
+    } else if (strcmp(e->name, "position") == 0) {
+        double ratio = -v, inherit = a->inherit;
+        read_here(m, e, "kp", 1, 1, k);
+        read_here(m, e, "kv", 1, 1, &v);
+        read_here(m, e, "inheritrange", 1, 1, &inherit);
+        if (kt_xml_attribute(e, "dampratio") != NULL) {
+            read_here(m, e, "dampratio", 1, 1, &ratio);
+            v = -ratio;
+        }
+        *a = (actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, -k[0], -v}, .inherit = inherit};
+        a->is_dynamic = kt_xml_attribute(e, "timeconst") != NULL;
+    } else if (strcmp(e->name, "velocity") == 0) {
+        read_here(m, e, "kv", 1, 1, k);
+        *a = (actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, 0.0, -k[0]}};
+    } else if (strcmp(e->name, "damper") == 0) {
+        k[0] = 0.0;
+        read_here(m, e, "kv", 1, 1, k);
+        *a = (actuator){.gain_type = AFFINE, .gain = {0.0, 0.0, -k[0]}};
+    } else {
+        a->is_strange = true;
+    }
+}
+
+static bool is_actuator(const kt_element *e) {
+    static const char *const names[] = {"general",     "motor",    "position", "velocity", "damper",
+                                        "intvelocity", "cylinder", "muscle",   "adhesion"};
+    bool found = false;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        found = found || strcmp(e->name, names[i]) == 0;
+    return found;
+}
+
+/* Defaults from the outermost class inwards, each in the order of the file. */
+static void apply_classes(kt_mjcf *m, int class, actuator *a) {
+    const kt_element *e = kt_mjcf_class_element(m, &class);
+    if (e == NULL)
+        return;
+    apply_classes(m, class, a);
+    for (const kt_element *d = e->first; d != NULL; d = d->next)
+        if (is_actuator(d))
+            apply_actuator(m, d, a);
+}
+
+/* An attribute that all kinds have, of the element or of the defaults of any kind. */
+static const char *common_tag(const kt_mjcf *m, const kt_element *e, const char *name) {
+    static const char *const tags[] = {"general", "motor", "position", "velocity", "damper"};
+    if (kt_mjcf_text(m, e, e->name, name) != NULL)
+        return e->name;
+    for (size_t i = 0; i < sizeof tags / sizeof *tags; i++)
+        if (kt_mjcf_text(m, e, tags[i], name) != NULL)
+            return tags[i];
+    return NULL;
+}
+
+static bool read_limit(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]) {
+    const char *tag = common_tag(m, e, name);
+    return tag != NULL &&
+           kt_mjcf_is_limited(m, e, common_tag(m, e, limited) != NULL ? common_tag(m, e, limited) : tag, limited,
+                              name) &&
+           kt_mjcf_numbers(m, e, tag, name, 2, 2, range) == 2;
+}
+
+/* Whether it pulls its length to the control: gain u - gain L. */
+static bool is_position(const actuator *a) {
+    return a->gain_type == FIXED && a->bias_type == AFFINE_BIAS && a->gain[0] == -a->bias[1];
+}
+
+/* M_jj of a scalar joint at the reference position: its armature and, of all that it carries,
+ *     slide: sum m_i;    hinge: sum a' I_i a + m_i |a x (c_i - p)|^2, about the axis a through p. */
+static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
+    const kt_pose at = kt_mjcf_body_at(m, j->body)->world;
+    const kt_vec3 a = kt_mat3_apply(at.rotation, kt_vec3_normalize(j->axis)), p = kt_pose_apply(at, j->at);
+    double sum = kt_mjcf_number(m, j->element, j->tag, "armature", 0.0);
+    for (int i = j->body; i < m->bodies.count; i++) {
+        const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        if (!kt_mjcf_is_carried(m, i, j->body))
+            continue;
+        const kt_vec3 arm = kt_vec3_cross(a, kt_vec3_sub(kt_pose_apply(b->world, b->com), p));
+        const kt_vec3 inner = kt_mat3_apply_transposed(b->world.rotation, a);
+        sum += j->type == KT_MJCF_SLIDE
+                   ? b->mass
+                   : kt_vec3_dot(inner, kt_sym3_apply(b->inertia, inner)) + b->mass * kt_vec3_dot(arm, arm);
+    }
+    return sum;
+}
+
+/* The inertia along what an actuator acts along, g L: each joint's, with dL/dq = c, as 1 / (g c)^2 of its own. */
+static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
+    const char *tendon = kt_xml_attribute(e, "tendon");
+    if (tendon == NULL) {
+        const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
+        const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
+        return joint >= 0 ? carried_inertia(m, kt_mjcf_joint_at(m, joint)) / (gear * gear) : 0.0;
+    }
+    const kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon));
+    double sum = 0.0;
+    for (int i = 0; i < t->count; i++) {
+        const kt_mjcf_term *term = kt_mjcf_term_at(m, t->first + i);
+        const double c = gear * term->coefficient;
+        sum += carried_inertia(m, kt_mjcf_joint_at(m, term->joint)) / (c * c);
+    }
+    return sum;
+}
+
+/* A damping above zero of an actuator of positions is a ratio to the critical one, 2 sqrt(stiffness inertia). */
+static void resolve_damping(kt_mjcf *m, const kt_element *e, actuator *a, double gear) {
+    if (is_position(a) && a->bias[2] > 0.0 && gear != 0.0)
+        a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia_along(m, e, gear)));
+}
+
+/* The limits of what an actuator acts along; false where it has none. */
+static bool read_limits_along(kt_mjcf *m, const kt_element *e, double range[2]) {
+    const char *tendon = kt_xml_attribute(e, "tendon");
+    if (tendon != NULL) {
+        const kt_element *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon))->element;
+        return kt_mjcf_is_limited(m, t, "tendon", "limited", "range") &&
+               kt_mjcf_numbers(m, t, "tendon", "range", 2, 2, range) == 2;
+    }
+    const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
+    const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
+    if (joint < 0 || !kt_mjcf_joint_at(m, joint)->is_limited)
+        return false;
+    range[0] = kt_mjcf_joint_at(m, joint)->lower;
+    range[1] = kt_mjcf_joint_at(m, joint)->upper;
+    return true;
+}
+
+/* The control within its range, or within a part of that of what it acts along. */
+static double limit_control(kt_mjcf *m, const kt_element *e, const actuator *a, double control) {
+    double range[2];
+    bool is_limited = read_limit(m, e, "ctrllimited", "ctrlrange", range);
+    if (!is_limited && a->inherit > 0.0 && is_position(a) && read_limits_along(m, e, range)) {
+        const double middle = 0.5 * (range[0] + range[1]), half = 0.5 * a->inherit * (range[1] - range[0]);
+        range[0] = middle - half;
+        range[1] = middle + half;
+        is_limited = true;
+    }
+    return is_limited && !m->off.control_limits ? fmin(fmax(control, range[0]), range[1]) : control;
+}
+
+/* c0 + c1 L + c2 L', the force for a constant control. */
+static void force_of(const actuator *a, double control, double c[3]) {
+    for (int i = 0; i < 3; i++)
+        c[i] = (i == 0 || a->gain_type == AFFINE ? a->gain[i] * control : 0.0) +
+               (a->bias_type == AFFINE_BIAS ? a->bias[i] : 0.0);
+}
+
+/* ---- actions ------------------------------------------------------------------------------------------------------ */
+
+/* An actuator that acts: with the length L of a joint or a tendon, gear times the clamp of c0 + c1 gear L + c2 gear L'. */
+typedef struct action {
+    const kt_element *element;
+    int tendon; /* -1: none */
+    kt_mjcf_term own;
+    double gear, c[3], bounds[2];
+    bool is_formula;
+} action;
+
+static action *action_at(const kt_list *actions, int i) { return (action *)actions->items + i; }
+
+/* The joints whose sum is its length. */
+static const kt_mjcf_term *terms_of(const kt_mjcf *m, const action *d, int *count) {
+    const kt_mjcf_tendon *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon) : NULL;
+    *count = t != NULL ? t->count : 1;
+    return t != NULL ? kt_mjcf_term_at(m, t->first) : &d->own;
+}
+
+/* dL/dq of a joint. */
+static double lever_of(const kt_mjcf *m, const action *d, int joint) {
+    int count;
+    double sum = 0.0;
+    const kt_mjcf_term *terms = terms_of(m, d, &count);
+    for (int i = 0; i < count; i++)
+        sum += terms[i].joint == joint ? terms[i].coefficient : 0.0;
+    return sum;
+}
+
+/* Finds what an actuator acts along; false where that is left out, which is counted. */
+static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
+    const char *attribute = kt_xml_attribute(e, "joint") != NULL           ? "joint"
+                            : kt_xml_attribute(e, "jointinparent") != NULL ? "jointinparent"
+                                                                           : "tendon";
+    if (kt_xml_attribute(e, attribute) == NULL) {
+        kt_unknown_count(&m->forces, "actuator of a site, body or crank", e);
+        return false;
+    }
+    if (strcmp(attribute, "tendon") == 0) {
+        d->tendon = kt_names_find(&m->names, KT_MJCF_TENDONS, kt_xml_attribute(e, "tendon"));
+        if (d->tendon < 0 || kt_mjcf_tendon_at(m, d->tendon)->count == 0)
+            kt_unknown_count(&m->forces, "actuator of a tendon that is left out", e);
+        return d->tendon >= 0 && kt_mjcf_tendon_at(m, d->tendon)->count > 0;
+    }
+    const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
+    d->own = (kt_mjcf_term){joint, 1.0};
+    if (joint >= 0 && !kt_mjcf_is_scalar(kt_mjcf_joint_at(m, joint)))
+        kt_unknown_count(&m->forces, "actuator of a ball or free joint", e);
+    return joint >= 0 && kt_mjcf_is_scalar(kt_mjcf_joint_at(m, joint));
+}
+
+static double clamp(double x, double lower, double upper) { return fmin(fmax(x, lower), upper); }
+
+/* Bounds that hold after others: a clamp of a clamp. */
+static void clamp_bounds(double bounds[2], const double by[2]) {
+    for (int i = 0; i < 2; i++)
+        bounds[i] = clamp(bounds[i], by[0], by[1]);
+}
+
+/* Whether `option actuatorgroupdisable` has the group of an actuator. */
+static bool is_disabled(kt_mjcf *m, const kt_element *e) {
+    const char *tag = common_tag(m, e, "group");
+    const double group = tag != NULL ? kt_mjcf_number(m, e, tag, "group", 0.0) : 0.0;
+    return group >= 0.0 && group < 31.0 && (m->off.actuator_groups >> (int)group & 1) != 0;
+}
+
+static void add_action(kt_mjcf *m, const kt_element *e, double control, kt_list *actions) {
+    const double infinite = (double)INFINITY;
+    action d = {.element = e, .tendon = -1, .gear = 1.0, .bounds = {-infinite, infinite}};
+    actuator a = {.gain = {1.0}};
+    double force[2];
+    apply_classes(m, e->number, &a);
+    apply_actuator(m, e, &a);
+    if (a.is_strange || a.is_dynamic || a.gain_type > AFFINE || a.bias_type > AFFINE_BIAS) {
+        kt_unknown_count(&m->forces, a.is_strange ? e->name : "actuator with an activation, or of a user's kind", e);
+        return;
+    }
+    if (!find_length_of(m, e, &d))
+        return;
+    const char *tag = common_tag(m, e, "gear");
+    double gears[6];
+    if (tag != NULL && kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gears) > 0)
+        d.gear = gears[0];
+    if (read_limit(m, e, "forcelimited", "forcerange", force))
+        memcpy(d.bounds, force, sizeof force);
+    resolve_damping(m, e, &a, d.gear);
+    force_of(&a, limit_control(m, e, &a, control), d.c);
+    if (common_tag(m, e, "delay") != NULL)
+        kt_unknown_count(&m->changes, "delay of an actuator's control, which acts at once", e);
+    action *to = d.gear != 0.0 ? kt_list_add(m->r, &m->r->scratch, actions, sizeof *to) : NULL;
+    if (to != NULL)
+        *to = d;
+}
+
+/* ---- bounds of sums ---------------------------------------------------------------------------------------------- */
+
+/* `actuatorfrcrange` of a tendon bounds the sum of the forces along it; here, of one. */
+static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
+    double range[2], own[2] = {d->bounds[0], d->bounds[1]};
+    int sharers = 0;
+    const kt_element *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon)->element : NULL;
+    if (t == NULL || !kt_mjcf_is_limited(m, t, "tendon", "actuatorfrclimited", "actuatorfrcrange") ||
+        kt_mjcf_numbers(m, t, "tendon", "actuatorfrcrange", 2, 2, range) != 2)
+        return;
+    for (int i = 0; i < actions->count; i++)
+        sharers += action_at(actions, i)->tendon == d->tendon;
+    if (sharers > 1) {
+        kt_unknown_count(&m->changes, "actuatorfrcrange of a tendon that several actuators pull, which is left out", t);
+        return;
+    }
+    memcpy(d->bounds, range, sizeof range);
+    clamp_bounds(d->bounds, own);
+}
+
+/* Whether a sum that an actuator is part of is bounded, or it pushes the more the farther it is. */
+static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action *d) {
+    int count;
+    const kt_mjcf_term *terms = terms_of(m, d, &count);
+    for (int i = 0; i < count; i++) {
+        int sharers = 0;
+        if (isinf(kt_mjcf_joint_at(m, terms[i].joint)->effort))
+            continue;
+        for (int k = 0; k < actions->count; k++)
+            sharers += lever_of(m, action_at(actions, k), terms[i].joint) != 0.0;
+        if (sharers > 1 || count > 1)
+            return true;
+    }
+    return d->c[1] > 0.0 || d->c[2] > 0.0;
+}
+
+/* ---- effects ----------------------------------------------------------------------------------------------------- */
+
+static void name_effect(kt_mjcf *m, const char *name) {
+    kt_effect *effects = m->draft.effects.items;
+    if (name != NULL && *name != '\0')
+        effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
+}
+
+/* c: of what acts in the joint, with its position. */
+static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], const double bounds[2]) {
+    kt_effect *servo = kt_mjcf_add_along(m, l, KT_EFFECT_SERVO);
+    double *line_of_time = kt_pool_take(&m->r->keep, 2, sizeof *line_of_time);
+    if (servo == NULL || line_of_time == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return;
+    }
+    servo->stiffness = 0.0 - c[1]; /* no negative zero */
+    servo->damping = 0.0 - c[2];
+    /* without stiffness the target's rate is that of the control */
+    line_of_time[1] = servo->stiffness > 0.0 ? 0.0 : c[0] / servo->damping;
+    servo->target = servo->stiffness > 0.0 ? kt_function_constant(c[0] / servo->stiffness)
+                    : c[0] == 0.0          ? kt_function_constant(0.0)
+                                           : kt_function_polynomial(line_of_time, 2);
+    servo->lower = bounds[0];
+    servo->upper = bounds[1];
+    kt_left_count(&m->servos, l->element);
+}
+
+/* One that is the only one whose force is bounded as it is. */
+static void add_alone(kt_mjcf *m, const action *d) {
+    kt_mjcf_line l = {.element = d->element, .factor = 1.0};
+    kt_mjcf_tendon *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon) : NULL;
+    if (t != NULL && !kt_mjcf_find_length(m, t))
+        return;
+    l.joint = t != NULL ? t->joint : kt_mjcf_joint_at(m, d->own.joint)->name;
+    l.factor = d->gear * (t != NULL ? t->coefficient : 1.0);
+    const double c[3] = {l.factor * d->c[0], l.factor * l.factor * d->c[1], l.factor * l.factor * d->c[2]};
+    const double ends[2] = {l.factor * d->bounds[0], l.factor * d->bounds[1]};
+    double bounds[2] = {fmin(ends[0], ends[1]), fmax(ends[0], ends[1])};
+    int count;
+    const kt_mjcf_term *terms = terms_of(m, d, &count);
+    if (count == 1)
+        clamp_bounds(bounds, kt_mjcf_joint_at(m, terms[0].joint)->force);
+    if ((c[1] != 0.0 || c[2] != 0.0) && bounds[0] < bounds[1]) {
+        add_servo(m, &l, c, bounds);
+    } else {
+        kt_effect *motor = kt_mjcf_add_along(m, &l, KT_EFFECT_MOTOR);
+        if (motor == NULL)
+            return;
+        motor->torque = kt_function_constant(clamp(c[0], bounds[0], bounds[1]));
+        kt_left_count(&m->motors, d->element);
+    }
+    name_effect(m, kt_xml_attribute(d->element, "name"));
+}
+
+/* "clamp(", "min(", "max(" or "(", by the bounds that there are, and the end of it. */
+static void put_bounded(kt_mjcf_formula *to, const double bounds[2], bool begins) {
+    const bool is_below = !isinf(bounds[1]), is_above = !isinf(bounds[0]);
+    if (begins) {
+        kt_mjcf_put(to, is_below && is_above ? "clamp(" : is_below ? "min(" : is_above ? "max(" : "(");
+        return;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (isinf(bounds[i]))
+            continue;
+        kt_mjcf_put(to, ", ");
+        kt_mjcf_put_number(to, bounds[i]);
+    }
+    kt_mjcf_put(to, ")");
+}
+
+/* "3*clamp(2 + -5*position.a + -1*velocity.a, -1, 1)" */
+static void put_action(const kt_mjcf *m, const action *d, double lever, kt_mjcf_formula *to) {
+    static const char *const quantities[] = {"position", "velocity"};
+    int count;
+    const kt_mjcf_term *terms = terms_of(m, d, &count);
+    kt_mjcf_put_number(to, d->gear * lever);
+    kt_mjcf_put(to, "*");
+    put_bounded(to, d->bounds, true);
+    kt_mjcf_put_number(to, d->c[0]);
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < count && d->c[k + 1] != 0.0; i++) {
+            kt_mjcf_put(to, " + ");
+            kt_mjcf_put_coordinate(to, d->c[k + 1] * d->gear * terms[i].coefficient, quantities[k],
+                                   kt_mjcf_joint_at(m, terms[i].joint)->name);
+        }
+    put_bounded(to, d->bounds, false);
+}
+
+/* The sum in a joint of all that act there by formulas. */
+static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
+    const kt_mjcf_joint *j = kt_mjcf_joint_at(m, joint);
+    kt_mjcf_formula to = {.whole = true};
+    const action *last = NULL;
+    int sharers = 0, variables = 0, count;
+    put_bounded(&to, j->force, true);
+    for (int i = 0; i < actions->count; i++) {
+        const action *d = action_at(actions, i);
+        const double lever = d->is_formula ? lever_of(m, d, joint) : 0.0;
+        if (lever == 0.0)
+            continue;
+        kt_mjcf_put(&to, sharers++ > 0 ? " + " : "");
+        put_action(m, d, lever, &to);
+        (void)terms_of(m, d, &count);
+        variables += 2 * count;
+        last = d;
+    }
+    put_bounded(&to, j->force, false);
+    if (sharers == 0)
+        return;
+    const char *text = variables <= KT_FORMULA_VARIABLE_MAX ? kt_mjcf_keep_formula(m, &to) : NULL;
+    kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, last->element, KT_EFFECT_EXPRESSION) : NULL;
+    if (effect == NULL) {
+        kt_unknown_count(&m->forces, "actuators whose limited sum is too long for a formula", last->element);
+        return;
+    }
+    effect->joint = j->name;
+    effect->formula[0] = text;
+    kt_phrase name = {.length = 0};
+    kt_phrase_add(&name, "%.150s_actuators", j->name);
+    name_effect(m, sharers == 1 && last->tendon < 0 ? kt_xml_attribute(last->element, "name") : name.text);
+    kt_left_count(&m->sums, last->element);
+}
+
+void kt_mjcf_actuators(kt_mjcf *m) {
+    kt_list actions = {.count = 0};
+    int index = 0;
+    for (const kt_element *e = kt_mjcf_section(m, "actuator", NULL); e != NULL && !m->r->out_of_memory;
+         e = kt_mjcf_section(m, "actuator", e), index++)
+        if (m->off.actuation || is_disabled(m, e))
+            kt_left_count(&m->idle, e);
+        else
+            add_action(m, e, m->ctrl != NULL ? m->ctrl[index] : 0.0, &actions);
+    for (int i = 0; i < actions.count; i++)
+        limit_tendon(m, &actions, action_at(&actions, i));
+    for (int i = 0; i < actions.count; i++)
+        action_at(&actions, i)->is_formula = needs_formula(m, &actions, action_at(&actions, i));
+    for (int i = 0; i < actions.count && !m->r->out_of_memory; i++)
+        if (!action_at(&actions, i)->is_formula)
+            add_alone(m, action_at(&actions, i));
+    for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++)
+        add_sum(m, &actions, i);
+}

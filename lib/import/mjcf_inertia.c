@@ -1,0 +1,117 @@
+/* What resists the joints of a model in MJCF at its reference positions: `springdamper` counts stiffness and damping from it.
+ *
+ * Of a joint of n coordinates it is n / sum_i (M^-1)_ii, with the mass matrix M of the tree, to which a fixed tendon of
+ * length L = c'q adds armature c c', as far as that is between joints of which one carries the other. A joint with the time constant T and the damping ratio z then has, with that inertia I,
+ *     stiffness I / (T z)^2,   damping 2 I / T.
+ */
+#include "import/mjcf.h"
+#include "kinetree/dynamics.h"
+#include "linear/cholesky.h"
+
+#include <string.h>
+
+static bool is_asked(kt_mjcf *m, const kt_mjcf_joint *j) {
+    double v[2] = {0.0, 0.0};
+    return kt_mjcf_numbers(m, j->element, j->tag, "springdamper", 2, 2, v) == 2 && v[0] > 0.0 && v[1] > 0.0;
+}
+
+/* The tree at the reference positions. */
+static kt_status compile_reference(const kt_mjcf *m, kt_body *bodies, kt_model **model, kt_error *error) {
+    kt_description d = kt_description_default();
+    memcpy(bodies, m->draft.bodies.items, (size_t)m->draft.bodies.count * sizeof *bodies);
+    for (int i = 0; i < m->joints.count; i++) {
+        const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
+        kt_joint *joint = &bodies[j->carrier_index].joint;
+        memcpy(joint->position, kt_joint_default().position, sizeof joint->position);
+        memcpy(joint->velocity, kt_joint_default().velocity, sizeof joint->velocity);
+        if (kt_mjcf_is_scalar(j))
+            joint->position[0] = j->ref;
+    }
+    d.bodies = bodies;
+    d.body_count = m->draft.bodies.count;
+    d.inertia_check = KT_INERTIA_ACCEPT;
+    return kt_model_compile(&d, NULL, model, error);
+}
+
+/* The first velocity of a joint in the model. */
+static kt_coordinates coordinates_of(const kt_mjcf *m, const kt_model *model, const kt_mjcf_joint *j) {
+    const kt_body *bodies = m->draft.bodies.items;
+    for (int b = 1; b < kt_model_body_count(model); b++)
+        if (strcmp(kt_body_name(model, b), bodies[j->carrier_index].name) == 0)
+            return kt_body_coordinates(model, b);
+    return (kt_coordinates){.nv = 0};
+}
+
+static void add_tendons(kt_mjcf *m, const kt_model *model, double *mass) {
+    const int nv = kt_model_nv(model);
+    for (const kt_element *e = kt_mjcf_section(m, "tendon", NULL); e != NULL; e = kt_mjcf_section(m, "tendon", e)) {
+        const double armature = kt_mjcf_number(m, e, "tendon", "armature", 0.0);
+        for (const kt_element *a = kt_xml_child(e, "joint"); a != NULL && armature != 0.0; a = kt_xml_next(a, "joint"))
+            for (const kt_element *b = kt_xml_child(e, "joint"); b != NULL; b = kt_xml_next(b, "joint")) {
+                const int i = kt_mjcf_find(m, a, "joint", KT_MJCF_JOINTS),
+                          k = kt_mjcf_find(m, b, "joint", KT_MJCF_JOINTS);
+                if (i < 0 || k < 0 || !kt_mjcf_is_chain(m, i, k))
+                    continue;
+                const int row = coordinates_of(m, model, kt_mjcf_joint_at(m, i)).v;
+                const int column = coordinates_of(m, model, kt_mjcf_joint_at(m, k)).v;
+                mass[column * nv + row] +=
+                    armature * kt_mjcf_number(m, a, NULL, "coef", 0.0) * kt_mjcf_number(m, b, NULL, "coef", 0.0);
+            }
+    }
+}
+
+/* Of all joints that ask for it, by a factorised mass matrix; x has room for one vector. */
+static void take_inertias(kt_mjcf *m, const kt_model *model, const double *factors, double *x) {
+    const int nv = kt_model_nv(model);
+    for (int i = 0; i < m->joints.count; i++) {
+        kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
+        const kt_coordinates c = coordinates_of(m, model, j);
+        double sum = 0.0;
+        for (int k = c.v; k < c.v + c.nv && is_asked(m, j); k++) {
+            memset(x, 0, (size_t)nv * sizeof *x);
+            x[k] = 1.0;
+            kt_dense_solve(factors, nv, x);
+            sum += x[k];
+        }
+        j->inertia = sum > 0.0 ? c.nv / sum : 0.0;
+    }
+}
+
+static kt_status find_all(kt_mjcf *m, const kt_model *model, kt_data *data, kt_error *error) {
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    double *q = kt_pool_take(&m->r->scratch, nq + nv + nv * nv + 1, sizeof *q), *x = q + nq, *mass = x + nv;
+    if (q == NULL)
+        return KT_ERROR_MEMORY;
+    kt_model_initial(model, q, x);
+    const kt_status status = kt_dynamics_mass(model, data, q, mass, error);
+    if (status != KT_OK)
+        return status;
+    add_tendons(m, model, mass);
+    if (!kt_dense_cholesky(mass, nv, (int)nv, NULL))
+        return KT_ERROR_SINGULAR;
+    take_inertias(m, model, mass, x);
+    return KT_OK;
+}
+
+void kt_mjcf_find_inertias(kt_mjcf *m) {
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error error = {0};
+    const kt_element *first = NULL;
+    for (int i = 0; i < m->joints.count; i++)
+        first = first == NULL && is_asked(m, kt_mjcf_joint_at(m, i)) ? kt_mjcf_joint_at(m, i)->element : first;
+    if (first == NULL || m->r->out_of_memory)
+        return;
+    kt_body *bodies = kt_pool_take(&m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);
+    kt_status status = bodies != NULL ? compile_reference(m, bodies, &model, &error) : KT_ERROR_MEMORY;
+    if (status == KT_OK)
+        status = kt_data_create(model, &data, &error);
+    if (status == KT_OK)
+        status = find_all(m, model, data, &error);
+    if (status == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(m->r);
+    else if (status != KT_OK)
+        kt_unknown_count(&m->changes, "springdamper, since the inertia along a joint cannot be computed", first);
+    kt_data_free(data);
+    kt_model_free(model);
+}

@@ -1,0 +1,251 @@
+#include "draw.h"
+
+#include <stdbool.h>
+
+enum { BODIES = 5, JOINTS = 2 * BODIES, TENDONS = 2, ACTUATORS = 6 };
+
+/* What has been written: the scalar joints and tendons that others refer to. */
+typedef struct drawing {
+    FILE *to;
+    kt_random *random;
+    int body_count, joint_count, tendon_count, actuator_count;
+    int parent[BODIES], body_of[JOINTS];
+    bool is_scalar[JOINTS], is_bounded[TENDONS], is_pulled[TENDONS]; /* by actuatorfrcrange; by an actuator */
+} drawing;
+
+static double real(drawing *d, double lower, double upper) { return kt_random_uniform(d->random, lower, upper); }
+static bool chance(drawing *d, int of) { return kt_random_int(d->random, 1, of) == 1; }
+
+static void put(drawing *d, const char *name, int count, double lower, double upper) {
+    fprintf(d->to, " %s=\"", name);
+    for (int i = 0; i < count; i++)
+        fprintf(d->to, "%s%.6g", i > 0 ? " " : "", real(d, lower, upper));
+    fprintf(d->to, "\"");
+}
+
+/* Two numbers, the first below the second. */
+static void put_range(drawing *d, const char *name, double size) {
+    fprintf(d->to, " %s=\"%.6g %.6g\"", name, -real(d, 0.05, 1.0) * size, real(d, 0.05, 1.0) * size);
+}
+
+/* ---- bodies ------------------------------------------------------------------------------------------------------ */
+
+static void write_geom(drawing *d, bool can_be_shell) {
+    static const char *const types[] = {"sphere", "capsule", "ellipsoid", "cylinder", "box"};
+    const int type = kt_random_int(d->random, 0, 4);
+    fprintf(d->to, "<geom type=\"%s\"", types[type]);
+    put(d, "size", 3, 0.05, 0.3);
+    put(d, "pos", 3, -0.3, 0.3);
+    put(d, "euler", 3, -90.0, 90.0);
+    if (chance(d, 2))
+        put(d, "mass", 1, 0.3, 2.0);
+    if (can_be_shell && chance(d, 3) && type != 2)
+        fprintf(d->to, " shellinertia=\"true\"");
+    fprintf(d->to, "/>");
+}
+
+/* stiffness and damping, of which newer versions take polynomials. */
+static void write_springs(drawing *d, bool can_be_polynomial) {
+    if (chance(d, 2))
+        put(d, "stiffness", can_be_polynomial && chance(d, 3) ? 3 : 1, 0.5, 10.0);
+    if (chance(d, 2))
+        put(d, "damping", can_be_polynomial && chance(d, 3) ? 3 : 1, 0.1, 2.0);
+}
+
+static void write_joint(drawing *d, int body, bool is_alone) {
+    static const char *const types[] = {"hinge", "slide", "ball"};
+    const int kind = kt_random_int(d->random, 0, is_alone ? 7 : 5), type = kind < 4 ? 0 : kind < 6 ? 1 : 2;
+    const int index = d->joint_count++;
+    d->is_scalar[index] = type < 2;
+    d->body_of[index] = body;
+    fprintf(d->to, "<joint name=\"j%d\" type=\"%s\"", index, types[type < 2 ? type : 2]);
+    put(d, "pos", 3, -0.2, 0.2);
+    if (type < 2)
+        put(d, "axis", 3, -1.0, 1.0);
+    write_springs(d, type < 2);
+    if (type < 2 && chance(d, 2))
+        put(d, "springref", 1, -0.5, 0.5);
+    if (type < 2 && chance(d, 2))
+        put(d, "ref", 1, -0.5, 0.5);
+    if (chance(d, 3))
+        put(d, "armature", 1, 0.01, 0.5);
+    if (chance(d, 4))
+        fprintf(d->to, " springdamper=\"%.6g %.6g\"", real(d, 0.05, 0.5), real(d, 0.3, 2.0));
+    if (type < 2 && chance(d, 2))
+        put_range(d, "actuatorfrcrange", 20.0);
+    fprintf(d->to, "/>");
+}
+
+static void begin_body(drawing *d, int parent) {
+    d->parent[d->body_count] = parent;
+    fprintf(d->to, "<body name=\"b%d\"", d->body_count++);
+    put(d, "pos", 3, -0.5, 0.5);
+    put(d, "euler", 3, -180.0, 180.0);
+    if (chance(d, 4))
+        put(d, "gravcomp", 1, 0.0, 1.0);
+    fprintf(d->to, ">");
+}
+
+/* A body of one or two joints, with one or two geoms, and those that it carries. */
+static void write_body(drawing *d, int parent, int depth) {
+    const int body = d->body_count;
+    begin_body(d, parent);
+    const bool has_two = chance(d, 4);
+    for (int i = 0; i < (has_two ? 2 : 1); i++)
+        write_joint(d, body, !has_two);
+    for (int i = kt_random_int(d->random, 1, 2); i > 0; i--)
+        write_geom(d, true);
+    while (d->body_count < BODIES - 1 && depth < 3 && chance(d, 2))
+        write_body(d, body, depth + 1);
+    fprintf(d->to, "</body>\n");
+}
+
+/* One that flies, whose frame is perhaps that of its inertia. */
+static void write_free_body(drawing *d) {
+    begin_body(d, -1);
+    fprintf(d->to, "<freejoint name=\"free\"%s/>", chance(d, 2) ? " align=\"true\"" : "");
+    write_geom(d, false);
+    fprintf(d->to, "</body>\n");
+}
+
+/* ---- tendons and actuators ----------------------------------------------------------------------------------------- */
+
+static int any_scalar(drawing *d) {
+    int joint = kt_random_int(d->random, 0, d->joint_count - 1);
+    for (int i = 0; i < d->joint_count && !d->is_scalar[joint]; i++)
+        joint = (joint + 1) % d->joint_count;
+    return d->is_scalar[joint] ? joint : -1;
+}
+
+/* Whether one of two bodies carries the other, or they are one. */
+static bool is_chain(const drawing *d, int a, int b) {
+    int up = a > b ? a : b;
+    while (up > (a > b ? b : a))
+        up = d->parent[up];
+    return up == (a > b ? b : a);
+}
+
+/* A tendon's armature couples branches of the tree, which MuJoCo leaves out: there it has none. */
+static void write_tendon(drawing *d) {
+    const int count = kt_random_int(d->random, 1, 3);
+    int joints[3];
+    bool is_one = true;
+    for (int i = 0; i < count; i++) {
+        joints[i] = any_scalar(d);
+        if (joints[i] < 0)
+            return;
+        for (int k = 0; k < i; k++)
+            is_one = is_one && is_chain(d, d->body_of[joints[i]], d->body_of[joints[k]]);
+    }
+    d->is_bounded[d->tendon_count] = chance(d, 3);
+    fprintf(d->to, "<fixed name=\"t%d\"", d->tendon_count);
+    write_springs(d, true);
+    if (is_one && chance(d, 2))
+        put(d, "armature", 1, 0.05, 0.5);
+    if (chance(d, 3))
+        put(d, "springlength", 1, 0.0, 0.5);
+    else if (chance(d, 2))
+        fprintf(d->to, " springlength=\"%.6g %.6g\"", real(d, 0.0, 0.3), real(d, 0.3, 0.6));
+    if (d->is_bounded[d->tendon_count])
+        put_range(d, "actuatorfrcrange", 5.0);
+    fprintf(d->to, ">");
+    for (int i = 0; i < count; i++) {
+        fprintf(d->to, "<joint joint=\"j%d\"", joints[i]);
+        put(d, "coef", 1, 0.3, 2.0);
+        fprintf(d->to, "/>");
+    }
+    fprintf(d->to, "</fixed>\n");
+    d->tendon_count++;
+}
+
+/* A tendon whose actuators are bounded has one: the bound of several is told, and left out. -1: none. */
+static int any_tendon(drawing *d) {
+    const int tendon = d->tendon_count > 0 && chance(d, 2) ? kt_random_int(d->random, 0, d->tendon_count - 1) : -1;
+    if (tendon < 0 || (d->is_bounded[tendon] && d->is_pulled[tendon]))
+        return -1;
+    d->is_pulled[tendon] = true;
+    return tendon;
+}
+
+static void write_actuator(drawing *d) {
+    static const char *const kinds[] = {"motor", "position", "velocity", "damper", "general"};
+    const int kind = kt_random_int(d->random, 0, 4), joint = any_scalar(d);
+    if (joint < 0)
+        return;
+    const int tendon = any_tendon(d);
+    fprintf(d->to, "<%s name=\"a%d\" %s=\"%c%d\"", kinds[kind], d->actuator_count++, tendon >= 0 ? "tendon" : "joint",
+            tendon >= 0 ? 't' : 'j', tendon >= 0 ? tendon : joint);
+    put(d, "gear", 1, chance(d, 2) ? -3.0 : 0.5, chance(d, 2) ? -0.5 : 3.0);
+    if (chance(d, 2) || kind == 3)
+        fprintf(d->to, " ctrlrange=\"%.6g %.6g\"", kind == 3 ? 0.0 : -real(d, 0.1, 2.0), real(d, 0.1, 2.0));
+    if (chance(d, 2))
+        put_range(d, "forcerange", 5.0);
+    if (chance(d, 4))
+        fprintf(d->to, " group=\"%d\"", kt_random_int(d->random, 0, 3));
+    if (kind == 1)
+        put(d, "kp", 1, 1.0, 40.0);
+    if (kind == 1 || kind == 2 || kind == 3)
+        put(d, "kv", 1, 0.1, 3.0);
+    if (kind == 4) {
+        fprintf(d->to, " gaintype=\"%s\" biastype=\"affine\"", chance(d, 2) ? "fixed" : "affine");
+        put(d, "gainprm", 3, -3.0, 3.0);
+        put(d, "biasprm", 3, -5.0, 2.0);
+    }
+    fprintf(d->to, "/>\n");
+}
+
+/* ---- equalities, options ------------------------------------------------------------------------------------------- */
+
+static void write_equality(drawing *d) {
+    const int a = kt_random_int(d->random, 0, d->body_count - 1), b = (a + 1) % d->body_count;
+    const bool is_weld = !chance(d, 3);
+    if (a == b)
+        return;
+    fprintf(d->to, "<%s name=\"e%d\" body1=\"b%d\" body2=\"b%d\"", is_weld ? "weld" : "connect", a, a, b);
+    if (!is_weld || chance(d, 2))
+        put(d, "anchor", 3, -0.5, 0.5);
+    if (is_weld && chance(d, 2))
+        put(d, "relpose", 7, -1.0, 1.0);
+    if (is_weld && chance(d, 3))
+        fprintf(d->to, " torquescale=\"0\"");
+    fprintf(d->to, "/>\n");
+}
+
+static void write_options(drawing *d) {
+    static const char *const flags[] = {"gravity", "spring", "damper", "actuation", "clampctrl"};
+    fprintf(d->to, "<option");
+    put(d, "gravity", 3, -9.0, 9.0);
+    if (chance(d, 3))
+        fprintf(d->to, " actuatorgroupdisable=\"1 3\"");
+    fprintf(d->to, "><flag");
+    for (int i = 0; i < 5; i++)
+        if (chance(d, 8))
+            fprintf(d->to, " %s=\"disable\"", flags[i]);
+    fprintf(d->to, "/></option>\n");
+}
+
+bool draw_mjcf(FILE *to, kt_random *random) {
+    drawing d = {.to = to, .random = random};
+    fprintf(to, "<mujoco model=\"random\">\n<compiler angle=\"degree\"/>\n");
+    write_options(&d);
+    fprintf(to, "<worldbody>\n");
+    do
+        write_body(&d, -1, 0);
+    while (d.body_count < BODIES - 1 && chance(&d, 2));
+    if (chance(&d, 2))
+        write_free_body(&d);
+    fprintf(to, "</worldbody>\n<tendon>\n");
+    for (int i = kt_random_int(random, 0, TENDONS); i > 0; i--)
+        write_tendon(&d);
+    fprintf(to, "</tendon>\n<actuator>\n");
+    for (int i = kt_random_int(random, 0, ACTUATORS); i > 0; i--)
+        write_actuator(&d);
+    fprintf(to, "</actuator>\n<equality>\n");
+    if (chance(&d, 2))
+        write_equality(&d);
+    fprintf(to, "</equality>\n<keyframe><key name=\"k\"");
+    if (d.actuator_count > 0)
+        put(&d, "ctrl", d.actuator_count, -3.0, 3.0);
+    fprintf(to, "/></keyframe>\n</mujoco>\n");
+    return !ferror(to);
+}
