@@ -125,7 +125,7 @@ KT_API KT_CHECKED kt_status kt_dynamics_forward_derivatives(const kt_model *mode
  * next successful kt_kinematics_update with this data changes them: whatever is computed in between, at whatever state,
  * queries answer for the state given here. (In a simulation's own data its records and sensors
  * update them.) v may be NULL (zero), a may be NULL (zero). Accelerations are those of the motion: gravity is not in
- * them. */
+ * them. All queries and totals are NaN until the first update, and after kt_loop_enable or kt_effect_enable. */
 KT_API KT_CHECKED kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v,
                                                  const double *a, kt_error *error);
 

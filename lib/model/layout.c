@@ -63,6 +63,11 @@ size_t kt_data_size(const kt_model *model) {
     return model ? lay_out_data(NULL, &model->n) : 0;
 }
 
+/* All bits set are a NaN: queries have no numbers until kt_kinematics_update has computed them. */
+static void forget_kinematics(const kt_model *model, kt_data *data) {
+    memset(data->kinematics, 0xff, model->n.link * sizeof *data->kinematics);
+}
+
 #if KT_HAS_SWITCHES
 void kt_data_adapt(const kt_model *model, kt_data *data) {
     const kt_data before = *data;
@@ -76,6 +81,7 @@ void kt_data_adapt(const kt_model *model, kt_data *data) {
     data->unconverged = before.unconverged;
     data->crossings = before.crossings;
     data->passage = before.passage;
+    forget_kinematics(model, data);
 }
 #endif
 
@@ -88,6 +94,7 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     (void)lay_out_data(memory, &model->n);
     *data = (kt_data *)memory;
     (*data)->shape = model->shape;
+    forget_kinematics(model, *data);
     if (KT_HAS_FORMULAS)
         kt_copy((*data)->x, model->v0 + model->n.v, model->n.x * sizeof(double));
 #if KT_HAS_SWITCHES

@@ -11,6 +11,52 @@ enum { TREES = 150 };
 
 static const double *components(const kt_vec3 *a) { return &a->x; }
 
+/* How many of n numbers are finite. */
+static int finite(const double *x, size_t n) {
+    int count = 0;
+    for (size_t i = 0; i < n; i++)
+        count += isfinite(x[i]) ? 1 : 0;
+    return count;
+}
+
+/* Of a Jacobian only the zero columns are known. */
+KT_TEST(queries_before_the_first_update_are_not_numbers) {
+    kt_random random = kt_random_of_test();
+    int known = 0, zeros_only = 0;
+    for (int n = 0; n < 20; n++) {
+        kt_tree tree;
+        kt_tree_plan plan = kt_tree_plan_default();
+        double jacobian[6 * KT_TREE_NV];
+        plan.types = KT_TREE_ALL_TYPES & ~(1U << KT_JOINT_FIXED);
+        if (!kt_tree_grow(&tree, &plan, &random))
+            return;
+        for (int b = 1; b < tree.count; b++) {
+            const kt_vec3 at = kt_tree_vector(&random, -1.0, 1.0);
+            const kt_pose pose = kt_body_pose(tree.model, tree.data, b);
+            const kt_twist twist = kt_body_twist(tree.model, tree.data, b);
+            const kt_twist change = kt_body_acceleration(tree.model, tree.data, b);
+            const kt_vec3 point = kt_point_position(tree.model, tree.data, b, at);
+            const kt_vec3 velocity = kt_point_velocity(tree.model, tree.data, b, at);
+            const kt_vec3 acceleration = kt_point_acceleration(tree.model, tree.data, b, at);
+            known += finite(&pose.rotation.x.x, 9) + finite(&pose.position.x, 3) + finite(&twist.angular.x, 3) +
+                     finite(&twist.linear.x, 3) + finite(&change.angular.x, 3) + finite(&change.linear.x, 3) +
+                     finite(&point.x, 3) + finite(&velocity.x, 3) + finite(&acceleration.x, 3);
+            kt_point_jacobian(tree.model, tree.data, b, at, jacobian);
+            zeros_only += finite(jacobian, 6 * (size_t)tree.nv) == 6 * tree.nv;
+        }
+        kt_vec3 center = {0.0, 0.0, 0.0};
+        const kt_wrench momentum = kt_momentum(tree.model, tree.data);
+        const double energies[2] = {kt_kinetic_energy(tree.model, tree.data),
+                                    kt_potential_energy(tree.model, tree.data)};
+        (void)kt_mass_center(tree.model, tree.data, &center);
+        known +=
+            finite(&momentum.moment.x, 3) + finite(&momentum.force.x, 3) + finite(&center.x, 3) + finite(energies, 2);
+        kt_tree_free(&tree);
+    }
+    kt_check_equal_int("finite numbers", known, 0);
+    kt_check_equal_int("Jacobians without a NaN", zeros_only, 0);
+}
+
 /* Lengths of the longest path and sums of rates along it are of the order of the number of bodies; c is measured over
  * 20 seeds, whose worst is half of the bound. */
 KT_TEST(bodies_move_as_their_joints_compose) {

@@ -296,7 +296,10 @@ KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
         kt_check_true("impact without it",
                       kt_velocity_impact(model, data, 0.0, q, v, &impact, &e) == KT_OK && impact.dissipated == 0.0);
         kt_interpose_start();
+        kt_check_true("kinematics", kt_kinematics_update(model, data, q, NULL, NULL, &e) == KT_OK &&
+                                        isfinite(kt_body_pose(model, data, 1).rotation.x.x));
         kt_check_true("switched on", kt_loop_enable(&model, data, 0, true, &e) == KT_OK);
+        kt_check_true("no poses of the model before", !isfinite(kt_body_pose(model, data, 1).rotation.x.x));
         kt_check_true("impact", kt_velocity_impact(model, data, 0.0, q, v, &impact, &e) == KT_OK);
         kt_check_equal_int("allocations", kt_interpose_stop(), 0);
         kt_check_near("turn", v[2], 1.5 * speed / l, 8.0 * DBL_EPSILON * speed / l);
