@@ -65,13 +65,14 @@ typedef struct kt_batch_options {
 /* Returns one state, one thread, and no method. */
 KT_API kt_batch_options kt_batch_options_default(void);
 
-/* Returns the bytes of a batch; 0 if model or options are NULL, there are no states, or the method is not
- * explicit. */
+/* Returns the bytes of a batch; 0 if model or options are NULL, there are no states, the method is not explicit,
+ * or states or threads are more than memory can hold. */
 KT_API size_t kt_batch_size(const kt_model *model, const kt_batch_options *options);
 
 /* Initialises a batch in the caller's memory, at KT_ALIGNMENT, with all states at t = 0 and the model's initial positions
  * and velocities, and no joint forces. The model must outlive it. Errors: KT_ERROR_MEMORY if the memory is too small or
- * misaligned; KT_ERROR_ARGUMENT if there are no states, or the method is not explicit. */
+ * misaligned; KT_ERROR_ARGUMENT if there are no states, if states or threads are more than memory can hold, or the
+ * method is not explicit. */
 KT_API KT_CHECKED kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, void *memory,
                                           size_t size, kt_batch **batch, kt_error *error);
 
@@ -86,8 +87,8 @@ KT_API size_t kt_batch_count(const kt_batch *batch);
 
 /* ---- one state --------------------------------------------------------------------------------------------------- */
 
-/* Sets the time, positions (nq) and velocities (nv; NULL: zero) of a state; numbers are not checked until something is
- * computed. KT_ERROR_ARGUMENT if there is no such state. O(nq). */
+/* Sets the time, positions (nq) and velocities (nv; NULL: zero) of a state; q and v are not checked until something is
+ * computed. KT_ERROR_ARGUMENT if there is no such state, or the time is not finite. O(nq). */
 KT_API KT_CHECKED kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const double *q,
                                                const double *v, kt_error *error);
 

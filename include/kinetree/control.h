@@ -29,7 +29,9 @@ typedef enum kt_twist_frame {
     KT_TWIST_WORLD,       /* world axes, at the world's origin (spatial): (omega, u + p x omega) */
 } kt_twist_frame;
 
-/* The Jacobian J of a point given in the body frame: the twist is J v. jacobian: 6 x nv. With KT_TWIST_ALIGNED it is
+/* The calls below return NaN, and leave matrices as they are, if there is no such body, marker or frame.
+ *
+ * The Jacobian J of a point given in the body frame: the twist is J v. jacobian: 6 x nv. With KT_TWIST_ALIGNED it is
  * kt_point_jacobian. Needs kt_kinematics_update at q. O(nv + depth). */
 KT_API void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
                               double *jacobian);
@@ -48,8 +50,7 @@ KT_API void kt_frame_twist_derivative(const kt_model *model, const kt_data *data
                                       kt_twist_frame frame, double *derivative);
 
 /* Of a marker, by its index on its body (kt_marker_find): its pose in the world, and the same quantities of its origin;
- * KT_TWIST_BODY is then along the axes of the marker. Needs and cost as above; a body or a marker that there is not
- * gives NaN, and leaves matrices as they are. */
+ * KT_TWIST_BODY is then along the axes of the marker. Needs and cost as above. */
 KT_API kt_pose kt_marker_pose(const kt_model *model, const kt_data *data, int body, int marker);
 KT_API void kt_marker_jacobian(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame,
                                double *jacobian);

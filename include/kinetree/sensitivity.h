@@ -188,7 +188,7 @@ typedef struct kt_cost_point {
 typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
 
 /* Returns the number of bytes of work memory, aligned to KT_ALIGNMENT: that of a step, with s stages some 8 (2 nq +
- * (2 + s) nv) for each checkpoint, and 8 nv for each step; 0 if there is no step or none that has derivatives. */
+ * (2 + s) nv) for each checkpoint, and 8 nv for each step; 0 if there is no step or none that has derivatives, or checkpoints are negative. */
 KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout);
 
 /* Computes a sum of costs over a motion from q, v and the own states in the data, its gradient by_start (2 nv) with respect to the state at the start,

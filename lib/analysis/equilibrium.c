@@ -492,6 +492,9 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     if (KT_IS_MISSING(error, l, q || !l->model->n.q))
         return KT_ERROR_ARGUMENT;
     const kt_equilibrium_options settings = options ? *options : kt_equilibrium_options_default();
+    if (settings.most < 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "options.most", "%d: must be above zero, or zero for %d steps",
+                            settings.most, STEPS_MOST);
     search s = {.l = l, .out = &l->arrays[l->next], .nearest = settings.nearest};
     kt_linear_system system = {0};
     kt_equilibrium result = {0};

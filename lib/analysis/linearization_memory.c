@@ -46,7 +46,8 @@ static kt_status check_options(const kt_model *model, const kt_linearization_opt
                                 kt_body_name(model, at->body), at->marker);
     }
     if (options->input_count < 0 || options->output_count < 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "a count is negative");
+        return kt_error_set(error, KT_ERROR_ARGUMENT, options->input_count < 0 ? "input_count" : "output_count",
+                            "a count is negative");
     return KT_OK;
 }
 

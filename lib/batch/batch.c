@@ -115,14 +115,14 @@ static kt_batch_counts count(const kt_model *model, const kt_batch_options *opti
 
 bool kt_batch_is_fused(void) { return kt_lane_kernels_baseline.is_fused; }
 
-size_t kt_batch_size(const kt_model *model, const kt_batch_options *options) {
-    if (!model || !options || options->states == 0 || (options->method && !is_explicit(options->method)))
-        return 0;
-    const kt_batch_counts n = count(model, options);
-    return lay_out(NULL, &n);
+/* Whether `most` times the bytes of a batch of one state and one thread are less than a quarter of all addresses: then no
+ * sum or product of sizes wraps around, since a state or a thread of a larger batch takes no more. */
+static bool fits_memory(const kt_model *model, const kt_batch_options *options, size_t most) {
+    const kt_batch_counts n = count(model, &(kt_batch_options){.states = 1, .threads = 1, .method = options->method});
+    return most <= SIZE_MAX / 4 / lay_out(NULL, &n);
 }
 
-static kt_status check_options(const kt_batch_options *options, kt_error *error) {
+static kt_status check_options(const kt_model *model, const kt_batch_options *options, kt_error *error) {
     if (options->states == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options.states", "there are no states; give 1 or more");
     if (options->method && !is_explicit(options->method))
@@ -131,7 +131,18 @@ static kt_status check_options(const kt_batch_options *options, kt_error *error)
             "'%s' is not an explicit Runge-Kutta method, of which alone many states take steps at once: "
             "take rk4, dopri5 or another one of that family",
             options->method->name);
+    const bool states_fit = fits_memory(model, options, options->states);
+    if (!states_fit || !fits_memory(model, options, options->threads))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, states_fit ? "options.threads" : "options.states",
+                            "%zu: more than memory can hold", states_fit ? options->threads : options->states);
     return KT_OK;
+}
+
+size_t kt_batch_size(const kt_model *model, const kt_batch_options *options) {
+    if (!model || !options || check_options(model, options, NULL) != KT_OK)
+        return 0;
+    const kt_batch_counts n = count(model, options);
+    return lay_out(NULL, &n);
 }
 
 static kt_status init_work(kt_batch *batch, size_t thread, kt_error *error) {
@@ -148,7 +159,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
                         kt_batch **batch, kt_error *error) {
     if (KT_IS_MISSING(error, model, options, batch))
         return KT_ERROR_ARGUMENT;
-    kt_status status = check_options(options, error);
+    kt_status status = check_options(model, options, error);
     if (status == KT_OK)
         status =
             kt_masses_refuse(model, "kt_batch_init", "a batch has one model; take a simulation for each state", error);
@@ -185,7 +196,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
 kt_status kt_batch_create(const kt_model *model, const kt_batch_options *options, kt_batch **batch, kt_error *error) {
     if (KT_IS_MISSING(error, model, options, batch))
         return KT_ERROR_ARGUMENT;
-    const kt_status status = check_options(options, error);
+    const kt_status status = check_options(model, options, error);
     if (status != KT_OK)
         return status;
     const size_t size = kt_batch_size(model, options);
@@ -217,6 +228,8 @@ kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const doub
                              kt_error *error) {
     if (KT_IS_MISSING(error, batch, q || !batch->n.nq) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
+    if (!isfinite(t))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "t", "the time %g s of state %zu is not finite", t, state);
     const size_t width = batch->n.width, nq = batch->n.nq, nv = batch->n.nv;
     double *y = group_in(batch, batch->y, state, batch->n.N);
     kt_lane_put(q, width, state % width, nq, y);

@@ -124,8 +124,10 @@ void kt_batch_sense_group(kt_batch_work *w, kt_batch_group *group, const kt_batc
 }
 
 kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error) {
-    if (KT_IS_MISSING(error, sensors, sensors->frames || sensors->count == 0))
+    if (KT_IS_MISSING(error, sensors))
         return KT_ERROR_ARGUMENT;
+    if (sensors->count > 0 && !sensors->frames)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "sensors.frames", "is NULL, and count is %zu", sensors->count);
     for (size_t i = 0; i < sensors->count; i++) {
         const kt_batch_frame *frame = &sensors->frames[i];
         char where[KT_WHERE_SIZE];

@@ -7,6 +7,8 @@
 #include "dynamics/dynamics.h"
 #include "kinetree/control.h"
 
+static inline bool kt_is_twist_frame(kt_twist_frame frame) { return (unsigned)frame <= KT_TWIST_WORLD; }
+
 /* c_n and c_f of a link (frame.c): what joint velocities alone add to its parent's acceleration. */
 kt_twist kt_link_bias(const kt_model *model, const kt_link_kinematics *links, size_t i);
 

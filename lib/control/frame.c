@@ -9,7 +9,7 @@
 
 void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
                        double *jacobian) {
-    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !jacobian)
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !kt_is_twist_frame(frame) || !jacobian)
         return;
     const kt_mat3 axes = kt_body_pose(model, data, body).rotation;
     const kt_vec3 p = kt_point_position(model, data, body, at);
@@ -64,7 +64,7 @@ static kt_twist aligned_bias(const kt_model *model, const kt_data *data, int bod
 
 /* d/dt R' omega = R' alpha, d/dt R' u = R' (a - omega x u), d/dt (u + p x omega) = a + p x alpha + u x omega. */
 kt_twist kt_frame_bias(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame) {
-    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body))
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !kt_is_twist_frame(frame))
         return (kt_twist){{(double)NAN, (double)NAN, (double)NAN}, {(double)NAN, (double)NAN, (double)NAN}};
     kt_twist bias = aligned_bias(model, data, body, at);
     if (frame == KT_TWIST_ALIGNED)

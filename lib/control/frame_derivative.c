@@ -62,7 +62,7 @@ static void write_column(const kt_dof *dof, void *context) {
 
 static void write_all(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
                       bool by_position, double *out) {
-    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !out)
+    if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !kt_is_twist_frame(frame) || !out)
         return;
     const kt_body_record *b = &model->body[body];
     const kt_link_kinematics *links = data->kinematics;

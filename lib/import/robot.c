@@ -56,6 +56,9 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
 }
 
 static kt_status check_options(const kt_robot_options *o, kt_error *error) {
+    if (o != NULL && (o->mass_count < 0 || (o->mass_count > 0 && o->masses == NULL)))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "", "masses must be an array of mass_count texts, not of %d",
+                            o->mass_count);
     if (o != NULL && ((unsigned)o->inertia > KT_ROBOT_INERTIA_ACCEPT || !(o->density >= 0.0) || !isfinite(o->density)))
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "",
@@ -65,7 +68,7 @@ static kt_status check_options(const kt_robot_options *o, kt_error *error) {
                       o->stop_damping >= 0.0))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_ARGUMENT, "",
-                        "stiffness and damping of stops cannot be %g and %g; give finite "
+                        "stop_stiffness and stop_damping cannot be %g and %g; give finite "
                         "numbers, zero or above",
                         o->stop_stiffness, o->stop_damping);
 }

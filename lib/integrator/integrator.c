@@ -64,18 +64,17 @@ static kt_status refuse(kt_error *error, const char *where, const char *message)
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
 }
 
-static bool not_negative(double x) { return isfinite(x) && x >= 0.0; }
-
 static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_error *error) {
-    if (!not_negative(o->relative_tolerance) || !not_negative(o->absolute_tolerance))
-        return refuse(error, "options", "tolerances must be finite and not negative");
+    if (!kt_is_not_negative(o->relative_tolerance) || !kt_is_not_negative(o->absolute_tolerance))
+        return refuse(error, "options",
+                      "relative_tolerance, absolute_tolerance: tolerances must be finite and not negative");
     if (o->relative_tolerance > 0.0 && o->relative_tolerance < KT_TOLERANCE_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
-                            "the relative tolerance %g is below the rounding of numbers, which no step can undercut; "
-                            "take %.2g or more, or 0 for the absolute one alone",
+                            "%g (relative): is below the rounding of numbers, which no step can undercut; take %.2g or "
+                            "more, or 0 for the absolute one alone",
                             o->relative_tolerance, KT_TOLERANCE_LEAST);
     for (size_t i = 0; o->absolute_tolerances != NULL && i < n; i++)
-        if (!not_negative(o->absolute_tolerances[i]) ||
+        if (!kt_is_not_negative(o->absolute_tolerances[i]) ||
             (o->absolute_tolerances[i] == 0.0 && o->relative_tolerance == 0.0))
             return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
                                 "absolute_tolerances[%zu] is %g; it must be finite and "
@@ -94,7 +93,7 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
                             "method '%s' has no error estimate: give a step, or take one that has (%s)",
                             method->name == NULL ? "" : method->name, names);
     }
-    if (!not_negative(o->initial_step) || !not_negative(o->min_step) || !not_negative(o->max_step))
+    if (!kt_is_not_negative(o->initial_step) || !kt_is_not_negative(o->min_step) || !kt_is_not_negative(o->max_step))
         return refuse(error, "options",
                       "initial_step, min_step and max_step must be finite and not negative; 0 leaves them open");
     if (o->max_step > 0.0 && o->max_step < o->min_step)
@@ -123,8 +122,6 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
                              const kt_integrator_options *options, kt_integrator **integrator, kt_error *error) {
     if (KT_IS_MISSING(error, method, options, integrator))
         return KT_ERROR_ARGUMENT;
-    if (options == NULL || integrator == NULL)
-        return refuse(error, "kt_integrator_init", "options and the integrator to be set must be given");
     kt_status status = kt_method_check_sizes(method, error);
     if (status == KT_OK && !kt_method_is_built_in(method))
         status = check_own(method, error);
@@ -136,10 +133,10 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
                             "%zu equations: there must be at least one, and not "
                             "more than the memory's addresses can hold",
                             n);
-    if (!not_negative(options->step))
+    if (!kt_is_not_negative(options->step))
         return refuse(error, "options", "step must be above 0, or 0 for adaptive steps");
-    if (options->quadratures >= n)
-        return refuse(error, "options", "quadratures must be fewer than the equations");
+    if (options->quadratures >= n || options->positions > n)
+        return refuse(error, "options", "quadratures must be fewer than the equations, positions no more");
     if (options->newton != NULL &&
         (options->newton->jacobian == NULL || options->newton->factor == NULL || options->newton->solve == NULL))
         return refuse(error, "options", "newton needs all of jacobian, factor and solve");
@@ -353,8 +350,8 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
     if (previous_y != NULL && kt_first_not_finite(previous_y, n) < n)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the previous state is not finite");
     if (!isfinite(memory->previous_t) || !isfinite(memory->origin) || !isfinite(memory->last_step) ||
-        !not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)) ||
-        !not_negative(memory->advanced) || memory->window > memory->counts.steps + memory->counts.rejected ||
+        !kt_is_not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)) ||
+        !kt_is_not_negative(memory->advanced) || memory->window > memory->counts.steps + memory->counts.rejected ||
         kt_first_not_finite(history, it->sizes.history) < it->sizes.history)
         return refuse(error, "kt_integrator_restore",
                       "the memory is damaged: a time, step or error in it is out of range");

@@ -41,6 +41,9 @@
 #include <float.h>
 #include <math.h>
 
+/* Of options: finite, and zero or more. */
+static inline bool kt_is_not_negative(double x) { return isfinite(x) && x >= 0.0; }
+
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
 #define KT_METHOD_EXTERN(name) extern const kt_method kt_method_##name;

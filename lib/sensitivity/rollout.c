@@ -46,8 +46,9 @@ static size_t lay_out(rollout_work *w, void *memory, const kt_model *model, cons
 size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
     if (!model || !rollout || !rollout->method)
         return 0;
-    return rollout->steps > 0 && kt_step_work_size(model, rollout->method) > 0 ? lay_out(NULL, NULL, model, rollout)
-                                                                               : 0;
+    return rollout->steps > 0 && rollout->checkpoints >= 0 && kt_step_work_size(model, rollout->method) > 0
+               ? lay_out(NULL, NULL, model, rollout)
+               : 0;
 }
 
 /* ---- steps and costs --------------------------------------------------------------------------------------------- */
@@ -161,6 +162,9 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     rollout_work w = {.model = model, .data = data, .rollout = rollout, .cost = cost, .user = user};
     if (rollout->steps <= 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rollout", "there are %d steps", rollout->steps);
+    if (rollout->checkpoints < 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "rollout", "there are %d checkpoints; 0 keeps all steps",
+                            rollout->checkpoints);
     if (kt_step_work_size(model, rollout->method) == 0) { /* the words of kt_step_begin */
         const kt_step step = {.method = rollout->method, .h = rollout->h};
         kt_step_work s;

@@ -623,6 +623,8 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     if (event->name == NULL || event->function == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
                             "an event needs a name and a function");
+    if ((unsigned)event->direction > KT_DIRECTION_FALLING)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, event->name, "there is no direction %d", (int)event->direction);
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "event '%.60s'", event->name);
     if (find_event(simulation, event->name) < simulation->event_count)

@@ -38,6 +38,16 @@ static kt_status refuse_massless(const kt_simulation_request *settings, kt_error
     return KT_OK;
 }
 
+static kt_status check_options(const kt_simulation_options *options, kt_error *error) {
+    const bool first = !kt_is_not_negative(options->initial_step);
+    if (first || !kt_is_not_negative(options->max_step))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, first ? "initial_step" : "max_step", "%g s: must be zero or more",
+                            first ? options->initial_step : options->max_step);
+    if (KT_HAS_EVENTS && options->events < 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "events", "%d: must be zero or more", options->events);
+    return kt_record_check(options->record, error);
+}
+
 static kt_status read_options(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                               kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
@@ -51,6 +61,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                             "there is no method '%s'; kt_method_at lists those that there are",
                             settings->run.integrator);
     kt_status status = kt_run_check(&settings->run, error);
+    if (status == KT_OK)
+        status = check_options(&settings->options, error);
     if (KT_HAS_FORMULAS && status == KT_OK && settings->options.transformation != NULL)
         status = kt_own_states_refuse(model, "transformation",
                                       "no other formulation carries them; integrate in tree coordinates", error);

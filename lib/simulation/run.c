@@ -1,4 +1,5 @@
 /* The settings of a run: defaults, limits and names. */
+#include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <assert.h>
@@ -15,8 +16,6 @@ kt_run kt_run_default(void) {
     return run;
 }
 
-static bool not_negative(double x) { return isfinite(x) && x >= 0.0; }
-
 /* The times of a run reach the duration; a smaller step would be lost in their rounding (integrator/step.c). */
 static kt_status check_length(const kt_run *run, const char *where, double step, kt_error *error) {
     const double least = 16.0 * DBL_EPSILON * run->duration;
@@ -29,7 +28,7 @@ static kt_status check_length(const kt_run *run, const char *where, double step,
 }
 
 static kt_status check_step(const kt_run *run, kt_error *error) {
-    if (!not_negative(run->step))
+    if (!kt_is_not_negative(run->step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%g s: must be above zero, or zero for an adaptive step",
                             run->step);
     return check_length(run, "step", run->step, error);
@@ -37,7 +36,7 @@ static kt_status check_step(const kt_run *run, kt_error *error) {
 
 /* It bounds the steps that a method chooses; a fixed one does not read it. */
 static kt_status check_max_step(const kt_run *run, kt_error *error) {
-    if (!not_negative(run->max_step))
+    if (!kt_is_not_negative(run->max_step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "max_step", "%g s: must be above zero, or zero for no limit",
                             run->max_step);
     return run->step == 0.0 ? check_length(run, "max_step", run->max_step, error) : KT_OK;
@@ -46,7 +45,8 @@ static kt_status check_max_step(const kt_run *run, kt_error *error) {
 static kt_status check_tolerances(const kt_run *run, kt_error *error) {
     if (run->step > 0.0)
         return KT_OK;
-    if (!not_negative(run->relative) || !not_negative(run->absolute) || run->relative + run->absolute == 0.0)
+    if (!kt_is_not_negative(run->relative) || !kt_is_not_negative(run->absolute) ||
+        run->relative + run->absolute == 0.0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "tolerance",
                             "%g (relative), %g (absolute): must be finite and not negative, and one of them above zero",
                             run->relative, run->absolute);
@@ -123,26 +123,47 @@ const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_meth
 /* ---- limits -------------------------------------------------------------------------------------------------------
  * */
 
+/* Where size counts, bits that are none are ignored, as is the list of markers, which only a recorder reads. */
+kt_status kt_record_check(unsigned record, kt_error *error) {
+#ifdef __OPTIMIZE_SIZE__
+    (void)record, (void)error;
+#else
+#define KT_RECORD_OR(id, bit, name) | (bit)
+    static const unsigned all = 0U KT_RECORD_LIST(KT_RECORD_OR);
+#undef KT_RECORD_OR
+    if ((record & ~all) != 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "record", "0x%x: is no sum of KT_RECORD_ bits", record);
+#endif
+    return KT_OK;
+}
+
 kt_status kt_run_check(const kt_run *run, kt_error *error) {
     if (KT_IS_MISSING(error, run))
         return KT_ERROR_ARGUMENT;
     if (!(run->rho >= 0.0 && run->rho <= 1.0))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rho", "%g: the spectral radius at infinity must be 0 to 1",
                             run->rho);
-    if (!not_negative(run->duration))
+    if (!kt_is_not_negative(run->duration))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "duration", "%g s: must be zero or more", run->duration);
     if (run->duration > 0.0 && run->duration < KT_DURATION_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "duration",
                             "%g s: is too short to be divided into steps and records; take zero, or %g s or more",
                             run->duration, KT_DURATION_LEAST);
-    if (!not_negative(run->interval))
+    if (!kt_is_not_negative(run->interval))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "interval",
                             "%g s: must be above zero, or zero for about 1000 records", run->interval);
     /* Beyond 2^53 the numbers k of records are no longer exact in k * interval. */
     if (run->interval > 0.0 && run->duration / run->interval > 9007199254740992.0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "interval", "%g s: more records than can be counted",
                             run->interval);
-    kt_status status = check_step(run, error);
+    kt_status status = kt_record_check(run->record, error);
+#ifndef __OPTIMIZE_SIZE__
+    if (status == KT_OK && (run->marker_count < 0 || (run->marker_count > 0 && !run->markers)))
+        status = kt_error_set(error, KT_ERROR_ARGUMENT, "marker_count", "%d: is not the length of the array `markers`",
+                              run->marker_count);
+#endif
+    if (status == KT_OK)
+        status = check_step(run, error);
     if (status == KT_OK)
         status = check_max_step(run, error);
     return status == KT_OK ? check_tolerances(run, error) : status;

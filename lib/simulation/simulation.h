@@ -522,6 +522,9 @@ KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, co
 /* Puts inputs that were set since the last step into force for the next one. */
 KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error);
 
+/* KT_OK, or KT_ERROR_ARGUMENT at "record" if a bit of these is not one of KT_RECORD_LIST. */
+KT_CHECKED kt_status kt_record_check(unsigned record, kt_error *error);
+
 /* Whether functions of time or a caller's effects have corners; the longest step that sees what functions do between
  * them, HUGE_VAL where they are polynomials. O(loops + effects). */
 bool kt_simulation_has_corners(const kt_model *model);

@@ -41,11 +41,44 @@ static bool are_positive(const double *numbers, int count) {
     return numbers == NULL || (count > 0 && count <= KT_ACCURACY_POINTS_MAX);
 }
 
+static bool is_length(const void *array, int count) { return count >= 0 && (count == 0 || array != NULL); }
+
+static kt_status check_variant(const kt_variant *variant, kt_error *error) {
+    if (kt_formulation_name(variant->formulation) == NULL)
+        return refuse(error, "variant.formulation", "there is no such formulation");
+    if (kt_constraint_formulation_name(variant->constraint_formulation) == NULL)
+        return refuse(error, "variant.constraint_formulation", "there is no such constraint formulation");
+    if (!(isfinite(variant->gain) && variant->gain >= 0.0))
+        return refuse(error, "variant.gain", "must be above zero, or zero for 1");
+    return KT_OK;
+}
+
+/* Lengths without their arrays, and numbers that are none. */
+static kt_status check_lists(const kt_accuracy_options *options, kt_error *error) {
+    if (!is_length(options->methods, options->method_count))
+        return refuse(error, "methods", "method_count is not their number");
+    if (!is_length(options->steps, options->step_count))
+        return refuse(error, "steps", "step_count is not their number");
+    if (!is_length(options->tolerances, options->tolerance_count))
+        return refuse(error, "tolerances", "tolerance_count is not their number");
+    if (!is_length(options->variants, options->variant_count))
+        return refuse(error, "variants", "variant_count is not their number");
+    if (!(isfinite(options->duration) && options->duration >= 0.0))
+        return refuse(error, "duration", "must be above zero, or zero for that of the run");
+    kt_status status = options->own ? check_variant(options->own, error) : KT_OK;
+    for (int i = 0; i < options->variant_count && status == KT_OK; i++)
+        status = check_variant(&options->variants[i], error);
+    return status;
+}
+
 static kt_status check_options(const kt_accuracy_options *options, double duration, kt_error *error) {
+    const kt_status status = check_lists(options, error);
+    if (status != KT_OK)
+        return status;
     if (!(isfinite(duration) && duration > 0.0))
         return refuse(error, "duration", "must be above zero for an error to be measured");
-    if (options->records < 1 || !(options->budget > 0.0) || !(options->amplification > 1.0) ||
-        options->run_evaluations == 0)
+    if (options->records < 1 || !(options->budget > 0.0 && isfinite(options->budget)) ||
+        !(options->amplification > 1.0 && isfinite(options->amplification)) || options->run_evaluations == 0)
         return refuse(error, "accuracy", "records, budget and run_evaluations must be above 0, amplification above 1");
     if (!are_positive(options->steps, options->step_count))
         return refuse(error, "steps", "must be 1 to 40 numbers above zero");

@@ -299,3 +299,35 @@ KT_TEST(marker_that_there_is_not_gives_nan) {
     kt_check_near("untouched", one, 5.0, 0.0);
     kt_tree_free(&tree);
 }
+
+KT_TEST(a_frame_that_is_none_gives_no_numbers) {
+    kt_random random = kt_random_of_test();
+    kt_tree tree;
+    kt_tree_state s;
+    const kt_tree_plan plan = kt_tree_plan_default();
+    static const double seven = 7.0;
+    double matrix[6 * KT_TREE_NV];
+    int changed = 0, finite = 0;
+    if (!kt_tree_grow(&tree, &plan, &random))
+        return;
+    kt_tree_state_draw(&tree, &random, &s);
+    (void)kt_tree_kinematics(&tree, &s);
+    for (int frame = -1; frame <= 99; frame += 4) {
+        if (frame >= KT_TWIST_ALIGNED && frame <= KT_TWIST_WORLD)
+            continue;
+        for (int i = 0; i < 6 * tree.nv; i++)
+            matrix[i] = seven;
+        kt_frame_jacobian(tree.model, tree.data, 1, kt_vec3_make(0.1, 0.2, 0.3), (kt_twist_frame)frame, matrix);
+        kt_frame_jacobian_derivative(tree.model, tree.data, 1, kt_vec3_make(0.1, 0.2, 0.3), (kt_twist_frame)frame,
+                                     matrix);
+        kt_frame_twist_derivative(tree.model, tree.data, 1, kt_vec3_make(0.1, 0.2, 0.3), (kt_twist_frame)frame, matrix);
+        for (int i = 0; i < 6 * tree.nv; i++)
+            changed += memcmp(&matrix[i], &seven, sizeof seven) != 0;
+        const kt_twist bias =
+            kt_frame_bias(tree.model, tree.data, 1, kt_vec3_make(0.1, 0.2, 0.3), (kt_twist_frame)frame);
+        finite += isfinite(bias.angular.x) || isfinite(bias.linear.x);
+    }
+    kt_check_equal_int("numbers of matrices that have changed", changed, 0);
+    kt_check_equal_int("twists with a number", finite, 0);
+    kt_tree_free(&tree);
+}
