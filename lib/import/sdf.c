@@ -50,6 +50,7 @@ static const kt_known known[] = {
     {"friction", " "},
     {"spring_reference", " "},
     {"spring_stiffness", " "},
+    {"initial_position", " "},
     {"limit", " "},
     {"lower", " "},
     {"upper", " "},
@@ -94,6 +95,11 @@ static void note_bodies(kt_notes *n, const kt_sdf *m) {
     kt_note_renamed_joints(n, &m->renamed_joints);
     kt_note_put(n, &m->floating, "links that move freely, since no joint connects them with the world: %d",
                 m->floating.count);
+    kt_note_warn(
+        n, &m->reserved,
+        "links called 'world', which is the world's name alone: what names it is joined to the world, and these "
+        "links to nothing; give them another name: %d",
+        m->reserved.count);
     kt_note_put(n, &m->freed, "links that are fixed to the world and move freely, by --floating: %d", m->freed.count);
     kt_note_put(n, &m->at_rest, "links of static models, fixed to the world: %d", m->at_rest.count);
     kt_note_put(
@@ -138,7 +144,7 @@ static void note_joints(kt_notes *n, const kt_sdf *m) {
     kt_note_put(n, &m->lost_mimics, "mimics that are left out, since one of both has no axis in the tree: %d",
                 m->lost_mimics.count);
     kt_note_put(n, &m->friction, "dry friction that is smooth here (joint_friction): %d", m->friction.count);
-    kt_note_put(n, &m->outside, "joints that start at zero, outside their limits: %d", m->outside.count);
+    kt_note_put(n, &m->outside, "joints that start outside their limits: %d", m->outside.count);
     kt_note_put(n, &m->disordered, "limits of position that are left out, since lower is above upper: %d",
                 m->disordered.count);
     if (m->source->options->stop_stiffness == 0.0)

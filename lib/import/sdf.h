@@ -79,7 +79,7 @@ typedef struct kt_sdf {
     kt_judge judge;
 
     kt_strange strange;
-    kt_left renamed, renamed_joints, others, missing, newer, no_gravity, floating, at_rest, kinematic, freed;
+    kt_left renamed, renamed_joints, others, missing, newer, no_gravity, floating, reserved, at_rest, kinematic, freed;
     kt_left standard_masses, by_geometry, lost_masses;
     kt_left offsets, halves, reversed, loops, loop_forces, still_joints, outside, limits, disordered, friction;
     kt_left gearboxes, lost_gears, mimics, lost_mimics, states;

@@ -56,7 +56,8 @@ static void make_stop(kt_sdf *m, const kt_sdf_joint *j) {
     data->lower = lower;
     data->upper = upper;
     kt_left_count(&m->limits, limit);
-    if (lower > 0.0 || upper < 0.0)
+    const double start = ((const kt_body *)m->draft.bodies.items)[j->body].joint.position[0];
+    if (lower > start || upper < start)
         kt_left_count(&m->outside, limit);
     kt_effect *stop = o->stop_stiffness != 0.0 ? add_effect(m, j, KT_EFFECT_JOINT_LIMIT) : NULL;
     if (stop == NULL)
@@ -65,6 +66,13 @@ static void make_stop(kt_sdf *m, const kt_sdf_joint *j) {
     stop->damping = o->stop_damping;
     stop->lower = lower;
     stop->upper = upper;
+}
+
+/* A joint begins where it says, else at zero. */
+static void start_joint(kt_sdf *m, const kt_sdf_joint *j) {
+    kt_joint *joint = &((kt_body *)m->draft.bodies.items)[j->body].joint;
+    if (j->axis != NULL && kt_sdf_is_scalar(j))
+        joint->position[0] = kt_sdf_number(m, j->axis, "initial_position", joint->position[0]);
 }
 
 static void act_in_joint(kt_sdf *m, const kt_sdf_joint *j) {
@@ -85,6 +93,7 @@ static void act_in_joint(kt_sdf *m, const kt_sdf_joint *j) {
         effect->coulomb = friction;
         kt_left_count(&m->friction, j->element);
     }
+    start_joint(m, j);
     make_stop(m, j);
 }
 

@@ -169,11 +169,11 @@ int kt_sdf_find(kt_sdf *m, const kt_element *e, int frame, const char *name) {
     const kt_sdf_frame *f = kt_sdf_frame_at(m, frame);
     if (strcmp(name, "__model__") == 0)
         return f->home;
+    if (strcmp(name, "world") == 0) /* the name is reserved: no link or joint takes it */
+        return 0;
     const int found = find_nested(m, f->scope, name);
     if (found >= 0)
         return found;
-    if (strcmp(name, "world") == 0)
-        return 0;
     kt_nearest nearest = kt_nearest_make(name, &m->r->effort);
     m->r->effort -= m->frames.count;
     for (int i = 1; i < m->frames.count && m->r->effort > 0; i++)

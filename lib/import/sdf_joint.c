@@ -157,6 +157,9 @@ static void read_joint(kt_sdf *m, int frame) {
 void kt_sdf_read_joints(kt_sdf *m) {
     (void)add_link(m, m->root, 0, false);
     for (int i = 1; i < m->frames.count && !m->r->out_of_memory; i++)
+        if (kt_sdf_frame_at(m, i)->kind == KT_SDF_LINK && strcmp(kt_sdf_frame_at(m, i)->name, "world") == 0)
+            kt_left_count(&m->reserved, kt_sdf_frame_at(m, i)->element);
+    for (int i = 1; i < m->frames.count && !m->r->out_of_memory; i++)
         if (kt_sdf_frame_at(m, i)->kind == KT_SDF_LINK)
             kt_sdf_frame_at(m, i)->link = add_link(m, kt_sdf_frame_at(m, i)->element, i, false);
     for (int i = 1; i < m->frames.count && !m->r->out_of_memory; i++)

@@ -85,8 +85,9 @@ static bool try_around(search *s, const char *folder) {
 
 static bool begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
 
-/* Splits NAME/REST. */
+/* Splits NAME/REST, before which some write a third slash. */
 static void split_package(search *s, const char *name) {
+    name += strspn(name, "/");
     s->package = name;
     s->length = (int)strcspn(name, "/");
     s->rest = name + s->length + (name[s->length] == '/');

@@ -93,6 +93,8 @@ static void note_masses(kt_notes *n, const kt_urdf *u) {
                 "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density gives "
                 "masses by shapes, --mass LINK=MASS one)");
     kt_note_put(n, &u->geared, "transmissions whose rotor inertia became the joint's armature: %d", u->geared.count);
+    kt_note_put(n, &u->words, "transmissions with a reduction or an inertia that is no number, which is left out: %d",
+                u->words.count);
     kt_note_put(n, &u->ungeared, "transmissions that are left out, since they have no rotor inertia: %d",
                 u->ungeared.count);
 }
@@ -101,6 +103,7 @@ static void note_rest(kt_notes *n, const kt_urdf *u) {
     kt_note_put(n, &u->rates,
                 "limits of effort or speed that are left out, since they are no numbers, or below zero: %d",
                 u->rates.count);
+    kt_note_put(n, &u->scales, "scales of meshes that are not three numbers, taken as 1: %d", u->scales.count);
     kt_appearance_notes(n, &u->appearance);
     kt_note_put(n, &u->shapes, "visuals without a geometry that is known, left out of pictures: %d", u->shapes.count);
     kt_note_put(n, &u->contacts, "collision shapes that are left out, since contacts are effects: %d",

@@ -45,7 +45,7 @@ typedef struct kt_urdf {
     kt_names names;
     kt_namer namer; /* of bodies */
     kt_strange strange;
-    kt_left shapes, contacts, limits, rates, starts, renamed, renamed_joints;
+    kt_left shapes, contacts, limits, rates, scales, words, starts, renamed, renamed_joints;
     kt_left disordered;                      /* limits that are left out */
     kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
                                                 limits, and that are left out */

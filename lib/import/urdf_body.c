@@ -72,6 +72,19 @@ static bool read_shape(kt_reader *r, const kt_element *e, kt_shape *shape) {
     return true;
 }
 
+/* The scale of a picture is three numbers. One stands for all of them; of others it is 1, which is told. */
+static kt_vec3 read_scale(kt_urdf *u, const kt_element *mesh) {
+    double v[3] = {1.0, 1.0, 1.0};
+    const char *text = kt_xml_attribute(mesh, "scale");
+    const int count = text != NULL ? kt_parse_numbers(text, 3, v) : 3;
+    if (count == 1)
+        return kt_vec3_make(v[0], v[0], v[0]);
+    if (count == 3)
+        return kt_vec3_make(v[0], v[1], v[2]);
+    kt_left_count(&u->scales, mesh);
+    return kt_vec3_make(1.0, 1.0, 1.0);
+}
+
 /* Adds a visual or collision to what the link looks like; returns whether it has a solid or a mesh at all. */
 static bool add_visual(kt_urdf *u, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
@@ -83,7 +96,7 @@ static bool add_visual(kt_urdf *u, const kt_element *e) {
         return is_shape && (kt_appearance_add_shape(&u->appearance, e, &shape), true);
     }
     kt_urdf_origin(u->r, e, &at, &rpy);
-    const kt_vec3 scale = kt_urdf_vector(u->r, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0));
+    const kt_vec3 scale = read_scale(u, mesh);
     (void)kt_appearance_add_mesh(&u->appearance, e, kt_xml_attribute(mesh, "filename"),
                                  (kt_pose){.rotation = kt_matrix_from_rpy(rpy), .position = at}, scale);
     return true;

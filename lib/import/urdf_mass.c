@@ -8,15 +8,19 @@
 
 /* ---- transmissions ----------------------------------------------------------------------------------------------- */
 
-/* A number that stands in an attribute `value`, or as text. Returns whether there is one. */
+/* A number that stands in an attribute `value`, or as text. Returns whether there is one; another text is told. */
 static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
     const char *text = e != NULL ? kt_xml_attribute(e, "value") : NULL;
     text = text == NULL && e != NULL ? e->text : text;
     if (text == NULL)
         return false;
-    if (kt_parse_numbers(text, 1, value) != 1)
-        return kt_robot_fault(u->r, e, "expected a number, found '%.60s'", text);
-    return true;
+    double read[1];
+    const bool is_number = kt_parse_numbers(text, 1, read) == 1;
+    if (is_number)
+        *value = read[0];
+    else
+        kt_left_count(&u->words, e);
+    return is_number;
 }
 
 /* The first element of one of the names in a joint or an actuator of a transmission. */
@@ -36,8 +40,12 @@ static void read_transmission(kt_urdf *u, const kt_element *e) {
     const char *name = joint != NULL ? kt_xml_attribute(joint, "name") : NULL;
     const int index = name != NULL ? kt_names_find(&u->names, JOINTS, name) : -1;
     double reduction = 1.0, inertia = 0.0;
-    (void)read_value(u, find_in(e, reductions), &reduction);
-    const bool has_rotor = read_value(u, find_in(e, inertias), &inertia) && inertia != 0.0;
+    const kt_element *ratio = find_in(e, reductions);
+    const int words = u->words.count;
+    const bool has_ratio = ratio == NULL || read_value(u, ratio, &reduction);
+    const bool has_rotor = read_value(u, find_in(e, inertias), &inertia) && inertia != 0.0 && has_ratio;
+    if (u->words.count > words)
+        return;
     if (!has_rotor || index < 0 || u->joints[index].kind == NULL || !u->joints[index].kind->is_scalar) {
         kt_left_count(&u->ungeared, e);
         return;

@@ -22,6 +22,20 @@ static int count_notes(const kt_scene *scene, const char *words) {
 #define SDF(within) "<sdf version='1.9'><model name='m'><link name='a'>" within "</link></model></sdf>"
 #define SDF_BALL "<geometry><sphere><radius>2</radius></sphere></geometry>"
 
+/* One number is the scale along all axes; a word is none, and does not end the import. */
+KT_TEST(scales_of_meshes_that_are_not_three_numbers_are_read) {
+    static const char *const texts[] = {
+        URDF("<visual><geometry><mesh filename='no.stl' scale='.5'/></geometry></visual>"),
+        URDF("<visual><geometry><mesh filename='no.stl' scale='big'/></geometry></visual>")};
+    for (int i = 0; i < 2; i++) {
+        kt_scene scene;
+        if (!parse_right(texts[i], NULL, &scene))
+            continue;
+        kt_check_equal_int("told", count_notes(&scene, "scales of meshes that are not three numbers"), i);
+        kt_scene_free(&scene);
+    }
+}
+
 /* Visuals: a box and a ball; collisions: a ball that is not seen with them. */
 KT_TEST(all_visuals_are_seen_and_collisions_only_without_them) {
     static const struct {

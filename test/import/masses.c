@@ -48,6 +48,21 @@ static void check_solids(const kt_body *a, double density) {
     kt_check_near("about x", inertia.xx, own + box * (1.0 - z) * (1.0 - z) + ball * z * z, 16.0 * DBL_EPSILON * mass);
 }
 
+/* A reduction that is a word gives no armature, and does not end the import. */
+KT_TEST(transmission_by_a_word_is_told_and_left_out) {
+    static const char text[] =
+        "<robot name='r'><link name='base'/><link name='a'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1' "
+        "ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' type='continuous'><parent link='base'/>"
+        "<child link='a'/></joint><transmission name='t'><joint name='j'/><actuator name='m'><mechanicalReduction>"
+        "reduction</mechanicalReduction><rotorInertia>3</rotorInertia></actuator></transmission></robot>";
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_equal_bits("armature", find_body(&scene, "a")->joint.armature, &(double){0.0}, 1);
+    kt_check_true("told", has_note(&scene, "transmissions with a reduction or an inertia that is no number"));
+    kt_scene_free(&scene);
+}
+
 KT_TEST(density_acts_in_every_format_and_not_on_masses_that_the_file_gives) {
     const kt_robot_options options = {.density = 250.0};
     for (int i = 0; i < 3; i++) {

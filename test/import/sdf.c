@@ -49,6 +49,43 @@ KT_TEST(link_without_joint_moves_freely_and_weighs_what_the_format_says) {
     kt_scene_free(&scene);
 }
 
+/* The name is the world's, whatever else has it. */
+KT_TEST(parent_world_is_the_world_and_no_link_or_joint_of_that_name) {
+    static const char *const texts[] = {
+        SDF(LINK("world")
+                LINK("a") "<joint name='j' type='revolute'><parent>world</parent><child>a</child><axis><xyz>0 1 0"
+                          "</xyz><initial_position>0.5</initial_position></axis></joint>"),
+        SDF(LINK("a") "<joint name='world' type='revolute'><parent>world</parent><child>a</child><axis><xyz>0 1 0</xyz>"
+                      "<initial_position>0.5</initial_position></axis></joint>")};
+    for (int i = 0; i < 2; i++) {
+        kt_scene scene;
+        if (!parse_right(texts[i], NULL, &scene))
+            continue;
+        const kt_body *a = find_body(&scene, "a");
+        kt_check_true("its parent is the world", a->parent == NULL);
+        kt_check_equal_int("type", a->joint.type, KT_JOINT_REVOLUTE);
+        kt_check_equal_bits("it starts where it says", a->joint.position, &(double){0.5}, 1);
+        kt_check_true("told", has_note(&scene, "links called 'world'") == (i == 0));
+        kt_scene_free(&scene);
+    }
+}
+
+/* What the format has for forces, and is not read, is a warning. */
+KT_TEST(decay_and_added_mass_are_warnings) {
+    kt_scene scene;
+    int warnings = 0;
+    if (!parse_right(
+            SDF("<link name='a'><inertial><mass>1</mass><fluid_added_mass><xx>1</xx></fluid_added_mass></inertial>"
+                "<velocity_decay><linear>0.5</linear></velocity_decay></link>"),
+            NULL, &scene))
+        return;
+    for (int i = 0; i < scene.note_count; i++)
+        warnings +=
+            scene.notes[i].is_warning && strstr(scene.notes[i].what, "the motion is not that of the file: '") != NULL;
+    kt_check_equal_int("warnings", warnings, 2);
+    kt_scene_free(&scene);
+}
+
 KT_TEST(joint_types_are_ours) {
     static const struct {
         const char *type;

@@ -155,6 +155,10 @@ static const kt_option *find_option(const kt_usage *usage, const char *name, siz
 /* Options that had another name in earlier versions. */
 static const struct { const char *before, *now; } renamed[] = {{"compare-sets", "formulations"}};
 
+/* Those of import, which others are asked for, too. */
+static const char *const of_import[] = {"keyframe", "floating", "stops", "stop-damping",
+                                        "inertia",  "density",  "mass",  "search"};
+
 static int say_unknown_option(const kt_usage *usage, const char *argument, size_t length) {
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)(length < sizeof name ? length : sizeof name - 1), argument);
@@ -166,6 +170,12 @@ static int say_unknown_option(const kt_usage *usage, const char *argument, size_
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (size_t i = 0; i < usage->option_count; i++)
         (void)kt_nearest_try(&nearest, usage->options[i].name);
+    for (size_t i = 0; i < sizeof of_import / sizeof *of_import; i++)
+        if (strcmp(name, of_import[i]) == 0) {
+            kt_say("%s: '--%s' is an option of 'kinetree import', which writes a scene for '%s' to read",
+                   usage->command, name, usage->command);
+            return KT_EXIT_USAGE;
+        }
     if (nearest.best != NULL)
         kt_say("%s: there is no option '--%s'%s", usage->command, name, kt_ask(&nearest, "--").text);
     else
