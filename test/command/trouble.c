@@ -184,6 +184,28 @@ KT_TEST(speeds_beyond_all_reason_end_in_four) {
     kt_expect(4, "above that of light", "$K run grow.yaml --quiet --out h.csv --record position,velocity");
 }
 
+/* What has not happened is named, in words and in the summary; `until` is not where another event has ended the run. */
+KT_TEST(events_that_never_happened_are_named) {
+    static const char scene[] = "kinetree: 1\nbodies:\n  - {name: a, joint: {type: prismatic, velocity: 1}, mass: 1}\n"
+                                "events:\n  - {name: near, when: position.a > 0.5, then: %s}\n"
+                                "  - {name: far, when: position.a > 5, then: record}\n"
+                                "simulate: {duration: 1, until: position.a > 4}\n";
+    char text[400];
+    (void)snprintf(text, sizeof text, scene, "record");
+    kt_write_file("n.yaml", text);
+    kt_ran ran = kt_shell("$K run n.yaml --out n.csv --summary n.json");
+    kt_check_contains("the event", ran.err, "  event 'far' never happened: position.a > 5\n");
+    kt_check_contains("until", ran.err, "  until never happened: position.a > 4\n");
+    kt_check_true("not what has happened", strstr(ran.err, "'near' never") == NULL);
+    ran = kt_shell("tr -d ' \\n' <n.json");
+    kt_check_contains("the summary", ran.out, "\"never_happened\":[\"far\",\"until\"]");
+    (void)snprintf(text, sizeof text, scene, "stop");
+    kt_write_file("n.yaml", text);
+    ran = kt_shell("$K run n.yaml --out n.csv");
+    kt_check_true("until is moot", strstr(ran.err, "until never") == NULL);
+    kt_check_contains("the event", ran.err, "'far' never happened");
+}
+
 /* A reader that has seen enough. */
 KT_TEST(closed_pipe_ends_the_run_quietly) {
     kt_expect(0, NULL, "$K make chain --links 20 >c.yaml");

@@ -105,15 +105,29 @@ static json_t *list_switched(const kt_model *model) {
     return switched;
 }
 
-/* How often each event has happened, and which one has ended the run. */
+/* The k-th event of the scene, `until` last. */
+static const kt_scene_event *event_of(const kt_scene *scene, int k) {
+    return k < scene->event_count ? &scene->events[k] : &scene->until;
+}
+
+/* Whether an event of the scene has not happened; where another one has ended the run, nothing is held against `until`. */
+static bool is_missed(const kt_outcome *outcome, int k) {
+    const kt_scene_event *event = event_of(outcome->scene, k);
+    const bool is_moot = event == &outcome->scene->until && kt_simulation_stopped(outcome->simulation) != NULL;
+    return !is_moot && kt_simulation_event_count(outcome->simulation, event->name) == 0;
+}
+
+/* How often each event has happened, which ones never, and which one has ended the run. */
 static void list_events(const kt_outcome *outcome, json_t *root) {
     const kt_scene *scene = outcome->scene;
     const kt_event *stopped = kt_simulation_stopped(outcome->simulation);
-    json_t *counts = json_object();
+    json_t *counts = json_object(), *missed = json_array();
     for (int i = 0; i < kt_scene_event_room(scene); i++) {
-        const char *name = i < scene->event_count ? scene->events[i].name : scene->until.name;
+        const char *name = event_of(scene, i)->name;
         json_object_set_new(counts, name,
                             json_integer((json_int_t)kt_simulation_event_count(outcome->simulation, name)));
+        if (is_missed(outcome, i))
+            json_array_append_new(missed, json_string(name));
     }
     const kt_model *model = kt_simulation_model(outcome->simulation);
     if (kt_switch_count(model) > 0)
@@ -122,6 +136,7 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
         json_object_set_new(root, "released", kt_released_list(scene, outcome->simulation));
     if (kt_scene_event_room(scene) > 0) {
         json_object_set(root, "events", counts);
+        json_object_set(root, "never_happened", missed);
         json_object_set_new(root, "ended_by", stopped != NULL ? json_string(stopped->name) : json_null());
     }
     if (kt_scene_event_room(scene) > 0 || kt_simulation_contacts(outcome->simulation).count > 0) {
@@ -129,6 +144,7 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
         json_object_update(root, marks);
         json_decref(marks);
     }
+    json_decref(missed);
     json_decref(counts);
 }
 
@@ -338,6 +354,23 @@ static void say_contacts(const kt_outcome *outcome) {
                 (unsigned long long)seen.sticks, (unsigned long long)seen.slips);
 }
 
+/* Names the events that have not happened, with their conditions. */
+static void say_missed(const kt_outcome *outcome) {
+    enum { LISTED = 8 };
+    int count = 0;
+    for (int i = 0; i < kt_scene_event_room(outcome->scene); i++) {
+        const kt_scene_event *event = event_of(outcome->scene, i);
+        if (!is_missed(outcome, i) || count++ >= LISTED)
+            continue;
+        if (event == &outcome->scene->until)
+            fprintf(stderr, "  until never happened: %s\n", kt_show(event->when).text);
+        else
+            fprintf(stderr, "  event '%s' never happened: %s\n", kt_show(event->name).text, kt_show(event->when).text);
+    }
+    if (count > LISTED)
+        fprintf(stderr, "  and %d more events never happened\n", count - LISTED);
+}
+
 void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) {
     double time = kt_simulation_time(outcome->simulation), duration = outcome->run->duration;
     fprintf(stderr, "%s: %g s simulated", kt_show(outcome->name).text, time);
@@ -364,6 +397,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
         fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
                 outcome->constraint.velocity);
     say_contacts(outcome);
+    say_missed(outcome);
     kt_compressions_say(&outcome->compressions, outcome->scene);
     if (names->out != NULL)
         fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
