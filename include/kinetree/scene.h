@@ -207,6 +207,10 @@ KT_API KT_CHECKED kt_status kt_scene_vary(kt_scene *scene, const double *values,
  * loops). */
 KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
 
+/* The path that the scene was read from, or its name in messages; NULL: it was not read. In places of faults
+ * (kt_error.where) a long path is cut at its beginning, after "...". The scene owns the text. O(1). */
+KT_API const char *kt_scene_path(const kt_scene *scene);
+
 /* Releases the memory that reading took, and sets *scene to kt_scene_default. NULL is allowed. */
 KT_API void kt_scene_free(kt_scene *scene);
 

@@ -233,7 +233,7 @@ static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closu
     if (closure == KT_CLOSURE_SINGULAR)
         return kt_error_set(
             error, KT_ERROR_SINGULAR, where,
-            "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the "
+            "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave: give the "
             "bodies that move there mass or inertia");
     return kt_input_refuse_not_finite(model, t, input, error);
 }

@@ -105,8 +105,9 @@ static kt_status compute_closed(kt_mass_inverse *w, kt_data *data, double t, con
     }
     if (kt_dense_cholesky(w->reduced, (size_t)w->dofs, w->dofs, w->size))
         return KT_OK;
-    return kt_error_set(error, KT_ERROR_SINGULAR, "mass matrix",
-                        "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, "mass matrix",
+        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
 }
 
 /* The factors along the tree, in data of their own: those of the caller may be used for something else meanwhile. */

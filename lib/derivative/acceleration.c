@@ -64,8 +64,9 @@ static kt_status factor(work *w, const double *q, kt_error *error) {
         memcpy(w->reduced + j * f, w->of.half + j * n + r, f * sizeof *w->reduced);
     if (kt_dense_cholesky(w->reduced, f, (int)f, NULL))
         return KT_OK;
-    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                        "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, "derivatives",
+        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
 }
 
 /* Overwrites column d, which holds D, with da. e: the p entries of E, or NULL for zero. */

@@ -56,8 +56,9 @@ kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, con
     bool done;
     KT_BY_ISA(w->model->isa, done =, kt_kkt_reduce, (w));
     if (!done)
-        return kt_error_set(error, KT_ERROR_SINGULAR, "equations of motion",
-                            "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+        return kt_error_set(
+            error, KT_ERROR_SINGULAR, "equations of motion",
+            "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
     return KT_OK;
 }
 

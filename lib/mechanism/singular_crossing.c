@@ -459,10 +459,10 @@ static kt_status refuse_singular(const kt_model *model, size_t link, double t, c
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.100s', t = %.9g s",
                    model->text + model->body[model->link[link].body].name, t);
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR, where,
-        "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the bodies that "
-        "move there mass or inertia");
+    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+                        "the mechanism has no positive inertia along one of the degrees of freedom that its loops "
+                        "leave: give the bodies that "
+                        "move there mass or inertia");
 }
 
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *given, double *a,

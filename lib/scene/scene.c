@@ -177,6 +177,8 @@ static const kt_mark *find_mark(const kt_scene *scene, const char *where) {
     return NULL;
 }
 
+const char *kt_scene_path(const kt_scene *scene) { return scene && scene->marks != NULL ? scene->marks->path : NULL; }
+
 bool kt_scene_locate(const kt_scene *scene, kt_error *error) {
     if (!scene || !error)
         return false;

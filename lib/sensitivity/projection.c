@@ -66,8 +66,9 @@ static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, boo
     }
     if (kt_dense_cholesky(w->reduced, f, (int)f, NULL))
         return KT_OK;
-    return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
-                        "the mechanism has no inertia along one of the degrees of freedom that its loops leave");
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, "derivatives",
+        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
 }
 
 static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {

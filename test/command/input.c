@@ -70,6 +70,63 @@ KT_TEST(long_paths_are_written_whole) {
     kt_check_text("begins with the path", ran.out, "000");
 }
 
+/* Faults that compilation alone finds, of scenes and of robots, name the whole path, however long it is. */
+KT_TEST(paths_of_any_length_are_written_whole_in_every_fault) {
+    static const char *const files[] = {
+        "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}}\n",
+        "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}, mass: -1}\n",
+        "<sdf version='1.7'><model name='m'><link name='l'><inertial><mass>1</mass><inertia><ixx>0</ixx><iyy>0</iyy>"
+        "<izz>0</izz></inertia></inertial></link></model></sdf>\n"};
+    static const char *const places[] = {":3:", ":3:", ":1:"}, *const names[] = {"s.yaml", "t.yaml", "r.sdf"};
+    int wrong = 0, told = 0;
+    for (int length = 1; length < 400; length += 1 + length / 5)
+        for (int k = 0; k < 3; k++) {
+            char folder[500], path[600];
+            (void)snprintf(folder, sizeof folder, "%0*d/%0*d", (length + 1) / 2, 1, (length + 1) / 2, 2);
+            (void)snprintf(path, sizeof path, "%s/%s", folder, names[k]);
+            kt_write_file("given", files[k]);
+            const kt_ran ran =
+                kt_shell("mkdir -p %s && cp given %s && $K check %s 2>&1 | grep -v ' note: '", folder, path, path);
+            const size_t size = strlen(path);
+            const bool good = strncmp(ran.out, path, size) == 0 && strncmp(ran.out + size, places[k], 3) == 0;
+            told++;
+            if (!good && wrong++ == 0)
+                kt_check_text("the first one that is not", ran.out, path);
+        }
+    kt_check_true("some twenty lengths of three files", told > 60);
+    kt_check_equal_int("faults without the whole path", wrong, 0);
+}
+
+/* Files that are something else are named as what they are. */
+KT_TEST(results_and_checkpoints_are_told_from_scenes_and_records) {
+    kt_write_file("swing.yaml",
+                  "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+                  "simulate: {duration: 0.1}\n");
+    kt_expect(0, NULL, "$K run swing.yaml --quiet --out swing.csv --summary swing.json");
+    kt_expect(1, "swing.yaml is a scene and no result of a run", "$K run swing.yaml --quiet --from swing.yaml");
+    kt_expect(1, "swing.csv is no checkpoint; --resume takes the file that --checkpoint has written",
+              "$K run swing.yaml --quiet --resume swing.csv");
+    kt_expect(1, "swing.json is no checkpoint", "$K run swing.yaml --quiet --resume swing.json");
+    kt_expect(0, NULL, "$K run swing.yaml --quiet --from swing.csv --out again.csv");
+}
+
+/* What is no rounding is not called rounding, and a negative inertia not none. */
+KT_TEST(inertias_that_no_body_has_are_named_as_what_they_are) {
+    static const char scene[] =
+        "kinetree: 1\ninertia_check: accept\nbodies:\n"
+        "  - {name: a, joint: {type: revolute}, mass: 1, inertia: [%s]}\nsimulate: {duration: 0.1}\n";
+    char text[400];
+    (void)snprintf(text, sizeof text, scene, "1, 1, 1200");
+    kt_write_file("i.yaml", text);
+    kt_expect(0, "that is no rounding: check units", "$K run i.yaml --out i.csv");
+    (void)snprintf(text, sizeof text, scene, "1, 1, 2.001");
+    kt_write_file("i.yaml", text);
+    kt_expect(0, "give inertias with more digits", "$K run i.yaml --out i.csv");
+    (void)snprintf(text, sizeof text, scene, "1, 1, -0.5");
+    kt_write_file("i.yaml", text);
+    kt_expect(4, "no positive inertia along", "$K run i.yaml --out i.csv");
+}
+
 /* A robot is known by its contents. Without masses it has places, and an acceleration that is null. */
 KT_TEST(robots_are_known_by_their_contents_and_need_no_masses) {
     kt_shell("echo \"<robot name='r'><link name='a'/><link name='b'><visual><geometry><sphere radius='1'/></geometry>"
@@ -78,7 +135,7 @@ KT_TEST(robots_are_known_by_their_contents_and_need_no_masses) {
     kt_expect(0, "ok, 1 warning", "$K check robot.txt 1>&2");
     kt_expect(0, "no link has a mass", "$K info robot.txt 1>&2");
     kt_expect(0, "\"acceleration\": null", "$K evaluate robot.txt 1>&2");
-    kt_expect(4, "no inertia along one of its degrees of freedom", "$K run robot.txt --out robot.csv");
+    kt_expect(4, "no positive inertia along one of its degrees of freedom", "$K run robot.txt --out robot.csv");
     kt_expect(0, "\"acceleration\": [",
               "$K import robot.txt --mass b=2 --out robot.yaml && "
               "$K evaluate robot.yaml 1>&2");

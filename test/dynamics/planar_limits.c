@@ -154,7 +154,7 @@ KT_TEST(a_singular_position_in_a_plane_is_refused_and_those_beside_it_are_not) {
         inputs in = fine(mixed);
         in.q[q + 1] = 0.0;
         refused(&tree, FORWARD, &in, KT_ERROR_SINGULAR, "joint 'arm'",
-                "no inertia along one of its degrees of freedom");
+                "no positive inertia along one of its degrees of freedom");
         kt_worst worst = kt_worst_make("acceleration");
         for (int k = 0; k >= -6; k--) {
             const double r = pow(10.0, k), m = 2.0, *rate = in.v + v, *tau = in.x + v;

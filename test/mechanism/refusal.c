@@ -206,7 +206,7 @@ static void make_massless(kt_body *body) {
 }
 
 static const char no_inertia[] =
-    "the mechanism has no inertia along one of the degrees of freedom that its loops leave: give the "
+    "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave: give the "
     "bodies that move there mass or inertia";
 
 /* A four-bar of nothing; one that is carried by a slider; and one that carries a link of nothing, which no loop holds,

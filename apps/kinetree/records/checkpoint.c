@@ -265,6 +265,19 @@ static void refuse(kt_checkpoint_content *content, const char *what) {
     snprintf(content->wrong, sizeof content->wrong, "%s", what);
 }
 
+bool kt_checkpoint_is_one(const char *path) {
+    static const char kind[] = "kinetree run ";
+    char begin[sizeof kind - 1];
+    struct stat status;
+    if (stat(path, &status) != 0 || !S_ISREG(status.st_mode))
+        return true; /* reading it says what it is */
+    FILE *file = fopen(path, "rb");
+    const size_t count = file != NULL ? fread(begin, 1, sizeof begin, file) : 0;
+    if (file != NULL)
+        (void)fclose(file);
+    return count == 0 || (count == sizeof begin && memcmp(begin, kind, sizeof begin) == 0);
+}
+
 static bool check_head(const kt_checkpoint *checkpoint, const kt_checkpoint_head *head,
                        kt_checkpoint_content *content) {
     if (memcmp(head->kind, checkpoint_kind, sizeof head->kind) != 0)

@@ -35,6 +35,10 @@ bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
  * after printing the error. */
 int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines);
 
+/* Whether a file begins as checkpoints of any version do, or is empty, as one is before its first record, or no regular
+ * file, of which reading it says what it is. */
+bool kt_checkpoint_is_one(const char *path);
+
 /* Resumes a run from a checkpoint: restores the simulation, the watch on modes and the results so far in *outcome,
  * warnings among them; checkpoint->records are those that belong to it. Returns -1 on success, else an exit code after
  * printing the error, with *outcome unchanged. */

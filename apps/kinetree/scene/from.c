@@ -55,6 +55,18 @@ static bool is_json(const char *path) {
     return c == '{';
 }
 
+/* Whether a line of the file begins with the key that every scene has. */
+static bool is_scene(const char *path) {
+    FILE *file = fopen(path, "r");
+    char line[512];
+    bool found = false;
+    for (int i = 0; file != NULL && !found && i < 100 && fgets(line, sizeof line, file) != NULL; i++)
+        found = strncmp(line, "kinetree:", strlen("kinetree:")) == 0;
+    if (file != NULL)
+        (void)fclose(file);
+    return found;
+}
+
 static int read_summary(source *s) {
     json_error_t error;
     s->root = json_load_file(s->path, 0, &error);
@@ -98,6 +110,12 @@ static int open_source(source *s, const char *result, const char *folder) {
     if (path == NULL) {
         kt_say("there is not enough memory");
         return KT_EXIT_INTEGRATION;
+    }
+    if (is_scene(path)) {
+        kt_say("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) or the "
+               "records (CSV) of a run",
+               path);
+        return KT_EXIT_USAGE;
     }
     return is_json(path) ? read_summary(s) : read_records(s);
 }

@@ -226,7 +226,7 @@ static void report_located(void *user, const kt_place *place, const kt_error *fa
 
 /* Prints every error that concerns the mechanism as a whole; if there is none, the error from its compilation. */
 static void report_all(const kt_scene *scene, kt_error *found) {
-    kt_reported_at of = {.scene = scene};
+    kt_reported_at of = {.scene = scene, .reported.path = kt_scene_path(scene)};
     kt_error error = {0};
     if (kt_model_check(&scene->description, report_located, &of, &error) == KT_OK || of.reported.faults == 0) {
         if (kt_scene_locate(scene, found))

@@ -297,8 +297,11 @@ int kt_start_say_inertias(const kt_scene *scene) {
             how, count, count == 1 ? "" : "s", d->bodies[worst].name);
     else if (count > 0)
         kt_say("inertia_check: %s accepts %d inertia%s that no body has: of '%s' the largest principal moment "
-               "exceeds the sum of the others by %.2g %%; give inertias with more digits",
-               how, count, count == 1 ? "" : "s", d->bodies[worst].name, 100.0 * most);
+               "exceeds the sum of the others by %.2g %%; %s",
+               how, count, count == 1 ? "" : "s", d->bodies[worst].name, 100.0 * most,
+               most <= 0.01 ? "give inertias with more digits"
+                            : "that is no rounding: check units, order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that they "
+                              "are about the com");
     return count;
 }
 

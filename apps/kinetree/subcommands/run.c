@@ -188,6 +188,12 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
         kt_say("checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
         return KT_EXIT_USAGE;
     }
+    if (arguments->resume != NULL && !kt_checkpoint_is_one(arguments->resume)) {
+        kt_say("%s is no checkpoint; --resume takes the file that --checkpoint has written, and --from starts from the "
+               "summary or the records of a run",
+               kt_show(arguments->resume).text);
+        return KT_EXIT_USAGE;
+    }
     const kt_file_use states[] = {{"the checkpoint", arguments->resume, false},
                                   {"--checkpoint", arguments->checkpoint, true}};
     int code = -1;
