@@ -18,17 +18,43 @@ typedef struct kt_export_follower {
     double a[5];
 } kt_export_follower;
 
+/* What a body is written as. */
+typedef enum kt_export_role {
+    KT_EXPORT_BODY,   /* a body */
+    KT_EXPORT_MERGED, /* its joints are those of the only body that it carries, since it has no mass */
+    KT_EXPORT_SUM,    /* a fixed tendon, whose length it stands for */
+} kt_export_role;
+
+/* A motor or servo, in the joint of a body. */
+typedef struct kt_export_motor {
+    const kt_effect *effect;
+    int body;
+} kt_export_motor;
+
 enum { KT_LOST_MOST = 64 };
 
 typedef struct kt_export {
     const kt_description *d;
+    const kt_scene_mesh *meshes;
+    int mesh_count;
+    const char *folder; /* where the file will be; NULL: not known */
     FILE *stream;
     kt_pool pool;
     kt_names names;                         /* of bodies (scope 0), joints (1), and markers (2: to the first body) */
     int *parent, *first_child, *next_child; /* of bodies; -1: the world, none */
     int first_root;                         /* the first body on the world */
+    kt_export_role *role;                   /* of bodies */
+    const kt_loop **sum;                    /* of a number: the coupling that says what it stands for */
     kt_export_forces *forces;               /* of bodies' joints */
     kt_export_follower *followers;
+    kt_export_motor *motors;
+    int motor_count;
+    kt_loop const **tendons; /* couplings of several joints, or of one */
+    int tendon_count;
+    const char **mesh_files; /* of each mesh: its file, seen from `folder`; NULL: it is left out */
+    int raised, lightened;   /* bodies whose moments were raised, and those that got a mass */
+    double most_raised;      /* kg m^2 */
+    double least;            /* the smallest mass and moment that the format's readers accept */
     struct {
         const char *what;
         int count;
@@ -42,9 +68,9 @@ typedef struct kt_export_step {
     kt_vec3 axis;
 } kt_export_step;
 
-enum { KT_EXPORT_STEPS = 3 };
+enum { KT_EXPORT_STEPS = 4 };
 
-/* How many joints a joint becomes, one after the other; 0 of a fixed one. */
+/* How many joints a joint becomes, one after the other; 0 of a fixed one. A free joint stays one. */
 int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]);
 
 /* Counts what the format does not have. */
@@ -70,8 +96,16 @@ void kt_export_mass(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia);
  * where it has no size or is a point. */
 bool kt_export_solid(kt_export *x, kt_shape *shape);
 
+/* Shape k of a body: its own, then the further ones. */
+static inline const kt_shape *kt_export_shape(const kt_body *body, int k) {
+    return k == 0 ? &body->shape : &body->shapes[k - 1];
+}
+
 /* The point of an end, in its body's frame. */
 kt_pose kt_export_end(const kt_export *x, const kt_end *end);
+
+/* The body of a joint with one coordinate; -1 where there is none of the name. */
+int kt_export_scalar(const kt_export *x, const char *joint);
 
 /* A number with as many digits as its bits need. */
 enum { KT_EXPORT_NUMBER = 32 };
@@ -80,8 +114,64 @@ void kt_export_number(char *text, double value);
 /* What is done at each body; `depth` is the number of bodies around it. */
 typedef void kt_export_visit(kt_export *x, int body, int depth);
 
-/* The formats. */
+/* ---- role.c ------------------------------------------------------------------------------------------------------ */
+
+/* Finds what each body of MJCF is written as. False where there is no memory. */
+bool kt_export_find_roles(kt_export *x);
+
+/* The coupling of a number: its length is the sum of coefficients times positions, plus this. */
+double kt_export_number_offset(const kt_export *x, int body, double *own);
+
+/* ---- moment.c ---------------------------------------------------------------------------------------------------- */
+
+/* An inertia that readers accept: moments about axes, which are those of the body if `is_plain`. */
+typedef struct kt_export_moments {
+    double mass;
+    kt_vec3 com;
+    kt_sym3 full;     /* about the axes of the body */
+    double moment[3]; /* about `axes` */
+    kt_mat3 axes;
+    bool is_nothing; /* no mass and no moments */
+    bool is_plain;   /* `full` is accepted as it is */
+} kt_export_moments;
+
+/* The inertia of a body. If it moves, mass and moments are raised to what readers accept, and counted. */
+kt_export_moments kt_export_find_moments(kt_export *x, const kt_body *body, bool moves);
+
+/* ---- start.c, mesh.c --------------------------------------------------------------------------------------------- */
+
+/* Makes x->d a copy whose joints start where assembly closes all loops. False where there is no memory. */
+bool kt_export_assemble(kt_export *x);
+
+/* Finds the files of meshes. `endings`: those that the format's readers know, as " .stl .obj "; NULL: all. */
+bool kt_export_find_meshes(kt_export *x, const char *endings);
+
+/* ---- the formats ------------------------------------------------------------------------------------------------- */
+
 void kt_export_urdf(kt_export *x);
 void kt_export_mjcf(kt_export *x);
+
+/* tree.c: visits bodies within one another; the second function, if there is one, when all that a body carries has been. */
+void kt_export_tree(kt_export *x, kt_export_visit *begin, kt_export_visit *end);
+
+/* mjcf_force.c: tendons, equalities, actuators, the start. */
+void kt_export_tendons(kt_export *x);
+void kt_export_equalities(kt_export *x);
+void kt_export_actuators(kt_export *x);
+void kt_export_start(kt_export *x);
+
+/* Where a body of MJCF stands in its parent: in its joint frame, or, of a free one, where it starts. */
+kt_pose kt_export_pose(const kt_export *x, int body);
+
+/* Whether a free joint is on another body than the world: in MJCF three slides and a ball. */
+static inline bool kt_export_is_deep(const kt_export *x, int body) {
+    return kt_export_body(x, body)->joint.type == KT_JOINT_FREE && x->parent[body] >= 0;
+}
+
+/* Whether a loop is an equality of sites in MJCF. */
+static inline bool kt_export_has_sites(const kt_loop *loop) {
+    return loop->side == KT_SIDE_NONE && (loop->type == KT_LOOP_SPHERICAL || loop->type == KT_LOOP_WELD ||
+                                          loop->type == KT_LOOP_REVOLUTE || loop->type == KT_LOOP_UNIVERSAL);
+}
 
 #endif

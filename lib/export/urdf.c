@@ -24,21 +24,20 @@ static void write_origin(kt_export *x, const char *indent, kt_vec3 at, const kt_
     fputs("/>\n", x->stream);
 }
 
-static void write_inertial(kt_export *x, const kt_body *body) {
+static void write_inertial(kt_export *x, const kt_body *body, bool moves) {
     static const char *const names[] = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
-    kt_vec3 com;
-    kt_sym3 s;
-    kt_export_mass(body, &com, &s);
-    const double values[] = {s.xx, s.xy, s.xz, s.yy, s.yz, s.zz};
-    bool is_nothing = body->mass == 0.0;
-    for (int i = 0; i < 6; i++)
-        is_nothing = is_nothing && values[i] == 0.0;
-    if (is_nothing)
+    const kt_export_moments m = kt_export_find_moments(x, body, moves);
+    if (m.is_nothing)
         return;
+    const kt_sym3 s = m.is_plain ? m.full : kt_sym3_make(m.moment[0], m.moment[1], m.moment[2], 0.0, 0.0, 0.0);
+    const double values[] = {s.xx, s.xy, s.xz, s.yy, s.yz, s.zz};
+    const kt_quat q = kt_quat_from_matrix(m.axes);
+    const kt_rotation axes =
+        m.is_plain ? (kt_rotation){.type = KT_ROTATION_NONE} : kt_rotation_quaternion(q.w, q.x, q.y, q.z);
     fputs("    <inertial>\n", x->stream);
-    write_origin(x, "      ", com, &(kt_rotation){.type = KT_ROTATION_NONE});
+    write_origin(x, "      ", m.com, &axes);
     fputs("      <mass", x->stream);
-    kt_export_numbers(x, "value", &body->mass, 1);
+    kt_export_numbers(x, "value", &m.mass, 1);
     fputs("/>\n      <inertia", x->stream);
     for (int i = 0; i < 6; i++)
         kt_export_numbers(x, names[i], &values[i], 1);
@@ -46,8 +45,8 @@ static void write_inertial(kt_export *x, const kt_body *body) {
 }
 
 /* A rod is a cylinder between its ends. */
-static void write_visual(kt_export *x, const kt_body *body) {
-    kt_shape shape = body->shape;
+static void write_visual(kt_export *x, const kt_shape *of) {
+    kt_shape shape = *of;
     if (shape.type == KT_SHAPE_NONE)
         return;
     if (!kt_export_solid(x, &shape))
@@ -65,6 +64,21 @@ static void write_visual(kt_export *x, const kt_body *body) {
             kt_export_numbers(x, "length", &shape.length, 1);
     }
     fputs("/></geometry>\n    </visual>\n", x->stream);
+}
+
+static void write_meshes(kt_export *x, int i) {
+    for (int k = 0; k < x->mesh_count; k++) {
+        const kt_scene_mesh *mesh = &x->meshes[k];
+        if (x->mesh_files[k] == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
+            continue;
+        fputs("    <visual>\n", x->stream);
+        write_origin(x, "      ", mesh->at, &mesh->rotation);
+        fputs("      <geometry><mesh filename=\"", x->stream);
+        kt_export_text(x, x->mesh_files[k]);
+        fputs("\"", x->stream);
+        kt_export_vector(x, "scale", mesh->scale);
+        fputs("/></geometry>\n    </visual>\n", x->stream);
+    }
 }
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
@@ -120,6 +134,7 @@ static void write_forces(kt_export *x, int i) {
 static void write_joint(kt_export *x, int i, int k, int count, const kt_export_step *step) {
     const kt_body *body = kt_export_body(x, i);
     const kt_rotation none = {.type = KT_ROTATION_NONE};
+    const kt_body nothing = kt_body_default();
     const char *type = type_name(&body->joint, step);
     fprintf(x->stream, "  <joint name=\"%s", kt_joint_name_of(body));
     if (k > 0)
@@ -149,7 +164,9 @@ static void write_joint(kt_export *x, int i, int k, int count, const kt_export_s
     if (k < count - 1) {
         fputs("  <link name=\"", x->stream);
         write_between(x, body->name, k + 1);
-        fputs("\"/>\n", x->stream);
+        fputs("\">\n", x->stream);
+        write_inertial(x, &nothing, true);
+        fputs("  </link>\n", x->stream);
     }
 }
 
@@ -188,8 +205,10 @@ static void write_body(kt_export *x, int i) {
     kt_export_step steps[KT_EXPORT_STEPS] = {{KT_JOINT_PLANAR, body->joint.axis}};
     const int count = body->joint.type == KT_JOINT_PLANAR ? 1 : kt_export_steps(&body->joint, steps);
     fprintf(x->stream, "  <link name=\"%s\">\n", body->name);
-    write_inertial(x, body);
-    write_visual(x, body);
+    write_inertial(x, body, count > 0);
+    for (int k = 0; k <= body->shape_count; k++)
+        write_visual(x, kt_export_shape(body, k));
+    write_meshes(x, i);
     fputs("  </link>\n", x->stream);
     for (int k = 0; k < (count > 0 ? count : 1); k++)
         write_joint(x, i, k, count > 0 ? count : 1, count > 0 ? &steps[k] : NULL);

@@ -12,6 +12,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 /* ---- writing and reading back ------------------------------------------------------------------------------------ */
 
@@ -155,7 +157,7 @@ static void compare_places(const compiled *ours, const compiled *theirs, kt_wors
             }
 }
 
-/* 64 eps: some ten rotations and products of numbers that rounding has met on the way into text and back, and rpy of URDF
+/* Moments and masses that MuJoCo rejects are raised to 1.5e-14 in URDF. 64 eps: some ten rotations and products of numbers that rounding has met on the way into text and back, and rpy of URDF
  * close to a pitch of a quarter turn. */
 static void compare(const compiled *ours, const compiled *theirs, kt_random *random, findings *f) {
     enum { COORDINATES = 256 };
@@ -184,16 +186,19 @@ static void compare(const compiled *ours, const compiled *theirs, kt_random *ran
                       kt_body_name(ours->model, 1), i);
     for (int i = 0; i < nv * nv; i++)
         most = fmax(most, fabs(ours->matrix[i]));
+    const double raised = 2.0 * 1.5e-14 * kt_model_body_count(ours->model);
     for (int i = 0; i < nv; i++)
         for (int k = 0; k < nv; k++)
             kt_worst_near(&f->mass, theirs->matrix[velocities[i] + nv * velocities[k]], ours->matrix[i + nv * k],
-                          64.0 * DBL_EPSILON * most, "%d, %d", i, k);
+                          64.0 * DBL_EPSILON * most + raised, "%d, %d", i, k);
 }
 
-/* Whether a free joint counts from the world in both. */
+/* Whether a free joint counts from the world in both, and no screw has become two joints. */
 static bool is_plain(const kt_description *d) {
     for (int i = 0; i < d->body_count; i++) {
         const kt_joint *j = &d->bodies[i].joint;
+        if (j->type == KT_JOINT_SCREW)
+            return false;
         if (j->type == KT_JOINT_FREE &&
             (j->rotation.type != KT_ROTATION_NONE || j->at.x != 0.0 || j->at.y != 0.0 || j->at.z != 0.0))
             return false;
@@ -235,7 +240,7 @@ static bool check_back(const kt_description *d, kt_robot_format format, kt_rando
 
 KT_TEST(bundled_scenes_read_back_with_the_same_masses_places_and_accelerations) {
     struct dirent **files;
-    int written[2] = {0, 0};
+    int written[2] = {0, 0}, scenes = 0;
     kt_random random = kt_random_of_test();
     findings f = make_findings();
     const int count = scandir(KT_SCENES, &files, kt_is_scene_file, alphasort);
@@ -245,6 +250,7 @@ KT_TEST(bundled_scenes_read_back_with_the_same_masses_places_and_accelerations) 
         kt_error error = {0};
         (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, files[i]->d_name);
         if (kt_scene_read(path, &scene, NULL, NULL, &error) == KT_OK) {
+            scenes += scene.description.body_count <= 100;
             if (scene.description.body_count <= 100)
                 for (int format = 0; format < 2; format++)
                     written[format] += check_back(&scene.description, (kt_robot_format)format, &random, &f);
@@ -254,8 +260,8 @@ KT_TEST(bundled_scenes_read_back_with_the_same_masses_places_and_accelerations) 
     }
     free(files);
     kt_note("%d scenes: %d in URDF, %d in MJCF", count, written[0], written[1]);
-    kt_check_above("in URDF", written[0], 20.5);
-    kt_check_above("in MJCF", written[1], 30.5);
+    kt_check_above("in URDF", written[0], 60.5);
+    kt_check_equal_int("in MJCF", written[1], scenes);
     check_findings(&f);
 }
 
@@ -403,7 +409,7 @@ KT_TEST(forces_limits_couplings_and_the_start_come_back) {
     free(text);
     kt_check_equal_int("written", write_back(&d, KT_ROBOT_URDF, &t, &text, &error), KT_OK);
     kt_check_contains("told", t.text, "effects of type joint_spring 1\neffects of type drag 1\n");
-    kt_check_contains("told", t.text, "joints that do not start at rest in zero 1\n");
+    kt_check_contains("told", t.text, "joints that do not start at rest in zero 2\n");
     kt_check_contains("told", t.text, "gravity that is not 9.81 m/s^2 along -z 1\n");
     free(text);
 }
@@ -443,10 +449,8 @@ KT_TEST(joints_that_a_format_has_not_are_refused_and_nothing_is_written) {
         kt_joint_type type;
         kt_robot_format format;
         const char *words;
-    } table[] = {{KT_JOINT_SCREW, KT_ROBOT_URDF, "URDF has no screw joint"},
-                 {KT_JOINT_SCREW, KT_ROBOT_MJCF, "MJCF has no screw joint"},
-                 {KT_JOINT_SPHERICAL, KT_ROBOT_URDF, "URDF has no spherical joint; MJCF has"},
-                 {KT_JOINT_FREE, KT_ROBOT_MJCF, "MJCF has free joints on the world alone, and this one is on 'a'"}};
+    } table[] = {{KT_JOINT_SCREW, KT_ROBOT_URDF, "URDF has no screw joint; MJCF has"},
+                 {KT_JOINT_SPHERICAL, KT_ROBOT_URDF, "URDF has no spherical joint; MJCF has"}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", "a", table[i].type)};
         kt_description d = kt_description_default();
@@ -483,4 +487,278 @@ KT_TEST(names_of_scenes_are_escaped) {
         }
         free(text);
     }
+}
+
+/* ---- the start --------------------------------------------------------------------------------------------------- */
+
+/* Where bodies are, and how they move, at the start of a description, which is assembled. */
+typedef struct start {
+    kt_model *model;
+    kt_data *data;
+} start;
+
+static bool begin(const kt_description *d, start *s) {
+    kt_error error = {0};
+    double *q = NULL;
+    *s = (start){NULL, NULL};
+    bool fine =
+        kt_model_compile(d, NULL, &s->model, &error) == KT_OK && kt_data_create(s->model, &s->data, &error) == KT_OK;
+    if (fine) {
+        const size_t nq = (size_t)kt_model_nq(s->model), nv = (size_t)kt_model_nv(s->model);
+        q = calloc(nq + nv + 1, sizeof *q);
+        kt_model_initial(s->model, q, q + nq);
+        fine = kt_state_assemble(s->model, s->data, 0.0, q, q + nq, &error) == KT_OK &&
+               kt_kinematics_update(s->model, s->data, q, q + nq, NULL, &error) == KT_OK;
+    }
+    free(q);
+    if (!fine)
+        kt_note("%s: %s", error.where, error.message);
+    return fine;
+}
+
+static void end(start *s) {
+    kt_data_free(s->data);
+    kt_model_free(s->model);
+}
+
+static void compare_starts(const start *ours, const start *theirs, kt_worst *place, kt_worst *speed) {
+    for (int b = 1; b < kt_model_body_count(ours->model); b++) {
+        const int other = kt_body_find(theirs->model, kt_body_name(ours->model, b));
+        if (other < 1) /* one without mass, which has given its joint to the next */
+            continue;
+        const kt_pose x = kt_body_pose(ours->model, ours->data, b),
+                      y = kt_body_pose(theirs->model, theirs->data, other);
+        const kt_twist v = kt_body_twist(ours->model, ours->data, b),
+                       w = kt_body_twist(theirs->model, theirs->data, other);
+        const double size = 1.0 + kt_vec3_norm(x.position),
+                     pace = 1.0 + kt_vec3_norm(v.linear) + kt_vec3_norm(v.angular);
+        kt_worst_near(place, kt_vec3_norm(kt_vec3_sub(x.position, y.position)), 0.0, 1e-10 * size, "%s",
+                      kt_body_name(ours->model, b));
+        kt_worst_near(speed, kt_vec3_norm(kt_vec3_sub(v.angular, w.angular)), 0.0, 1e-9 * pace, "%s",
+                      kt_body_name(ours->model, b));
+    }
+}
+
+/* Scenes of which no loop is left out. 1e-10: both close their loops to some 1e-11. */
+KT_TEST(mjcf_of_bundled_scenes_starts_as_they_do) {
+    struct dirent **files;
+    kt_worst place = kt_worst_make("places, m"), speed = kt_worst_make("angular velocities, rad/s");
+    const kt_robot_options options = {.inertia = KT_ROBOT_INERTIA_ACCEPT, .keyframe = "start"};
+    int compared = 0;
+    const int count = scandir(KT_SCENES, &files, kt_is_scene_file, alphasort);
+    for (int i = 0; i < count; i++) {
+        char path[600], *text = NULL;
+        kt_scene scene, back;
+        kt_error error = {0};
+        start ours, theirs;
+        told t;
+        (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, files[i]->d_name);
+        free(files[i]);
+        if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK)
+            continue;
+        if (scene.description.body_count <= 100 &&
+            write_back(&scene.description, KT_ROBOT_MJCF, &t, &text, &error) == KT_OK &&
+            kt_check_equal_int("read", kt_robot_parse("back", text, strlen(text), &options, &back, NULL, NULL, &error),
+                               KT_OK)) {
+            kt_note("%s", path);
+            const bool is_whole =
+                strstr(t.text, "prescribed motions") == NULL && strstr(t.text, "loops of type") == NULL;
+            if (begin(&scene.description, &ours) && is_whole &&
+                kt_check_true("it begins", begin(&back.description, &theirs))) {
+                compare_starts(&ours, &theirs, &place, &speed);
+                compared++;
+                end(&theirs);
+            }
+            end(&ours);
+            kt_scene_free(&back);
+        }
+        free(text);
+        kt_scene_free(&scene);
+    }
+    free(files);
+    kt_check_above("scenes", compared, 50.5);
+    kt_check_worst(&place);
+    kt_check_worst(&speed);
+}
+
+/* ---- imported robots --------------------------------------------------------------------------------------------- */
+
+/* Accelerations at the start, of the joints that both have. Returns how many. */
+static int compare_accelerations(const kt_description *d, const kt_description *back, kt_worst *worst) {
+    start s[2];
+    double *a[2] = {NULL, NULL};
+    const kt_description *of[] = {d, back};
+    int compared = 0;
+    kt_error error = {0};
+    bool fine = true;
+    for (int i = 0; i < 2; i++) {
+        fine = begin(of[i], &s[i]) && fine;
+        const size_t nq = fine ? (size_t)kt_model_nq(s[i].model) : 0, nv = fine ? (size_t)kt_model_nv(s[i].model) : 0;
+        a[i] = calloc(nq + 2 * nv + 1, sizeof *a[i]);
+        double *q = a[i] + nv, *v = q + nq;
+        if (!fine)
+            continue;
+        kt_model_initial(s[i].model, q, v);
+        fine = kt_state_assemble(s[i].model, s[i].data, 0.0, q, v, &error) == KT_OK &&
+               kt_acceleration_evaluate(s[i].model, s[i].data, 0.0, q, v, NULL, NULL, a[i], &error) == KT_OK;
+    }
+    double most = 1.0;
+    for (int b = 1; fine && b < kt_model_body_count(s[0].model); b++) {
+        const kt_coordinates own = kt_body_coordinates(s[0].model, b);
+        const int other = body_of_joint(s[1].model, kt_joint_name(s[0].model, b));
+        const kt_coordinates there = kt_body_coordinates(s[1].model, other > 0 ? other : 0);
+        for (int k = 0; other > 0 && k < own.nv && there.nv == own.nv; k++)
+            most = fmax(most, fabs(a[0][own.v + k]));
+        for (int k = 0; other > 0 && k < own.nv && there.nv == own.nv; k++, compared++)
+            kt_worst_near(worst, a[1][there.v + k], a[0][own.v + k], 1e-9 * most, "%s", kt_joint_name(s[0].model, b));
+    }
+    for (int i = 0; i < 2; i++) {
+        end(&s[i]);
+        free(a[i]);
+    }
+    return kt_check_true("both have accelerations", fine) ? compared : 0;
+}
+
+/* Joints of one body, tendons of several joints, springs and dampers in them, motors, servos and equalities come back. */
+KT_TEST(imported_robots_come_back_with_their_drives_and_tendons) {
+    static const char *const names[] = {"tree", "tendons", "servos"};
+    const kt_robot_options options = {.inertia = KT_ROBOT_INERTIA_ACCEPT, .keyframe = "start"};
+    kt_worst worst = kt_worst_make("accelerations at the start");
+    int compared = 0;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        char path[600], *text = NULL;
+        kt_error error = {0};
+        kt_scene scene, back;
+        told t;
+        (void)snprintf(path, sizeof path, "%s/%s.xml", MODELS, names[i]);
+        if (!kt_check_equal_int(names[i], kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK))
+            continue;
+        kt_check_equal_int("written", write_back(&scene.description, KT_ROBOT_MJCF, &t, &text, &error), KT_OK);
+        kt_note("%s", t.text);
+        kt_check_true("no drive is left out", strstr(t.text, "motor ") == NULL && strstr(t.text, "type servo") == NULL);
+        kt_check_true("no coupling is left out", strstr(t.text, "coupling") == NULL);
+        if (kt_check_equal_int("read", kt_robot_parse("back", text, strlen(text), &options, &back, NULL, NULL, &error),
+                               KT_OK)) {
+            compared += compare_accelerations(&scene.description, &back.description, &worst);
+            kt_scene_free(&back);
+        } else {
+            kt_note("%s: %s\n%s", error.where, error.message, text);
+        }
+        free(text);
+        kt_scene_free(&scene);
+    }
+    kt_check_above("coordinates", compared, 20.5);
+    kt_check_worst(&worst);
+}
+
+/* A slider that stands for 2 a - 3 b + 0.5, with a spring and a servo in it, and a body without mass before another. */
+KT_TEST(sums_of_joints_become_tendons_and_joints_without_mass_those_of_one_body) {
+    kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", "a", KT_JOINT_REVOLUTE),
+                        make_body("sum", NULL, KT_JOINT_PRISMATIC), make_body("c", "b", KT_JOINT_PRISMATIC),
+                        make_body("d", "c", KT_JOINT_REVOLUTE)};
+    const kt_term terms[] = {{"sum", 2.0}, {"a", -4.0}, {"b", 6.0}};
+    kt_effect effects[] = {kt_effect_default(), kt_effect_default(), kt_effect_default()};
+    kt_loop loop = kt_loop_default();
+    kt_description d = kt_description_default();
+    kt_worst worst = kt_worst_make("accelerations at the start");
+    const kt_robot_options options = {.keyframe = "start"};
+    told t;
+    char *text = NULL;
+    kt_error error = {0};
+    kt_scene back;
+    for (int i = 2; i < 4; i++) {
+        bodies[i].mass = 0.0;
+        bodies[i].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    }
+    bodies[0].joint.position[0] = 0.25;
+    bodies[1].joint.at = kt_vec3_make(1.0, 0.0, 0.0);
+    bodies[3].joint.axis = kt_vec3_make(1.0, 0.5, 0.0);
+    bodies[3].joint.rotation = kt_rotation_rpy(0.1, 0.2, 0.3);
+    bodies[4].joint.rotation = kt_rotation_rpy(0.3, -0.2, 0.1);
+    bodies[4].joint.at = kt_vec3_make(0.5, 0.25, 0.0);
+    bodies[4].com = kt_vec3_make(0.5, 0.0, 0.0);
+    effects[0].type = KT_EFFECT_JOINT_SPRING;
+    effects[0].stiffness = 3.0;
+    effects[0].rest = kt_function_constant(0.125);
+    effects[1].type = KT_EFFECT_SERVO;
+    effects[1].stiffness = 20.0;
+    effects[1].damping = 2.0;
+    effects[1].target = kt_function_constant(1.5);
+    effects[2].type = KT_EFFECT_MOTOR;
+    effects[2].torque = kt_function_constant(0.75);
+    effects[0].joint = effects[1].joint = "sum";
+    effects[2].joint = "c";
+    loop.name = "tie";
+    loop.type = KT_LOOP_COUPLING;
+    loop.terms = terms;
+    loop.term_count = 3;
+    loop.offset = 1.0;
+    d.gravity = kt_vec3_make(1.0, -9.0, 2.0);
+    d.bodies = bodies;
+    d.body_count = 5;
+    d.effects = effects;
+    d.effect_count = 3;
+    d.loops = &loop;
+    d.loop_count = 1;
+    kt_check_equal_int("written", write_back(&d, KT_ROBOT_MJCF, &t, &text, &error), KT_OK);
+    kt_check_text("nothing is left out", t.text, "");
+    if (kt_check_equal_int("read", kt_robot_parse("b", text, strlen(text), &options, &back, NULL, NULL, &error),
+                           KT_OK)) {
+        kt_check_equal_int("accelerations", compare_accelerations(&d, &back.description, &worst), 5);
+        kt_check_worst(&worst);
+        kt_scene_free(&back);
+    }
+    kt_note("%s", text);
+    free(text);
+}
+
+/* ---- meshes ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(meshes_are_referred_to_from_the_folder_of_the_robot) {
+    static const char tetrahedron[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    char folder[] = "/tmp/kinetree-export-XXXXXX", file[200], other[200], out[200];
+    kt_body body = make_body("a", NULL, KT_JOINT_REVOLUTE);
+    kt_scene scene = kt_scene_default();
+    kt_error error = {0};
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    (void)snprintf(out, sizeof out, "%s/robots", folder);
+    (void)snprintf(file, sizeof file, "%s/part.obj", folder);
+    (void)snprintf(other, sizeof other, "%s/part.dae", folder);
+    kt_check_equal_int("folder", mkdir(out, 0700), 0);
+    for (int i = 0; i < 2; i++) {
+        FILE *f = fopen(i == 0 ? file : other, "w");
+        if (kt_check_true("a file", f != NULL)) {
+            (void)fputs(tetrahedron, f);
+            (void)fclose(f);
+        }
+    }
+    const kt_scene_mesh meshes[] = {{.body = "a", .file = file, .scale = {1.0, 1.0, 1.0}},
+                                    {.body = "a", .file = file, .scale = {1.0, 1.0, 1.0}, .at = {0.0, 0.0, 2.0}},
+                                    {.body = "a", .file = other, .scale = {1.0, 1.0, 1.0}},
+                                    {.body = "a", .file = "/nowhere/part.stl", .scale = {1.0, 1.0, 1.0}}};
+    scene.description.bodies = &body;
+    scene.description.body_count = 1;
+    scene.meshes = meshes;
+    scene.mesh_count = 4;
+    for (int format = 0; format < 2; format++) {
+        told t = {{0}};
+        char *text = NULL;
+        size_t size = 0;
+        FILE *stream = open_memstream(&text, &size);
+        kt_check_equal_int("written",
+                           kt_robot_write_scene(&scene, (kt_robot_format)format, out, stream, hear, &t, &error), KT_OK);
+        (void)fclose(stream);
+        kt_check_contains("a path from the folder", text, "\"../part.obj\"");
+        kt_check_contains("told", t.text, "meshes whose files are not there 1\n");
+        if (format == KT_ROBOT_MJCF) {
+            kt_check_contains("told", t.text, "meshes in formats that MuJoCo does not read");
+            kt_check_true("an asset for both",
+                          strstr(text, "mesh_0") != NULL && strstr(text, "name=\"mesh_1\"") == NULL);
+        } else {
+            kt_check_contains("URDF names all", text, "\"../part.dae\"");
+        }
+        free(text);
+    }
+    kt_check_equal_int("clean", remove(file) + remove(other) + remove(out) + remove(folder), 0);
 }

@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_export_arguments {
@@ -31,34 +32,47 @@ const kt_usage kt_usage_export = {
     .least = 1,
     .most = 1,
     .about =
-        "Writes the mechanism of a scene as a robot in URDF or MJCF: bodies, joints, masses, shapes, dampers, "
-        "friction,\n"
-        "limits, couplings of two joints; in MJCF gravity, markers, springs in joints, spherical and weld loops and "
-        "the\n"
-        "start, too. What the format does not have is left out, and said on standard error, each kind once, with its\n"
-        "number. Read back, the mass matrix is the same but for rounding.\n",
+        "Writes the mechanism of a scene as a robot in URDF or MJCF: bodies, joints, masses, shapes, meshes, dampers,\n"
+        "friction, limits, couplings of two joints. MJCF also gets gravity, markers, springs in joints, motors, "
+        "servos,\n"
+        "couplings of several joints, spherical, revolute and weld loops, and the assembled start. What is left out "
+        "or\n"
+        "changed is reported on standard error, each kind once, with its number. Read back, the mass matrix is the "
+        "same\n"
+        "but for rounding.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
 
 static void say_lost(void *user, const char *what, int count) {
-    fprintf(stderr, "%s: note: left out: %s (%d)\n", (const char *)user, what, count);
+    fprintf(stderr, "%s: note: left out or changed: %s (%d)\n", (const char *)user, what, count);
 }
 
-static kt_status write_stream(const kt_scene *scene, kt_robot_format format, FILE *stream, char *path,
+/* The folder of a file; NULL: there is none, since it is standard output, or memory is insufficient. */
+static char *folder_of(const char *out) {
+    const char *slash = strrchr(out, '/');
+    if (strcmp(out, "-") == 0)
+        return NULL;
+    return slash == NULL ? strdup(".") : slash == out ? strdup("/") : strndup(out, (size_t)(slash - out));
+}
+
+static kt_status write_stream(const kt_scene *scene, kt_robot_format format, FILE *stream, char *path, const char *out,
                               kt_error *error) {
-    return kt_robot_write(&scene->description, format, stream, say_lost, path, error);
+    char *folder = folder_of(out);
+    const kt_status status = kt_robot_write_scene(scene, format, folder, stream, say_lost, path, error);
+    free(folder);
+    return status;
 }
 
 static kt_status write_file(const kt_scene *scene, kt_robot_format format, const char *out, char *path,
                             kt_error *error) {
     kt_output output;
     if (strcmp(out, "-") == 0)
-        return write_stream(scene, format, stdout, path, error);
+        return write_stream(scene, format, stdout, path, out, error);
     if (kt_output_start(&output, out) >= 0)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
     FILE *file = fopen(kt_output_path(&output), "w");
-    kt_status status = file != NULL ? write_stream(scene, format, file, path, error)
+    kt_status status = file != NULL ? write_stream(scene, format, file, path, out, error)
                                     : kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
     if (file != NULL && fclose(file) != 0 && status == KT_OK)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
