@@ -51,6 +51,8 @@ typedef struct kt_function {
     const double *numbers;                      /* polynomial: c0, c1, ... of t; table: t0, y0, t1, y1, ... */
     int number_count;                           /* length of numbers */
     kt_interpolation interpolation;             /* of a table */
+    bool has_slopes;                            /* of a cubic table: y' at its ends is given, in `slopes` */
+    double slopes[2];                           /* at the first row and at the last */
     const struct kt_function *parts;            /* sum, product */
     int part_count;                             /* length of parts */
     const char *text;                           /* expression */
@@ -63,8 +65,8 @@ typedef struct kt_function {
  *     s = (t - start) / (end - start): value and slope are continuous, the second derivative jumps at both ends;
  *   polynomial: coefficients[0] + coefficients[1] t + ...;
  *   table: rows t0, y0, t1, y1, ... with t increasing (number_count is twice the number of rows, at least two). Linear,
- *     or the natural cubic spline, which is twice continuously differentiable, has no curvature at its ends, and
- *     overshoots (rows of 0, 0, 90, 90 degrees, 1 s apart: from -11.5 to 101.5 degrees), or monotone: cubics with
+ *     or the natural cubic spline, which is twice continuously differentiable, has no curvature at its ends (or there
+ *     the slopes that are given: the clamped spline, which a library compiled for size rejects), and overshoots (rows of 0, 0, 90, 90 degrees, 1 s apart: from -11.5 to 101.5 degrees), or monotone: cubics with
  *     continuous slope that stay between the values of their two rows (Fritsch and Butland 1984), and whose second
  *     derivative jumps at rows. Outside its rows a table keeps its first or last value, with no slope; at the first and
  *     the last it has that of the inside;

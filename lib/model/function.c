@@ -151,14 +151,25 @@ size_t kt_curve_number_count(const kt_function *function) {
     return KT_HAS_FORMULAS ? kt_curve_formula_numbers(function) : 0;
 }
 
+/* (y_{k+1} - y_k) / h_k */
+static double secant(const double *row) {
+    return (row[ROW_SIZE + ROW_Y] - row[ROW_Y]) / (row[ROW_SIZE + ROW_T] - row[ROW_T]);
+}
+
 /* Stores m_k in each row's C, by elimination of the tridiagonal equations:
  *   forward   D = 2 (h_{k-1} + h_k) - h_{k-1} p_{k-1},  p_k = h_k / D,  g_k = (right-hand side - h_{k-1} g_{k-1}) / D
  *   backward  m_k = g_k - p_k m_{k+1}
- * The rows' B and C hold p and g. */
-static void spline_curvatures(double *rows, int count) {
+ * The rows' B and C hold p and g. If slopes s and s' are given at the ends, their equations are
+ *   2 h_0 m_0 + h_0 m_1 = 6 (e_0 - s),  h_{n-2} m_{n-2} + 2 h_{n-2} m_{n-1} = 6 (s' - e_{n-2}). */
+static void spline_curvatures(const kt_function *function, double *rows, int count) {
+    const bool is_clamped = KT_HAS_END_SLOPES && function->has_slopes;
     rows[ROW_B] = rows[ROW_C] = 0.0;
     double *last = rows + (size_t)(count - 1) * ROW_SIZE;
     last[ROW_B] = last[ROW_C] = 0.0;
+    if (is_clamped) {
+        rows[ROW_B] = 0.5;
+        rows[ROW_C] = 3.0 * (secant(rows) - function->slopes[0]) / (rows[ROW_SIZE + ROW_T] - rows[ROW_T]);
+    }
     for (double *row = rows + ROW_SIZE; row < last; row += ROW_SIZE) {
         const double *before = row - ROW_SIZE, *next = row + ROW_SIZE;
         const double h0 = row[ROW_T] - before[ROW_T], h1 = next[ROW_T] - row[ROW_T];
@@ -167,13 +178,15 @@ static void spline_curvatures(double *rows, int count) {
         row[ROW_B] = h1 / pivot;
         row[ROW_C] = (side - h0 * before[ROW_C]) / pivot;
     }
+    if (is_clamped) {
+        const double *before = last - ROW_SIZE;
+        const double h = last[ROW_T] - before[ROW_T], side = 6.0 * (function->slopes[1] - secant(before));
+        last[ROW_C] = (side - h * before[ROW_C]) / (h * (2.0 - before[ROW_B]));
+    }
     for (double *row = last - ROW_SIZE; row > rows; row -= ROW_SIZE)
         row[ROW_C] -= row[ROW_B] * row[ROW_SIZE + ROW_C];
-}
-
-/* (y_{k+1} - y_k) / h_k */
-static double secant(const double *row) {
-    return (row[ROW_SIZE + ROW_Y] - row[ROW_Y]) / (row[ROW_SIZE + ROW_T] - row[ROW_T]);
+    if (is_clamped)
+        rows[ROW_C] -= 0.5 * rows[ROW_SIZE + ROW_C];
 }
 
 /* The slope p at an end, from the interval h0 there and its neighbour h1, with the secants e0 and e1. */
@@ -229,7 +242,7 @@ static void compile_table(const kt_function *function, double *rows) {
         return;
     }
     if (function->interpolation == KT_INTERPOLATION_CUBIC)
-        spline_curvatures(rows, count);
+        spline_curvatures(function, rows, count);
     for (int k = 0; k + 1 < count; k++) {
         double *row = rows + (size_t)k * ROW_SIZE;
         const double *next = row + ROW_SIZE;

@@ -14,6 +14,12 @@ enum { KT_HAS_FORMULAS = 0 };
 #else
 enum { KT_HAS_FORMULAS = 1 };
 #endif
+/* Slopes at the ends of cubic tables, which a library that is compiled for size leaves out. */
+#ifdef __OPTIMIZE_SIZE__
+enum { KT_HAS_END_SLOPES = 0 };
+#else
+enum { KT_HAS_END_SLOPES = 1 };
+#endif
 
 /* A compiled function. Its numbers lie in an array that the caller keeps for all functions (`numbers` below), from
  * numbers[first] on, so that a curve contains no pointer. */

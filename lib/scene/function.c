@@ -2,6 +2,7 @@
  * {table: [...], interpolation: ...}, {sum: [...]} or {product: [...]}. */
 #include "base/decimal.h"
 #include "model/function_formula.h"
+#include "scene/csv.h"
 #include "scene/expression.h"
 #include "scene/number.h"
 #include "scene/part.h"
@@ -19,6 +20,13 @@ static bool take_numbers(kt_reader *r, size_t count, kt_function *out, double **
     out->number_count = (int)count;
     return true;
 }
+
+/* What a mapping says: the function, and a file that it is to be read from. */
+typedef struct form_read {
+    kt_function function; /* the first: fields lie in it */
+    kt_csv_choice choice;
+    kt_node *file; /* NULL: none */
+} form_read;
 
 static bool read_polynomial(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
@@ -43,8 +51,14 @@ static bool read_table(kt_reader *r, const kt_scope *scope, kt_node *node, const
     kt_function *function = object;
     const kt_quantity quantities[] = {KT_QUANTITY_NUMBER, (kt_quantity)r->quantity};
     double *numbers;
+    double value;
+    if (node->kind == KT_NODE_TEXT && node->count > 0 &&
+        (!node->plain || kt_scalar_classify(node->of.text, &value) == KT_SCALAR_TEXT)) {
+        ((form_read *)object)->file = node; /* read with the other keys */
+        return true;
+    }
     if (node->kind != KT_NODE_LIST || node->count == 0)
-        return kt_fault_expected(r, scope, node, "a list of points [[t, y], [t, y], ...]");
+        return kt_fault_expected(r, scope, node, "a list of points [[t, y], [t, y], ...], or the name of a CSV file");
     if (!take_numbers(r, 2 * (size_t)node->count, function, &numbers))
         return false;
     bool good = true;
@@ -83,9 +97,19 @@ static bool read_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return good;
 }
 
+/* Of the ends, by time: of an angle a rate. */
+static bool read_slopes(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    (void)field;
+    kt_function *function = object;
+    const bool turns = r->quantity == KT_QUANTITY_ANGLE || r->quantity == KT_QUANTITY_RATE;
+    function->has_slopes =
+        kt_read_numbers(r, scope, node, 2, turns ? KT_QUANTITY_RATE : KT_QUANTITY_NUMBER, NULL, function->slopes);
+    return function->has_slopes;
+}
+
 /* Written by kt_write_function. */
 static const kt_kind kind_polynomial = {.read = read_polynomial}, kind_table = {.read = read_table},
-                     kind_parts = {.read = read_parts};
+                     kind_parts = {.read = read_parts}, kind_slopes = {.read = read_slopes};
 
 /* ---- the forms --------------------------------------------------------------------------------------------------- */
 
@@ -114,6 +138,11 @@ static const kt_field form_fields[] = {
      .kind = &kt_kind_choice,
      .offset = offsetof(kt_function, interpolation),
      .detail = &interpolations},
+    {.key = "slopes", .kind = &kind_slopes},
+    {.key = "time", .kind = &kt_kind_text, .offset = offsetof(form_read, choice.time)},
+    {.key = "value", .kind = &kt_kind_text, .offset = offsetof(form_read, choice.value)},
+    {.key = "unit", .kind = &kt_kind_text, .offset = offsetof(form_read, choice.unit)},
+    {.key = "time_unit", .kind = &kt_kind_text, .offset = offsetof(form_read, choice.time_unit)},
 };
 static const kt_function_type form_types[FORM_COUNT] = {KT_FUNCTION_SINE,   KT_FUNCTION_RAMP, KT_FUNCTION_POLYNOMIAL,
                                                         KT_FUNCTION_TABLE,  KT_FUNCTION_BUMP, KT_FUNCTION_SUM,
@@ -144,6 +173,25 @@ static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *
         kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "interpolation"),
                     "only a table is interpolated; remove the key");
     return form_types[found];
+}
+
+/* Keys of a table that has none of their kind, and the file of one that has. */
+static void read_file(kt_reader *r, const kt_scope *scope, kt_node *node, form_read *form) {
+    static const char *const keys[] = {"time", "value", "unit", "time_unit"};
+    kt_node *slopes = kt_node_find(node, "slopes");
+    for (int k = 0; form->file == NULL && k < KT_COUNT_OF(keys); k++)
+        if (kt_node_find(node, keys[k]) != NULL)
+            (void)kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, keys[k]),
+                              "'%s' is of a column of a file; write {table: FILE.csv}, or remove the key", keys[k]);
+    if (slopes != NULL &&
+        (form->function.type != KT_FUNCTION_TABLE || form->function.interpolation != KT_INTERPOLATION_CUBIC))
+        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, slopes,
+                          "slopes at the ends are those of a table with `interpolation: cubic`; write that, or remove "
+                          "the key");
+    if (form->file != NULL && !kt_node_is_faulty(node))
+        (void)kt_read_csv(r, scope, form->file, &form->choice, (kt_quantity)r->quantity, &form->function.numbers,
+                          &form->function.number_count);
+    form->function.number_count *= form->file != NULL ? 2 : 1;
 }
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
@@ -182,8 +230,11 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
         if (!kt_read_number(r, scope, node, quantity, &function.value))
             return false;
     } else {
-        (void)kt_table_read(r, scope, node, &form_table, &function);
-        function.type = find_form(r, scope, node);
+        form_read form = {.function = function};
+        (void)kt_table_read(r, scope, node, &form_table, &form);
+        form.function.type = find_form(r, scope, node);
+        read_file(r, scope, node, &form);
+        function = form.function;
         if (kt_node_is_faulty(node) || r->out_of_memory)
             return false;
     }
@@ -228,6 +279,10 @@ void kt_write_function(kt_emitter *e, const kt_function *function) {
         if (function->interpolation != KT_INTERPOLATION_LINEAR) {
             kt_emit_key(e, "interpolation");
             kt_emit_word(e, interpolation_names[function->interpolation]);
+        }
+        if (function->has_slopes) {
+            kt_emit_key(e, "slopes");
+            kt_emit_numbers(e, function->slopes, 2);
         }
         break;
     case KT_FUNCTION_BUMP:

@@ -6,8 +6,8 @@
  *
  * Reading a scene does not open the files of pictures: a missing one is no fault, but told by who draws the scene. Those
  * with a density are opened: the solids that the meshes of a body enclose are its mass, centre of mass and inertia. */
-#define _XOPEN_SOURCE 700 /* realpath */
 #include "mesh/mesh.h"
+#include "scene/csv.h"
 #include "scene/file.h"
 #include "scene/part.h"
 #include "scene/shapes.h"
@@ -32,22 +32,6 @@ static const kt_table table = {.fields = fields, .count = KT_COUNT_OF(fields), .
 
 static kt_scene_mesh standard_mesh(void) {
     return (kt_scene_mesh){.scale = kt_vec3_make(1.0, 1.0, 1.0), .rotation = {.type = KT_ROTATION_NONE}};
-}
-
-/* Relative names count from the folder of the scene's file; a file that is there has its whole path. */
-static const char *path_of(kt_reader *r, const char *name) {
-    const char *slash = r->path != NULL ? strrchr(r->path, '/') : NULL;
-    const size_t folder = slash != NULL && name[0] != '/' ? (size_t)(slash - r->path) + 1 : 0;
-    char *joined = kt_pool_take(&r->scratch, folder + strlen(name) + 1, 1);
-    if (joined == NULL)
-        return name;
-    (void)sprintf(joined, "%.*s%s", (int)folder, folder > 0 ? r->path : "", name);
-    char *whole = realpath(joined, NULL);
-    const char *kept = kt_pool_text(&r->keep, whole != NULL ? whole : joined, strlen(whole != NULL ? whole : joined));
-    free(whole);
-    if (kept == NULL)
-        (void)kt_reader_out_of_memory(r);
-    return kept != NULL ? kept : name;
 }
 
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
@@ -160,7 +144,7 @@ static bool read_mesh(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sce
     if (r->names_are_known && kt_find_body(r, mesh->body) < 0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "body"), "body %s does not exist",
                            kt_name_quote(mesh->body).text);
-    mesh->file = path_of(r, mesh->file);
+    mesh->file = kt_path_near(r, mesh->file);
     kt_body *body = body_of(r, scene, mesh->body);
     if (kt_node_find(node, "density") == NULL || body == NULL)
         return true;

@@ -1,0 +1,332 @@
+/* A table of a function of time in a file of comma-separated values:
+ *
+ *     # made by a planner
+ *     time [ms],shoulder [deg],elbow [deg]
+ *     0,10,-30
+ *     20,10.4,-31.2
+ *
+ * The first line is the header. Lines that begin with '#' and empty lines are left out. A header states the unit of its
+ * column in brackets, or the scene states it; both state the same. Without either, numbers are in SI units.
+ */
+#define _XOPEN_SOURCE 700 /* realpath */
+#include "scene/csv.h"
+
+#include "base/decimal.h"
+#include "scene/file.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+const char *kt_path_near(kt_reader *r, const char *name) {
+    const char *slash = r->path != NULL ? strrchr(r->path, '/') : NULL;
+    const size_t folder = slash != NULL && name[0] != '/' ? (size_t)(slash - r->path) + 1 : 0;
+    char *joined = kt_pool_take(&r->scratch, folder + strlen(name) + 1, 1);
+    if (joined == NULL)
+        return name;
+    (void)sprintf(joined, "%.*s%s", (int)folder, folder > 0 ? r->path : "", name);
+    char *whole = realpath(joined, NULL);
+    const char *kept = kt_pool_text(&r->keep, whole != NULL ? whole : joined, strlen(whole != NULL ? whole : joined));
+    free(whole);
+    if (kept == NULL)
+        (void)kt_reader_out_of_memory(r);
+    return kept != NULL ? kept : name;
+}
+
+/* ---- units ------------------------------------------------------------------------------------------------------- */
+
+static const double pi = 3.14159265358979323846;
+
+typedef struct unit {
+    const char *name;
+    double divided, times; /* a number of it is number * times / divided in SI units */
+    bool is_angle;
+} unit;
+
+/* Exact factors stay exact: 20 ms are 20/1000 s. */
+static const unit *find_unit(const char *name, size_t length) {
+    static const unit units[] = {
+        {"1", 1, 1, false},       {"s", 1, 1, false},      {"ms", 1e3, 1, false},  {"us", 1e6, 1, false},
+        {"min", 1, 60, false},    {"h", 1, 3600, false},   {"m", 1, 1, false},     {"mm", 1e3, 1, false},
+        {"cm", 1e2, 1, false},    {"um", 1e6, 1, false},   {"km", 1, 1e3, false},  {"m/s", 1, 1, false},
+        {"mm/s", 1e3, 1, false},  {"km/h", 3.6, 1, false}, {"N", 1, 1, false},     {"mN", 1e3, 1, false},
+        {"kN", 1, 1e3, false},    {"N m", 1, 1, false},    {"Nm", 1, 1, false},    {"mN m", 1e3, 1, false},
+        {"kN m", 1, 1e3, false},  {"kg", 1, 1, false},     {"g", 1e3, 1, false},   {"W", 1, 1, false},
+        {"kW", 1, 1e3, false},    {"V", 1, 1, false},      {"A", 1, 1, false},     {"Pa", 1, 1, false},
+        {"bar", 1, 1e5, false},   {"rad", 1, 1, true},     {"deg", 180, pi, true}, {"rad/s", 1, 1, true},
+        {"deg/s", 180, pi, true}, {"rpm", 30, pi, true},   {"m/s^2", 1, 1, false},
+    };
+    for (int i = 0; i < KT_COUNT_OF(units); i++)
+        if (strlen(units[i].name) == length && strncmp(units[i].name, name, length) == 0)
+            return &units[i];
+    return NULL;
+}
+
+/* ---- the file ---------------------------------------------------------------------------------------------------- */
+
+typedef struct reading {
+    kt_reader *r;
+    const kt_scope *scope;
+    kt_node *node;
+    const char *path;
+    const char *at; /* the rest of the file */
+    long line;
+    const char *begin; /* of the line */
+} reading;
+
+static bool fault(const reading *f, const char *at, const char *message) {
+    const long column = at != NULL ? (long)(at - f->begin) + 1 : 1;
+    return kt_fault_at(f->r, KT_ERROR_SCENE, f->scope, f->node, "%s:%ld:%ld: %s", f->path, f->line > 0 ? f->line : 1,
+                       column, message);
+}
+
+/* The next line that is neither empty nor a comment, without its end; false: there is none. */
+static bool next_line(reading *f, const char **end) {
+    while (*f->at != '\0') {
+        f->begin = f->at;
+        f->line++;
+        *end = f->at + strcspn(f->at, "\n");
+        f->at = *end + (**end == '\n');
+        while (*end > f->begin && ((*end)[-1] == '\r' || (*end)[-1] == ' ' || (*end)[-1] == '\t'))
+            (*end)--;
+        if (*end > f->begin && *f->begin != '#')
+            return true;
+    }
+    return false;
+}
+
+/* A cell, without blanks and quotes around it. */
+typedef struct cell {
+    const char *from, *to;
+} cell;
+
+/* Takes the cell at *at, and moves that to the next one, NULL behind the last. */
+static cell next_cell(const char **at, const char *end) {
+    cell c = {*at, *at};
+    bool quoted = false;
+    while (c.to < end && (quoted || *c.to != ','))
+        quoted = (*c.to++ == '"') != quoted;
+    *at = c.to < end ? c.to + 1 : NULL;
+    while (c.from < c.to && (*c.from == ' ' || *c.from == '\t'))
+        c.from++;
+    while (c.to > c.from && (c.to[-1] == ' ' || c.to[-1] == '\t'))
+        c.to--;
+    if (c.to - c.from >= 2 && *c.from == '"' && c.to[-1] == '"') {
+        c.from++;
+        c.to--;
+    }
+    return c;
+}
+
+static cell cell_at(const char *begin, const char *end, int index) {
+    cell c = {begin, begin};
+    for (int k = 0; k <= index && begin != NULL; k++)
+        c = next_cell(&begin, end);
+    return c;
+}
+
+static int count_cells(const char *begin, const char *end) {
+    int count = 0;
+    for (; begin != NULL; count++)
+        (void)next_cell(&begin, end);
+    return count;
+}
+
+/* ---- the header -------------------------------------------------------------------------------------------------- */
+
+/* The name of a header's cell, and the unit behind it in brackets, if there is one. */
+static cell name_of(cell c, cell *in) {
+    *in = (cell){c.to, c.to};
+    if (c.to == c.from || c.to[-1] != ']')
+        return c;
+    const char *open = c.to - 1;
+    while (open > c.from && *open != '[')
+        open--;
+    if (*open != '[' || open == c.from || open[-1] != ' ')
+        return c;
+    *in = (cell){open + 1, c.to - 1};
+    c.to = open;
+    while (c.to > c.from && c.to[-1] == ' ')
+        c.to--;
+    return c;
+}
+
+static bool is(cell c, const char *name) {
+    return strlen(name) == (size_t)(c.to - c.from) && strncmp(name, c.from, strlen(name)) == 0;
+}
+
+/* The only column of this name, with or without its unit; -1: there is none, -2: there are several. */
+static int find_column(const char *begin, const char *end, const char *name) {
+    int found = -1;
+    cell in;
+    for (int k = 0; begin != NULL; k++) {
+        const cell c = next_cell(&begin, end);
+        if (is(c, name) || is(name_of(c, &in), name))
+            found = found == -1 ? k : -2;
+    }
+    return found;
+}
+
+static bool fault_column(const reading *f, const char *end, const char *name) {
+    kt_phrase phrase = {.length = 0};
+    kt_nearest near = kt_nearest_make(name, &f->r->effort);
+    const char *begin = f->begin;
+    cell in;
+    while (begin != NULL) {
+        const cell c = name_of(next_cell(&begin, end), &in);
+        const char *text = kt_pool_text(&f->r->scratch, c.from, (size_t)(c.to - c.from));
+        if (text != NULL)
+            (void)kt_nearest_try(&near, text);
+    }
+    kt_phrase_add(&phrase, "there is no column %s", kt_name_quote(name).text);
+    if (near.best != NULL)
+        kt_phrase_add(&phrase, "; did you mean '%s'?", near.best);
+    else
+        kt_phrase_add(&phrase, "; the columns are %.*s", (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
+    return fault(f, f->begin, phrase.text);
+}
+
+/* The index of a column that is chosen, or of the one that is meant where none is. */
+static bool choose(const reading *f, const char *end, const char *key, const char *name, int other, int *column) {
+    const int count = count_cells(f->begin, end);
+    kt_phrase phrase = {.length = 0};
+    *column = name != NULL ? find_column(f->begin, end, name) : -1;
+    if (name == NULL && other >= 0 && count == 2)
+        *column = 1 - other;
+    if (name == NULL && other < 0)
+        *column = find_column(f->begin, end, "time");
+    if (name == NULL && other < 0 && *column == -1)
+        *column = find_column(f->begin, end, "t");
+    if (*column >= 0 && *column != other)
+        return true;
+    if (name != NULL && *column == -1)
+        return fault_column(f, end, name);
+    if (*column == -2)
+        kt_phrase_add(&phrase, "two columns have the name that is chosen; give one another name");
+    else if (*column >= 0)
+        kt_phrase_add(&phrase, "time and value are the same column; give `value` that of the values");
+    else
+        kt_phrase_add(&phrase, "give `%s` the name of a column; they are %.*s", key,
+                      (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
+    return fault(f, f->begin, phrase.text);
+}
+
+/* The unit of a column, by its header, by the scene, or 1. */
+static const unit *unit_of(const reading *f, const char *end, int column, const char *stated, const char *key) {
+    const cell c = cell_at(f->begin, end, column);
+    cell in;
+    kt_phrase phrase = {.length = 0};
+    (void)name_of(c, &in);
+    const unit *by_header = in.to > in.from ? find_unit(in.from, (size_t)(in.to - in.from)) : NULL;
+    const unit *by_scene = stated != NULL ? find_unit(stated, strlen(stated)) : NULL;
+    if (stated != NULL && by_scene == NULL)
+        kt_phrase_add(&phrase, "there is no unit %s; take s, ms, rad, deg, m, mm, N, kN, 'N m', rad/s, rpm or the like",
+                      kt_name_quote(stated).text);
+    else if (in.to > in.from && by_header == NULL)
+        kt_phrase_add(&phrase,
+                      "the unit '%.*s' is unknown; write s, ms, rad, deg, m, mm, N, kN, N m, rad/s, rpm or the like",
+                      (int)(in.to - in.from < 40 ? in.to - in.from : 40), in.from);
+    else if (by_header != NULL && by_scene != NULL && by_header != by_scene)
+        kt_phrase_add(&phrase, "the header states the unit '%s', and `%s` states '%s'; remove one of them",
+                      by_header->name, key, by_scene->name);
+    else
+        return by_header != NULL ? by_header : by_scene != NULL ? by_scene : find_unit("1", 1);
+    (void)fault(f, in.to > in.from ? in.from : c.from, phrase.text);
+    return NULL;
+}
+
+/* ---- rows -------------------------------------------------------------------------------------------------------- */
+
+static bool read_cell(const reading *f, const char *end, int column, const unit *of, double *value) {
+    kt_phrase phrase = {.length = 0};
+    const int count = count_cells(f->begin, end);
+    if (column >= count) {
+        kt_phrase_add(&phrase, "the row has %d cell%s, and column %d is needed", count, count == 1 ? "" : "s",
+                      column + 1);
+        return fault(f, f->begin, phrase.text);
+    }
+    const cell c = cell_at(f->begin, end, column);
+    const char *to = c.from;
+    double number = 0.0;
+    if (c.from == c.to || !kt_decimal_read(c.from, &number, &to) || to != c.to) {
+        kt_phrase_add(&phrase, "expected a finite number, found '%.*s'", (int)(c.to - c.from < 40 ? c.to - c.from : 40),
+                      c.from);
+        if (memchr(f->begin, ';', (size_t)(end - f->begin)) != NULL)
+            kt_phrase_add(&phrase, "; separate cells by commas, and write a point for the decimal comma");
+        return fault(f, c.from, phrase.text);
+    }
+    *value = number * of->times / of->divided;
+    return true;
+}
+
+static bool read_rows(reading *f, const int column[2], const unit *const of[2], double *rows, int *count) {
+    const char *end;
+    *count = 0;
+    while (next_line(f, &end)) {
+        double *row = rows + 2 * (ptrdiff_t)*count;
+        if (!read_cell(f, end, column[0], of[0], &row[0]) || !read_cell(f, end, column[1], of[1], &row[1]))
+            return false;
+        if (*count > 0 && !(row[0] > row[-2])) {
+            kt_phrase phrase = {.length = 0};
+            kt_phrase_add(&phrase, "the time %.9g s follows %.9g s; times must increase, remove one of the rows",
+                          row[0], row[-2]);
+            return fault(f, cell_at(f->begin, end, column[0]).from, phrase.text);
+        }
+        ++*count;
+    }
+    return *count >= 2 || fault(f, NULL, "the table has less than two rows; a function of time needs two or more");
+}
+
+static bool read_file(reading *f, const kt_csv_choice *choice, kt_quantity quantity, const double **rows, int *count) {
+    const char *end;
+    int column[2];
+    const unit *of[2];
+    if (strncmp(f->at, "\xEF\xBB\xBF", 3) == 0)
+        f->at += 3;
+    if (!next_line(f, &end))
+        return fault(f, NULL, "the file has no header, whose names choose the columns");
+    if (!choose(f, end, "time", choice->time, -1, &column[0]) ||
+        !choose(f, end, "value", choice->value, column[0], &column[1]))
+        return false;
+    of[0] = unit_of(f, end, column[0], choice->time_unit, "time_unit");
+    of[1] = of[0] != NULL ? unit_of(f, end, column[1], choice->unit, "unit") : NULL;
+    if (of[1] == NULL)
+        return false;
+    if (of[0]->is_angle)
+        return fault(f, cell_at(f->begin, end, column[0]).from,
+                     "the time has the unit of an angle; state s, ms or min");
+    if (of[1]->is_angle && of[1]->divided != 1 && quantity != KT_QUANTITY_ANGLE && quantity != KT_QUANTITY_RATE)
+        return fault(f, cell_at(f->begin, end, column[1]).from,
+                     "the unit is that of an angle, and this function is none; state another unit");
+    size_t lines = 1;
+    for (const char *c = f->at; *c != '\0'; c++)
+        lines += *c == '\n';
+    double *made = kt_pool_take(&f->r->keep, 2 * lines, sizeof *made);
+    if (made == NULL)
+        return kt_reader_out_of_memory(f->r);
+    *rows = made;
+    return read_rows(f, column, of, made, count);
+}
+
+bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_csv_choice *choice, kt_quantity quantity,
+                 const double **rows, int *count) {
+    char *text = NULL;
+    size_t size = 0;
+    kt_error error = {0};
+    reading f = {.r = r, .scope = scope, .node = file, .path = kt_path_near(r, file->of.text)};
+    if (kt_file_read(f.path, &text, &size, &error) != KT_OK)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, file, "%s: %s", f.path, error.message);
+    char *ended = kt_pool_take(&r->scratch, size + 1, 1); /* with a zero behind it */
+    if (ended == NULL) {
+        free(text);
+        return kt_reader_out_of_memory(r);
+    }
+    memcpy(ended, text, size);
+    f.at = f.begin = ended;
+    const bool good = strlen(ended) == size ? read_file(&f, choice, quantity, rows, count)
+                                            : fault(&f, NULL, "the file has bytes of zero; it is no text");
+    free(text);
+    return good;
+}
