@@ -614,6 +614,7 @@ typedef struct kt_simulation_counts {
     kt_iterations iterations; /* of projections, and of the assembly at the start; iterations.capped counts those that
                                  ended at their limit, and those of the method (`capped` above), too */
     kt_crossings crossings;   /* of all accelerations, those for records included */
+    uint64_t cut; /* searches for what a formula of time does next that were cut: a pulse of it may be missed */
 } kt_simulation_counts;
 
 /* Returns the counts since the start, or the last kt_simulation_set_state. */

@@ -22,19 +22,23 @@
 typedef struct search {
     const kt_expression *expression;
     bool corners;
-    double after; /* the time after which changes are sought: one at that time is known */
-    int effort;   /* intervals that may still be looked at */
+    double after;  /* the time after which changes are sought: one at that time is known */
+    double length; /* of the interval that is halved */
+    int effort;    /* intervals that may still be looked at */
 } search;
 
 /* ---- one interval ------------------------------------------------------------------------------------------------ */
 
-typedef enum finding { NOTHING, ONCE, UNKNOWN } finding; /* of zeros of each function: none, one at most, any number */
+/* Of zeros of each function: none; one at most whose sides rounding hides; one at most; any number. */
+typedef enum finding { NOTHING, HIDDEN, ONCE, UNKNOWN } finding;
 
 static bool holds_zero(kt_interval x) { return !(x.lo > 0.0 || x.hi < 0.0); }
 
+static bool is_within(kt_interval x, double bound) { return x.lo >= -bound && x.hi <= bound; }
+
 /* Of g and its derivative. What is 0 but for `nothing` throughout changes no sign. */
 static finding find(kt_interval g, kt_interval slope, double nothing) {
-    if (!holds_zero(g) || (g.lo >= -nothing && g.hi <= nothing))
+    if (!holds_zero(g) || is_within(g, nothing))
         return NOTHING;
     return holds_zero(slope) ? UNKNOWN : ONCE;
 }
@@ -48,18 +52,22 @@ static void meet(void *user, const kt_jet *decision) {
         *worst = here;
 }
 
-/* Derivatives that change the value over the interval by no more than its rounding errors are none. */
+/* Derivatives that change the value over the whole interval that is halved by no more than its rounding errors are none.
+ * Those that do so over a part of it alone may change their sign there: in a short enough part every derivative does. */
 static finding bound_on(search *s, double from, double to) {
     static const double rounding = 1e-13, nothing_at_all = 1e-60; /* in any unit of a machine */
     finding worst = NOTHING;
     s->effort--;
     const kt_jet jet = kt_expression_bound(s->expression, from, to, s->corners ? meet : NULL, &worst);
-    double nothing = rounding * jet.size + nothing_at_all;
+    double nothing = rounding * jet.size + nothing_at_all, whole = nothing;
     if (s->corners || jet.defined == KT_DEFINED_NOWHERE)
         return worst;
     for (int k = 1; k < KT_JET_ORDER; k++) {
         nothing /= to - from;
-        const finding here = find(jet.c[k], jet.c[k + 1], nothing);
+        whole /= s->length;
+        finding here = find(jet.c[k], jet.c[k + 1], nothing);
+        if (here == NOTHING && holds_zero(jet.c[k]) && !is_within(jet.c[k], whole))
+            here = HIDDEN;
         worst = here > worst ? here : worst;
     }
     return worst;
@@ -76,6 +84,16 @@ static uint64_t signature_of(const search *s, double t) {
     for (int k = 1; k < KT_JET_ORDER; k++)
         signs = signs << 1U | (uint64_t)(jet.c[k].lo + jet.c[k].hi > 0.0);
     return signs;
+}
+
+/* Whether the sign of a derivative that rounding does not hide is another at `to`. */
+static bool changes_sign(const search *s, double from, double to) {
+    const kt_jet a = kt_expression_bound(s->expression, from, from, NULL, NULL);
+    const kt_jet b = kt_expression_bound(s->expression, to, to, NULL, NULL);
+    for (int k = 1; k < KT_JET_ORDER; k++)
+        if ((a.c[k].lo > 0.0 && b.c[k].hi < 0.0) || (a.c[k].hi < 0.0 && b.c[k].lo > 0.0))
+            return true;
+    return false;
 }
 
 /* The first time at which the signature is not what it is at `from`; at `to` it is not. Corners are found to the last
@@ -97,13 +115,16 @@ static double change_between(const search *s, double from, double to) {
 
 /* ---- many intervals ---------------------------------------------------------------------------------------------- */
 
-enum { DEPTH = 30, EFFORT = 4000 };
+/* A search that is cut goes on at a time that is later by a part of itself: a run in which every search is cut has some
+ * CUTS_PER_TIME of them for each factor e of its duration. */
+enum { DEPTH = 30, EFFORT = 4000, CUTS_PER_TIME = 16 };
 
 /* The first change in (from, to]; HUGE_VAL: none. *clear: up to where that is known. */
 static double first_change(search *s, double from, double to, double *clear) {
     double end[DEPTH + 1] = {to}, begin = from;
     int depth = 0;
     *clear = from;
+    s->length = to - from;
     while (depth >= 0) {
         const double last = end[depth], middle = begin + 0.5 * (last - begin);
         const finding found = bound_on(s, begin, last);
@@ -115,7 +136,8 @@ static double first_change(search *s, double from, double to, double *clear) {
         if (found == UNKNOWN && s->effort <= 0)
             return HUGE_VAL;
         const double first = begin > s->after ? begin : fmin(nextafter(begin, HUGE_VAL), last);
-        if (found != NOTHING && signature_of(s, first) != signature_of(s, last))
+        const bool sought = found == HIDDEN ? changes_sign(s, first, last) : found != NOTHING;
+        if (sought && signature_of(s, first) != signature_of(s, last))
             return change_between(s, first, last);
         *clear = begin = last;
         depth--;
@@ -123,8 +145,8 @@ static double first_change(search *s, double from, double to, double *clear) {
     return HUGE_VAL;
 }
 
-/* The first change after t and up to `limit`, in intervals that grow while there is none. Returns what is known to be
- * clear where the effort does not suffice, with *known false. */
+/* The first change after t and up to `limit`, in intervals that grow while there is none. Where the effort does not
+ * suffice, *known is false, and the search is cut at the time returned. */
 static double seek(search *s, double t, double limit, bool *known) {
     static const double first_length = 1.0 / 1024.0;
     double from = t, length = fmax(first_length, 1e-9 * fabs(t)), clear = t;
@@ -137,7 +159,7 @@ static double seek(search *s, double t, double limit, bool *known) {
             return change;
         if (s->effort <= 0) {
             *known = false;
-            return fmax(clear, t + length);
+            return fmax(clear, t + fmax(length, fabs(t) / CUTS_PER_TIME));
         }
         from = to;
         length *= 2.0;
@@ -167,13 +189,13 @@ static double next_corner(const kt_expression *expression, double t, double unti
     bool known;
     const int jump = jump_of(expression);
     double next = jump < 3 ? seek(&s, t, until, &known) : HUGE_VAL;
-    if (next < HUGE_VAL && known)
-        *order = jump;
+    if (next < HUGE_VAL)
+        *order = known ? jump : KT_CORNER_CUT;
     s.corners = false;
     const double feature = seek(&s, t, fmin(next, until), &known);
     if (feature < next) {
         next = feature;
-        *order = 4;
+        *order = known ? 4 : KT_CORNER_CUT;
     }
     return next;
 }

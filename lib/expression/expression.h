@@ -66,4 +66,7 @@ static inline bool kt_operator_is_binary(kt_operator code) {
     }
 }
 
+/* What kt_expression_next_corner (corner.h) gives as the order of a time at which its search was cut. */
+enum { KT_CORNER_CUT = 5 };
+
 #endif

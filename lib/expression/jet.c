@@ -558,6 +558,16 @@ static double size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const 
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
+/* Whether a function is constant but for rounding over all arguments, *value: which need not be numbers, as those of
+ * tanh(exp(1000 t)). */
+static bool is_saturated(kt_operator code, kt_interval x, double *value) {
+    static const double tanh_is_one = 20.0, exp_is_zero = -746.0, atan_is_right = 1e17;
+    const double least = x.lo > 0.0 ? x.lo : x.hi < 0.0 ? -x.hi : 0.0;
+    *value = code == KT_OPERATOR_EXP ? 0.0 : kt_operator_value(code, x.lo, 0.0);
+    return (code == KT_OPERATOR_TANH && least > tanh_is_one) || (code == KT_OPERATOR_ATAN && least > atan_is_right) ||
+           (code == KT_OPERATOR_EXP && x.hi < exp_is_zero);
+}
+
 static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
     kt_jet s, c;
     switch (code) {
@@ -624,7 +634,10 @@ kt_jet kt_expression_bound(const kt_expression *expression, double from, double 
             top -= two;
             const kt_definedness defined = definedness_of(code, &stack[top], &stack[top + two]);
             kt_jet z = jet_of(code, &stack[top], &stack[top + two], meet, user);
-            if (is_constant(&stack[top]) && is_constant(&stack[top + two]))
+            double value;
+            if (is_saturated(code, stack[top].c[0], &value))
+                z = number(value);
+            else if (is_constant(&stack[top]) && is_constant(&stack[top + two]))
                 z = constant(z.c[0]); /* also where f' is infinite, as that of sqrt(0) */
             z.size = size_of(&z, code, &stack[top], &stack[top + two]);
             z.size = isfinite(z.size) ? z.size : 0.0;

@@ -13,6 +13,7 @@
  * before are forgotten.
  */
 #include "effect/effect.h"
+#include "expression/expression.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
@@ -25,7 +26,7 @@
 /* A corner of the whole: the accelerations jump where a derivative jumps that they depend on. */
 typedef struct corner {
     double time;
-    bool jumps;
+    bool jumps, cut; /* cut: a search of features went no further */
 } corner;
 
 /* Takes the time into account if it is after t and not after the one found so far. */
@@ -33,6 +34,7 @@ static void meet(corner *first, double t, double time, bool jumps) {
     if (!(time > t) || time > first->time)
         return;
     first->jumps = jumps || (time == first->time && first->jumps);
+    first->cut = KT_HAS_FORMULAS && time == first->time && first->cut;
     first->time = time;
 }
 
@@ -40,11 +42,12 @@ static void meet(corner *first, double t, double time, bool jumps) {
 static void meet_curve(corner *first, double t, const kt_curve *curve, const double *numbers, int order) {
     const kt_corner next = kt_curve_next_corner(curve, numbers, t, HUGE_VAL);
     meet(first, t, next.time, next.order <= order);
+    first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_CORNER_CUT && next.time == first->time));
 }
 
 static corner next_corner(const kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
-    corner first = {HUGE_VAL, false};
+    corner first = {HUGE_VAL, false, false};
     for (size_t i = 0; i < model->n.loop; i++)
         meet_curve(&first, t, &model->loop[i].curve, model->number, 2);
     for (size_t i = 0; i < model->n.effect; i++) {
@@ -158,6 +161,7 @@ static bool enter_piece(kt_simulation *simulation, double t) {
                       .from = t,
                       .next = next.time,
                       .jumps = next.jumps,
+                      .cut = next.cut,
                       .begin = jumps ? t : (double)NAN,
                       .after = last + aside(simulation, last),
                       .end = (double)NAN};
@@ -184,7 +188,12 @@ kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error) 
     const kt_corners *c = &simulation->corners;
     const double t = kt_integrator_time(simulation->integrator);
     kt_simulation_recall_corners(simulation);
-    if ((c->from <= t && t < c->next - margin_at(c->next)) || !enter_piece(simulation, t))
+    if (c->from <= t && t < c->next - margin_at(c->next))
+        return KT_OK;
+    const bool jumps = enter_piece(simulation, t);
+    if (KT_HAS_FORMULAS)
+        simulation->memory.cut += c->cut;
+    if (!jumps)
         return KT_OK;
     simulation->memory.powers.count = 0;
     kt_simulation_note_jump(simulation);

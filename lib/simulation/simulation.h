@@ -51,6 +51,7 @@ typedef struct kt_simulation_memory {
     bool refined;        /* the works of the last step are those of balance.c */
     uint64_t balance_evaluations;
     uint64_t joined; /* states within steps that are not of the dense output (dense.c) */
+    uint64_t cut;    /* searches of features */
     double piece;    /* s, from where the corner after the last step was sought; NaN: not known */
     uint64_t factorizations;
     kt_iterations iterations;
@@ -116,7 +117,7 @@ typedef struct kt_corners {
     bool fixed;              /* there are some, and steps are fixed */
     kt_corner_callback *own; /* those of the caller's equations; NULL: none */
     double from, next;       /* between these there is none */
-    bool jumps;              /* the accelerations jump at `next` */
+    bool jumps, cut;         /* at `next`: the accelerations jump; a search of features was cut */
     double begin, after;     /* for a step that begins where they jump: its first slope is that of the time `after` */
     double end, before;      /* for a step that ends where they jump: its last slope is that of the time `before` */
 } kt_corners;

@@ -195,7 +195,8 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
                                    simulation->memory.balance_evaluations,
                                    simulation->memory.joined,
                                    simulation->memory.iterations,
-                                   simulation->memory.crossings};
+                                   simulation->memory.crossings,
+                                   simulation->memory.cut};
     counts.iterations.capped += (uint32_t)from.capped;
     return counts;
 }

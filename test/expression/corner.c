@@ -223,6 +223,72 @@ KT_TEST(formulas_are_monotone_between_features) {
     }
 }
 
+/* A pulse, u = (t - c)/w: its formula, and the u at which f', f'' or f''' change their sign, u >= 0; those below 0 are
+ * their mirror images. */
+typedef struct pulse {
+    const char *before, *behind; /* HEIGHT before u behind */
+    double u[3];
+    int count;
+} pulse;
+
+/* Pulses of all widths far from the time 0, whose third derivative is hidden by the rounding of t in short intervals. */
+KT_TEST(features_of_random_pulses_are_found) {
+    static const pulse pulses[] = {
+        {"*exp(-", "^2)", {0.0, 0.70710678118654752, 1.2247448713915890}, 3},
+        {"/(1 + ", "^2)^8", {0.0, 0.24253562503633297, 0.42008402520840293}, 3}, /* 1, 3 over 17 */
+        {"/(1 + ", "^2)^2", {0.0, 0.44721359549995794, 0.77459666924148338}, 3},
+        {"*tanh(", ")", {0.0, 0.6584789484624083, 0.0}, 2},
+        {"/(1 + exp(-", "))", {0.0, 1.3169578969248166, 0.0}, 2},
+    };
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("a feature, in widths");
+    double memory[MEMORY];
+    for (int round = 0; round < 200; round++) {
+        const pulse *p = &pulses[round % (int)(sizeof pulses / sizeof *pulses)];
+        const double height = exp(kt_random_uniform(&random, -9.0, 9.0)), c = kt_random_uniform(&random, 1.0, 100.0);
+        const double w = exp(kt_random_uniform(&random, -10.0, 0.0));
+        char text[256];
+        double found[64] = {0.0};
+        int order, count = 0;
+        (void)snprintf(text, sizeof text, "%.17g%s((t - %.17g)/%.17g)%s", height, p->before, c, w, p->behind);
+        const kt_expression *f = formula(text, memory);
+        for (double t = c - 50.0 * w; f != NULL && t < c + 50.0 * w && count < 64; count++)
+            found[count] = t = kt_expression_next_corner(f, t, HUGE_VAL, &order);
+        for (int k = 0; k < 2 * p->count; k++) {
+            const double u = k % 2 ? -p->u[k / 2] : p->u[k / 2];
+            double nearest = HUGE_VAL;
+            for (int i = 0; i < count; i++)
+                nearest = fmin(nearest, fabs((found[i] - c) / w - u));
+            kt_worst_near(&worst, nearest, 0.0, 1e-6 + 64.0 * DBL_EPSILON * c / w, "%s, u = %g", text, u);
+        }
+    }
+    kt_check_worst(&worst);
+}
+
+/* The first where a function is constant but for rounding though its argument is beyond the largest number; the others
+ * are no numbers for the most part, and each search of them is cut. */
+KT_TEST(searches_have_an_end) {
+    static const struct {
+        const char *text;
+        bool cut;
+    } rows[] = {
+        {"tanh(exp(1000*(t - 7)))", false},    {"atan(exp(1000*(t - 7)))", false},
+        {"tanh(50*sinh(300*(t - 5)))", false}, {"tanh(exp(400*(t - 5)) - exp(-400*(t - 5)))", false},
+        {"log(cosh(1000*(t - 8)))", true},     {"cosh(500*(t - 5))/(1 + cosh(600*(t - 5)))", true},
+    };
+    double memory[MEMORY];
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const kt_expression *f = formula(rows[i].text, memory);
+        int order, count = 0, cut = 0;
+        for (double t = rows[i].cut ? 6.0 : 0.0; f != NULL && t < 10.0 && count < 100; count++) {
+            t = kt_expression_next_corner(f, t, 10.0, &order);
+            cut += t < 10.0 && order == KT_CORNER_CUT;
+        }
+        kt_check_below(rows[i].text, count, rows[i].cut ? 20.0 : 8.0);
+        kt_check_true("cut", rows[i].cut == (cut > 0));
+    }
+}
+
 /* Where exp is beyond the largest number, or below the least, and where a root of 0 stays 0, the first feature is found, and
  * not the end of what was looked at. f''' of 1 / (1 + e^-u) is 0 at u = -log(2 + sqrt(3)), that of tanh u at half of it, that
  * of log(1 + e^u) at 0, that of exp(-u^2) at -sqrt(3/2). */

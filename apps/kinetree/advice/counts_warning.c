@@ -25,6 +25,20 @@ static void warn_of_caps(kt_outcome *outcome) {
             capped, capped == 1 ? "" : "s");
 }
 
+/* Warns if what a formula of time does next was not found within the effort that a search may take. */
+static void warn_of_cuts(kt_outcome *outcome) {
+    const unsigned long long cut = kt_simulation_counts_get(outcome->simulation).cut;
+    const kt_warning warning = kt_warning_of(
+        "cut_search", (double)cut, NULL,
+        "Make the formula simpler, or bound the steps by a fraction of its shortest feature (--max-step)");
+    if (cut > 0)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "%llu search%s for what a formula of time does next %s cut, since it took too many evaluations: a pulse "
+            "of it may have been missed",
+            cut, cut == 1 ? "" : "es", cut == 1 ? "was" : "were");
+}
+
 /* Near a dead point of drives, which a run may pass, or end at. */
 static void warn_of_joined(kt_outcome *outcome) {
     const unsigned long long joined = kt_simulation_counts_get(outcome->simulation).joined;
@@ -115,6 +129,7 @@ static void warn_of_missed(kt_outcome *outcome) {
 void kt_warn_of_counts(kt_outcome *outcome) {
     warn_of_missed(outcome);
     warn_of_caps(outcome);
+    warn_of_cuts(outcome);
     warn_of_joined(outcome);
     warn_of_crossings(outcome);
     warn_of_branches(outcome);
