@@ -366,7 +366,7 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * between calls. Errors: KT_ERROR_ARGUMENT (a set of others; another formulation is integrated); KT_ERROR_CONSTRAINT
  * (loops of the set are open by more than 1e-6 of a radian or of the mechanism's length; contradictory velocities); the
  * simulation is then as before (but where hard contacts cannot be settled behind it: it cannot go on then). Nothing is
- * allocated. Cost: of a projection, and the data are cleared. */
+ * allocated. Cost: of a projection, and the data are cleared. Not in a small library (-Djacobian=disabled). */
 KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
                                                  kt_error *error);
 /* Releases hard stops, contacts and slack ropes (kt_loop_side), and friction of joints that sticks (kt_effect_stick), whose switches
@@ -505,7 +505,8 @@ typedef struct kt_contact_counts {
     double dissipated; /* by impacts, J */
 } kt_contact_counts;
 
-/* Returns the counts since the start or the last kt_simulation_set_state; all zero without hard contacts, and of NULL. */
+/* Returns the counts since the start or the last kt_simulation_set_state; all zero without hard contacts, and of NULL.
+ * Not in a small library (-Djacobian=disabled). */
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */

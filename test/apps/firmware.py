@@ -30,6 +30,20 @@ def build(source, folder):
     return [] if made.returncode == 0 else (made.stdout + made.stderr).splitlines()[-40:]
 
 
+def not_linked(source, archive):
+    """Public functions that the small library does not have, and whether the header states it: name -> bool."""
+    defined = set(re.findall(r" T (kt_\w+)$", run("arm-none-eabi-nm", "--defined-only", archive).stdout, flags=re.M))
+    missing = {}
+    for path in sorted((source / "include/kinetree").glob("*.h")):
+        if path.name in ("study.h", "scene.h", "import.h", "export.h"):  # of other libraries
+            continue
+        for paragraph in path.read_text().split("\n\n"):
+            for name in re.findall(r"^KT_API[^;(]*?\b(kt_\w+)\(", paragraph, flags=re.M):
+                if name not in defined:
+                    missing[name] = "small library" in paragraph
+    return missing
+
+
 def main():
     program, source, folder = (pathlib.Path(argument) for argument in sys.argv[1:])
     here = run(program)
@@ -53,6 +67,11 @@ def main():
         finish()
     archive, firmware = folder / "lib/libkinetree.a", folder / "apps/firmware/firmware"
     claim("archive_is_built_alone", [str(path) for path in folder.rglob("*.so*")] + ([] if archive.is_file() else ["no archive"]))
+
+    missing = not_linked(source, archive)
+    note(f"{len(missing)} public functions are not in a small library")
+    claim("headers_state_which_functions_a_small_library_lacks",
+          [name for name, is_stated in missing.items() if not is_stated] if missing else ["nothing is missing: nm has failed"])
 
     size = re.search(r"^\s*(\d+)\s+(\d+)\s+(\d+)", run("arm-none-eabi-size", firmware).stdout, flags=re.M)
     text = int(size[1]) if size else 0
