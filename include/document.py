@@ -54,11 +54,13 @@ def inline(text):
 
 
 _headers = []
+# Headers without a page: all of them at once, and names of the last version.
+UNLISTED = ("kinetree", "compat")
 
 
 def headers():
     if not _headers:
-        _headers.extend(sorted(path.stem for path in (HERE / "kinetree").glob("*.h") if path.stem != "kinetree"))
+        _headers.extend(sorted(path.stem for path in (HERE / "kinetree").glob("*.h") if path.stem not in UNLISTED))
     return "|".join(_headers)
 
 
@@ -363,7 +365,8 @@ def public():
     """Names in the headers. Pages for those who change the library tell of others, too, which lead nowhere."""
     if not _public:
         for path in (HERE / "kinetree").glob("*.h"):
-            _public.update(re.findall(NAME, path.read_text()))
+            if path.stem not in UNLISTED:
+                _public.update(re.findall(NAME, path.read_text()))
     return _public
 
 
