@@ -137,6 +137,17 @@ static bool is_steady(const kt_effect *e) {
            (is_line && e->type == KT_EFFECT_SERVO && e->stiffness == 0.0);
 }
 
+/* The bounds of a servo's force, which are sharp in MuJoCo. */
+static void write_bounds(kt_export *x, const kt_effect *e) {
+    static const double far = 1e9;
+    const double lower = fmax(e->lower, -e->limit), upper = fmin(e->upper, e->limit);
+    if (isfinite(e->limit))
+        kt_export_lose(x, "smooth limits of servos, which MuJoCo has as sharp ones");
+    if (isfinite(lower) || isfinite(upper))
+        kt_export_numbers(x, "forcerange",
+                          (const double[]){isfinite(lower) ? lower : -far, isfinite(upper) ? upper : far}, 2);
+}
+
 static void write_motor(kt_export *x, const kt_export_motor *motor) {
     const kt_effect *e = motor->effect;
     const bool is_number = x->role[motor->body] == KT_EXPORT_SUM, is_servo = e->type == KT_EFFECT_SERVO;
@@ -149,8 +160,7 @@ static void write_motor(kt_export *x, const kt_export_motor *motor) {
         fputs(" biastype=\"affine\"", x->stream);
         kt_export_numbers(x, "gainprm", &gain, 1);
         kt_export_numbers(x, "biasprm", (const double[]){0.0, -e->stiffness, -e->damping}, 3);
-        if (isfinite(e->limit))
-            kt_export_numbers(x, "forcerange", (const double[]){-e->limit, e->limit}, 2);
+        write_bounds(x, e);
     }
     fputs("/>\n", x->stream);
     if (!is_steady(e))

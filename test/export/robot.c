@@ -684,6 +684,8 @@ KT_TEST(sums_of_joints_become_tendons_and_joints_without_mass_those_of_one_body)
     effects[1].stiffness = 20.0;
     effects[1].damping = 2.0;
     effects[1].target = kt_function_constant(1.5);
+    effects[1].lower = -0.5;
+    effects[1].upper = 0.75; /* reached */
     effects[2].type = KT_EFFECT_MOTOR;
     effects[2].torque = kt_function_constant(0.75);
     effects[0].joint = effects[1].joint = "sum";
