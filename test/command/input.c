@@ -145,3 +145,19 @@ KT_TEST(robots_are_known_by_their_contents_and_need_no_masses) {
     kt_expect(0, "dof        1", "$K info - <model.txt 1>&2");
     kt_expect(1, "has no keys of a scene", "$K run model.txt --set L=1");
 }
+
+/* A robot whose every joint is wrong: the first faults, and the number of the others. Notes of another one, and none of
+ * them when the run is quiet. */
+KT_TEST(robots_say_no_more_than_is_of_use) {
+    kt_shell(
+        "(echo '<mujoco><worldbody>'; for i in $(seq 30); do echo '<body><joint axis=\"0 0 0\"/></body>'; done; "
+        "echo '</worldbody></mujoco>') >wrong.xml; echo '<mujoco><worldbody><body name=\"a\"><joint range=\"0 1\"/>"
+        "<geom size=\"1\"/></body></worldbody></mujoco>' >right.xml");
+    const kt_ran wrong = kt_shell("$K import wrong.xml");
+    kt_check_equal_int("lines of faults", kt_count_lines(wrong.err), 13);
+    kt_check_contains("words", wrong.err, "wrong.xml has 18 more errors");
+    kt_check_contains("notes", kt_shell("$K run right.xml --duration 0.01 --out o.csv").err,
+                      "right.xml:1:35: note: limits");
+    kt_expect(0, NULL, "$K run right.xml --quiet --duration 0.01 --out o.csv");
+    kt_expect(1, "'--keyframe' is an option of 'kinetree import'", "$K run right.xml --keyframe k");
+}

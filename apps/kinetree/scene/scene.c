@@ -47,8 +47,11 @@ static char *read_input(size_t *size) {
 
 typedef struct kt_reported {
     const char *path;
-    int faults;
+    int faults, most; /* most: printed; 0: all */
 } kt_reported;
+
+/* One fault of a generated file often comes with all its like. */
+enum { ROBOT_FAULTS_MOST = 12 };
 
 /* ":LINE:COLUMN" at the end of a place whose path is too long to stand in it; NULL: it stands there. */
 static const char *place_in_file(const char *where) {
@@ -62,7 +65,8 @@ static const char *place_in_file(const char *where) {
 
 static void report(void *user, const kt_error *error) {
     kt_reported *reported = user;
-    reported->faults++;
+    if (reported->faults++ >= reported->most && reported->most > 0)
+        return;
     /* The format of compilers, without the command's name: editors recognise FILE:LINE:COLUMN at the start of a
      * line. */
     const char *place = place_in_file(error->where);
@@ -149,7 +153,7 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
                     kt_scene *scene) {
     const kt_scene_options how = {.settings = settings != NULL ? settings->text : NULL,
                                   .setting_count = settings != NULL ? settings->count : 0};
-    kt_reported reported = {.path = path};
+    kt_reported reported = {.path = path, .most = is_robot ? ROBOT_FAULTS_MOST : 0};
     kt_error error = {0};
     kt_status status;
     if (strcmp(path, "-") == 0) {
@@ -162,6 +166,7 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
         }
         static const char name[] = "(standard input)";
         is_robot = is_robot || is_xml(text, size);
+        reported.most = is_robot ? ROBOT_FAULTS_MOST : 0;
         if (is_robot && refuse_settings(name, settings) >= 0) {
             free(text);
             return KT_EXIT_USAGE;
@@ -178,6 +183,8 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
     }
     if (status != KT_OK && reported.faults == 0)
         kt_say_error(&error);
+    if (reported.most > 0 && reported.faults > reported.most)
+        kt_say("%s has %d more errors; mend these first", path, reported.faults - reported.most);
     for (int i = 0; status == KT_OK && i < scene->note_count && !(settings != NULL && settings->is_quiet); i++)
         fprintf(stderr, "%s: %s: %s\n", scene->notes[i].where, scene->notes[i].is_warning ? "warning" : "note",
                 scene->notes[i].what);
