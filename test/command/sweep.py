@@ -525,6 +525,43 @@ def accuracy():
     same("no picture of several", (told.returncode, "single study" in told.stderr), (1, True))
 
 
+def functionals():
+    """Means, root mean squares and integrals against closed forms and, where HDF5 is there, against numpy on the kept records."""
+    pathlib.Path("sway.yaml").write_text("kinetree: 1\nparameters: {w: 1}\nbodies: [{name: a, joint: {type: prismatic, velocity: =w}, mass: 1}]\n"
+                                         "effects: [{type: joint_spring, joint: a, stiffness: =w^2}]\n"
+                                         "simulate: {duration: 2}\noutput: {record: [position], interval: 0.001}\n")
+    lines = rows(run("sway.yaml", "--vary", "w=1,2,5", "--functionals", "rms,mean,integral,max", "--columns", "position.a", "--out", "-").stdout)
+    same("cells in the order of the option", list(lines[0])[7:11], [f"position.a.{f}" for f in ("rms", "mean", "integral", "max")])
+    for line in lines:  # x = sin(w t)
+        w = float(line["w"])
+        integral, squares = (1 - math.cos(2 * w)) / w, 1 - math.sin(4 * w) / (4 * w)
+        for name, exact in (("integral", integral), ("mean", integral / 2), ("rms", math.sqrt(squares / 2))):
+            check(f"{name} at w = {w:g}", abs(float(line[f"position.a.{name}"]) - exact), w * w * 0.001 ** 2)
+    for arguments, words in ((["rms,median"], "not 'median'"), (["rms,rms"], "not 'rms' again"), ([""], "takes some of")):
+        same(f"words of --functionals {arguments[0]}", words in run("sway.yaml", "--vary", "w=1,2", "--functionals", *arguments, "--out", "-", code=1).stderr, True)
+    same("one by one the same bytes", run("sway.yaml", "--vary", "w=1:2:9", "--functionals", "rms,mean", "--one-by-one", "--out", "-").stdout,
+         run("sway.yaml", "--vary", "w=1:2:9", "--functionals", "rms,mean", "--out", "-").stdout)
+    # The records of a run have the bits that the sweep has seen, with two rows where an event writes them.
+    pathlib.Path("bounce.yaml").write_text(BOUNCE)
+    lines = rows(run("bounce.yaml", "--vary", "v=1,2,3", "--functionals", "rms,mean,integral,end", "--out", "-").stdout)
+    worst = compared = 0
+    for line in lines:
+        subprocess.run([command, "run", "bounce.yaml", "--set", f"v={line['v']}", "--quiet", "--out", "f.csv"], check=True)
+        table = rows(pathlib.Path("f.csv").read_text())
+        time = [float(r[next(iter(r))]) for r in table]
+        for name in list(table[0])[1:]:
+            value = [float(r[name]) for r in table]
+            column = name.split(" [")[0]
+            trapezoid = lambda y: math.fsum(0.5 * (time[i + 1] - time[i]) * (y[i] + y[i + 1]) for i in range(len(y) - 1))
+            expected = {"integral": trapezoid(value), "mean": trapezoid(value) / (time[-1] - time[0]),
+                        "rms": math.sqrt(trapezoid([v * v for v in value]) / (time[-1] - time[0])), "end": value[-1]}
+            for cell, number in expected.items():
+                worst = max(worst, abs(float(line[f"{column}.{cell}"]) - number) / max(1.0, abs(number)))
+                compared += 1
+    check("functionals against the records of the same runs", worst, 1e-12)
+    same("many of them", compared >= 36, True)
+
+
 def reason():
     """Runs that end at speeds above that of light are none that are done, and energies that nothing watches have no error."""
     pathlib.Path("driven.yaml").write_text("kinetree: 1\nparameters: {k: 100}\nbodies: [{name: a, joint: {type: prismatic}, mass: 1}]\n"
@@ -562,7 +599,7 @@ with tempfile.TemporaryDirectory() as folder:
     command = os.path.realpath(command)
     os.chdir(folder)
     pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, kept, ranks, pictures, motions, accuracy, reason, faults):
+    for part in (grids, samples, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, kept, ranks, pictures, motions, accuracy, functionals, reason, faults):
         if part in (equal_bytes, lanes, eventful, armed, killed, ranks) and is_fused():
             print(f"skipped: {part.__name__}: lanes of this build are fused and have not the bits of single runs")
         else:

@@ -27,6 +27,8 @@ static const kt_option options[] = {
     KT_SET_OPTION(KT_AT(settings)),
     {"columns", KT_OPTION_TEXT, KT_AT(columns), "A,B",
      "of the records, whose end, min and max are written; default: all that the scene records", NULL},
+    {"functionals", KT_OPTION_TEXT, KT_AT(functionals), "A,B",
+     "what is written of each column: end, min, max, mean, rms, integral (over time); default: end,min,max", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "a line a run, as CSV; '-': standard output; default: NAME-sweep.csv",
      NULL},
     {"keep", KT_OPTION_TEXT, KT_AT(keep), "FILE.h5",
@@ -372,6 +374,7 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
     (void)snprintf(out, sizeof out, "%s-sweep.csv", base != NULL ? base : "scene");
     free(base);
     int code = check_names(arguments);
+    code = code < 0 ? kt_sweep_list_functionals(&sweep) : code;
     code = code < 0 ? kt_sweep_plan_make(arguments, &sweep.plan) : code;
     code = code < 0 ? choose_shard(arguments->shard, kt_sweep_plan_runs(&sweep.plan), &first, &end) : code;
     code = code < 0 ? read_text(&sweep) : code;

@@ -86,19 +86,53 @@ static char *end_line(cells *to) {
 /* The values of a column: a NaN is none. */
 typedef struct range {
     double last, least, greatest;
+    double first_time, time;  /* of the first and the last value; NaN: there is none */
+    double integral, squares; /* over time, of the value and of its square */
 } range;
 
-static void extend(range *of, double value) {
-    of->last = isnan(value) ? of->last : value;
+static void extend(range *of, double time, double value) {
+    if (isnan(value))
+        return;
+    const double step = isnan(of->time) ? 0.0 : time - of->time, before = step > 0.0 ? of->last : value;
+    of->first_time = isnan(of->time) ? time : of->first_time;
+    of->integral += 0.5 * step * (before + value);
+    of->squares += 0.5 * step * (before * before + value * value);
+    of->time = time;
+    of->last = value;
     of->least = value < of->least ? value : of->least;
     of->greatest = value > of->greatest ? value : of->greatest;
+}
+
+/* A single value is its own mean. */
+static double functional_of(const range *of, kt_functional which) {
+    const double duration = of->time - of->first_time;
+    switch (which) {
+    case KT_FUNCTIONAL_MIN:
+        return of->least;
+    case KT_FUNCTIONAL_MAX:
+        return of->greatest;
+    case KT_FUNCTIONAL_MEAN:
+        return duration > 0.0 ? of->integral / duration : of->last;
+    case KT_FUNCTIONAL_RMS:
+        return duration > 0.0 ? sqrt(of->squares / duration) : fabs(of->last);
+    case KT_FUNCTIONAL_INTEGRAL:
+        return of->integral;
+    case KT_FUNCTIONAL_END:
+    case KT_FUNCTIONALS:
+        break;
+    }
+    return of->last;
 }
 
 /* Ranges without values; NULL: there is not enough memory. */
 static range *create_ranges(size_t count) {
     range *ranges = malloc((count + 1) * sizeof *ranges);
     for (size_t i = 0; ranges != NULL && i < count; i++)
-        ranges[i] = (range){.last = (double)NAN, .least = HUGE_VAL, .greatest = -HUGE_VAL};
+        ranges[i] = (range){.last = (double)NAN,
+                            .least = HUGE_VAL,
+                            .greatest = -HUGE_VAL,
+                            .first_time = (double)NAN,
+                            .time = (double)NAN};
     return ranges;
 }
 
@@ -273,7 +307,7 @@ static int take_record(const kt_record *record, void *user) {
     kt_energy_watch_add(&m->energy, record);
     for (size_t i = 0; i < m->sweep->column_count; i++)
         if (m->place[i] < m->columns.count)
-            extend(&m->ranges[i], values[m->place[i]]);
+            extend(&m->ranges[i], record->time, values[m->place[i]]);
     m->failed = m->sweep->arguments->keep != NULL && !keep_record(m, record->time, values);
     return m->failed ? -1 : 0;
 }
@@ -329,14 +363,35 @@ static void find_columns(const kt_sweep *sweep, const kt_columns *columns, size_
 static void add_columns(cells *line, const made *m) {
     for (size_t i = 0; i < m->sweep->column_count; i++) {
         const range *of = m->ranges != NULL ? &m->ranges[i] : NULL;
-        if (of == NULL || m->place[i] >= m->columns.count || isnan(of->last)) {
-            add(line, ",,,");
-            continue;
-        }
-        add_number(line, of->last);
-        add_number(line, of->least);
-        add_number(line, of->greatest);
+        const bool has_values = of != NULL && m->place[i] < m->columns.count && !isnan(of->last);
+        for (int k = 0; k < m->sweep->functional_count; k++)
+            add_number(line, has_values ? functional_of(of, m->sweep->functionals[k]) : (double)NAN);
     }
+}
+
+#define FUNCTIONAL_NAME(id, name) #name,
+static const char *const functional_names[] = {KT_FUNCTIONAL_LIST(FUNCTIONAL_NAME)};
+
+int kt_sweep_list_functionals(kt_sweep *sweep) {
+    const char *list = sweep->arguments->functionals != NULL ? sweep->arguments->functionals : "end,min,max";
+    for (const char *from = list; from != NULL;) {
+        const size_t length = strcspn(from, ",");
+        int found = 0;
+        while (found < KT_FUNCTIONALS &&
+               (strlen(functional_names[found]) != length || strncmp(functional_names[found], from, length) != 0))
+            found++;
+        for (int k = 0; k < sweep->functional_count && found < KT_FUNCTIONALS; k++)
+            if ((int)sweep->functionals[k] == found)
+                found = KT_FUNCTIONALS + 1;
+        if (found >= KT_FUNCTIONALS) {
+            kt_say("sweep: --functionals takes some of end, min, max, mean, rms and integral, each once, not '%.*s'%s",
+                   (int)length, from, found > KT_FUNCTIONALS ? " again" : "");
+            return KT_EXIT_USAGE;
+        }
+        sweep->functionals[sweep->functional_count++] = (kt_functional)found;
+        from = from[length] == ',' ? from + length + 1 : NULL;
+    }
+    return -1;
 }
 
 char *kt_sweep_header(const kt_sweep *sweep) {
@@ -348,7 +403,8 @@ char *kt_sweep_header(const kt_sweep *sweep) {
     for (size_t i = 0; i < sweep->event_count; i++)
         add(&line, ",event.%s", sweep->events[i]);
     for (size_t i = 0; i < sweep->column_count; i++)
-        add(&line, ",%s.end,%s.min,%s.max", sweep->columns[i], sweep->columns[i], sweep->columns[i]);
+        for (int k = 0; k < sweep->functional_count; k++)
+            add(&line, ",%s.%s", sweep->columns[i], functional_names[sweep->functionals[k]]);
     add(&line, "%s,why", kt_batch_is_fused() ? KT_SWEEP_LANES : "");
     return end_line(&line);
 }

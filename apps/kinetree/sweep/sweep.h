@@ -44,7 +44,7 @@ typedef struct kt_sweep_plan {
 
 typedef struct kt_sweep_arguments {
     kt_settings settings, vary, random;
-    const char *sample, *from, *columns, *out, *keep, *shard;
+    const char *sample, *from, *columns, *functionals, *out, *keep, *shard;
     long repeats, seed, jobs;
     bool merge, resume, quiet, one_by_one;
 } kt_sweep_arguments;
@@ -63,6 +63,18 @@ double kt_sobol(int axis, uint64_t index);
 
 /* ---- one run ----------------------------------------------------------------------------------------------------- */
 
+/* What a line has of a column, over the records of a run: X(id, name). mean, rms and integral are over time, by the trapezoidal rule. */
+#define KT_FUNCTIONAL_LIST(X)                                                                                          \
+    X(END, end)                                                                                                        \
+    X(MIN, min)                                                                                                        \
+    X(MAX, max)                                                                                                        \
+    X(MEAN, mean)                                                                                                      \
+    X(RMS, rms)                                                                                                        \
+    X(INTEGRAL, integral)
+
+#define KT_FUNCTIONAL_ID(id, name) KT_FUNCTIONAL_##id,
+typedef enum kt_functional { KT_FUNCTIONAL_LIST(KT_FUNCTIONAL_ID) KT_FUNCTIONALS } kt_functional;
+
 /* What all runs share. */
 typedef struct kt_sweep {
     const kt_sweep_arguments *arguments;
@@ -73,6 +85,8 @@ typedef struct kt_sweep {
     char **columns; /* names of the columns of records that lines have extremes of */
     char **units;   /* theirs */
     size_t column_count;
+    kt_functional functionals[KT_FUNCTIONALS]; /* of each of these columns, in this order */
+    int functional_count;
     char **events; /* names of the events that lines count */
     size_t event_count;
 } kt_sweep;
@@ -103,6 +117,9 @@ void kt_sweep_result_free(kt_sweep_result *result);
 
 /* A column that lines of a build with fused lanes (kt_batch_is_fused) have before the last one: ",fused". */
 #define KT_SWEEP_LANES ",lanes"
+
+/* Reads --functionals; -1, or an exit code after printing what is wrong. */
+int kt_sweep_list_functionals(kt_sweep *sweep);
 
 /* The first line, which the caller frees; NULL: not enough memory. */
 char *kt_sweep_header(const kt_sweep *sweep);
