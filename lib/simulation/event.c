@@ -50,6 +50,8 @@ static double least_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
  * Where that is this part of the time between records, nothing comes behind them but rounding; nor where so many instants in a row
  * follow at such intervals themselves. */
 static const double at_once = 1e-9;
+/* Values below this part of the largest along a step are its root, where the step was to end at that. */
+static const double reached = 1e-3;
 /* Reactions below this part of the largest along a step are rounding. */
 static const double nothing = 1e-9;
 enum { SHRINKING = 8, IN_A_ROW = 64 };
@@ -298,6 +300,19 @@ static kt_status sample_panel(kt_simulation *simulation, double from, double to,
     return status;
 }
 
+/* Of an event that the step was to end at. If its state has not quite reached it, it is there all the same. If it is far from it, the
+ * dense output of the longer step before was wrong, as where friction turns within that: then it is where the slope at the end leads;
+ * HUGE_VAL: nowhere. */
+static double arrival_of(const kt_simulation *simulation, size_t k, const double *times) {
+    const double *value = simulation->event_value + k;
+    const double last = value[(LOOKS - 1) * simulation->size.event],
+                 before = value[(LOOKS - 2) * simulation->size.event];
+    const double slope = (last - before) / (times[LOOKS - 1] - times[LOOKS - 2]);
+    if (sign_of(last) != -simulation->event_root[k].side || !(fabs(last) > reached * simulation->event_search[k].size))
+        return times[LOOKS - 1];
+    return slope * last < 0.0 ? times[LOOKS - 1] - last / slope : HUGE_VAL;
+}
+
 /* The roots of all events in a panel, to `root` and `side`; *first: the earliest known. */
 static kt_status find_roots_in(kt_simulation *simulation, const double *times, double *first, kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);
@@ -313,11 +328,14 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, d
             search->size = fmax(search->size, fabs(simulation->event_value[j * simulation->size.event + k]));
         if (is_armed(simulation, k))
             status = find_root(simulation, k, times, &root, &side, error);
-        /* One that the step was to end at, and that its state has not quite reached, is there all the same. */
-        found->due = root < HUGE_VAL || (found->due && found->time == t1);
+        const bool is_awaited = found->due && found->time == t1;
+        found->due = root < HUGE_VAL || is_awaited;
         if (root < HUGE_VAL) {
             found->time = root;
             found->side = side;
+        } else if (is_awaited && times[LOOKS - 1] == t1) {
+            found->time = arrival_of(simulation, k, times);
+            found->due = found->time < HUGE_VAL;
         }
         if (found->due)
             *first = fmin(*first, found->time);
@@ -460,6 +478,19 @@ static void pass(kt_simulation *simulation, bool fires) {
     simulation->memory.fires = fires;
 }
 
+/* Where the step is to end that is repeated: beyond its end t1, if it has not reached the instant, but not beyond a step that has. */
+static double within(kt_simulation *simulation, double instant, double t1) {
+    if (!(instant > t1)) {
+        simulation->event_beyond = t1;
+        return instant;
+    }
+    const double end = instant < simulation->event_beyond ? instant : 0.5 * (t1 + simulation->event_beyond);
+    for (size_t k = 0; k < simulation->event_count; k++)
+        if (simulation->event_root[k].due)
+            simulation->event_root[k].time = end;
+    return end;
+}
+
 static kt_status take_back(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
@@ -467,9 +498,11 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     *again = false;
     for (size_t k = 0; repetition == 0 && k < simulation->event_count; k++)
         simulation->event_root[k].due = false;
+    simulation->event_beyond = repetition == 0 ? HUGE_VAL : simulation->event_beyond;
     kt_status status = find_roots(simulation, &first, error);
-    const double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
-    const bool fires = instant < HUGE_VAL && (t1 - instant <= least_width(t1) || repetition == REPETITIONS);
+    double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
+    const bool is_last = repetition == REPETITIONS, fails = is_last && instant > t1;
+    const bool fires = !fails && instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || is_last);
     if (fires && simulation->event_reach != t1) /* the end of the step is not that of the panel */
         status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
                               simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
@@ -478,10 +511,11 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
         kt_integrator_retreat(simulation->integrator, t1 - t0);
         return status;
     }
-    if (fires || !(instant < HUGE_VAL)) {
+    if (fires || fails || !(instant < HUGE_VAL)) {
         pass(simulation, fires);
         return KT_OK;
     }
+    instant = within(simulation, instant, t1);
     kt_integrator_retreat(simulation->integrator, instant - t0);
     *again = instant - t0 > 64.0 * DBL_EPSILON * fabs(instant);
     *t_limit = instant;

@@ -318,6 +318,7 @@ struct kt_simulation {
 #endif
     double event_time;                 /* of event_value; NaN: not known */
     double event_reach;                /* up to where the last step was looked at */
+    double event_beyond;               /* where a try of this step ended that went beyond an event */
     double event_rate, event_rate_end; /* the largest rate of a turn there and at the end of the step, rad/s */
     double step;                       /* fixed, or 0 */
     double duration, interval;
