@@ -490,7 +490,8 @@ typedef struct kt_contact_counts {
     uint64_t openings; /* it ceased to be one */
     uint64_t sticks;   /* friction that sticks came to rest */
     uint64_t slips;    /* and began to slip */
-    uint64_t reduced;  /* impacts at which the rule would have let the energy grow: restitutions were made less */
+    uint64_t rested; /* chains of bounces that ended at once, since all that were left lay within 1e-9 of an interval */
+    uint64_t reduced; /* impacts at which the rule would have let the energy grow: restitutions were made less */
     uint64_t
         undecided; /* friction allowed several motions; the first of these was taken: stick before slip before open */
     uint64_t

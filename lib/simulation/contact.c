@@ -181,6 +181,7 @@ static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *e
     c->met = due & ~simulation->model->set;
     const kt_status status = simulation->contact_calls->resolve(simulation, due & simulation->model->set, error);
     c->met = 0;
+    c->rests = false;
     return status == KT_OK ? 0 : -1;
 }
 
@@ -276,7 +277,7 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
         const kt_contact *contact = &c->item[c->list[i]];
         const bool is_side = i < c->meeting, leaves = (leaving & contact->bit) != 0;
         (void)kt_contact_rate(c, W, i, &size);
-        if (is_side && u[i] > fmax(kt_contact_loop(simulation, i)->rest_velocity, rounding * size))
+        if (is_side && u[i] > fmax(kt_contact_rest(simulation, W, i), rounding * size))
             continue;
         if (!is_side && fabs(c->v[contact->v]) > kt_contact_resting)
             continue;
@@ -616,8 +617,16 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     return watch_open(simulation, t, error);
 }
 
+static bool rest(kt_simulation *simulation, size_t k) {
+    struct kt_contacts *c = simulation->contacts;
+    c->rests = (int)k < c->sides && !kt_contact_is_closed(simulation->model, &c->item[k]) &&
+               simulation->model->loop[c->item[k].loop].rest_velocity > 0.0;
+    simulation->memory.contacts.rested += c->rests;
+    return c->rests;
+}
+
 static const kt_contact_calls calls = {
-    .open = open_all, .resolve = resolve, .follow = follow, .check = kt_contacts_check_record};
+    .rest = rest, .open = open_all, .resolve = resolve, .follow = follow, .check = kt_contacts_check_record};
 
 /* The contacts, and behind them friction. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
@@ -683,7 +692,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
             simulation->contact_released |= both;
     }
     simulation->memory.released = simulation->contact_released;
-    c->rubs = false;
+    c->rubs = c->rests = false;
     for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
         if (kt_contact_rubs(c, k))
             c->rubs = true;

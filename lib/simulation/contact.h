@@ -53,6 +53,7 @@ struct kt_contacts {
     const kt_model *all;  /* all are closed: of the equations */
     kt_data *data;        /* of `all` */
     bool rubs;            /* some have friction */
+    bool rests;           /* bounces accumulate: what touches comes to rest */
     kt_event_watch watch; /* that of events, with what is done where slip turns */
     kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* that of events */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
@@ -94,6 +95,10 @@ double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
  * which forces have cancelled before. */
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
+
+/* The speed up to which a contact that touches comes to rest, rather than that it bounces: its rest_velocity, or that of a bounce which
+ * rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
+double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
 
 /* Of friction: mu of a contact, the largest force at rest in a joint, and the force where slip begins there. */
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);

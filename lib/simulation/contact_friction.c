@@ -125,7 +125,7 @@ static void set_problem(problem *p, const kt_simulation *simulation, const doubl
         (void)kt_contact_rate(c, W, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= kt_contact_resting)
             add_dry(p, simulation, i, leaving);
-        else if (i < c->meeting && u[i] <= fmax(kt_contact_loop(simulation, i)->rest_velocity, rounding * size))
+        else if (i < c->meeting && u[i] <= fmax(kt_contact_rest(simulation, W, i), rounding * size))
             add_contact(p, simulation, i, u, leaving);
     }
     for (int j = 0; j < p->c.rows; j++) {

@@ -2,11 +2,13 @@
  * contact_friction.c. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
 #include "kinetree/loop.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "simulation/contact.h"
 
+#include <float.h>
 #include <math.h>
 
 /* The model in which all contacts are closed, with the loops and effects that are on; its data. */
@@ -85,6 +87,41 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
     const double acceleration = along(c, k, c->a, c->drift, size);
     *size = fmax(*size, sqrt(W[k * c->touching + k]) * c->change);
     return acceleration;
+}
+
+/* ---- rest -------------------------------------------------------------------------------------------------------- */
+
+/* What rounding of the gap of row k is relative to: the lengths and angles that it is made of, by its Jacobian. In space a rotation moves
+ * a point by its lever, even at an angle of zero. */
+static double extent_of(const struct kt_contacts *c, int k, const double *q) {
+    const kt_model *all = c->all;
+    const bool turns = all->loop[c->item[c->list[k]].loop].type != KT_LOOP_COUPLING;
+    double sum = 0.0;
+    for (size_t i = 1; i < all->n.link; i++) {
+        const kt_link *link = &all->link[i];
+        const bool has_angles = kt_motion_facts_of(link->motion).quaternions == 0;
+        for (int j = 0; j < kt_link_dofs(link); j++) {
+            const bool is_length = j < kt_link_lengths(link);
+            const double x = is_length || has_angles ? fabs(q[link->q + j]) : 1.0;
+            sum += fabs(kt_contact_entry(c, k, (size_t)(link->v + j))) * (is_length || !turns ? x : fmax(x, 1.0));
+        }
+    }
+    return sum;
+}
+
+/* A bounce at the speed u against the acceleration w is u^2 / 2 w high and takes 2 u / w: less than some roundings of the gap, or of the
+ * time, are not there. */
+double kt_contact_rest(const kt_simulation *simulation, const double *W, int k) {
+    static const double roundings = 16.0;
+    const struct kt_contacts *c = simulation->contacts;
+    const double slowest = kt_contact_loop(simulation, k)->rest_velocity;
+    if (c->rests && slowest > 0.0)
+        return HUGE_VAL;
+    const double t = kt_integrator_time(simulation->integrator), *q = kt_integrator_state(simulation->integrator);
+    double size;
+    const double w = fmax(-kt_contact_acceleration(c, W, k, &size), 0.0), least = roundings * DBL_EPSILON;
+    const double height = sqrt(2.0 * w * least * extent_of(c, k, q)), flight = 0.5 * w * fmax(least * fabs(t), 1e-12);
+    return fmax(slowest, fmax(height, flight));
 }
 
 uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model) {

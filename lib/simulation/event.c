@@ -48,13 +48,14 @@ static double least_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
 /* Instants of events that come ever closer accumulate: with intervals d, r d, r^2 d ... at d r / (1 - r) from the last, r the
  * largest ratio of so many that shrink (two events that happen to be close to each other make one ratio small).
  * Where that is this part of the time between records, nothing comes behind them but rounding; nor where so many instants in a row
- * follow at such intervals themselves. */
+ * follow at such intervals themselves. Besides, no more than WITHIN may lie within one fixed step, or within one interval between records:
+ * this bounds the cost of a step. */
 static const double at_once = 1e-9;
 /* Values below this part of the largest along a step are its root, where the step was to end at that. */
 static const double reached = 1e-3;
 /* Reactions below this part of the largest along a step are rounding. */
 static const double nothing = 1e-9;
-enum { SHRINKING = 8, IN_A_ROW = 64 };
+enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000 };
 
 /* ---- the function ------------------------------------------------------------------------------------------------ */
 
@@ -543,6 +544,43 @@ static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double 
             : "give it a limit, let it stop the run, or change what it sets so that the chain ends");
 }
 
+static kt_status refuse_many(const kt_simulation *simulation, size_t k, double t, double span, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "%d instants of events lie within %.3g s (a fixed step, or the interval between records), the "
+                        "last one %.3g s behind the one before; %s",
+                        (int)WITHIN, span, t - simulation->memory.event_last,
+                        k < kt_simulation_contact_events(simulation)
+                            ? "give its contact a larger rest_velocity, from which it rests, or a smaller restitution, "
+                              "or take a smaller step or interval"
+                            : "give it a limit, or take a smaller step or interval");
+}
+
+/* Counts those within a fixed step, or an interval. */
+static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_error *error) {
+    kt_simulation_memory *memory = &simulation->memory;
+    const double span = simulation->step > 0.0 ? simulation->step : simulation->interval;
+    if (memory->event_many == 0 || !(t - memory->event_since <= span)) {
+        memory->event_since = t;
+        memory->event_many = 0;
+    }
+    return ++memory->event_many > WITHIN
+               ? kt_simulation_explain_disc(simulation, refuse_many(simulation, k, t, span, error), error)
+               : KT_OK;
+}
+
+/* Whether what accumulates is a hard contact's bounces, which end now. */
+static bool comes_to_rest(kt_simulation *simulation, size_t k) {
+#if KT_HAS_EVENTS
+    simulation->memory.event_row = simulation->memory.event_shrinking = 0;
+    return k < simulation->contact_count && simulation->contact_calls->rest(simulation, k);
+#else
+    (void)simulation, (void)k;
+    return false;
+#endif
+}
+
 /* Counts an instant of events; an error if such instants have no end. */
 static kt_status count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
     kt_simulation_memory *memory = &simulation->memory;
@@ -552,8 +590,12 @@ static kt_status count_instant(kt_simulation *simulation, size_t k, double t, kt
     memory->event_ratio = shrinks ? fmax(memory->event_shrinking > 1 ? memory->event_ratio : 0.0, d / before) : 0.0;
     const double r = memory->event_ratio;
     memory->event_row = follows && d <= close ? memory->event_row + 1 : 0;
-    if (memory->event_row >= IN_A_ROW || (memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r)))
+    if ((memory->event_row >= IN_A_ROW || (memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r))) &&
+        !comes_to_rest(simulation, k))
         return kt_simulation_explain_disc(simulation, refuse_chain(simulation, k, t, error), error);
+    const kt_status status = count_within(simulation, k, t, error);
+    if (status != KT_OK)
+        return status;
     memory->event_interval = follows ? d : 0.0;
     memory->event_last = t;
     memory->event_instants++;

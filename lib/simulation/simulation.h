@@ -64,6 +64,8 @@ typedef struct kt_simulation_memory {
     uint64_t event_shrinking; /* of these, the last ones whose intervals shrank */
     double event_ratio;       /* of these intervals to the ones before, the largest */
     uint64_t event_row;       /* of these, the last ones that followed each other at once */
+    double event_since;       /* s, from where those are counted that lie within one fixed step, or one interval */
+    uint64_t event_many;      /* of these, how many */
     int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
     uint64_t set;             /* of the switched loops and effects that are on */
 #if KT_HAS_EVENTS
@@ -264,12 +266,14 @@ typedef struct kt_event_watch {
 /* What hard contacts are asked to do (contact.c). `open` opens them all, before a state is set that may lie anywhere;
  * `resolve`, at the present state: impulses where contacts close, and which of them are closed from now on. `leaving`: a bit
  * for each whose reaction has come to an end. `follow`, when data have been initialised for another model. `check`, of the multipliers of
- * a record: an error if a closed contact pulls, or friction of a joint that sticks is beyond its limit. */
+ * a record: an error if a closed contact pulls, or friction of a joint that sticks is beyond its limit. `rest`, where bounces accumulate:
+ * contact k, which closes, comes to rest at this instant, unless it has no rest velocity; returns whether it does. */
 typedef struct kt_contact_calls {
     void (*open)(kt_simulation *simulation);
     kt_status (*resolve)(kt_simulation *simulation, uint64_t leaving, kt_error *error);
     void (*follow)(kt_simulation *simulation);
     kt_status (*check)(const kt_simulation *simulation, double t, kt_error *error);
+    bool (*rest)(kt_simulation *simulation, size_t k);
 } kt_contact_calls;
 
 struct kt_simulation {

@@ -160,6 +160,7 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "undecided", json_integer((json_int_t)seen.undecided));
     json_object_set_new(contacts, "shared", json_integer((json_int_t)seen.shared));
     json_object_set_new(contacts, "unconverged", json_integer((json_int_t)seen.unconverged));
+    json_object_set_new(contacts, "rested", json_integer((json_int_t)seen.rested));
     json_object_set_new(contacts, "reduced", json_integer((json_int_t)seen.reduced));
     json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));
     if (seen.count > 0)
