@@ -490,19 +490,22 @@ typedef struct kt_contact_counts {
     uint64_t openings; /* it ceased to be one */
     uint64_t sticks;   /* friction that sticks came to rest */
     uint64_t slips;    /* and began to slip */
-    uint64_t rested; /* chains of bounces that ended at once, since all that were left lay within 1e-9 of an interval */
+    uint64_t
+        rested; /* chains of bounces, or of ends of slip, that ended at once: all that were left lay within 1e-9 of an interval */
     uint64_t reduced; /* impacts at which the rule would have let the energy grow: restitutions were made less */
     uint64_t
-        undecided; /* friction allowed several motions; the first of these was taken: stick before slip before open */
+        undecided; /* friction allowed several motions. If all contacts can stick they do; otherwise the one next to sticking was taken */
     uint64_t
         shared; /* contacts came to a state in which they wedge a body: their normal forces are not unique, the least
                           ones were taken */
     uint64_t
         unconverged; /* evaluations at which the direction of slow slip was not found, by records and estimates of steps,
                              too: friction acted against the slip that there was */
-    uint64_t pivots; /* of complementarity problems: at most 50 for each contact that touches; with friction of contacts
-                          combinations that were tried: at most 4 (6 by Poisson's rule) for each to the power of how
-                          many touch */
+    uint64_t
+        pivots; /* of complementarity problems: at most 50 for each contact that touches; with friction of contacts steps of Newton's
+                          method */
+    uint64_t
+        jammed; /* instants at which no accelerations obeyed Coulomb's law: an impulse without a collision stopped the slip */
     double dissipated; /* by impacts, J */
 } kt_contact_counts;
 

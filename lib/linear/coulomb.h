@@ -6,14 +6,13 @@
  *
  * of impulses and rates, or of forces and accelerations. What is known to slip has a given e; what is dry has one row and a
  * limit of its own, |p| <= S. Each item is in one of a few modes, in each of which all is linear but for the directions e of
- * what slips, for which Newton's iteration solves e x u_t = 0. All combinations are tried in turn, with stick and closed
- * contacts first: at most 4^items, or 6^items with least impulses. So that no solution is missed: friction may have none, or two
- * (Painleve 1895).
+ * what slips, for which Newton's iteration solves e x u_t = 0. The cone solver (cone.h) finds the modes. Friction may have no solution, or
+ * two (Painleve 1895).
  *
  * A contact may have a least normal impulse l > 0 (expansion, by Poisson's rule): 0 <= p - l complementary to u >= 0. It never opens
  * then: while p = l it sticks or slips, too, and there are 6 modes of it.
  *
- * A combination whose closed normal rows depend on each other is left out: another one has some of these open. Where tangential
+ * Where normal rows of closed contacts depend on each other, contacts are opened until they do not. Where tangential
  * forces are not unique, as of a block on two feet, p is the least solution of all, each tangential force in proportion to its
  * normal one: so the feet of a block come to their limits together. Wedges share normal forces, too: these are the least then.
  *
@@ -28,13 +27,13 @@
 #include <stdint.h>
 #include <string.h>
 
+struct kt_cone;
+
 enum {
     KT_COULOMB_ITEMS = 10,
     KT_COULOMB_ROWS = 15,
     KT_COULOMB_COLUMNS = 1 + KT_COULOMB_ITEMS / 2, /* right-hand sides: at most half of the items slip */
     KT_COULOMB_ITERATIONS = 40,
-    KT_COULOMB_STARTS = 8,
-    KT_COULOMB_TRIALS = 256, /* up to here all combinations are tried, and solutions counted */
 };
 
 typedef enum kt_coulomb_type {
@@ -366,27 +365,6 @@ static inline void kt_coulomb_turn(const kt_coulomb *c, const kt_coulomb_solutio
     memcpy(angle, t.x[0], (size_t)t.n * sizeof *angle);
 }
 
-/* First directions: against the tangential forces that would make all of these stick; and the opposite. */
-static inline void kt_coulomb_guess(const kt_coulomb *c, double turned, kt_coulomb_solution *to) {
-    kt_coulomb_solution stuck = *to;
-    kt_coulomb_system s;
-    for (int i = 0; i < c->n; i++)
-        stuck.mode[i] = !kt_coulomb_slips(c, to, i)       ? to->mode[i]
-                        : kt_coulomb_presses(to->mode[i]) ? KT_COULOMB_STICK
-                                                          : KT_COULOMB_LEAST_STICK;
-    kt_coulomb_linear(c, &stuck, &s);
-    for (int i = 0; i < c->n; i++) {
-        if (!kt_coulomb_slips(c, to, i))
-            continue;
-        const double *p = stuck.p + c->item[i].across;
-        const double sign = kt_coulomb_across(to->mode[i]) == KT_COULOMB_SLIP ? 1.0 : -1.0;
-        const double norm = hypot(p[0], p[1]), x = norm > 0.0 ? -sign * p[0] / norm : sign;
-        const double y = norm > 0.0 ? -sign * p[1] / norm : 0.0;
-        to->e[i][0] = cos(turned) * x - sin(turned) * y;
-        to->e[i][1] = sin(turned) * x + cos(turned) * y;
-    }
-}
-
 /* Whether forces and rates are what the modes say. */
 static inline bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to) {
     double most = 0.0;
@@ -449,73 +427,10 @@ static inline bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *
     return false;
 }
 
-/* Solves one combination of modes, from directions that are turned from the guess. */
-static inline bool kt_coulomb_try(const kt_coulomb *c, double turned, kt_coulomb_solution *to) {
-    if (!kt_coulomb_is_unique(c, to))
-        return false;
-    for (int i = 0; i < c->n; i++)
-        if (c->item[i].type == KT_COULOMB_SLIPS)
-            memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
-    kt_coulomb_guess(c, turned, to);
-    return kt_coulomb_iterate(c, to);
-}
-
-/* The next mode of an item behind another, or behind -1; false: there is none. */
-static inline bool kt_coulomb_next(const kt_coulomb_item *item, int behind, kt_coulomb_mode *mode) {
-    const unsigned closed = 1U << KT_COULOMB_STICK, open = 1U << KT_COULOMB_OPEN;
-    const unsigned moves = closed | 1U << KT_COULOMB_SLIP | 1U << KT_COULOMB_SLIP_BACK;
-    const unsigned sets[] = {[KT_COULOMB_FRICTIONLESS] = closed | open,
-                             [KT_COULOMB_SLIPS] = closed | open,
-                             [KT_COULOMB_CONE] = moves | (item->least > 0.0 ? moves >> KT_COULOMB_STICK : open),
-                             [KT_COULOMB_DRY] = moves};
-    const unsigned left = sets[item->type] & ~item->refused;
-    for (int next = behind + 1; next < (int)KT_COULOMB_MODES; next++)
-        if (left >> next & 1U) {
-            *mode = (kt_coulomb_mode)next;
-            return true;
-        }
-    return false;
-}
-
-/* Whether it is another motion, not other forces for the same. */
-static inline bool kt_coulomb_differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_coulomb_solution *b) {
-    for (int j = 0; j < c->rows; j++)
-        if (fabs(a->u[j] - b->u[j]) > 1e-7 * c->size)
-            return true;
-    return false;
-}
-
-/* Tries all combinations. */
-static inline void kt_coulomb_search(const kt_coulomb *c, double turned, kt_coulomb_solution *solution,
-                                     uint64_t *trials) {
-    kt_coulomb_solution tried = {.count = 0};
-    for (int i = 0; i < c->n; i++)
-        if (!kt_coulomb_next(&c->item[i], -1, &tried.mode[i]))
-            return;
-    for (int trial = 1, i = 0; i < c->n || trial == 1; trial++) {
-        ++*trials;
-        if (kt_coulomb_try(c, turned, &tried)) {
-            if (solution->count == 0) {
-                *solution = tried;
-                solution->count = 1;
-            } else if (kt_coulomb_differs(c, solution, &tried)) {
-                solution->count++;
-            }
-        }
-        if (solution->count > 0 && trial >= KT_COULOMB_TRIALS)
-            return;
-        for (i = 0; i < c->n && !kt_coulomb_next(&c->item[i], (int)tried.mode[i], &tried.mode[i]); i++)
-            (void)kt_coulomb_next(&c->item[i], -1, &tried.mode[i]);
-    }
-}
-
-/* Writes the first solution and how many there are, or returns false: there is none. Where none is found, directions are looked
- * for from others, too. Adds the combinations that were tried to *trials. */
-static inline bool kt_coulomb_solve(const kt_coulomb *c, kt_coulomb_solution *solution, uint64_t *trials) {
-    solution->count = 0;
-    for (int start = 0; start < KT_COULOMB_STARTS && solution->count == 0; start++)
-        kt_coulomb_search(c, 0.4 * start, solution, trials);
-    return solution->count > 0;
-}
+/* coulomb.c. Solves the problem, and returns false if no solution is found. *solution: with least impulses; its count is 2 if another
+ * motion was found, too. independent: the normal rows of contacts that press are. Adds the steps of Newton's method to *steps. The cone
+ * solver has room for KT_COULOMB_ITEMS. */
+bool kt_coulomb_solve(const kt_coulomb *c, struct kt_cone *cone, bool independent, kt_coulomb_solution *solution,
+                      uint64_t *steps);
 
 #endif

@@ -58,6 +58,8 @@ size_t kt_contacts_of(const kt_model *model) {
 
 static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
     kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
+    for (size_t i = 0; i < model->n.loop; i++)
+        s.cone = model->loop[i].rubs > 0 ? kt_cone_size(KT_COULOMB_ITEMS) : s.cone;
     for (uint64_t set = 0; set < kt_family_sets(model->family); set++) {
         const kt_model *one = kt_family_model(model->family, set);
         const size_t inverse = kt_mass_inverse_size(one, 0);
@@ -181,7 +183,7 @@ static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *e
     c->met = due & ~simulation->model->set;
     const kt_status status = simulation->contact_calls->resolve(simulation, due & simulation->model->set, error);
     c->met = 0;
-    c->rests = false;
+    c->rests = c->stops = false;
     return status == KT_OK ? 0 : -1;
 }
 
@@ -426,10 +428,16 @@ static uint64_t find_held(const kt_simulation *simulation, const double *W, uint
 }
 
 /* The same where contacts with friction are among them (contact_friction.c). */
-static kt_status press_with_friction(kt_simulation *simulation, double t, const double *y, const double *W,
-                                     const double *u, uint64_t leaving, uint64_t *on, kt_error *error) {
-    const kt_status status = find_free(simulation, t, y, error);
-    return status == KT_OK ? kt_contacts_press(simulation, t, W, u, leaving, on, error) : status;
+static kt_status press_with_friction(kt_simulation *simulation, double t, const double *W, double *u, uint64_t leaving,
+                                     uint64_t *on, double *lost, kt_error *error) {
+    const double *y = kt_integrator_state(simulation->integrator);
+    kt_status status = find_free(simulation, t, y, error);
+    if (status == KT_OK)
+        status = kt_contacts_press(simulation, t, W, u, leaving, on, error);
+    if (status != KT_ERROR_CONSTRAINT || !kt_contacts_jam(simulation, W, u, lost))
+        return status;
+    status = find_free(simulation, t, y, error);
+    return status == KT_OK ? kt_contacts_press(simulation, t, W, u, 0, on, error) : status;
 }
 
 /* Switches and jumps open all contacts first: what is closed again behind them has not closed. */
@@ -605,7 +613,7 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     if (status == KT_OK && approach > 0.0)
         status = kt_contacts_strike(simulation, t, W, u, &lost, error);
     if (status == KT_OK && rough)
-        status = press_with_friction(simulation, t, y, W, u, leaving, &on, error);
+        status = press_with_friction(simulation, t, W, u, leaving, &on, &lost, error);
     else if (status == KT_OK)
         status = press(simulation, t, y, W, u, leaving, &on, error);
     kt_data_adapt(model, simulation->data);
@@ -619,10 +627,13 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
 
 static bool rest(kt_simulation *simulation, size_t k) {
     struct kt_contacts *c = simulation->contacts;
-    c->rests = (int)k < c->sides && !kt_contact_is_closed(simulation->model, &c->item[k]) &&
-               simulation->model->loop[c->item[k].loop].rest_velocity > 0.0;
-    simulation->memory.contacts.rested += c->rests;
-    return c->rests;
+    const kt_contact *item = &c->item[(int)k < c->sides || c->item[k].of < 0 ? k : (size_t)c->item[k].of];
+    const bool is_open = !kt_contact_is_closed(simulation->model, &c->item[k]);
+    const bool may = is_open && simulation->model->loop[item->loop].rest_velocity > 0.0;
+    c->rests = may && (int)k < c->sides;
+    c->stops = may && kt_contact_rubs(c, (int)k);
+    simulation->memory.contacts.rested += c->rests || c->stops;
+    return c->rests || c->stops;
 }
 
 static const kt_contact_calls calls = {
@@ -681,6 +692,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     c->inverse_size = s.inverse;
     simulation->contact_time = (double)NAN;
     c->mask = c->back = c->met = 0;
+    c->cone = s.cone > 0 ? kt_cone_init(KT_COULOMB_ITEMS, c->cone_memory) : NULL;
     simulation->contacts = c;
     list_items(simulation, c);
     c->all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
@@ -692,7 +704,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
             simulation->contact_released |= both;
     }
     simulation->memory.released = simulation->contact_released;
-    c->rubs = c->rests = false;
+    c->rubs = c->rests = c->stops = false;
     for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
         if (kt_contact_rubs(c, k))
             c->rubs = true;

@@ -2,6 +2,7 @@
 #ifndef KT_SIMULATION_CONTACT_H
 #define KT_SIMULATION_CONTACT_H
 
+#include "linear/cone.h"
 #include "linear/coulomb.h"
 #include "simulation/simulation.h"
 
@@ -33,11 +34,12 @@ typedef struct kt_contact {
     X(int, component, 2 * s->n, "of these, which of its rows")                                                         \
     X(double, response, 2 * s->n * s->nv, "M^-1 J', a column each")                                                    \
     X(double, gap, s->n, "of all contacts")                                                                            \
+    X(char, cone_memory, s->cone, "the cone solver, where contacts have friction")                                     \
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
     X(char, inverse_memory, s->inverse, "M^-1")
 
 typedef struct kt_contact_sizes {
-    size_t n, nq, nv, rows, data, inverse;
+    size_t n, nq, nv, rows, data, inverse, cone;
 } kt_contact_sizes;
 
 struct kt_contacts {
@@ -52,8 +54,10 @@ struct kt_contacts {
     size_t inverse_size;  /* bytes of inverse_memory */
     const kt_model *all;  /* all are closed: of the equations */
     kt_data *data;        /* of `all` */
+    kt_cone *cone;        /* NULL: no contact has friction */
     bool rubs;            /* some have friction */
     bool rests;           /* bounces accumulate: what touches comes to rest */
+    bool stops;           /* ends of slip do: what slips slower than its rest velocity comes to rest */
     kt_event_watch watch; /* that of events, with what is done where slip turns */
     kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* that of events */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
@@ -149,6 +153,10 @@ KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, con
  * *on; directions of slip to memory.slip. leaving: whose reaction or stick has come to an end. */
 KT_CHECKED kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u,
                                        uint64_t leaving, uint64_t *on, kt_error *error);
+
+/* Where no accelerations obey Coulomb's law (Painleve's paradox): impulses without a collision, by which what slips comes to rest, or turns.
+ * Returns false if there are none; otherwise u and c->v are those behind them, and *lost grows by the energy that they dissipate. */
+bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
 
 /* How many such loops a model has, closed and open. */
 size_t kt_contacts_of(const kt_model *model);

@@ -74,7 +74,7 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
     }
     for (int i = 0; i < p.c.n; i++)
         p.c.b[p.c.item[i].row] -= phase->bound[i];
-    if (!kt_coulomb_solve(&p.c, &p.solution, &simulation->memory.contacts.pivots))
+    if (!kt_coulomb_solve(&p.c, c->cone, false, &p.solution, &simulation->memory.contacts.pivots))
         return false;
     phase->rows = p.c.rows;
     for (int j = 0; j < p.c.rows; j++) {
@@ -84,6 +84,40 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
     }
     for (int i = 0; i < p.c.n; i++)
         phase->u[i] = phase->p[i] > phase->least[i] ? phase->bound[i] : phase->u[i] + phase->bound[i];
+    return true;
+}
+
+/* The paradox's problem is that of an impact at which nothing approaches: no impulse is one solution, and another holds what slips. */
+bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost) {
+    struct kt_contacts *c = simulation->contacts;
+    double most = 0.0, energy = 0.0;
+    problem p;
+    begin(&p, c, W);
+    for (int i = 0; i < c->meeting; i++)
+        if (u[i] <= kt_contact_rest(simulation, W, i))
+            (void)add_item(&p, simulation, i);
+    for (int j = 0; j < p.c.rows; j++) {
+        p.c.b[j] = u[p.c.line[j]];
+        p.c.size = fmax(p.c.size, fabs(p.c.b[j]));
+    }
+    for (int i = 0; i < p.c.n; i++)
+        p.c.b[p.c.item[i].row] = 0.0;
+    if (p.c.n == 0 || !kt_coulomb_solve(&p.c, c->cone, false, &p.solution, &simulation->memory.contacts.pivots))
+        return false;
+    for (int j = 0; j < p.c.rows; j++) {
+        most = fmax(most, fabs(p.solution.p[j]));
+        energy -= 0.5 * p.solution.p[j] * (p.c.b[j] + p.solution.u[j]);
+    }
+    if (!(most > 0.0) || !(energy >= 0.0))
+        return false;
+    for (int j = 0; j < p.c.rows; j++)
+        for (size_t i = 0; i < simulation->size.nv; i++)
+            c->v[i] += p.solution.p[j] * c->response[(size_t)p.c.line[j] * simulation->size.nv + i];
+    for (int i = 0; i < c->touching; i++)
+        for (int j = 0; j < p.c.rows; j++)
+            u[i] += W[i * c->touching + p.c.line[j]] * p.solution.p[j];
+    *lost += energy;
+    simulation->memory.contacts.jammed++;
     return true;
 }
 
@@ -98,7 +132,7 @@ static void add_contact(problem *p, const kt_simulation *simulation, int line, c
     if (item->type != KT_COULOMB_CONE)
         return;
     const double *slip = u + p->c.line[item->across], speed = hypot(slip[0], slip[1]);
-    if (speed > kt_contact_resting) {
+    if (speed > (c->stops ? kt_contact_loop(simulation, line)->rest_velocity : kt_contact_resting)) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
         item->e[1] = slip[1] / speed;
@@ -115,9 +149,9 @@ static void add_dry(problem *p, const kt_simulation *simulation, int line, uint6
     item->refused = (leaving & friction->bit) != 0 ? 1U << KT_COULOMB_STICK : 0;
 }
 
-/* What takes part, and the accelerations without its reactions. */
-static void set_problem(problem *p, const kt_simulation *simulation, const double *W, const double *u,
-                        uint64_t leaving) {
+/* What takes part, and the accelerations without its reactions. strict: what parts is left out even if it is slower than rest. */
+static void set_problem(problem *p, const kt_simulation *simulation, const double *W, const double *u, uint64_t leaving,
+                        bool strict) {
     const struct kt_contacts *c = simulation->contacts;
     double size;
     begin(p, c, W);
@@ -125,7 +159,7 @@ static void set_problem(problem *p, const kt_simulation *simulation, const doubl
         (void)kt_contact_rate(c, W, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= kt_contact_resting)
             add_dry(p, simulation, i, leaving);
-        else if (i < c->meeting && u[i] <= fmax(kt_contact_rest(simulation, W, i), rounding * size))
+        else if (i < c->meeting && u[i] <= fmax(strict ? 0.0 : kt_contact_rest(simulation, W, i), rounding * size))
             add_contact(p, simulation, i, u, leaving);
     }
     for (int j = 0; j < p->c.rows; j++) {
@@ -166,11 +200,14 @@ kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W
                             uint64_t *on, kt_error *error) {
     kt_contact_counts *counts = &simulation->memory.contacts;
     problem p;
-    set_problem(&p, simulation, W, u, leaving);
-    bool found = kt_coulomb_solve(&p.c, &p.solution, &counts->pivots);
-    if (!found && leaving != 0) { /* forces have been shared anew: what was to leave may stay */
-        set_problem(&p, simulation, W, u, 0);
-        found = kt_coulomb_solve(&p.c, &p.solution, &counts->pivots);
+    bool found = false;
+    /* Forces have been shared anew: what was to leave may stay. Corners of a body that part at different speeds below rest may be unable to rest all
+     * at once, since their rates are not those of rest: then they part. */
+    for (int attempt = 0; attempt < 3 && !found; attempt++) {
+        if (attempt == 1 && leaving == 0)
+            continue;
+        set_problem(&p, simulation, W, u, attempt == 0 ? leaving : 0, attempt == 2);
+        found = kt_coulomb_solve(&p.c, simulation->contacts->cone, true, &p.solution, &counts->pivots);
     }
     if (!found)
         return kt_contacts_refuse(simulation, t, "reactions", error);

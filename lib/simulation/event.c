@@ -502,8 +502,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     simulation->event_beyond = repetition == 0 ? HUGE_VAL : simulation->event_beyond;
     kt_status status = find_roots(simulation, &first, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
-    const bool is_last = repetition == REPETITIONS, fails = is_last && instant > t1;
-    const bool fires = !fails && instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || is_last);
+    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || repetition == REPETITIONS);
     if (fires && simulation->event_reach != t1) /* the end of the step is not that of the panel */
         status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
                               simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
@@ -512,7 +511,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
         kt_integrator_retreat(simulation->integrator, t1 - t0);
         return status;
     }
-    if (fires || fails || !(instant < HUGE_VAL)) {
+    if (fires || !(instant < HUGE_VAL)) {
         pass(simulation, fires);
         return KT_OK;
     }

@@ -4,7 +4,6 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -124,70 +123,6 @@ KT_TEST(bouncing_ball_comes_to_rest_at_its_zeno_point) {
     check_ball(NULL, 0.0, 1e-12);
     check_ball("rk4", 0.01, 1e-12);
     check_ball("bdf2", 0.01, 1e-12);
-}
-
-/* A finger that is pressed against a stop bounces in ever lower jumps, at last lower than the rounding of where the stop is. It rests from
- * there on, and its work is what was lost. Speeds shrink by e, from the first down to the rest velocity or sqrt(2 a 16 eps x). */
-KT_TEST(pressed_finger_comes_to_rest_on_a_stop_anywhere) {
-    static const char *const methods[] = {"dopri5", "rk4", "radau5", NULL};
-    kt_random random = kt_random_of_test();
-    kt_worst place = kt_worst_make("place, relative"), energy = kt_worst_make("work that is not lost, relative");
-    int late = 0, more = 0;
-    for (int run = 0; run < 200; run++) {
-        const double a = pow(10.0, kt_random_uniform(&random, 0.0, 6.0)), e = kt_random_uniform(&random, 0.0, 0.9);
-        const double x = pow(10.0, kt_random_uniform(&random, -3.0, 4.0)), way = kt_random_uniform(&random, 0.01, 0.5);
-        const double v = sqrt(2.0 * a * way), stop = 2.0 * v / a * (1.0 + e) / (1.0 - e);
-        const double rest = fmax(1e-6, sqrt(2.0 * a * 16.0 * DBL_EPSILON * x));
-        const int count = e > 0.0 ? (int)ceil(log(rest / v) / log(e)) + 1 : 1;
-        row r;
-        row_make(&r, 1);
-        row_floor(&r, e);
-        r.effect[0].lower = x;
-        r.body[0].joint.position[0] = x + way;
-        kt_model *model = kt_scene_compile(&r.description);
-        kt_simulation *simulation = start(model, methods[run % 4], run % 4 == 1 ? 0.1 * v / a : 0.0, KT_RECORD_BALANCE);
-        kt_error error = {0};
-        kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
-        if (status == KT_OK)
-            status = kt_simulation_set_torque(simulation, &(double){-a}, &error);
-        if (status == KT_OK)
-            status = kt_simulation_advance(simulation, stop, &error);
-        if (kt_fine("runs", status, &error)) {
-            const kt_contact_counts counts = kt_simulation_contacts(simulation);
-            kt_worst_near(&place, kt_simulation_positions(simulation)[0] / (x + way), x / (x + way), 8.0 * DBL_EPSILON,
-                          "run %d", run);
-            kt_worst_near(&energy, counts.dissipated / (a * way), 1.0, 1e-8, "run %d: a %g x %g e %g", run, a, x, e);
-            late += counts.closings != 1 || kt_simulation_velocities(simulation)[0] != 0.0;
-            more += (int)counts.impacts > count;
-        }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
-    }
-    kt_check_worst(&place);
-    kt_check_worst(&energy);
-    kt_check_below("fingers that do not rest", late, 0.0);
-    kt_check_below("fingers with more impacts than until rest", more, 0.0);
-}
-
-/* The cost of a step has a bound: a ball that bounces on for more than 10,000 times within one is told, by its name. */
-KT_TEST(bounces_within_a_step_have_a_limit) {
-    row r;
-    row_make(&r, 1);
-    row_floor(&r, 0.9999);
-    r.effect[0].name = "anvil";
-    r.body[0].joint.position[0] = 1e-6;
-    r.description.gravity = kt_vec3_make(0.0, 0.0, -g);
-    kt_model *model = kt_scene_compile(&r.description);
-    kt_simulation *simulation = start(model, "rk4", 50.0, 0);
-    kt_error error = {0};
-    if (simulation != NULL) {
-        kt_check_true("ends", kt_simulation_advance(simulation, 50.0, &error) == KT_ERROR_STEP);
-        kt_check_contains("words", error.message, "10000 instants of events lie within 50 s");
-        kt_check_contains("words", error.message, "larger rest_velocity");
-        kt_check_contains("where", error.where, "event 'anvil.lower' at t = ");
-    }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* Without a rest velocity the chain has no end: it is told, with the time. */

@@ -162,6 +162,7 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "unconverged", json_integer((json_int_t)seen.unconverged));
     json_object_set_new(contacts, "rested", json_integer((json_int_t)seen.rested));
     json_object_set_new(contacts, "reduced", json_integer((json_int_t)seen.reduced));
+    json_object_set_new(contacts, "jammed", json_integer((json_int_t)seen.jammed));
     json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));
     if (seen.count > 0)
         json_object_set(root, "contacts", contacts);

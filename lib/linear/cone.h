@@ -1,0 +1,63 @@
+/* Complementarity with Coulomb's cone, for any number of contacts. Contact i has rows 3i (normal), 3i + 1 and 3i + 2 (tangential):
+ *
+ *     u = W p + b,    0 <= p_n - l  complementary to  u_n >= 0,    |p_t| <= mu p_n,    |u_t| p_t = -mu p_n u_t
+ *
+ * of impulses and rates, or of forces and accelerations; l >= 0 is a least normal impulse. An item with a limit S >= 0 is dry friction of
+ * a joint instead: it has its first row alone, |p| <= S, and |u| p = -S u where u is not zero.
+ *
+ * The problem is solved when Alart and Curnier's function vanishes:
+ *
+ *     f_n = p_n - l - max(0, p_n - l - u_n),    f_t = p_t - P(p_t - u_t),    P the projection to the disc of radius mu max(l, p_n - u_n)
+ *
+ * A cascade ends with the first of these that succeeds: two sweeps of block Gauss-Seidel with exact local solutions and semismooth Newton
+ * on f; six more sweeps and Newton; an interior point method for the cones (cone_interior.c) and Newton; 600 sweeps and Newton; proximal
+ * points. What is returned has been polished by Newton.
+ *
+ * A problem with friction may have several solutions, or none (Painleve 1895). The solution depends on the start p: a warm start stays near
+ * what was.
+ *
+ * P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution methods, 1991; V. Acary,
+ * M. Bremond, O. Huber, On solving contact problems with Coulomb friction, 2018.
+ */
+#ifndef KT_LINEAR_CONE_H
+#define KT_LINEAR_CONE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct kt_cone_problem {
+    int n;
+    const double *W, *b; /* 3n x 3n, by rows; 3n */
+    const double *mu;    /* n */
+    const double *least; /* n: l; NULL: zeros */
+    const double *limit; /* n: S of dry friction; negative: a contact; NULL: all are contacts */
+    bool symmetric;      /* W is symmetric and positive semidefinite */
+} kt_cone_problem;
+
+/* Which part of the cascade has succeeded. */
+typedef enum kt_cone_round {
+    KT_CONE_NEWTON,
+    KT_CONE_SWEEPS,
+    KT_CONE_INTERIOR,
+    KT_CONE_MANY_SWEEPS,
+    KT_CONE_PROXIMAL,
+    KT_CONE_ROUNDS /* how many */
+} kt_cone_round;
+
+typedef struct kt_cone_result {
+    bool converged;  /* residual <= 1e-9 */
+    double residual; /* the largest |f|, relative to the largest |p| and |b|; infinite if there is a NaN */
+    kt_cone_round round;
+    int newton; /* steps of Newton's method */
+} kt_cone_result;
+
+typedef struct kt_cone kt_cone;
+
+/* Bytes of the memory for problems of up to n contacts, aligned to KT_ARENA_ALIGNMENT; and its object. */
+size_t kt_cone_size(int n);
+kt_cone *kt_cone_init(int n, void *memory);
+
+/* Solves the problem from the start p, which becomes the best p that was found. */
+kt_cone_result kt_cone_solve(kt_cone *cone, const kt_cone_problem *problem, double *p);
+
+#endif

@@ -1,0 +1,264 @@
+/* Alart and Curnier's function of the cone solver, its residual, and semismooth Newton on it (cone.h). */
+#include "linear/cone_parts.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double polished = 1e-12, exact = 1e-14;
+enum { HALVINGS = 5 };
+
+/* ---- the function ------------------------------------------------------------------------------------------------ */
+
+/* What holds of an item, and which of its rows are unknown: known normal impulse; closed without friction; sticks, slips; and both with the
+ * least normal impulse. */
+typedef enum cone_mode { HELD, SMOOTH, STICKS, SLIPS, LEAST_STICKS, LEAST_SLIPS } cone_mode;
+
+static bool is_known(cone_mode mode, int row) {
+    return mode == HELD || (mode == SMOOTH && row > 0) || (mode >= LEAST_STICKS && row == 0);
+}
+
+static void find_rates(const kt_cone *cone, const kt_cone_linear *of, const double *x, double *u) {
+    const int m = 3 * cone->n;
+    for (int r = 0; r < m; r++) {
+        double sum = of->b[r];
+        for (int c = 0; c < m; c++)
+            sum += of->W[r * m + c] * x[c];
+        u[r] = sum;
+    }
+}
+
+/* Of an item without a cone: dry friction, or a contact without friction. */
+static void find_plain(kt_cone *cone, int i, const double *x, const double *u, double *f) {
+    const double z = x[3 * i] - u[3 * i], limit = cone->limit[i], least = cone->least[i];
+    const double low = limit >= 0.0 ? -limit : least, high = limit >= 0.0 ? limit : (double)INFINITY;
+    cone->mode[i] = z > low && z < high ? SMOOTH : HELD;
+    cone->target[i] = z > low ? high : low;
+    f[3 * i] = cone->mode[i] == SMOOTH ? u[3 * i] : x[3 * i] - cone->target[i];
+    f[3 * i + 1] = x[3 * i + 1];
+    f[3 * i + 2] = x[3 * i + 2];
+}
+
+/* f at x, with the rates there, and the modes; returns its square. */
+static double find_function(kt_cone *cone, const double *x, const double *u, double *f) {
+    double sum = 0.0;
+    for (int i = 0; i < cone->n; i++) {
+        const double *xi = x + 3 * i, *ui = u + 3 * i, l = cone->least[i];
+        if (cone->limit[i] >= 0.0 || !(cone->mu[i] > 0.0)) {
+            find_plain(cone, i, x, u, f);
+        } else {
+            const double w = xi[0] - l - ui[0], R = cone->mu[i] * (l + fmax(0.0, w));
+            const double z1 = xi[1] - ui[1], z2 = xi[2] - ui[2], z = hypot(z1, z2), part = z > R ? R / z : 1.0;
+            const bool slips = z > R;
+            cone->mode[i] = w > 0.0 ? (slips ? SLIPS : STICKS) : R > 0.0 ? (slips ? LEAST_SLIPS : LEAST_STICKS) : HELD;
+            cone->target[i] = l;
+            f[3 * i] = xi[0] - l - fmax(0.0, w);
+            f[3 * i + 1] = xi[1] - part * z1;
+            f[3 * i + 2] = xi[2] - part * z2;
+        }
+        for (int k = 0; k < 3; k++)
+            sum += f[3 * i + k] * f[3 * i + k];
+    }
+    return sum;
+}
+
+double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x) {
+    double most = 0.0, size = 0.0;
+    find_rates(cone, of, x, cone->u);
+    (void)find_function(cone, x, cone->u, cone->f);
+    for (int r = 0; r < 3 * cone->n; r++) {
+        if (!isfinite(x[r]) || !isfinite(cone->u[r]) || !isfinite(cone->f[r])) /* fmax leaves NaN out */
+            return (double)INFINITY;
+        most = fmax(most, fabs(cone->f[r]));
+        size = fmax(size, fmax(fabs(x[r]), fabs(of->b[r])));
+    }
+    return size > 0.0 ? most / size : 0.0;
+}
+
+/* ---- linear equations -------------------------------------------------------------------------------------------- */
+
+static void swap_rows(int n, double *A, double *x, int a, int b, int from) {
+    for (int j = from; j < n && a != b; j++) {
+        const double t = A[a * n + j];
+        A[a * n + j] = A[b * n + j];
+        A[b * n + j] = t;
+    }
+    const double t = x[a];
+    x[a] = x[b];
+    x[b] = t;
+}
+
+static void eliminate_below(int n, double *A, double *x, int k) {
+    const double over = 1.0 / A[k * n + k];
+    for (int i = k + 1; i < n; i++) {
+        const double factor = A[i * n + k] * over;
+        if (factor == 0.0)
+            continue;
+        for (int j = k + 1; j < n; j++)
+            A[i * n + j] -= factor * A[k * n + j];
+        x[i] -= factor * x[k];
+    }
+}
+
+/* Partial pivoting; false where a pivot is lost. */
+static bool eliminate_partially(int n, double *A, double *x) {
+    double most = 0.0;
+    for (int i = 0; i < n * n; i++)
+        most = fmax(most, fabs(A[i]));
+    for (int k = 0; k < n; k++) {
+        int r = k;
+        for (int i = k + 1; i < n; i++)
+            r = fabs(A[i * n + k]) > fabs(A[r * n + k]) ? i : r;
+        if (!(fabs(A[r * n + k]) > 1e-9 * most))
+            return false;
+        swap_rows(n, A, x, k, r, k);
+        eliminate_below(n, A, x, k);
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = i + 1; j < n; j++)
+            x[i] -= A[i * n + j] * x[j];
+        x[i] /= A[i * n + i];
+    }
+    return true;
+}
+
+/* Complete pivoting; z is for n numbers. */
+static void eliminate_completely(int n, double *A, double *x, int *order, double *z) {
+    int rank = 0;
+    double first = 0.0;
+    for (int i = 0; i < n; i++)
+        order[i] = i;
+    for (; rank < n; rank++) {
+        int r = rank, c = rank;
+        for (int i = rank; i < n; i++)
+            for (int j = rank; j < n; j++)
+                if (fabs(A[i * n + j]) > fabs(A[r * n + c])) {
+                    r = i;
+                    c = j;
+                }
+        const double pivot = fabs(A[r * n + c]);
+        first = rank == 0 ? pivot : first;
+        if (!(pivot > 1e-11 * first))
+            break;
+        swap_rows(n, A, x, rank, r, rank);
+        for (int i = 0; i < n && c != rank; i++) {
+            const double t = A[i * n + rank];
+            A[i * n + rank] = A[i * n + c];
+            A[i * n + c] = t;
+        }
+        const int t = order[rank];
+        order[rank] = order[c];
+        order[c] = t;
+        eliminate_below(n, A, x, rank);
+    }
+    for (int i = rank - 1; i >= 0; i--) {
+        double sum = x[i];
+        for (int j = i + 1; j < rank; j++)
+            sum -= A[i * n + j] * z[j];
+        z[i] = sum / A[i * n + i];
+    }
+    memset(x, 0, (size_t)n * sizeof *x);
+    for (int i = 0; i < rank; i++)
+        x[order[i]] = z[i];
+}
+
+void kt_cone_eliminate(kt_cone *cone, int n, const double *A, double *x) {
+    memcpy(cone->B, A, (size_t)(n * n) * sizeof *A);
+    memcpy(cone->part, x, (size_t)n * sizeof *x);
+    if (eliminate_partially(n, cone->B, cone->part)) {
+        memcpy(x, cone->part, (size_t)n * sizeof *x);
+        return;
+    }
+    memcpy(cone->B, A, (size_t)(n * n) * sizeof *A);
+    eliminate_completely(n, cone->B, x, cone->order, cone->part);
+}
+
+/* ---- Newton ------------------------------------------------------------------------------------------------------ */
+
+/* Row (i, c) of the derivative: coefficients of this contact's du and dx; returns the right-hand side. */
+static double linearise(const kt_cone *cone, int i, int c, const double *x, double du[3], double dx[3]) {
+    const double *ui = cone->u + 3 * i, *xi = x + 3 * i, l = cone->least[i], mu = cone->mu[i];
+    memset(du, 0, 3 * sizeof *du);
+    memset(dx, 0, 3 * sizeof *dx);
+    if (c == 0 || cone->mode[i] == STICKS || cone->mode[i] == LEAST_STICKS) {
+        du[c] = 1.0;
+        return -ui[c];
+    }
+    /* f_t = x_t - R e;  dR = mu (dx_n - du_n),  de = (1 - e e') (dx_t - du_t) / z */
+    const double R = mu * (l + fmax(0.0, xi[0] - l - ui[0])), z1 = xi[1] - ui[1], z2 = xi[2] - ui[2];
+    const double z = hypot(z1, z2), e[2] = {z1 / z, z2 / z};
+    if (cone->mode[i] == SLIPS) {
+        dx[0] = -mu * e[c - 1];
+        du[0] = mu * e[c - 1];
+    }
+    dx[c] = 1.0;
+    for (int d = 0; d < 2; d++) {
+        const double g = R / z * ((d == c - 1 ? 1.0 : 0.0) - e[c - 1] * e[d]);
+        dx[1 + d] -= g;
+        du[1 + d] += g;
+    }
+    return -cone->f[3 * i + c];
+}
+
+/* The step dx from x: known rows take their values at once. Requires rates, function and modes at x. */
+static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, double *dx) {
+    const int m = 3 * cone->n;
+    int k = 0;
+    for (int r = 0; r < m; r++) {
+        const bool known = is_known((cone_mode)cone->mode[r / 3], r % 3);
+        dx[r] = !known ? 0.0 : r % 3 == 0 ? cone->target[r / 3] - x[r] : -x[r];
+        if (!known)
+            cone->index[k++] = r;
+    }
+    for (int r = 0; r < k; r++) {
+        const int row = cone->index[r], i = row / 3;
+        double du[3], own[3];
+        double right = linearise(cone, i, row % 3, x, du, own);
+        for (int j = 0; j < k; j++)
+            cone->A[r * k + j] = cone->index[j] / 3 == i ? own[cone->index[j] % 3] : 0.0;
+        for (int d = 0; d < 3; d++) {
+            const double *W = of->W + (3 * i + d) * m;
+            for (int j = 0; j < k && du[d] != 0.0; j++)
+                cone->A[r * k + j] += du[d] * W[cone->index[j]];
+            for (int j = 0; j < m && du[d] != 0.0; j++)
+                right -= du[d] * W[j] * dx[j];
+            right -= own[d] * dx[3 * i + d];
+        }
+        cone->right[r] = right;
+    }
+    kt_cone_eliminate(cone, k, cone->A, cone->right);
+    for (int r = 0; r < k; r++)
+        dx[cone->index[r]] = cone->right[r];
+}
+
+bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most) {
+    const int m = 3 * cone->n;
+    double last = kt_cone_residual(cone, of, x);
+    bool done = last <= exact;
+    memcpy(cone->best, x, (size_t)m * sizeof *x);
+    for (int k = 0, worse = 0; k < most && !done; k++) {
+        double part = 1.0, now = 0.0;
+        find_rates(cone, of, x, cone->u);
+        const double merit = find_function(cone, x, cone->u, cone->f);
+        find_step(cone, of, x, cone->dx);
+        cone->newton++;
+        for (int h = 0; h < HALVINGS; h++, part *= 0.5) {
+            for (int i = 0; i < m; i++)
+                cone->trial[i] = x[i] + part * cone->dx[i];
+            find_rates(cone, of, cone->trial, cone->u);
+            now = find_function(cone, cone->trial, cone->u, cone->other);
+            if (now < (1.0 - 1e-4 * part) * merit)
+                break;
+        }
+        worse += !(now < merit);
+        if (worse > 2 || !(now < 1e300))
+            break;
+        memcpy(x, cone->trial, (size_t)m * sizeof *x);
+        const double left = kt_cone_residual(cone, of, x);
+        if (left < last)
+            memcpy(cone->best, x, (size_t)m * sizeof *x);
+        last = fmin(last, left);
+        done = left <= exact || (left <= polished && k > 0 && !(now < 0.01 * merit));
+    }
+    memcpy(x, cone->best, (size_t)m * sizeof *x);
+    return last <= polished;
+}

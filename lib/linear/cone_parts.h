@@ -1,0 +1,69 @@
+/* The cone solver's memory, and what its parts share (cone.h). */
+#ifndef KT_LINEAR_CONE_PARTS_H
+#define KT_LINEAR_CONE_PARTS_H
+
+#include "base/arena.h"
+#include "linear/cone.h"
+
+/* m = 3n. The problem is scaled contact by contact, so that cones stay cones. */
+#define KT_CONE_FIELDS(X)                                                                                              \
+    X(double, W, m *m, "scaled")                                                                                       \
+    X(double, b, m, "scaled")                                                                                          \
+    X(double, mu, m, "of n")                                                                                           \
+    X(double, least, m, "of n, scaled")                                                                                \
+    X(double, limit, m, "of n, scaled")                                                                                \
+    X(double, scale, m, "of n")                                                                                        \
+    X(double, near_W, m *m, "of proximal points; of the interior point method")                                        \
+    X(double, near_b, m, "likewise")                                                                                   \
+    X(double, A, m *m, "of a linear system")                                                                           \
+    X(double, B, m *m, "its factors")                                                                                  \
+    X(double, u, m, "rates")                                                                                           \
+    X(double, f, m, "Alart and Curnier's function")                                                                    \
+    X(double, other, m, "likewise, of a shorter step")                                                                 \
+    X(double, dx, m, "step of Newton's method")                                                                        \
+    X(double, trial, m, "x + dx")                                                                                      \
+    X(double, best, m, "of Newton's method")                                                                           \
+    X(double, right, m, "of a linear system")                                                                          \
+    X(double, part, m, "likewise")                                                                                     \
+    X(double, target, m, "of n: the value of a normal impulse that is known")                                          \
+    X(double, x, m, "of the cascade")                                                                                  \
+    X(double, y, m, "of a round")                                                                                      \
+    X(double, z, m, "of a proximal point")                                                                             \
+    X(double, found, m, "the best of all")                                                                             \
+    X(double, r, m, "interior point: primal")                                                                          \
+    X(double, s, m, "interior point: dual")                                                                            \
+    X(double, dr, m, "their steps")                                                                                    \
+    X(double, ds, m, "likewise")                                                                                       \
+    X(double, lambda, m, "scaled point")                                                                               \
+    X(double, centre, m, "of the complementarity")                                                                     \
+    X(double, gap, m, "of the equations")                                                                              \
+    X(double, frame, 3 * m, "Nesterov and Todd's scaling, 3 x 3 each")                                                 \
+    X(int, index, m, "unknowns")                                                                                       \
+    X(int, order, m, "of columns")                                                                                     \
+    X(int, mode, m, "of n")
+
+struct kt_cone {
+    int most; /* contacts */
+    int n;
+    bool symmetric, has_least, has_limit;
+    int newton;
+    KT_ARENA_DECLARE(KT_CONE_FIELDS)
+};
+
+/* A problem of the same cones: the scaled one, or that of a proximal point. */
+typedef struct kt_cone_linear {
+    const double *W, *b;
+} kt_cone_linear;
+
+double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x);
+
+/* Newton's method from x, at most so many steps. Returns whether the residual is 1e-12 or less; x is the best. */
+bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most);
+
+/* Solves A x = right (n x n), by the factors in B; unknowns of lost pivots are 0. x: right-hand side, then the solution. */
+void kt_cone_eliminate(kt_cone *cone, int n, const double *A, double *x);
+
+/* The interior point method, to y; then Newton. */
+void kt_cone_interior(kt_cone *cone, double *y);
+
+#endif

@@ -1,0 +1,224 @@
+/* The solution of a problem with Coulomb's friction (coulomb.h): the cone solver finds what each item does, and then the directions of slip
+ * are made exact, and of impulses that give the same motion the least are taken.
+ *
+ * A problem may have several solutions. The choice is this. If all items can stick, they stick. Otherwise the cone solver starts from the
+ * impulses that would make all stick; if it ends there without a solution, it starts from none. Whether a start from none comes to another
+ * motion is counted.
+ */
+#include "linear/coulomb.h"
+#include "linear/cone.h"
+
+enum { ROWS = 3 * KT_COULOMB_ITEMS };
+
+/* The same problem as the cone solver takes it: three rows for each item. */
+typedef struct posed {
+    double W[ROWS * ROWS], b[ROWS], mu[KT_COULOMB_ITEMS], least[KT_COULOMB_ITEMS], limit[KT_COULOMB_ITEMS];
+    bool has_limit, symmetric;
+} posed;
+
+static bool is_open_alone(const kt_coulomb_item *item) { return item->refused == ~(1U << KT_COULOMB_OPEN); }
+
+/* What rows the r-th row of an item consists of; returns how many: `row` and `by` of each. Slip in a given direction is that of one row. */
+static int rows_of(const kt_coulomb_item *item, int r, int *row, double *by) {
+    row[0] = r == 0 ? item->row : item->across + r - 1;
+    by[0] = 1.0;
+    if (item->type == KT_COULOMB_CONE)
+        return 1;
+    if (r > 0)
+        return 0;
+    for (int k = 0; k < 2 && item->type == KT_COULOMB_SLIPS; k++) {
+        row[1 + k] = item->across + k;
+        by[1 + k] = -item->friction * item->e[k];
+    }
+    return item->type == KT_COULOMB_SLIPS ? 3 : 1;
+}
+
+static void pose(const kt_coulomb *c, posed *p) {
+    const int m = 3 * c->n;
+    int row[3], column[3];
+    double by[3], unused[3];
+    memset(p, 0, sizeof *p);
+    p->symmetric = true;
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        p->mu[i] = item->type == KT_COULOMB_CONE ? item->friction : 0.0;
+        p->least[i] = item->least;
+        p->limit[i] = item->type == KT_COULOMB_DRY ? item->friction : is_open_alone(item) ? 0.0 : -1.0;
+        p->has_limit = p->has_limit || p->limit[i] >= 0.0;
+        p->symmetric = p->symmetric && item->type != KT_COULOMB_SLIPS;
+    }
+    for (int r = 0; r < m; r++) {
+        if (rows_of(&c->item[r / 3], r % 3, row, unused) == 0)
+            continue;
+        p->b[r] = c->b[row[0]];
+        for (int s = 0; s < m; s++)
+            for (int k = rows_of(&c->item[s / 3], s % 3, column, by) - 1; k >= 0; k--)
+                p->W[r * m + s] += by[k] * kt_coulomb_entry(c, row[0], column[k]);
+    }
+}
+
+/* Between the rows of the cone solver and those of the problem. */
+static void scatter_rows(const kt_coulomb *c, const double *x, double *p) {
+    int row[3];
+    double by[3];
+    memset(p, 0, KT_COULOMB_ROWS * sizeof *p);
+    for (int r = 0; r < 3 * c->n; r++)
+        for (int k = rows_of(&c->item[r / 3], r % 3, row, by) - 1; k >= 0; k--)
+            p[row[k]] += by[k] * x[r];
+}
+
+static void gather(const kt_coulomb *c, const double *p, double *x) {
+    int row[3];
+    double by[3];
+    for (int r = 0; r < 3 * c->n; r++)
+        x[r] = rows_of(&c->item[r / 3], r % 3, row, by) > 0 ? p[row[0]] : 0.0;
+}
+
+/* ---- modes ------------------------------------------------------------------------------------------------------- */
+
+/* What a contact with a cone does across, and its direction. */
+static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const double *p, const double *u,
+                         double *e) {
+    const double *pt = p + item->across, *ut = u + item->across;
+    const double speed = hypot(ut[0], ut[1]), force = hypot(pt[0], pt[1]);
+    const bool moves = speed > 1e-9 * c->size, leaves = (item->refused & 1U << KT_COULOMB_STICK) != 0;
+    e[0] = moves ? ut[0] / speed : leaves && force > 0.0 ? -pt[0] / force : 1.0;
+    e[1] = moves ? ut[1] / speed : leaves && force > 0.0 ? -pt[1] / force : 0.0;
+    return moves || leaves;
+}
+
+static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
+    double most = 0.0;
+    for (int j = 0; j < c->rows; j++) {
+        most = fmax(most, fabs(to->p[j]));
+        to->u[j] = kt_coulomb_along(c, j, to->p) + c->b[j];
+    }
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double p = to->p[item->row], u = to->u[item->row];
+        const bool leaves = (item->refused & 1U << KT_COULOMB_STICK) != 0;
+        const bool presses = p - item->least > 1e-10 * most && !is_open_alone(item);
+        memcpy(to->e[i], item->e, sizeof to->e[i]);
+        if (item->type == KT_COULOMB_DRY) {
+            const bool moves = fabs(u) > 1e-9 * c->size;
+            to->mode[i] = !moves && !leaves             ? KT_COULOMB_STICK
+                          : (moves ? u > 0.0 : p < 0.0) ? KT_COULOMB_SLIP
+                                                        : KT_COULOMB_SLIP_BACK;
+        } else if (item->type == KT_COULOMB_CONE && (presses || item->least > 0.0)) {
+            const bool slips = slips_across(c, item, to->p, to->u, to->e[i]);
+            to->mode[i] = presses ? (slips ? KT_COULOMB_SLIP : KT_COULOMB_STICK)
+                                  : (slips ? KT_COULOMB_LEAST_SLIP : KT_COULOMB_LEAST_STICK);
+        } else {
+            to->mode[i] = presses ? KT_COULOMB_STICK : KT_COULOMB_OPEN;
+        }
+    }
+}
+
+/* ---- one start --------------------------------------------------------------------------------------------------- */
+
+/* Slip that just begins is slow: its directions, which the cone solver has to what rounding is relative to the fastest, take one step more. */
+static bool polish(const kt_coulomb *c, kt_coulomb_solution *to) {
+    kt_coulomb_system system;
+    double angle[KT_COULOMB_ROWS], residual;
+    kt_coulomb_linear(c, to, &system);
+    kt_coulomb_turn(c, to, &system, angle, &residual);
+    kt_coulomb_rotate(c, to, angle, 1.0);
+    return kt_coulomb_iterate(c, to);
+}
+
+/* Solves from the start x. The motion of the modes is exact if it exists; otherwise that of the cone solver is taken as it is. */
+static bool solve_from(const kt_coulomb *c, kt_cone *cone, double *x, kt_coulomb_solution *to, uint64_t *steps) {
+    posed p;
+    pose(c, &p);
+    const kt_cone_problem problem = {.n = c->n,
+                                     .W = p.W,
+                                     .b = p.b,
+                                     .mu = p.mu,
+                                     .least = p.least,
+                                     .limit = p.has_limit ? p.limit : NULL,
+                                     .symmetric = p.symmetric};
+    const kt_cone_result result = kt_cone_solve(cone, &problem, x);
+    *steps += (uint64_t)result.newton;
+    if (!result.converged)
+        return false;
+    scatter_rows(c, x, to->p);
+    to->shares = false;
+    find_modes(c, to);
+    kt_coulomb_solution best = *to;
+    if (kt_coulomb_is_unique(c, &best) && polish(c, &best))
+        *to = best;
+    return true;
+}
+
+/* Opens contacts until the normal rows of those that press are independent. */
+static bool make_independent(const kt_coulomb *c, kt_cone *cone, kt_coulomb_solution *to, uint64_t *steps) {
+    kt_coulomb some = *c;
+    while (!kt_coulomb_is_unique(&some, to)) {
+        bool found = false;
+        for (int i = 0; i < c->n && !found; i++) {
+            if (c->item[i].type == KT_COULOMB_DRY || !kt_coulomb_presses(to->mode[i]))
+                continue;
+            double x[ROWS];
+            kt_coulomb_solution next = *to;
+            const unsigned refused = some.item[i].refused;
+            some.item[i].refused = ~(1U << KT_COULOMB_OPEN);
+            next.p[some.item[i].row] = 0.0;
+            gather(&some, next.p, x);
+            found = solve_from(&some, cone, x, &next, steps) && next.u[some.item[i].row] >= -1e-9 * c->size;
+            if (found)
+                *to = next;
+            else
+                some.item[i].refused = refused;
+        }
+        if (!found)
+            return false;
+    }
+    return true;
+}
+
+/* All items stick, or are closed; those that cannot are left as they were. */
+static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
+    kt_coulomb_system system;
+    for (int i = 0; i < c->n; i++) {
+        to->mode[i] = is_open_alone(&c->item[i]) ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
+        memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
+    }
+    kt_coulomb_linear(c, to, &system);
+}
+
+static bool any_is_refused(const kt_coulomb *c) {
+    for (int i = 0; i < c->n; i++)
+        if ((c->item[i].refused & 1U << KT_COULOMB_STICK) != 0 && !is_open_alone(&c->item[i]))
+            return true;
+    return false;
+}
+
+/* Whether it is another motion, not other forces for the same. */
+static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_coulomb_solution *b) {
+    for (int j = 0; j < c->rows; j++)
+        if (fabs(a->u[j] - b->u[j]) > 1e-7 * c->size)
+            return true;
+    return false;
+}
+
+bool kt_coulomb_solve(const kt_coulomb *c, kt_cone *cone, bool independent, kt_coulomb_solution *solution,
+                      uint64_t *steps) {
+    double x[ROWS], nothing[ROWS] = {0.0};
+    kt_coulomb_solution other = {.count = 0};
+    *solution = other;
+    stick_all(c, solution);
+    gather(c, solution->p, x);
+    bool found = !any_is_refused(c) && kt_coulomb_is_unique(c, solution) && kt_coulomb_holds(c, solution);
+    found = found || solve_from(c, cone, x, solution, steps);
+    const bool again = solve_from(c, cone, nothing, &other, steps);
+    if (!found && again)
+        *solution = other;
+    if (!found && !again)
+        return false;
+    solution->count = found && again && differs(c, solution, &other) ? 2 : 1;
+    if (!independent || make_independent(c, cone, solution, steps))
+        return true;
+    *solution = other;
+    solution->count = 1;
+    return again && make_independent(c, cone, solution, steps);
+}

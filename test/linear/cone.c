@@ -1,0 +1,301 @@
+/* The cone solver on random problems of rigid bodies, and problems with Coulomb's friction against enumeration and against their own laws. */
+#include "linear/cone.h"
+#include "base/arena.h"
+#include "enumeration.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "check.h"
+
+/* ---- problems ---------------------------------------------------------------------------------------------------- */
+
+enum { CONTACTS = 50, BODIES = 20, ROWS = 3 * CONTACTS, DOFS = 6 * BODIES };
+enum kind { BOX, WEDGE, HEAP, CHAIN, KINDS };
+
+typedef struct problem {
+    int n, dofs;
+    double W[ROWS * ROWS], b[ROWS], mu[CONTACTS], least[CONTACTS];
+    double J[ROWS][DOFS], mass[DOFS];
+} problem;
+
+static void cross(const double *a, const double *b, double *c) {
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* Adds a point at r, in the frame of a body's centre, to the three rows of a contact with the normal n. */
+static void add_end(problem *p, int contact, int body, double sign, const double *r, const double *n) {
+    const double other[3] = {fabs(n[0]) < 0.9, fabs(n[0]) >= 0.9, 0.0};
+    double axis[3][3] = {{n[0], n[1], n[2]}}, norm;
+    cross(n, other, axis[1]);
+    norm = sqrt(axis[1][0] * axis[1][0] + axis[1][1] * axis[1][1] + axis[1][2] * axis[1][2]);
+    for (int k = 0; k < 3; k++)
+        axis[1][k] /= norm;
+    cross(n, axis[1], axis[2]);
+    for (int c = 0; c < 3; c++) {
+        double turn[3];
+        cross(r, axis[c], turn);
+        for (int k = 0; k < 3; k++) {
+            p->J[3 * contact + c][6 * body + k] += sign * axis[c][k];
+            p->J[3 * contact + c][6 * body + 3 + k] += sign * turn[k];
+        }
+    }
+}
+
+static void draw_contact(kt_random *random, enum kind kind, problem *p, int i, int bodies, const double face[4][3]) {
+    double n[3] = {0.0, 0.0, 1.0}, r[3];
+    const int body = kind == HEAP ? (i < bodies ? i : kt_random_int(random, 0, bodies - 1)) : 0;
+    kt_random_direction(random, 3, r);
+    for (int k = 0; k < 3; k++)
+        r[k] *= 0.2;
+    if (kind == BOX)
+        r[2] = -0.1;
+    if (kind == WEDGE) {
+        const double *f = face[kt_random_int(random, 0, 3)];
+        const double side = r[0] * f[0] + r[1] * f[1] + r[2] * f[2] > 0.0 ? -1.0 : 1.0; /* it pushes inwards */
+        for (int k = 0; k < 3; k++) {
+            n[k] = f[k];
+            r[k] *= side;
+        }
+    }
+    if (kind == HEAP)
+        kt_random_direction(random, 3, n);
+    add_end(p, i, body, 1.0, r, n);
+    if (kind == HEAP && body > 0 && kt_random_uniform(random, 0.0, 1.0) < 0.7)
+        add_end(p, i, kt_random_int(random, 0, body - 1), -1.0, r, n);
+}
+
+/* W = J M^-1 J' and b = J v of random bodies; a chain is a dense J of few degrees of freedom. */
+static void draw_problem(kt_random *random, enum kind kind, int n, problem *p) {
+    double face[4][3], v[DOFS];
+    const int bodies = kind == HEAP ? 1 + n / 3 : 1;
+    const double all = kt_random_uniform(random, 0.0, 1.0) < 0.3 ? kt_random_uniform(random, 0.1, 1.2) : -1.0;
+    *p = (problem){.n = n, .dofs = kind == CHAIN ? kt_random_int(random, 3, 20) : 6 * bodies};
+    for (int k = 0; k < 4; k++)
+        kt_random_direction(random, 3, face[k]);
+    for (int i = 0; i < n; i++) {
+        p->mu[i] = all >= 0.0                                  ? all
+                   : kt_random_uniform(random, 0.0, 1.0) < 0.1 ? 0.0
+                                                               : kt_random_uniform(random, 0.0, 1.2);
+        if (kind != CHAIN)
+            draw_contact(random, kind, p, i, bodies, (const double(*)[3])face);
+        for (int c = 0; kind == CHAIN && c < 3; c++)
+            for (int k = 0; k < p->dofs; k++)
+                p->J[3 * i + c][k] = kt_random_normal(random);
+    }
+    for (int k = 0; k < p->dofs; k++) {
+        p->mass[k] = kind == CHAIN ? pow(10.0, kt_random_uniform(random, -1.0, 1.0)) : k % 6 < 3 ? 1.0 : 0.02;
+        v[k] = kt_random_normal(random);
+    }
+    for (int i = 0; i < 3 * n; i++) {
+        for (int k = 0; k < p->dofs; k++)
+            p->b[i] += p->J[i][k] * v[k];
+        for (int j = 0; j < 3 * n; j++)
+            for (int k = 0; k < p->dofs; k++)
+                p->W[i * 3 * n + j] += p->J[i][k] * p->J[j][k] / p->mass[k];
+    }
+}
+
+/* The largest violation of the laws, by their definition, relative to impulses and rates. NaN gives infinity. */
+static double violation_of(const problem *of, const double *p, const double *u, const double *least) {
+    const int n = of->n;
+    const double *mu = of->mu;
+    double most = 0.0, impulse = 1e-300, rate = 1e-300;
+    for (int r = 0; r < 3 * n; r++) {
+        if (!isfinite(p[r]) || !isfinite(u[r]))
+            return (double)INFINITY;
+        impulse = fmax(impulse, fabs(p[r]));
+        rate = fmax(rate, fmax(fabs(u[r]), fabs(of->b[r])));
+    }
+    for (int i = 0; i < n; i++) {
+        const double *pi = p + 3 * i, *ui = u + 3 * i, more = pi[0] - (least ? least[i] : 0.0);
+        const double slip = hypot(ui[1], ui[2]), force = hypot(pi[1], pi[2]);
+        most = fmax(most, fmax(-more / impulse, -ui[0] / rate));
+        most = fmax(most, fabs(more * ui[0]) / (impulse * rate));
+        most = fmax(most, (force - mu[i] * pi[0]) / impulse);
+        for (int k = 1; k < 3; k++)
+            most = fmax(most, fabs(slip * pi[k] + mu[i] * pi[0] * ui[k]) / (impulse * rate));
+    }
+    return most;
+}
+
+/* u = W p + b, relative to the largest b. */
+static void find_rates(const problem *p, const double *x, double *u) {
+    for (int i = 0; i < 3 * p->n; i++) {
+        u[i] = p->b[i];
+        for (int j = 0; j < 3 * p->n; j++)
+            u[i] += p->W[i * 3 * p->n + j] * x[j];
+    }
+}
+
+/* ---- the cone solver --------------------------------------------------------------------------------------------- */
+
+/* KT_PROBLEMS sets their number (10,000: a minute). */
+KT_TEST(cone_solver_solves_random_impacts) {
+    kt_random random = kt_random_of_test();
+    const int count = getenv("KT_PROBLEMS") != NULL ? atoi(getenv("KT_PROBLEMS")) : 600;
+    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(CONTACTS));
+    kt_cone *cone = kt_cone_init(CONTACTS, memory);
+    kt_worst laws = kt_worst_make("laws, of what is solved");
+    problem *p = malloc(sizeof *p);
+    int unsolved = 0, few_unsolved = 0, rounds[KT_CONE_ROUNDS] = {0};
+    for (int k = 0; k < count && p != NULL; k++) {
+        const int n = k % 2 ? kt_random_int(&random, 1, 5) : kt_random_int(&random, 6, k % 40 ? 20 : CONTACTS);
+        double x[ROWS] = {0.0}, u[ROWS];
+        draw_problem(&random, (enum kind)(k / 2 % KINDS), n, p);
+        const kt_cone_problem posed = {.n = n, .W = p->W, .b = p->b, .mu = p->mu, .symmetric = true};
+        const kt_cone_result result = kt_cone_solve(cone, &posed, x);
+        rounds[result.round]++;
+        find_rates(p, x, u);
+        if (result.converged)
+            kt_worst_below(&laws, violation_of(p, x, u, NULL), 1e-7, "problem %d: %d contacts", k, n);
+        unsolved += !result.converged;
+        few_unsolved += !result.converged && n <= 5;
+    }
+    kt_note("ended with Newton %d, sweeps %d, interior point %d, 600 sweeps %d, proximal points %d", rounds[0],
+            rounds[1], rounds[2], rounds[3], rounds[4]);
+    kt_check_worst(&laws);
+    kt_check_below("unsolved", unsolved, 0.005 * count);
+    kt_check_below("unsolved, of up to five contacts", few_unsolved, 0.0);
+    free(p);
+    free(memory);
+}
+
+KT_TEST(cone_solver_refuses_what_is_not_finite) {
+    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(1));
+    kt_cone *cone = kt_cone_init(1, memory);
+    const double mu = 0.5, W[9] = {1.0, 0.0, 0.0, 0.0, (double)NAN, 0.0, 0.0, 0.0, 1.0}, b[3] = {-1.0, 1.0, 0.0};
+    double x[3] = {0.0};
+    const kt_cone_result result = kt_cone_solve(cone, &(kt_cone_problem){.n = 1, .W = W, .b = b, .mu = &mu}, x);
+    kt_check_true("it is not solved", !result.converged);
+    kt_check_true("its residual is infinite", isinf(result.residual));
+    free(memory);
+}
+
+/* ---- against enumeration ----------------------------------------------------------------------------------------- */
+
+static void pose_contacts(const problem *p, bool expands, kt_coulomb *c) {
+    *c = (kt_coulomb){.n = p->n, .rows = 3 * p->n, .stride = 3 * p->n, .W = p->W};
+    for (int i = 0; i < p->n; i++)
+        c->item[i] = (kt_coulomb_item){.type = p->mu[i] > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_FRICTIONLESS,
+                                       .row = 3 * i,
+                                       .across = 3 * i + 1,
+                                       .friction = p->mu[i],
+                                       .least = expands ? p->least[i] : 0.0};
+    for (int j = 0; j < c->rows; j++) {
+        c->line[j] = j;
+        c->b[j] = p->b[j];
+        c->size = fmax(c->size, fabs(p->b[j]));
+    }
+}
+
+static double distance_of(const kt_coulomb *c, const double *a, const double *b) {
+    double most = 0.0;
+    for (int j = 0; j < c->rows; j++)
+        most = fmax(most, fabs(a[j] - b[j]));
+    return most / c->size;
+}
+
+/* Whatever enumeration solves is solved, and the motion is the same unless a problem has several; half of them have least impulses. */
+KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
+    kt_random random = kt_random_of_test();
+    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(KT_COULOMB_ITEMS));
+    kt_cone *cone = kt_cone_init(KT_COULOMB_ITEMS, memory);
+    kt_worst laws = kt_worst_make("laws");
+    problem *p = malloc(sizeof *p);
+    int missed = 0, alone = 0, other = 0, several = 0, counted = 0;
+    for (int k = 0; k < 600 && p != NULL; k++) {
+        const bool expands = k % 2;
+        uint64_t steps = 0;
+        kt_coulomb c;
+        kt_coulomb_solution mine, all = {.count = 0};
+        draw_problem(&random, (enum kind)(k / 2 % KINDS), kt_random_int(&random, 1, 3), p);
+        for (int i = 0; i < p->n; i++)
+            p->least[i] = expands ? kt_random_uniform(&random, 0.0, 0.5) : 0.0;
+        pose_contacts(p, expands, &c);
+        const bool found = kt_coulomb_solve(&c, cone, false, &mine, &steps),
+                   exists = enumeration_solve(&c, &all, &steps);
+        missed += exists && !found;
+        alone += found && !exists;
+        if (found)
+            kt_worst_below(&laws, violation_of(p, mine.p, mine.u, p->least), 1e-8, "problem %d", k);
+        several += exists && all.count > 1;
+        counted += found && mine.count > 1;
+        other += found && exists && all.count == 1 && distance_of(&c, mine.u, all.u) > 1e-6;
+    }
+    kt_note("several motions: enumeration %d, counted %d; not found by enumeration: %d", several, counted, alone);
+    kt_check_worst(&laws);
+    kt_check_below("missed", missed, 0.0);
+    kt_check_below("other motions, where enumeration has one", other, 6.0);
+    free(p);
+    free(memory);
+}
+
+/* Dry friction of joints among contacts without friction: unique. */
+KT_TEST(dry_friction_agrees_with_enumeration) {
+    kt_random random = kt_random_of_test();
+    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(KT_COULOMB_ITEMS));
+    kt_cone *cone = kt_cone_init(KT_COULOMB_ITEMS, memory);
+    kt_worst rates = kt_worst_make("accelerations");
+    int missed = 0;
+    for (int k = 0; k < 500; k++) {
+        const int n = kt_random_int(&random, 1, 5);
+        double J[5][8], W[25] = {0.0};
+        uint64_t steps = 0;
+        kt_coulomb c = {.n = n, .rows = n, .stride = n, .W = W, .size = 1.0};
+        kt_coulomb_solution mine, all = {.count = 0};
+        for (int i = 0; i < n; i++) {
+            c.line[i] = i;
+            c.b[i] = kt_random_uniform(&random, -1.0, 1.0);
+            c.item[i] =
+                (kt_coulomb_item){.type = i % 2 ? KT_COULOMB_FRICTIONLESS : KT_COULOMB_DRY, .row = i, .friction = 0.2};
+            for (int j = 0; j < 8; j++)
+                J[i][j] = kt_random_normal(&random);
+        }
+        for (int i = 0; i < n; i++)
+            for (int j = 0; j < n; j++)
+                for (int d = 0; d < 8; d++)
+                    W[i * n + j] += J[i][d] * J[j][d];
+        if (!kt_coulomb_solve(&c, cone, true, &mine, &steps) || !enumeration_solve(&c, &all, &steps))
+            missed++;
+        else
+            kt_worst_below(&rates, distance_of(&c, mine.u, all.u), 1e-10, "problem %d", k);
+    }
+    kt_check_below("missed", missed, 0.0);
+    kt_check_worst(&rates);
+    free(memory);
+}
+
+/* A rod whose end slides on a plane (Painleve 1895). A = 1 / m of the normal force with its friction, b the acceleration without it:
+ * A > 0 has one solution; A < 0 has two where b > 0, and none where b < 0. */
+KT_TEST(painleves_rod_has_the_solutions_of_its_regime) {
+    kt_random random = kt_random_of_test();
+    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(KT_COULOMB_ITEMS));
+    kt_cone *cone = kt_cone_init(KT_COULOMB_ITEMS, memory);
+    int regime[4] = {0}, found[4] = {0}, closed[4] = {0};
+    for (int k = 0; k < 5000; k++) {
+        const double j = kt_random_uniform(&random, 0.05, 0.35), angle = kt_random_uniform(&random, 0.1, 1.5);
+        const double mu = kt_random_uniform(&random, 0.2, 1.2), rate = kt_random_uniform(&random, 0.0, 4.0);
+        const double x = -cos(angle), y = -sin(angle), e = k % 2 ? 1.0 : -1.0;
+        const double W[9] = {1.0 + x * x / j, -x * y / j, 0.0, -x * y / j, 1.0 + y * y / j, 0.0, 0.0, 0.0, 1.0};
+        const double A = W[0] - mu * W[1] * e, b = -9.81 - y * rate * rate;
+        const int r = A > 0.0 ? (b < 0.0 ? 0 : 1) : (b < 0.0 ? 2 : 3);
+        kt_coulomb c = {
+            .n = 1, .rows = 3, .stride = 3, .W = W, .line = {0, 1, 2}, .b = {b, -x * rate * rate, 0.0}, .size = 20.0};
+        kt_coulomb_solution s;
+        uint64_t steps = 0;
+        c.item[0] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS, .row = 0, .across = 1, .friction = mu, .e = {e, 0.0}};
+        const bool solves = kt_coulomb_solve(&c, cone, true, &s, &steps);
+        regime[r]++;
+        found[r] += solves;
+        closed[r] += solves && s.p[0] > 0.0;
+    }
+    kt_check_equal_int("one that presses", closed[0], regime[0]);
+    kt_check_equal_int("one that parts", found[1] - closed[1], regime[1]);
+    kt_check_equal_int("none", found[2], 0);
+    kt_check_equal_int("one of two", found[3], regime[3]);
+    kt_check_above("rods in each regime", fmin(fmin(regime[0], regime[1]), fmin(regime[2], regime[3])), 30.0);
+    free(memory);
+}
