@@ -130,9 +130,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
     const size_t needed = kt_integrator_size_with(method, n, options);
     if (needed == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_init",
-                            "%zu equations: there must be at least one, and not "
-                            "more than the memory's addresses can hold",
-                            n);
+                            "%zu equations: give one or more that fit into memory", n);
     if (!kt_is_not_negative(options->step))
         return refuse(error, "options", "step must be above 0, or 0 for adaptive steps");
     if (options->quadratures >= n || options->positions > n)
