@@ -35,14 +35,14 @@ KT_TEST(numbers_have_nine_digits) {
         if (i % 2 == 0)
             x[i] = round(x[i] * 1e3) / 1e3;
     }
-    kt_put_numbers(&out, "x", x, COUNT);
+    kt_json_put_numbers(&out, "x", x, COUNT);
     json_t *root = read_back(&out);
     for (int i = 0; i < COUNT; i++) {
         const json_t *one = json_array_get(json_object_get(root, "x"), (size_t)i);
         const double unit = x[i] != 0.0 ? pow(10.0, floor(log10(fabs(x[i]))) - 8.0) : 1.0;
         worst = fmax(worst, fabs(json_number_value(one) - x[i]) / unit);
         kt_json_writer alone = {0};
-        kt_put_number(&alone, NULL, x[i]);
+        kt_json_put_number(&alone, NULL, x[i]);
         longest = alone.used > longest ? alone.used : longest;
         free(alone.text);
     }
@@ -75,7 +75,7 @@ KT_TEST(numbers_are_as_short_as_they_can_be) {
                  {999999999.9, "1000000000"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         kt_json_writer out = {0};
-        kt_put_number(&out, NULL, cases[i].x);
+        kt_json_put_number(&out, NULL, cases[i].x);
         kt_check_text("number", out.text, cases[i].text);
         free(out.text);
     }

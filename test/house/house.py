@@ -16,7 +16,7 @@ from folders import FOLDERS
 # Faces with another name than their folder's.
 FACES = {"status": "base", "description": "model", "descriptor": "model", "kinetree": None, "compat": None}
 
-TOP = {"CHANGELOG.md", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "test"}
+TOP = {"CHANGELOG.md", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 LONG, TOO_LONG = 600, 800
 LARGEST_PICTURE = 60_000  # bytes
 

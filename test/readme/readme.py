@@ -7,11 +7,13 @@ Of a page, in a folder of its own in which `apps` is that of the sources:
 - a block of text after it is what it prints, to the last character;
 - a block of YAML is a whole scene, with a line "kinetree: 1": it passes "kinetree check", and is there for the shell under
   the name that a comment of its own gives it ("# pendulum.yaml", in XML "<!-- arm.urdf -->" or .xml), or as scene-1.yaml and so on;
+- a block of Python is run with the package of the build directory;
 - a line of a shell block begins with "kinetree " and is run, in the order of the page; with "cc " it is for the reader.
 
 Of a header, the blocks of C in its comments are compiled together: what begins with "static" as it stands, all else as
 the body of a function that is given what FRAGMENT names.
 """
+import functools
 import os
 import pathlib
 import re
@@ -22,7 +24,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "test"), str(ROOT / "test/house"), str(ROOT / "include")]
 import document
-from claims import claim, finish, note
+from claims import claim, finish, note, skip
 from folders import FOLDERS
 
 WARNINGS = ["-std=c17", "-Wall", "-Wextra", "-Werror"]
@@ -74,6 +76,16 @@ def failure(command, folder, environment, printed=None):
     return [f"status {run.returncode}"] + (run.stdout + run.stderr).splitlines()[-20:]
 
 
+@functools.lru_cache(None)
+def python_with_package(folder):
+    """The first Python that imports the package of a build directory; None: there is none."""
+    environment = {**os.environ, "PYTHONPATH": folder}
+    for name in (sys.executable, "/usr/bin/python3"):
+        if subprocess.run([name, "-c", "import kinetree; kinetree.ffi"], env=environment, capture_output=True).returncode == 0:
+            return name
+    return None
+
+
 class Page:
     def __init__(self, name, build, include, command, compiler, folder):
         self.name, self.include, self.compiler, self.folder = name, include, compiler, pathlib.Path(folder)
@@ -81,6 +93,7 @@ class Page:
         self.libraries = build / "lib"
         self.command = command
         self.environment = {**os.environ, "LC_ALL": "C", "LD_LIBRARY_PATH": str(self.libraries)}
+        self.environment.update(PYTHONPATH=str(build / "apps/python"), KINETREE_COMMAND=str(command), PYTHONDONTWRITEBYTECODE="1", MALLOC_PERTURB_="")
         if command:
             self.environment["PATH"] = f"{pathlib.Path(command).parent}:{os.environ['PATH']}"
 
@@ -101,8 +114,20 @@ class Page:
         if not problems:
             claim(f"{self.name}:{line}: C program runs", self.fail(program, printed=self.printed))
 
+    def python(self, line, body):
+        interpreter = python_with_package(self.environment.get("PYTHONPATH", ""))
+        if interpreter is None:
+            skip(f"{self.name}:{line}: Python", "no Python on this machine has the package")
+            self.printed.append(None)
+            return
+        script = self.folder / f"line-{line}.py"
+        script.write_text(body)
+        claim(f"{self.name}:{line}: Python runs", self.fail(interpreter, script.name, printed=self.printed))
+
     def text(self, line, body):
         seen = self.printed.pop() if self.printed else "no program\n"
+        if seen is None:  # it was skipped
+            return
         claim(f"{self.name}:{line}: the program prints it", [] if seen == body else ["it prints:", *seen.splitlines()])
 
     def compile_fragments(self):
@@ -136,7 +161,7 @@ class Page:
 
     def take(self, found):
         for line, language, body in found:
-            handler = {"c": self.c, "text": self.text, "yaml": self.scene, "xml": self.scene, "sh": self.sh}.get(language)
+            handler = {"c": self.c, "text": self.text, "yaml": self.scene, "xml": self.scene, "sh": self.sh, "python": self.python}.get(language)
             if handler:
                 handler(line, body)
             else:

@@ -137,7 +137,7 @@ void kt_put_integer(kt_json_writer *out, const char *key, long long n) {
 
 /* Whole numbers and those of everyday size: x 10^d, with as many decimals d as make it nine digits long, is exact to
  * 2^-53 of it, so that the nine digits are right but for ties. Others are left to the C library. */
-void kt_put_number(kt_json_writer *out, const char *key, double x) {
+void kt_json_put_number(kt_json_writer *out, const char *key, double x) {
     const double size = fabs(x);
     if (!isfinite(x)) {
         kt_put_null(out, key);
@@ -164,14 +164,14 @@ void kt_put_number(kt_json_writer *out, const char *key, double x) {
     put(out, text, length);
 }
 
-void kt_put_numbers(kt_json_writer *out, const char *key, const double *x, int count) {
+void kt_json_put_numbers(kt_json_writer *out, const char *key, const double *x, int count) {
     kt_put_open(out, key, '[');
     for (int i = 0; i < count; i++)
-        kt_put_number(out, NULL, x[i]);
+        kt_json_put_number(out, NULL, x[i]);
     kt_put_close(out, ']');
 }
 
-void kt_put_vector(kt_json_writer *out, const char *key, kt_vec3 u) {
+void kt_json_put_vector(kt_json_writer *out, const char *key, kt_vec3 u) {
     const double x[] = {u.x, u.y, u.z};
-    kt_put_numbers(out, key, x, 3);
+    kt_json_put_numbers(out, key, x, 3);
 }

@@ -2,7 +2,7 @@
  *
  *     kt_json_writer out = {0};
  *     kt_put_open(&out, NULL, '{');
- *     kt_put_number(&out, "mass", 2.0);
+ *     kt_json_put_number(&out, "mass", 2.0);
  *     kt_put_close(&out, '}');
  *     if (!out.is_short) ... out.text ...
  *     free(out.text);
@@ -33,9 +33,9 @@ void kt_put_text(kt_json_writer *out, const char *key, const char *text);
 void kt_put_boolean(kt_json_writer *out, const char *key, bool value);
 void kt_put_integer(kt_json_writer *out, const char *key, long long n);
 /* Nine significant digits, which single precision can tell apart; null if x is not finite. */
-void kt_put_number(kt_json_writer *out, const char *key, double x);
-void kt_put_numbers(kt_json_writer *out, const char *key, const double *x, int count);
-void kt_put_vector(kt_json_writer *out, const char *key, kt_vec3 u);
+void kt_json_put_number(kt_json_writer *out, const char *key, double x);
+void kt_json_put_numbers(kt_json_writer *out, const char *key, const double *x, int count);
+void kt_json_put_vector(kt_json_writer *out, const char *key, kt_vec3 u);
 void kt_put_null(kt_json_writer *out, const char *key);
 /* A tree of jansson's, borrowed. */
 void kt_put_tree(kt_json_writer *out, const char *key, const json_t *tree);

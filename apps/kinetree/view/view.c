@@ -122,11 +122,11 @@ static void put_frames(const kt_motion *motion, FILE *file) {
 static void put_quaternion(kt_json_writer *out, const char *key, kt_mat3 rotation) {
     const kt_quat q = kt_quat_from_matrix(rotation);
     const double x[] = {q.w, q.x, q.y, q.z};
-    kt_put_numbers(out, key, x, 4);
+    kt_json_put_numbers(out, key, x, 4);
 }
 
 static void put_pose(kt_json_writer *out, kt_pose pose) {
-    kt_put_vector(out, "at", pose.position);
+    kt_json_put_vector(out, "at", pose.position);
     put_quaternion(out, "turn", pose.rotation);
 }
 
@@ -150,7 +150,7 @@ static void put_body(kt_json_writer *out, const kt_motion *motion, int body) {
     kt_put_text(out, "name", kt_body_name(model, body));
     kt_put_integer(out, "parent", body > 0 ? kt_body_parent(model, body) : 0);
     kt_put_text(out, "joint", kt_joint_type_name(kt_body_coordinates(model, body).type));
-    kt_put_number(out, "mass", body > 0 ? kt_body_mass(model, body) : 0.0);
+    kt_json_put_number(out, "mass", body > 0 ? kt_body_mass(model, body) : 0.0);
     kt_put_integer(out, "colour", motion->picture->colour[body]);
 }
 
@@ -161,7 +161,7 @@ static void put_solid(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_put_text(out, "type", types[solid->type]);
     kt_put_integer(out, "body", solid->body);
     put_pose(out, solid->pose);
-    kt_put_vector(out, "half", solid->half);
+    kt_json_put_vector(out, "half", solid->half);
     if (solid->mesh != NULL)
         kt_put_integer(out, "points", solid->mesh->point_count);
 }
@@ -178,7 +178,7 @@ static void put_joint(kt_json_writer *out, const kt_motion *motion, int i) {
     if (joint->type == KT_JOINT_REVOLUTE)
         put_quaternion(out, "child", joint->child);
     if (joint->type == KT_JOINT_UNIVERSAL)
-        kt_put_vector(out, "axis2", joint->axis2);
+        kt_json_put_vector(out, "axis2", joint->axis2);
 }
 
 static void put_loop(kt_json_writer *out, const kt_motion *motion, int i) {
@@ -187,7 +187,7 @@ static void put_loop(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_put_text(out, "type", kt_loop_type_name(loop->type));
     put_ends(out, loop->ends, 2);
     if (loop->stroke_count > 0)
-        kt_put_numbers(out, "strokes", &loop->strokes[0].from.x, 6 * loop->stroke_count);
+        kt_json_put_numbers(out, "strokes", &loop->strokes[0].from.x, 6 * loop->stroke_count);
 }
 
 static void put_relation(kt_json_writer *out, const kt_motion *motion, int i) {
@@ -204,19 +204,19 @@ static void put_effect(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_put_text(out, "name", effect->name);
     kt_put_text(out, "type", kt_effect_type_name(effect->type));
     put_ends(out, effect->ends, effect->end_count);
-    kt_put_number(out, "radius", effect->radius);
+    kt_json_put_number(out, "radius", effect->radius);
     kt_put_boolean(out, "stiff", effect->has_stiffness);
     if (effect->joint >= 0)
         kt_put_integer(out, "joint", effect->joint);
     if (effect->joint >= 0 && effect->type == KT_EFFECT_JOINT_LIMIT) {
-        kt_put_number(out, "lower", effect->lower);
-        kt_put_number(out, "upper", effect->upper);
+        kt_json_put_number(out, "lower", effect->lower);
+        kt_json_put_number(out, "upper", effect->upper);
     }
 }
 
 static void put_plane(kt_json_writer *out, const kt_motion *motion, int i) {
     put_frame(out, &motion->picture->planes[i].frame);
-    kt_put_number(out, "half", motion->picture->planes[i].half);
+    kt_json_put_number(out, "half", motion->picture->planes[i].half);
 }
 
 static void put_force(kt_json_writer *out, const kt_motion *motion, int i) {
@@ -227,7 +227,7 @@ static void put_force(kt_json_writer *out, const kt_motion *motion, int i) {
     const kt_motion_force *force = &motion->forces[i];
     kt_put_text(out, "source", sources[force->source]);
     kt_put_integer(out, "body", force->body);
-    kt_put_vector(out, "at", force->at);
+    kt_json_put_vector(out, "at", force->at);
     if (force->source == KT_FORCE_CONTACT || force->source == KT_FORCE_EFFECT)
         kt_put_integer(out, "effect", force->index);
 }
@@ -263,7 +263,7 @@ static void put_markers(kt_json_writer *out, const kt_motion *motion, const kt_v
             kt_put_open(out, NULL, '{');
             kt_put_integer(out, "body", body);
             kt_put_text(out, "name", name);
-            kt_put_vector(out, "at", kt_marker_at(model, body, k));
+            kt_json_put_vector(out, "at", kt_marker_at(model, body, k));
             kt_put_boolean(out, "traced", is_traced(view, kt_body_name(model, body), name));
             kt_put_close(out, '}');
         }
@@ -295,7 +295,7 @@ static void put_marks(kt_json_writer *out, const kt_marks *marks) {
     kt_put_open(out, "marks", '[');
     for (int i = 0; marks != NULL && i < marks->count; i++) {
         kt_put_open(out, NULL, '{');
-        kt_put_number(out, "time", marks->mark[i].time);
+        kt_json_put_number(out, "time", marks->mark[i].time);
         kt_put_text(out, "name", marks->mark[i].name);
         kt_put_close(out, '}');
     }
@@ -354,14 +354,14 @@ static void put_head(kt_json_writer *out, const kt_motion *motion, const kt_view
     kt_put_text(out, "name", view->name);
     kt_put_text(out, "method", view->method);
     kt_put_integer(out, "frames", (long long)motion->count);
-    kt_put_vector(out, "centre", motion->centre);
-    kt_put_vector(out, "gravity", picture->gravity);
+    kt_json_put_vector(out, "centre", motion->centre);
+    kt_json_put_vector(out, "gravity", picture->gravity);
     if (picture->is_planar)
-        kt_put_vector(out, "normal", picture->normal);
+        kt_json_put_vector(out, "normal", picture->normal);
     else
         kt_put_null(out, "normal");
-    kt_put_number(out, "size", picture->size);
-    kt_put_number(out, "radius", picture->radius);
+    kt_json_put_number(out, "size", picture->size);
+    kt_json_put_number(out, "radius", picture->radius);
     kt_put_boolean(out, "overlay", view->is_overlay);
 }
 

@@ -1,0 +1,105 @@
+"""Write the C source of the extension module `_kinetree` from the public headers.
+
+declarations.py INCLUDE-DIRECTORY BATCH.c OUTPUT.c DEPENDENCIES.d C-COMPILER...
+
+cffi compiles one wrapper for each public function (API mode). The declarations are those of the headers themselves, as the
+preprocessor leaves them: a new public function needs no line here.
+"""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+HEADER = "#include <kinetree/kinetree.h>\n"
+
+# Functions of Python that C calls (callbacks.py).
+CALLBACKS = """
+extern "Python" {
+    void kt_python_report(void *user, const kt_error *fault);
+    int kt_python_recorder(const kt_record *record, void *user);
+    int kt_python_event_value(const kt_instant *at, double *value, kt_error *error, void *user);
+    int kt_python_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
+    int kt_python_joint_force(void *user, double t, double q, double v, double *force, kt_effect_balance *balance);
+}
+"""
+
+# All states of a batch in one call: a call of Python for each would take longer than the dynamics.
+BATCH_TYPE = """
+typedef struct kt_python_rows {
+    size_t states, nq, nv;
+    double t;
+    double *q, *v, *tau, *a;
+} kt_python_rows;
+"""
+BATCH = """
+kt_status kt_python_batch_set(kt_batch *batch, const kt_python_rows *rows, kt_error *error);
+kt_status kt_python_batch_get(const kt_batch *batch, const kt_python_rows *rows, kt_error *error);
+"""
+
+
+def preprocessed(include, compiler):
+    """The text of the public headers without that of others."""
+    command = [*compiler, "-E", "-std=c17", f"-I{include}", "-x", "c", "-"]
+    text = subprocess.run(command, input=HEADER, capture_output=True, text=True, check=True, env={**os.environ, "LC_ALL": "C"}).stdout
+    kept, ours = [], False
+    for line in text.splitlines():
+        marker = re.match(r'# \d+ "(.*?)"', line)
+        if marker:
+            ours = "/kinetree/" in marker[1]
+        elif ours:
+            kept.append(line)
+    return "\n".join(kept)
+
+
+def without_bodies(text):
+    """Inline functions become declarations: the compiler has their bodies from the headers."""
+    out, at = [], 0
+    for found in re.finditer(r"^static inline ([^;{]*?\))\s*\{", text, flags=re.M):
+        if found.start() < at:
+            continue
+        depth, end = 1, found.end()
+        while depth:
+            depth += {"{": 1, "}": -1}.get(text[end], 0)
+            end += 1
+        out += [text[at:found.start()], found[1] + ";"]
+        at = end
+    return "".join(out + [text[at:]])
+
+
+def attributes_removed(text):
+    text = re.sub(r"__attribute__\s*\(\((?:[^()]|\([^()]*\))*\)\)", "", text)
+    text = re.sub(r"_Static_assert\s*\((?:[^()]|\([^()]*\))*\)\s*;", "", text)
+    return text.replace("_Bool", "bool").replace("_Noreturn", "")
+
+
+def declarations(include, compiler):
+    return attributes_removed(without_bodies(preprocessed(include, compiler)))
+
+
+def builder(include, compiler):
+    import cffi
+    ffi = cffi.FFI()
+    ffi.cdef(declarations(include, compiler))
+    ffi.cdef(CALLBACKS)
+    ffi.cdef(BATCH_TYPE + BATCH)
+    return ffi
+
+
+def functions(ffi):
+    """Names of all public functions."""
+    return sorted(key.split()[1] for key in ffi._parser._declarations if key.startswith("function kt_") and "python" not in key)
+
+
+def main():
+    include, rows, output, dependencies, *compiler = sys.argv[1:]
+    ffi = builder(include, compiler)
+    source = HEADER + BATCH_TYPE + pathlib.Path(rows).read_text()
+    ffi.set_source("kinetree._kinetree", source, py_limited_api=True)
+    ffi.emit_c_code(output)
+    read = [*sorted(pathlib.Path(include).glob("kinetree/*.h")), rows, __file__]
+    pathlib.Path(dependencies).write_text(f"{output}: {' '.join(map(str, read))}\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""Kinetree: mechanisms in minimal coordinates.
+
+    import kinetree as kt
+    scene = kt.load("four-bar.yaml")
+    run = scene.run(duration=5)
+    run["position.crank"]
+
+`load` reads scenes and robots. A `Scene` runs, sweeps, draws, and compiles its `Model`. `Model.data` evaluates dynamics at a
+state, `Scene.simulation` is a control loop, `Model.batch` computes many states at once. `ffi` and `lib` are the C interface
+itself: every public function, without checks of sizes.
+"""
+from . import callbacks as _callbacks  # noqa: F401 (defines the functions that C calls)
+from . import command
+from ._core import ArgumentError, Busy, ConstraintError, Error, KinetreeWarning, ModelError, SceneError, StepError, text as _text
+from ._kinetree import ffi, lib
+from .batch import Batch
+from .callbacks import JointForce
+from .mechanism import Body, effect, joint, loop, mechanism, prismatic, revolute, rod, shape
+from .model import Data, Model, ModelCopy
+from .records import Run, Table
+from .scene import Picture, Scene, load
+from .simulation import Instant, Simulation
+
+__version__ = _text(lib.kt_version())
+
+__all__ = ["ArgumentError", "Batch", "Body", "Busy", "ConstraintError", "Data", "Error", "Instant", "JointForce", "KinetreeWarning", "Model",
+           "ModelCopy", "ModelError", "Picture", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table", "command", "effect", "ffi",
+           "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]

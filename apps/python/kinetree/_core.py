@@ -1,0 +1,195 @@
+"""Errors, memory and arrays: the part that all other modules share."""
+from __future__ import annotations
+
+import threading
+from typing import Any, NoReturn, Optional
+
+import numpy as np
+
+from ._kinetree import ffi, lib
+
+__all__ = ["Error", "ArgumentError", "ModelError", "ConstraintError", "StepError", "SceneError", "Busy", "KinetreeWarning"]
+
+
+class KinetreeWarning(UserWarning):
+    """A doubtful number, a fallback or a moved value that a run reports."""
+
+
+class Error(RuntimeError):
+    """A call failed.
+
+    Attributes
+    ----------
+    code : int
+        The ``kt_status`` of the C interface, or the exit status of the command.
+    where : str
+        File, line and column, body, joint or time.
+    message : str
+        The fault and its remedy.
+    """
+
+    def __init__(self, code: int, where: str, message: str) -> None:
+        super().__init__(f"{where}: {message}" if where else message)
+        self.code, self.where, self.message = code, where, message
+
+    def __reduce__(self) -> Any:
+        return type(self), (self.code, self.where, self.message)
+
+
+class ArgumentError(Error, ValueError):
+    """An argument has a wrong value, shape or type."""
+
+
+class SceneError(Error, ValueError):
+    """The scene file, or the mechanism in it, is wrong."""
+
+
+class ModelError(SceneError):
+    """The description of the mechanism is wrong."""
+
+
+class ConstraintError(Error):
+    """The loops cannot be closed, or contradict each other."""
+
+
+class StepError(Error):
+    """The integration failed: a step became too small, or a value is not finite."""
+
+
+class Busy(RuntimeError):
+    """Another thread uses the object at this moment. Give each thread its own data."""
+
+
+_KINDS = {
+    lib.KT_ERROR_ARGUMENT: ArgumentError,
+    lib.KT_ERROR_MODEL: ModelError,
+    lib.KT_ERROR_SCENE: SceneError,
+    lib.KT_ERROR_SINGULAR: ModelError,
+    lib.KT_ERROR_CONSTRAINT: ConstraintError,
+    lib.KT_ERROR_NOT_FINITE: StepError,
+    lib.KT_ERROR_STEP: StepError,
+}
+
+
+def fail(error: Any, default: int = lib.KT_ERROR_ARGUMENT) -> NoReturn:
+    """Raise the exception that a filled ``kt_error`` describes."""
+    code = error.code or default
+    raise _KINDS.get(code, Error)(code, text(error.where), text(error.message))
+
+
+def check(status: int, error: Any) -> None:
+    if status:
+        fail(error, status)
+
+
+def text(pointer: Any) -> str:
+    return "" if pointer == ffi.NULL else ffi.string(pointer).decode("utf8", "replace")
+
+
+def name_of(word: Any, what: str) -> bytes:
+    """The bytes of a name; a name has no zero byte."""
+    if not isinstance(word, str) or "\0" in word:
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a name as a str, got {word!r}")
+    return word.encode("utf8")
+
+
+def finite(value: Any, what: str, least: Optional[float] = None) -> float:
+    """A finite number, at or above `least`."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a number, got {value!r}") from None
+    if not np.isfinite(number) or (least is not None and number < least):
+        bound = "" if least is None else f" of at least {least}"
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a finite number{bound}, got {number}")
+    return number
+
+
+class Fixed:
+    """An object whose public attributes do not change after set-up: sizes and addresses that C relies on stay right."""
+
+    _is_fixed = False
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if self._is_fixed and not name.startswith("_"):
+            found = getattr(type(self), name, None)
+            if not isinstance(found, property) or found.fset is None:
+                raise AttributeError(f"'{name}' of a {type(self).__name__} cannot be set")
+        super().__setattr__(name, value)
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"'{name}' of a {type(self).__name__} cannot be deleted")
+
+
+class Memory:
+    """Aligned memory that numpy owns. A view of it keeps it alive, so that no pointer outlives it."""
+
+    __slots__ = ("array", "address", "pointer")
+
+    def __init__(self, size: int) -> None:
+        raw = np.zeros(size + lib.KT_ALIGNMENT, np.uint8)
+        start = -raw.ctypes.data % lib.KT_ALIGNMENT
+        self.array = raw[start:start + size]
+        self.address = self.array.ctypes.data
+        self.pointer = ffi.cast("void *", self.address)
+
+    def view(self, pointer: Any, count: int) -> np.ndarray:
+        """A read-only view of `count` doubles in this memory."""
+        if count == 0:
+            return np.zeros(0)
+        offset = int(ffi.cast("uintptr_t", pointer)) - self.address
+        if offset < 0 or offset + 8 * count > self.array.size:
+            raise AssertionError("the pointer is outside the memory")
+        found = self.array[offset:offset + 8 * count].view(np.float64)
+        found.flags.writeable = False
+        return found
+
+
+class Guard:
+    """Rejects a second thread while a call runs: two threads must not share a workspace."""
+
+    __slots__ = ("_lock",)
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(False):
+            raise Busy("another thread uses this object; give each thread its own data")
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+
+def doubles(value: Any, shape: tuple, what: str) -> np.ndarray:
+    """`value` as a C-contiguous array of doubles of this shape. It is not copied if it already is one."""
+    if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == shape and value.flags.c_contiguous:
+        return value
+    try:
+        array = np.ascontiguousarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected numbers of shape {shape}, got {type(value).__name__}") from None
+    if array.shape != shape:
+        if shape == (0,) and array.size == 0:
+            return np.zeros(0)
+        if shape == () or array.size != int(np.prod(shape)) or array.ndim != 0:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected shape {shape}, got {array.shape}")
+        array = array.reshape(shape)
+    return array
+
+
+def output(out: Optional[np.ndarray], shape: tuple, what: str = "out", order: str = "C") -> np.ndarray:
+    """`out` if it can be written to in place, or a new array."""
+    if out is None:
+        return np.empty(shape, order=order)  # type: ignore[call-overload]
+    if type(out) is not np.ndarray or out.dtype != np.float64 or out.shape != shape or not out.flags.writeable or \
+            not (out.flags.c_contiguous if order == "C" else out.flags.f_contiguous):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a writable array of float64 in {order} order of shape {shape}")
+    return out
+
+
+def pointer(array: Optional[np.ndarray]) -> Any:
+    """The address of an array of doubles for a call. The caller keeps the array."""
+    if array is None or array.size == 0:
+        return ffi.NULL
+    return ffi.cast("double *", array.ctypes.data)

@@ -1,0 +1,113 @@
+"""Functions of Python that C calls: reports of faults, records, events and effects."""
+from __future__ import annotations
+
+from typing import Any, Callable, List, Optional, Tuple, Union
+
+from ._core import ffi, lib, text
+
+Address = Union[int, Any]
+
+
+class Calls:
+    """What C callbacks of one object need: the functions, and the first exception that one of them raised."""
+
+    def __init__(self) -> None:
+        self.raised: Optional[BaseException] = None
+
+    def reraise(self) -> None:
+        """Raise the exception of a callback in the call that led to it."""
+        if self.raised is not None:
+            raised, self.raised = self.raised, None
+            raise raised
+
+
+@ffi.def_extern()
+def kt_python_report(user: Any, fault: Any) -> None:
+    faults: List[Tuple[str, str]] = ffi.from_handle(user)
+    faults.append((text(fault.where), text(fault.message)))
+
+
+@ffi.def_extern(error=-1)
+def kt_python_recorder(record: Any, user: Any) -> int:
+    sink = ffi.from_handle(user)
+    try:
+        return 1 if sink.take(record) else 0
+    except BaseException as raised:  # Python cannot unwind through C
+        sink.calls.raised = raised
+        return 1
+
+
+@ffi.def_extern(error=-1)
+def kt_python_event_value(at: Any, value: Any, error: Any, user: Any) -> int:
+    event = ffi.from_handle(user)
+    try:
+        value[0] = float(event.function(event.instant(at)))
+        return 0
+    except BaseException as raised:
+        event.calls.raised = raised
+        return -1
+
+
+@ffi.def_extern(error=-1)
+def kt_python_event_action(simulation: Any, what: Any, error: Any, user: Any) -> int:
+    event = ffi.from_handle(user)
+    try:
+        return 1 if event.act() else 0
+    except BaseException as raised:
+        event.calls.raised = raised
+        return -1
+
+
+@ffi.def_extern(error=-1)
+def kt_python_joint_force(user: Any, t: float, q: float, v: float, force: Any, balance: Any) -> int:
+    effect = ffi.from_handle(user)
+    try:
+        force[0] = float(effect.function(t, q, v))
+        return 0
+    except BaseException as raised:
+        effect.calls.raised = raised
+        return -1
+
+
+def address_of(function: Any) -> Optional[int]:
+    """The address of a compiled function: an int, or `numba.cfunc`'s ``address``. None: it is a function of Python."""
+    if isinstance(function, int):
+        return function
+    found = getattr(function, "address", None)
+    return found if isinstance(found, int) else None
+
+
+class JointForce:
+    """A force or torque in one joint coordinate by a function ``force(t, q, v)``.
+
+    Parameters
+    ----------
+    joint : str
+        The joint, as ``joint`` of an effect in a scene.
+    function : callable or int
+        A function of Python (slow: the engine calls it at each evaluation), or the address of a compiled
+        ``int f(void *user, double t, double q, double v, double *force, kt_effect_balance *balance)``,
+        which may come from ``numba.cfunc``.
+    name : str, optional
+        The name of the effect in records and messages.
+    """
+
+    def __init__(self, joint: str, function: Union[Callable[[float, float, float], float], Address], name: Optional[str] = None) -> None:
+        self.joint, self.function, self.name = joint, function, name
+        self.calls = Calls()
+        self._keep: List[Any] = []
+
+    def fill(self, effect: Any) -> None:
+        """Write this effect to a ``kt_effect``."""
+        self._keep = [ffi.new_handle(self), ffi.new("char[]", self.joint.encode())]
+        effect.type = lib.KT_EFFECT_CUSTOM
+        effect.joint = self._keep[1]
+        if self.name is not None:
+            self._keep.append(ffi.new("char[]", self.name.encode()))
+            effect.name = self._keep[2]
+        address = address_of(self.function)
+        if address is None:
+            effect.joint_force = lib.kt_python_joint_force
+            effect.user = self._keep[0]
+        else:
+            effect.joint_force = ffi.cast("kt_effect_joint_force_callback *", address)

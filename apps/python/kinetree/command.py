@@ -1,0 +1,78 @@
+"""The `kinetree` command: runs, sweeps, pictures and reports of scenes."""
+from __future__ import annotations
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import sysconfig
+from typing import Any, List, Optional
+
+from ._core import ConstraintError, Error, SceneError, StepError
+
+_KINDS = {1: SceneError, 2: SceneError, 3: ConstraintError, 4: StepError}
+
+
+def path() -> str:
+    """The path of the command that belongs to this package.
+
+    The environment variable ``KINETREE_COMMAND`` names another one.
+    """
+    named = os.environ.get("KINETREE_COMMAND")
+    beside = [pathlib.Path(sysconfig.get_path("scripts")) / "kinetree", pathlib.Path(sys.executable).parent / "kinetree"]
+    found = named or next((str(each) for each in beside if each.exists()), None) or shutil.which("kinetree")
+    if found is None:
+        raise Error(1, "kinetree", "the command is not installed; set KINETREE_COMMAND to its path")
+    return found
+
+
+def words(options: dict) -> List[str]:
+    """Keyword arguments as options: ``max_step=0.1`` becomes ``--max-step=0.1``, True a flag, None and False nothing."""
+    out: List[str] = []
+    for name, value in options.items():
+        option = "--" + name.rstrip("_").replace("_", "-")
+        if value is None or value is False:
+            continue
+        if value is True:
+            out.append(option)
+        elif isinstance(value, (list, tuple)):
+            out += [f"{option}={','.join(number(each) for each in value)}"]
+        else:
+            out.append(f"{option}={number(value)}")
+    return out
+
+
+def number(value: Any) -> str:
+    """A value as a word of the command line: numbers keep all digits."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)  # type: ignore[return-value]
+    return repr(value.item() if hasattr(value, "item") else value)
+
+
+def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool = False, ok: tuple = (0,)) -> subprocess.CompletedProcess:
+    """Run a subcommand and return the completed process; stdout and stderr are str.
+
+    Parameters
+    ----------
+    text : str, optional
+        Standard input.
+    show : bool
+        Messages and the progress bar go to the terminal.
+
+    Raises
+    ------
+    Error
+        The command ended with another exit status than those in `ok`.
+    """
+    if any("\0" in word for word in arguments):
+        raise SceneError(1, subcommand, "a word of a command has no zero byte")
+    done = subprocess.run([path(), subcommand, *arguments], input=text, stdout=subprocess.PIPE, text=True,
+                          stderr=None if show else subprocess.PIPE, encoding="utf8", errors="replace")
+    if done.returncode not in ok:
+        said = (done.stderr or "").strip() or f"the command ended with status {done.returncode}"
+        where, _, message = said.partition(": ") if ": " in said else ("", "", said)
+        raise _KINDS.get(done.returncode, Error)(done.returncode, where, message)
+    return done

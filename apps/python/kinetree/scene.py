@@ -1,0 +1,342 @@
+"""Scenes and robots: read a file or a text, then run it, vary it, or compile its model."""
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import tempfile
+import warnings
+import weakref
+from typing import Any, Dict, List, Mapping, Optional, Union
+
+import numpy as np
+
+from . import command
+from ._core import ArgumentError, Error, KinetreeWarning, check, ffi, fail, lib, text
+from .model import Model
+from .records import Run, Table, read_csv
+from .simulation import Simulation
+
+_SCENES = (".yaml", ".yml")
+_PARTIAL = 4  # exit status of a run that kept its records until then
+
+
+def load(path: Union[str, os.PathLike], set: Optional[Mapping[str, Any]] = None, **options: Any) -> "Scene":
+    """Read a scene (YAML) or a robot (URDF, MJCF, SDF) from a file.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file.
+    set : mapping, optional
+        Values that replace those of the file, such as ``{"bodies.crank.mass": 2}``.
+    **options
+        For robots: ``floating``, ``keyframe``, ``search``, ``density``, ``stops``.
+
+    Raises
+    ------
+    SceneError
+        The message has file, line, column and the remedy.
+    """
+    return Scene(None, path=path, set=set, **options)
+
+
+class Scene:
+    """A mechanism, its effects, and how to run it.
+
+    Parameters
+    ----------
+    content : str or dict
+        The text of a scene in YAML, or the same as a dict.
+    set : mapping, optional
+        Values that replace those of the scene.
+    """
+
+    def __init__(self, content: Union[str, dict, None], *, path: Union[str, os.PathLike, None] = None,
+                 set: Optional[Mapping[str, Any]] = None, **options: Any) -> None:
+        if (content is None) == (path is None):
+            raise ArgumentError(1, "Scene", "give the text of a scene; kinetree.load reads a file")
+        if isinstance(content, dict):
+            content = json.dumps(content, default=_plain, indent=1)
+        elif content is not None and not isinstance(content, str):
+            raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
+        self.path = None if path is None else os.fspath(path)
+        self.text = content
+        self.set = {str(name): value for name, value in (set or {}).items()}
+        self.options = options
+        self._model: Optional[Model] = None
+        self._scene = ffi.new("kt_scene *")
+        self._read()
+
+    # ---- reading ----------------------------------------------------------------------------------------------------
+
+    def _read(self) -> None:
+        settings = [ffi.new("char[]", f"{name}={command.number(value)}".encode()) for name, value in self.set.items()]
+        array = ffi.new("char *[]", settings)
+        faults: List[Any] = []
+        handle = ffi.new_handle(faults)
+        error = ffi.new("kt_error *")
+        where = b"scene" if self.path is None else os.fsencode(self.path)
+        content = b"" if self.text is None else self.text.encode("utf8")
+        if b"\0" in where:
+            raise ArgumentError(1, "path", "a path has no zero byte")
+        if self.is_robot:
+            if self.set:
+                raise ArgumentError(1, "set", "a robot file has no settings; import it as a scene first")
+            keep, chosen = self._robot_options()
+            status = lib.kt_robot_read(where, chosen, self._scene, lib.kt_python_report, handle, error)
+            del keep
+        else:
+            if self.options:
+                raise ArgumentError(1, "load", f"only robots have the option '{next(iter(self.options))}'")
+            chosen = ffi.new("kt_scene_options *", {"settings": array, "setting_count": len(settings)})
+            if self.path is not None:
+                status = lib.kt_scene_read_with(where, chosen, self._scene, lib.kt_python_report, handle, error)
+            else:
+                status = lib.kt_scene_parse_with(where, content, len(content), chosen, self._scene, lib.kt_python_report, handle, error)
+        if status:
+            try:
+                fail(error, status)
+            except Error as raised:
+                raised.faults = [f"{where}: {message}" for where, message in faults]  # type: ignore[attr-defined]
+                if len(faults) > 1:
+                    others = "\n".join(raised.faults)  # type: ignore[attr-defined]
+                    raised.args = (f"{len(faults)} faults\n{others}",)
+                raise
+        weakref.finalize(self, lib.kt_scene_free, self._scene)
+
+    @property
+    def is_robot(self) -> bool:
+        """The file is URDF, MJCF or SDF."""
+        return self.path is not None and not self.path.lower().endswith(_SCENES)
+
+    def _robot_options(self) -> Any:
+        chosen, keep = ffi.new("kt_robot_options *"), []
+        fields = {"floating": "floating", "density": "density", "stops": "stop_stiffness", "stop_damping": "stop_damping"}
+        for name, value in self.options.items():
+            if name in ("keyframe", "search"):
+                keep.append(ffi.new("char[]", str(value).encode()))
+                setattr(chosen, name, keep[-1])
+            elif name in fields:
+                setattr(chosen, fields[name], value)
+            else:
+                raise ArgumentError(1, "load", f"there is no option '{name}' of robots; there are {', '.join([*fields, 'keyframe', 'search'])}")
+        return keep, chosen
+
+    def __reduce__(self) -> Any:
+        return _again, (self.text, self.path, self.set, self.options)
+
+    # ---- the model --------------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """The scene's name, or that of its file."""
+        return text(self._scene.description.name) or (pathlib.Path(self.path).stem if self.path else "scene")
+
+    @property
+    def notes(self) -> List[str]:
+        """Notes of an import: changes and omissions."""
+        return [f"{text(note.where)}: {text(note.what)}" for note in ffi.unpack(self._scene.notes, self._scene.note_count)] if self._scene.note_count else []
+
+    @property
+    def parameters(self) -> Dict[str, float]:
+        """The parameters and their values, in SI units and radians."""
+        count = self._scene.parameter_count
+        return {text(each.name): each.value for each in ffi.unpack(self._scene.parameters, count)} if count else {}
+
+    @property
+    def model(self) -> Model:
+        """The compiled model. It is immutable, and threads may share it."""
+        if self._model is None:
+            self._model = Model(self)
+        return self._model
+
+    def simulation(self, step: Optional[float] = None, duration: Optional[float] = None, integrator: Optional[str] = None,
+                   tolerance: Optional[float] = None, model: Optional[Model] = None) -> Simulation:
+        """A simulation in this process. Iterate over it for a control loop.
+
+        Parameters
+        ----------
+        step : float, optional
+            Fixed step, s; with a fixed step the default method is rk4.
+        duration : float, optional
+            Where iteration ends, s.
+        integrator : str, optional
+            A name that ``kinetree integrators`` lists.
+        tolerance : float, optional
+            Relative and absolute tolerance of an adaptive method.
+        model : Model, optional
+            A copy of the scene's model with other parameters.
+        """
+        return Simulation(model or self.model, step=step, duration=duration, integrator=integrator, tolerance=tolerance)
+
+    # ---- the command ------------------------------------------------------------------------------------------------
+
+    def command(self, subcommand: str, *words: str, show: bool = False, ok: tuple = (0,), **options: Any) -> Any:
+        """Run a subcommand of the command with this scene. Options are keyword arguments."""
+        if self.is_robot and self.options:
+            return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
+        settings = [f"--set={name}={command.number(value)}" for name, value in self.set.items()]
+        place = "-" if self.path is None else (self.path if not self.path.startswith("-") else "./" + self.path)
+        return command.run(subcommand, *settings, *command.words(options), *words, place, text=self.text, show=show, ok=ok)
+
+    def _as_scene(self) -> "Scene":
+        chosen = {name: value for name, value in self.options.items()}
+        done = command.run("import", *command.words(chosen), self.path or "")
+        return Scene(done.stdout)
+
+    def run(self, *, out: Union[str, os.PathLike, None] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
+        """Simulate the scene with the command, and return its records.
+
+        The records have the bytes that ``kinetree run`` writes. Its options are keyword arguments: ``duration``, ``integrator``,
+        ``step``, ``tolerance``, ``interval``, ``record``, ``markers``, ...
+
+        Parameters
+        ----------
+        out : str or os.PathLike, optional
+            A file that keeps the records (CSV).
+        quiet : bool, optional
+            No progress bar and no messages. Default: if standard error is no terminal.
+
+        Raises
+        ------
+        StepError
+            The integration failed. ``error.run`` has the records until then.
+        """
+        with tempfile.TemporaryDirectory() as folder:
+            records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
+            summary = pathlib.Path(folder) / "summary.json"
+            silent = not os.isatty(2) if quiet is None else quiet
+            failure = None
+            try:
+                self.command("run", show=not silent, out=records, summary=summary, quiet=bool(quiet), **options)
+            except Error as raised:
+                failure = raised
+            found = _run_of(records, summary)
+            if failure is not None:
+                failure.run = found  # type: ignore[attr-defined]
+                raise failure
+            assert found is not None
+        if silent and not quiet:
+            for warning in found.warnings:
+                warnings.warn(warning.get("text") or str(warning), KinetreeWarning, stacklevel=2)
+        return found
+
+    def sweep(self, vary: Optional[Mapping[str, Any]] = None, *, out: Union[str, os.PathLike, None] = None, resume: bool = False,
+              quiet: Optional[bool] = None, columns: Any = None, jobs: Optional[int] = None, **values: Any) -> Table:
+        """Run the scene with other values, and return a line for each run.
+
+        Parameters
+        ----------
+        vary : mapping, optional
+            Values of each number, by the path that ``--set`` takes. Every combination is run.
+        out : str or os.PathLike, optional
+            A file that keeps the table. With ``resume=True`` a sweep that was interrupted goes on with it.
+        columns : list of str, optional
+            Columns of the records whose end, least and greatest values are written.
+        jobs : int, optional
+            Threads. Default: one for each processor.
+        **values
+            As `vary`, for names without a point.
+        """
+        varied = {**(vary or {}), **values}
+        if not varied:
+            raise ArgumentError(1, "sweep", "give the values to vary, as in sweep(L=[0.5, 1, 2])")
+        words = []
+        for name, each in varied.items():
+            numbers = np.atleast_1d(np.asarray(each, np.float64)).ravel()
+            if numbers.size == 0 or not np.isfinite(numbers).all():
+                raise ArgumentError(1, f"sweep: {name}", "expected at least one value, all finite")
+            words.append(f"--vary={name}={','.join(map(repr, numbers.tolist()))}")
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "sweep.csv"
+            silent = not os.isatty(2) if quiet is None else quiet
+            self.command("sweep", *words, show=not silent, out=table, resume=resume, jobs=jobs, columns=columns, quiet=bool(quiet))
+            return Table(read_csv(table.read_text(encoding="utf8")))
+
+    def evaluate(self, **options: Any) -> dict:
+        """Mass matrix, bias, accelerations, poses and constraint matrices of the initial state."""
+        return json.loads(self.command("evaluate", **options).stdout)
+
+    def modes(self, **options: Any) -> dict:
+        """Frequencies, damping and shapes of small motions, and the state matrices."""
+        return json.loads(self.command("modes", json=True, **options).stdout)
+
+    def equilibrium(self, **options: Any) -> dict:
+        """The position of rest, and its stability."""
+        return json.loads(self.command("equilibrium", json=True, **options).stdout)
+
+    def stability(self, **options: Any) -> dict:
+        """The fastest modes, and the largest stable step of each method."""
+        return json.loads(self.command("stability", json=True, **options).stdout)
+
+    def accuracy(self, **options: Any) -> Table:
+        """Error and CPU time of every method at many steps or tolerances."""
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder) / "accuracy.csv"
+            self.command("accuracy", out=table, plot="/dev/null", quiet=True, **options)
+            return Table(read_csv(table.read_text(encoding="utf8")))
+
+    def info(self, **options: Any) -> str:
+        """The tree, its degrees of freedom and masses, as text."""
+        return self.command("info", **options).stdout
+
+    def check(self) -> str:
+        """Every doubtful number of the scene, as text. Faults raise SceneError."""
+        done = self.command("check")
+        return done.stdout + (done.stderr or "")
+
+    def _written(self, subcommand: str, option: str, suffix: str, **options: Any) -> str:
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / f"result{suffix}"
+            chosen: Dict[str, Any] = {option: file, **options}
+            self.command(subcommand, **chosen)
+            return file.read_text(encoding="utf8")
+
+    def draw(self, **options: Any) -> "Picture":
+        """A picture of the mechanism as SVG. A notebook shows it."""
+        return Picture(self._written("draw", "out", ".svg", **options))
+
+    def view(self, **options: Any) -> str:
+        """The page of ``kinetree view`` that plays the motion, as HTML."""
+        return self._written("view", "view", ".html", quiet=True, **options)
+
+    def export(self, format: str = "mjcf") -> str:
+        """The scene as a robot in MJCF or URDF."""
+        return self._written("export", "out", ".xml", **{format: True})
+
+    def _repr_html_(self) -> str:
+        page = self.view().replace("&", "&amp;").replace('"', "&quot;")
+        return f'<iframe srcdoc="{page}" width="100%" height="480" style="border:0"></iframe>'
+
+    def __repr__(self) -> str:
+        return f"<kinetree.Scene '{self.name}': {self._scene.description.body_count} bodies, {self._scene.description.loop_count} loops>"
+
+
+class Picture(str):
+    """An SVG picture as text, which a notebook shows."""
+
+    def _repr_svg_(self) -> str:
+        return str(self)
+
+
+def _again(content: Any, path: Any, set: Any, options: Any) -> Scene:
+    return Scene(content, path=path, set=set, **options)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if hasattr(value, "as_dict"):
+        return value.as_dict()
+    raise TypeError(f"a scene has numbers, texts, lists and mappings, and no {type(value).__name__}")
+
+
+def _run_of(records: pathlib.Path, summary: pathlib.Path) -> Optional[Run]:
+    place = records if records.exists() else records.with_name(records.name + ".partial")
+    if not place.exists():
+        return None
+    text = place.read_text(encoding="utf8")
+    return Run(read_csv(text), json.loads(summary.read_text()) if summary.exists() else {}, text)

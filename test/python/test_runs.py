@@ -1,0 +1,146 @@
+"""Runs, sweeps, simulations and callbacks."""
+import copy
+import pickle
+import subprocess
+
+import numpy as np
+import pytest
+
+import kinetree as kt
+
+BALL = """
+kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: ball, joint: {type: prismatic, axis: z, position: 2}, mass: 1, shape: {type: sphere, radius: 0.1}}
+simulate: {duration: 1}
+"""
+
+
+def test_records_are_those_of_the_command(scenes, tmp_path):
+    for name in ["double-pendulum", "four-bar"]:
+        run = kt.load(scenes / f"{name}.yaml").run(duration=0.5)
+        out = tmp_path / f"{name}.csv"
+        subprocess.run([kt.command.path(), "run", str(scenes / f"{name}.yaml"), "--duration", "0.5", "--quiet", "--out", str(out)], check=True)
+        assert out.read_text() == run.csv
+        lines = out.read_text().splitlines()
+        assert [repr(float(cell)) for cell in lines[-1].split(",")] == [repr(float(run[each][-1])) for each in run.names]
+
+
+def test_a_simulation_in_this_process_has_the_bits_of_the_command(scenes):
+    for name in ["double-pendulum", "four-bar"]:
+        scene = kt.load(scenes / f"{name}.yaml")
+        run = scene.run(duration=0.5, integrator="rk4", step=1e-3)
+        records = scene.simulation(step=1e-3, duration=0.5, integrator="rk4").run()
+        columns = np.column_stack(list(run.matching("position.*").values()))
+        assert len(run) == len(records["time"]) and (columns == records["q"]).all() and (run.time == records["time"]).all()
+
+
+def test_a_sweep_has_a_line_for_each_combination(tmp_path):
+    scene = kt.Scene(BALL.replace("position: 2", "position: =z0").replace("simulate:", "parameters: {z0: 2}\nsimulate:"))
+    file = tmp_path / "sweep.csv"
+    table = scene.sweep(z0=np.linspace(1, 3, 5), jobs=2, out=file)
+    fall = table["z0"] - table["position.ball.end"]
+    assert len(table) == 5 and np.abs(fall - 0.5 * 9.81).max() < 1e-8
+    assert table.to_records()["z0"][0] == 1.0
+    again = scene.sweep(z0=np.linspace(1, 3, 5), out=tmp_path / "again.csv", jobs=1)
+    assert (again["position.ball.end"] == table["position.ball.end"]).all()
+
+
+def test_an_event_of_python_is_located(held):
+    scene = kt.Scene(BALL)
+    simulation = scene.simulation(duration=1.0, tolerance=1e-10)
+    seen = []
+    simulation.on("low", lambda at: at.q[0] - 1.0, lambda s: seen.append(s.time), direction="falling", stop=True)
+    simulation.run()
+    held(abs(seen[0] - np.sqrt(2 / 9.81)), 1e-12, "time of the event, s")
+    assert simulation.stopped == "low" and simulation.event_count("low") == 1
+
+
+def test_an_exception_of_a_callback_reaches_the_caller():
+    simulation = kt.Scene(BALL).simulation(duration=1.0)
+    simulation.on("broken", lambda at: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        simulation.run()
+
+
+def test_a_force_of_python_is_that_of_a_formula(held):
+    spring = kt.JointForce("ball", lambda t, q, v: -40 * (q - 2) - 0.3 * v)
+    scene = kt.Scene(BALL)
+    by_python = kt.Simulation(kt.Model(scene, effects=[spring]), step=1e-3, integrator="rk4")
+    formula = BALL.replace("simulate:", 'effects:\n  - {type: expression, joint: ball, force: "-40*(position.ball - 2) - 0.3*velocity.ball"}\nsimulate:')
+    by_formula = kt.Scene(formula).simulation(step=1e-3, integrator="rk4")
+    by_python.advance(0.5)
+    by_formula.advance(0.5)
+    held(np.abs(by_python.positions - by_formula.positions).max(), 1e-13, "m")
+
+    def broken(t, q, v):
+        raise KeyError("broken")
+
+    with pytest.raises(KeyError):
+        kt.Simulation(kt.Model(scene, effects=[kt.JointForce("ball", broken)]), step=1e-3).advance(0.1)
+
+
+def test_a_compiled_force_is_called_by_its_address(held):
+    numba = pytest.importorskip("numba", reason="numba is not on this machine")
+    types = numba.types
+    signature = types.int32(types.voidptr, types.double, types.double, types.double, types.CPointer(types.double), types.voidptr)
+
+    @numba.cfunc(signature)
+    def spring(user, t, q, v, force, balance):
+        force[0] = -40 * (q - 2)
+        return 0
+
+    scene = kt.Scene(BALL)
+    compiled = kt.Simulation(kt.Model(scene, effects=[kt.JointForce("ball", spring)]), step=1e-3, integrator="rk4")
+    python = kt.Simulation(kt.Model(scene, effects=[kt.JointForce("ball", lambda t, q, v: -40 * (q - 2))]), step=1e-3, integrator="rk4")
+    compiled.advance(0.2)
+    python.advance(0.2)
+    held(np.abs(compiled.positions - python.positions).max(), 0.0)
+
+
+def test_a_control_loop_holds_a_pendulum(held):
+    rod = kt.mechanism([kt.Body("rod", joint=kt.revolute("y", position=0.3), mass=1, shape=kt.rod(to=[1, 0, 0]))], gravity=[0, 0, -9.81])
+    data = rod.model.data()
+    simulation = rod.simulation(step=1e-3, duration=4.0)
+    ticks = 0
+    for state in simulation:
+        tau = data.inverse_dynamics(state.positions, state.velocities, -100 * (state.positions - 0.5) - 20 * state.velocities)
+        state.set_torque(tau)
+        ticks += 1
+    assert ticks == 4000
+    held(abs(simulation.positions[0] - 0.5), 1e-8, "rad")
+
+
+def test_pickles_and_copies_continue_with_equal_bits(scenes):
+    scene = kt.load(scenes / "double-pendulum.yaml")
+    simulation = scene.simulation(step=1e-3, duration=1.0)
+    simulation.advance(0.3)
+    other, third = pickle.loads(pickle.dumps(simulation)), copy.deepcopy(simulation)
+    for each in (simulation, other, third):
+        each.advance(0.6)
+    assert (simulation.positions == other.positions).all() and (simulation.velocities == third.velocities).all()
+    assert pickle.loads(pickle.dumps(scene)).model.nv == scene.model.nv
+    block = simulation.save()
+    before = simulation.positions.copy()
+    simulation.advance(0.8)
+    simulation.restore(block)
+    assert (simulation.positions == before).all()
+    with pytest.raises(kt.ArgumentError):
+        simulation.restore(block[:-8])
+
+
+def test_reports_of_the_command_are_reachable(scenes):
+    scene = kt.load(scenes / "cart-pole.yaml")
+    assert len(scene.evaluate()["mass_matrix"]) == scene.model.nv
+    assert "modes" in scene.modes(at="initial") and scene.draw().startswith("<?xml")
+    assert "cart" in scene.info() and scene.stability()
+    assert "<html" in scene.view(duration=0.1) and "<mujoco" in scene.export("mjcf")
+    assert len(kt.load(scenes / "double-pendulum.yaml").accuracy(integrators="rk4", budget=1, duration=0.2)) > 2
+
+
+def test_a_run_that_fails_keeps_its_records(scenes):
+    scene = kt.Scene(BALL + "effects:\n  - {type: expression, joint: ball, force: \"exp(400*t)\"}\n")
+    with pytest.raises(kt.Error) as raised:
+        scene.run(integrator="rk4", step=0.01, duration=4)
+    assert raised.value.code == 4 and len(raised.value.run) > 5

@@ -1,0 +1,52 @@
+"""`pip install .` works in a new environment without a network: wheel.py SOURCE-ROOT BUILD-DIRECTORY.
+
+The build directory of the wheel is kept, so that a second run compiles what has changed.
+"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, skip
+
+PROGRAM = """
+import kinetree as kt
+scene = kt.mechanism([kt.Body("rod", joint=kt.revolute("y", position=0.5), mass=1, shape=kt.rod(to=[1, 0, 0]))], gravity=[0, 0, -9.81])
+run = scene.run(duration=0.1)
+simulation = scene.simulation(duration=0.1)
+simulation.advance(0.1)
+print(kt.__version__, len(run) > 10 and abs(run["position.rod"][-1] - simulation.positions[0]) < 1e-9)
+"""
+
+
+def words(*command, **options):
+    run = subprocess.run([str(part) for part in command], capture_output=True, text=True, **options)
+    return [] if run.returncode == 0 else [f"status {run.returncode}", *(run.stdout + run.stderr).splitlines()[-20:]], run.stdout
+
+
+def main():
+    root, build = sys.argv[1:]
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        problems, _ = words(sys.executable, "-m", "venv", "--system-site-packages", folder / "venv")
+        if problems:
+            skip("pip_installs_the_package", "this Python has no venv")
+            return finish()
+        python = folder / "venv/bin/python"
+        environment = {**os.environ, "KINETREE_BUILD": build, "PYTHONDONTWRITEBYTECODE": "1"}
+        problems, _ = words(python, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps", root, env=environment)
+        claim("pip_installs_the_package", problems)
+        if not problems:
+            clean = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "KINETREE_COMMAND")}
+            problems, said = words(python, "-c", PROGRAM, cwd=folder, env=clean)
+            claim("the_package_runs_a_mechanism_without_a_file", problems or ([] if said.strip().endswith("True") else [said]))
+            problems, said = words(folder / "venv/bin/kinetree", "demo", cwd=folder, env=clean)
+            claim("the_command_finds_its_scenes", problems or ([] if "double-pendulum" in said else [said]))
+            _, listed = words("ls", *folder.glob("venv/lib/python*/site-packages/kinetree"))
+            claim("the_module_has_the_stable_interface", [] if "_kinetree.abi3.so" in listed else [listed])
+    finish()
+
+
+main()
