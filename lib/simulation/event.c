@@ -479,8 +479,18 @@ static void pass(kt_simulation *simulation, bool fires) {
     simulation->memory.fires = fires;
 }
 
+static void forget_beyond(kt_simulation *simulation, int repetition) {
+#if KT_HAS_EVENTS
+    if (repetition == 0)
+        simulation->event_beyond = HUGE_VAL;
+#else
+    (void)simulation, (void)repetition;
+#endif
+}
+
 /* Where the step is to end that is repeated: beyond its end t1, if it has not reached the instant, but not beyond a step that has. */
 static double within(kt_simulation *simulation, double instant, double t1) {
+#if KT_HAS_EVENTS
     if (!(instant > t1)) {
         simulation->event_beyond = t1;
         return instant;
@@ -490,6 +500,10 @@ static double within(kt_simulation *simulation, double instant, double t1) {
         if (simulation->event_root[k].due)
             simulation->event_root[k].time = end;
     return end;
+#else
+    (void)simulation, (void)t1;
+    return instant;
+#endif
 }
 
 static kt_status take_back(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error) {
@@ -499,7 +513,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     *again = false;
     for (size_t k = 0; repetition == 0 && k < simulation->event_count; k++)
         simulation->event_root[k].due = false;
-    simulation->event_beyond = repetition == 0 ? HUGE_VAL : simulation->event_beyond;
+    forget_beyond(simulation, repetition);
     kt_status status = find_roots(simulation, &first, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
     const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || repetition == REPETITIONS);
@@ -558,6 +572,7 @@ static kt_status refuse_many(const kt_simulation *simulation, size_t k, double t
 
 /* Counts those within a fixed step, or an interval. */
 static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_error *error) {
+#if KT_HAS_EVENTS
     kt_simulation_memory *memory = &simulation->memory;
     const double span = simulation->step > 0.0 ? simulation->step : simulation->interval;
     if (memory->event_many == 0 || !(t - memory->event_since <= span)) {
@@ -567,6 +582,9 @@ static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_
     return ++memory->event_many > WITHIN
                ? kt_simulation_explain_disc(simulation, refuse_many(simulation, k, t, span, error), error)
                : KT_OK;
+#else
+    return refuse_many(simulation, k, t, 0.0, error);
+#endif
 }
 
 /* Whether what accumulates is a hard contact's bounces, which end now. */

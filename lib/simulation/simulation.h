@@ -64,11 +64,11 @@ typedef struct kt_simulation_memory {
     uint64_t event_shrinking; /* of these, the last ones whose intervals shrank */
     double event_ratio;       /* of these intervals to the ones before, the largest */
     uint64_t event_row;       /* of these, the last ones that followed each other at once */
-    double event_since;       /* s, from where those are counted that lie within one fixed step, or one interval */
-    uint64_t event_many;      /* of these, how many */
     int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
     uint64_t set;             /* of the switched loops and effects that are on */
 #if KT_HAS_EVENTS
+    double event_since;  /* s, from where those are counted that lie within one fixed step, or one interval */
+    uint64_t event_many; /* of these, how many */
     kt_contact_counts contacts;
     double slip[KT_SWITCH_MAX][2];   /* directions in which contacts slip, in the order of contact.c */
     double closes_at[KT_SWITCH_MAX]; /* likewise, gaps at which open ones close, slips that are rest: 0 or less */
@@ -318,11 +318,11 @@ struct kt_simulation {
         contact_friction; /* of these, those of friction of joints, which is released where both of its own are on */
     uint64_t contact_released; /* of all, those that are released at first */
     double contact_margin;     /* gaps that become smaller than this below zero have not parted */
+    double event_beyond;       /* where a try of this step ended that went beyond an event */
     double contact_time;       /* s, of the values of contacts (contact.c); NaN: not known */
 #endif
     double event_time;                 /* of event_value; NaN: not known */
     double event_reach;                /* up to where the last step was looked at */
-    double event_beyond;               /* where a try of this step ended that went beyond an event */
     double event_rate, event_rate_end; /* the largest rate of a turn there and at the end of the step, rad/s */
     double step;                       /* fixed, or 0 */
     double duration, interval;

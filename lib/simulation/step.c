@@ -328,7 +328,9 @@ static void forget_events(kt_simulation *simulation) {
     simulation->event_time = (double)NAN;
     simulation->memory.fires = false;
     simulation->memory.event_instants = simulation->memory.event_row = simulation->memory.event_shrinking = 0;
+#if KT_HAS_EVENTS
     simulation->memory.event_many = 0;
+#endif
     simulation->memory.stopped = 0;
 }
 
