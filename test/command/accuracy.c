@@ -240,7 +240,7 @@ KT_TEST(pictures_are_drawn_light_and_dark) {
     kt_check_near("a white page", kt_page_lightness(kt_read_file("a.svg")), 1.0, 0.0);
     kt_check_below("and a dark one", kt_page_lightness(kt_read_file("b.svg")), 0.25);
     kt_check_true("PNG", is_png("a.png"));
-    kt_expect(1, "ends in .svg or .png", "$K accuracy p.yaml --plot a.jpg");
+    kt_expect(1, "ends in .svg, .png or .pdf", "$K accuracy p.yaml --plot a.jpg");
 }
 
 KT_TEST(plot_draws_columns_of_a_result) {
@@ -257,7 +257,7 @@ KT_TEST(plot_draws_columns_of_a_result) {
     kt_check_true("from standard input", is_png("x.png"));
     kt_expect(1, "did you mean 'velocity.bob'?", "$K plot r.csv --columns velocty.bob");
     kt_expect(1, "there is no column 'position.rod'", "$K plot r.csv --phase rod");
-    kt_expect(1, "ends in .svg or .png", "$K plot r.csv --out r.csv");
+    kt_expect(1, "ends in .svg, .png or .pdf", "$K plot r.csv --out r.csv");
     kt_expect(2, "no lines of numbers", "head -1 r.csv >h.csv; $K plot h.csv");
 }
 #endif

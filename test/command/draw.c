@@ -217,7 +217,7 @@ KT_TEST(views_are_read_and_refused) {
     kt_expect(1, "up to 60", "$K draw pair.yaml --strobe 61");
     kt_expect(1, "draw: --trace: body 'lower' has no marker 'top'; did you mean 'tip'?",
               "$K draw pair.yaml --trace lower.top");
-    kt_expect(1, "a picture's name ends in .svg or .png", "$K draw pair.yaml --out p.pdf");
+    kt_expect(1, "a picture's name ends in .svg, .png or .pdf", "$K draw pair.yaml --out p.jpg");
 }
 
 /* Two rods that are too short to meet. */

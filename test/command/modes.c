@@ -141,7 +141,7 @@ KT_TEST(modes_draws_shapes) {
     kt_check_above("parts of the picture", (int)strtol(ran.out, NULL, 10), 10.0);
     ran = kt_shell("$K modes cart.yaml --plot s.png --dark >/dev/null && head -c 4 s.png | tail -c 3");
     kt_check_text("picture", ran.out, "PNG");
-    kt_expect(1, "a picture's name ends in .svg or .png", "$K modes cart.yaml --plot s.jpg");
+    kt_expect(1, "a picture's name ends in .svg, .png or .pdf", "$K modes cart.yaml --plot s.jpg");
     kt_expect(4, "cannot be written", "$K modes cart.yaml --plot /nowhere/s.svg");
 }
 #endif

@@ -245,7 +245,7 @@ KT_TEST(pictures_are_drawn_or_refused_in_words) {
     kt_ran ran = kt_shell("head -c 4 t.png | od -An -c; wc -c <t.png");
     kt_check_contains("PNG", ran.out, " 211   P   N   G\n");
     kt_check_above("size", strtod(ran.out + strcspn(ran.out, "\n"), NULL), 20000.0);
-    kt_expect(1, "ends in .svg or .png", "$K run t.yaml --plot t.jpg");
+    kt_expect(1, "ends in .svg, .png or .pdf", "$K run t.yaml --plot t.jpg");
     kt_expect(4, "none/t.png cannot be written", "$K run t.yaml --quiet --duration 0.2 --plot none/t.png");
     kt_expect(4, "none/t.svg cannot be written", "$K run t.yaml --quiet --duration 0.2 --plot none/t.svg");
 #else

@@ -79,4 +79,66 @@ with tempfile.TemporaryDirectory() as folder:
     ran = run(path, "run", "arm.yaml", "--out", "arm.csv", "--plot", "arm.svg")
     claim("columns_without_a_finite_value_are_no_noise", [] if "since no value is finite: never" in ran.stderr and "rounding noise" not in ran.stderr
           and "1 without a finite value" in (path / "arm.svg").read_text() else [ran.stderr])
+
+    # A sweep of n values of m: each has a curve, of a colour of its own, and a line of them is as its numbers say.
+    (path / "sweep.yaml").write_text("""kinetree: 1
+gravity: [0, -9.81, 0]
+parameters: {L: 1, k: 1}
+bodies: [{name: arm, joint: {type: revolute, position: 0.5}, mass: 1, shape: {type: rod, to: [0, =-L, 0]}}]
+effects: [{type: joint_spring, joint: arm, stiffness: =k}]
+simulate: {duration: 0.2}
+""")
+    missing = []
+    for values in (3, 7, 8, 20, 60):
+        run(path, "sweep", "sweep.yaml", "--vary", "L=0.5:2:5", "--vary", f"k=1:50:{values}", "--out", "s.csv", "--quiet")
+        ran = run(path, "plot", "s.csv", "--columns", "position.arm.end", "--by", "k", "--out", "s.svg")
+        svg = (path / "s.svg").read_text() if ran.returncode == 0 else ""
+        curves = [element for element in re.findall(r"<path [^>]*>", svg) if re.search(r'stroke-width[:=]"?1\.3', element)]
+        colours = {re.search(r'stroke[:=]"?(#[0-9a-f]{6})', element).group(1) for element in curves}
+        legend = len(re.findall(r">k = ", svg))
+        if len(curves) < values or len(colours) != values or " more" in svg or legend != (values if values <= 7 else 0):
+            missing.append(f"{values} values: {len(curves)} curves of {len(colours)} colours, {legend} in the legend; {ran.stderr}")
+    claim("plot_by_draws_a_curve_for_each_value", missing)
+    run(path, "sweep", "sweep.yaml", "--vary", "L=0.5:2:2", "--vary", "k=1:50:201", "--out", "s.csv", "--quiet")
+    ran = run(path, "plot", "s.csv", "--columns", "position.arm.end", "--by", "k", "--out", "many.svg")
+    claim("more_values_than_colours_are_refused", [] if ran.returncode == 1 and "'k' has 201 values" in ran.stderr and "--map L,k" in ran.stderr
+          and not (path / "many.svg").exists() else [ran.stderr])
+
+    # Several results: a panel for each column, a colour for each result.
+    names = []
+    for k in range(9):
+        run(path, "run", "sweep.yaml", "--set", f"k={5 * k}", "--out", f"r{k}.csv", "--quiet")
+        names.append(f"r{k}.csv")
+    off = []
+    for count in (2, 7, 9):
+        ran = run(path, "plot", *names[:count], "--columns", "position,velocity", "--out", "r.svg")
+        svg = (path / "r.svg").read_text() if ran.returncode == 0 else ""
+        lines = strokes(svg)
+        if len(lines) != 2 * count or len({colour for colour, _ in lines}) != count or f" of {count} results" not in svg or svg.count(">r0.csv<") != (2 if count <= 7 else 0):
+            off.append(f"{count}: {lines} {ran.stderr}")
+    claim("several_results_have_colours", off)
+
+    # Pages: at most as high as a screen, or as given; PDF; the scene's name.
+    (path / "arm.yaml").write_text(ARM.format(columns="{}"))
+    high = []
+    for record in ("position", "position,velocity,acceleration,energy", "position,velocity,acceleration,reaction,energy,momentum"):
+        run(path, "run", "arm.yaml", "--record", record, "--out", "arm.csv", "--plot", "arm.svg", "--quiet")
+        size = re.search(r'viewBox="0 0 ([0-9]+) ([0-9]+)"', (path / "arm.svg").read_text())
+        if int(size.group(2)) > 1000:
+            high.append(f"{record}: {size.group(0)}")
+    claim("pages_fit_a_screen", high)
+    ran = run(path, "plot", "arm.csv", "--columns", "position,velocity,acceleration,energy", "--size", "1234x567", "--out", "p.svg")
+    svg = (path / "p.svg").read_text()
+    claim("pages_have_the_size_that_is_given", [] if 'viewBox="0 0 1234 567"' in svg else [svg[:300]])
+    sizes = [run(path, "plot", "arm.csv", "--size", text, "--out", "q.svg") for text in ("12", "1200", "1200x800x", "1200x", "axb", "200x200", "99999x800")]
+    claim("wrong_sizes_are_refused", [s.stderr for s in sizes if s.returncode != 1 or "--size takes WIDTHxHEIGHT" not in s.stderr])
+    for words in (["plot", "arm.csv", "--out", "p.pdf"], ["draw", "arm.yaml", "--out", "p.pdf"], ["run", "arm.yaml", "--out", "a.csv", "--plot", "p.pdf"]):
+        run(path, *words)
+        made = (path / "p.pdf").read_bytes() if (path / "p.pdf").exists() else b""
+        claim(f"{words[0]}_writes_a_page_of_pdf", [] if made.startswith(b"%PDF-") and made.rstrip().endswith(b"%%EOF") and b"/Page" in made else [str(made[:20])])
+        (path / "p.pdf").unlink(missing_ok=True)
+    (path / "ball.yaml").write_text(ARM.format(columns="{}").replace("simulate:", "events: [{name: low, when: position.arm, then: record}]\nsimulate:"))
+    run(path, "run", "ball.yaml", "--out", "ball.csv", "--summary", "ball.json", "--quiet")
+    run(path, "plot", "ball.csv", "--marks", "ball.json", "--out", "ball.svg")
+    claim("the_title_is_the_name_of_the_scene", [] if ">swinging arm<" in (path / "ball.svg").read_text() else ["another title"])
 finish()

@@ -225,7 +225,41 @@ static void trace_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_serie
     pen_up(&pen);
 }
 
-static kt_colour colour_of(const kt_plot_frame *f, const kt_plot_series *series, int place) {
+/* Colours whose lightness rises evenly: five of viridis (S. van der Walt, N. Smith 2015). */
+static kt_colour colour_of_share(double share) {
+    static const kt_colour ramp[] = {{0.267, 0.005, 0.329},
+                                     {0.229, 0.322, 0.546},
+                                     {0.128, 0.567, 0.551},
+                                     {0.369, 0.789, 0.383},
+                                     {0.993, 0.906, 0.144}};
+    const double at = 4.0 * fmin(fmax(share, 0.0), 1.0);
+    const int k = at < 4.0 ? (int)at : 3;
+    return kt_colour_mix(ramp[k], ramp[k + 1], at - k);
+}
+
+/* The axis along a bar of colours. */
+static kt_axis axis_of_colours(double low, double high, bool is_log) {
+    if (!(high - low > 1e-12 * fmax(fabs(low), fabs(high)))) {
+        const double room = high != 0.0 ? 0.5 * fabs(high) : 1.0;
+        low -= room;
+        high += room;
+    }
+    return is_log ? kt_axis_make_log(low, high, 6) : kt_axis_make(low, high, 6);
+}
+
+/* Of a curve: without the end of the scale that the page hides. */
+static kt_colour colour_of_curve(const kt_plot_frame *f, double share) {
+    const bool is_dark = f->palette->paper.green < 0.5;
+    const double shown = fmin(fmax(share, 0.0), 1.0);
+    return colour_of_share(is_dark ? 0.25 + 0.75 * shown : 0.85 * shown);
+}
+
+static kt_colour colour_of(const kt_plot_frame *f, const kt_plot_panel *panel, int place) {
+    const kt_plot_series *series = &panel->series[place];
+    if (panel->scale != NULL) {
+        const kt_axis axis = axis_of_colours(panel->scale->low, panel->scale->high, panel->scale->is_log);
+        return colour_of_curve(f, kt_axis_place(&axis, series->value));
+    }
     return f->palette->series[(series->colour > 0 ? series->colour - 1 : place) % KT_PLOT_SERIES_MAX];
 }
 
@@ -249,18 +283,6 @@ static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series
 
 /* ---- cells ------------------------------------------------------------------------------------------------------- */
 
-/* Colours whose lightness rises evenly: five of viridis (S. van der Walt, N. Smith 2015). */
-static kt_colour colour_of_share(double share) {
-    static const kt_colour ramp[] = {{0.267, 0.005, 0.329},
-                                     {0.229, 0.322, 0.546},
-                                     {0.128, 0.567, 0.551},
-                                     {0.369, 0.789, 0.383},
-                                     {0.993, 0.906, 0.144}};
-    const double at = 4.0 * fmin(fmax(share, 0.0), 1.0);
-    const int k = at < 4.0 ? (int)at : 3;
-    return kt_colour_mix(ramp[k], ramp[k + 1], at - k);
-}
-
 static double value_of_cell(const kt_plot_cells *cells, size_t i) {
     return !cells->is_log ? cells->z[i] : cells->z[i] != 0.0 ? fabs(cells->z[i]) : (double)NAN;
 }
@@ -274,12 +296,7 @@ static kt_axis range_of_cells(const kt_plot_cells *cells) {
         }
     if (!(low <= high))
         low = high = 1.0;
-    if (!(high - low > 1e-12 * fmax(fabs(low), fabs(high)))) {
-        const double room = high != 0.0 ? 0.5 * fabs(high) : 1.0;
-        low -= room;
-        high += room;
-    }
-    return cells->is_log ? kt_axis_make_log(low, high, 6) : kt_axis_make(low, high, 6);
+    return axis_of_colours(low, high, cells->is_log);
 }
 
 static void draw_cells(cairo_t *c, const kt_plot_frame *f, const kt_plot_cells *cells) {
@@ -308,13 +325,16 @@ static void draw_cells(cairo_t *c, const kt_plot_frame *f, const kt_plot_cells *
     cairo_restore(c);
 }
 
-/* The colours and their values, right of the map. */
-static void draw_colours(cairo_t *c, const kt_plot_frame *f, const kt_plot_cells *cells, double room) {
+/* The colours and their values, right of the panel. */
+static void draw_colours(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double room) {
     enum { STRIPES = 64, WIDTH = 14 };
-    const kt_axis range = range_of_cells(cells);
+    const kt_plot_scale *scale = panel->scale;
+    const kt_axis range =
+        scale != NULL ? axis_of_colours(scale->low, scale->high, scale->is_log) : range_of_cells(panel->cells);
     const double x = f->right + 16.0, top = f->top + 1.4 * kt_small_size, height = f->bottom - top;
     for (int i = 0; i < STRIPES; i++) {
-        kt_paper_use(c, colour_of_share((i + 0.5) / STRIPES));
+        const double share = (i + 0.5) / STRIPES;
+        kt_paper_use(c, scale != NULL ? colour_of_curve(f, share) : colour_of_share(share));
         cairo_rectangle(c, x, f->bottom - height * (i + 1) / STRIPES, WIDTH, height / STRIPES + 0.5);
         cairo_fill(c);
     }
@@ -328,7 +348,7 @@ static void draw_colours(cairo_t *c, const kt_plot_frame *f, const kt_plot_cells
     char label[160], power[24] = "";
     if (range.exponent != 0)
         (void)snprintf(power, sizeof power, ", 1e%d", range.exponent);
-    (void)snprintf(label, sizeof label, "%.100s%s", cells->label, power);
+    (void)snprintf(label, sizeof label, "%.100s%s", scale != NULL ? scale->label : panel->cells->label, power);
     kt_paper_text_within(c, x, f->top + 2.0, room - 24.0, label);
 }
 
@@ -346,7 +366,7 @@ static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
     cairo_set_font_size(c, kt_small_size);
     for (int i = 0; i < panel->series_count; i++) {
         const kt_plot_series *series = &panel->series[i];
-        const kt_colour colour = colour_of(f, series, i);
+        const kt_colour colour = colour_of(f, panel, i);
         if (!is_seen(f, series))
             continue;
         const double middle = y - 0.36 * kt_small_size;
@@ -445,9 +465,9 @@ int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *pa
     for (int halo = 1; halo >= 0; halo--)
         for (int i = 0; i < panel->series_count; i++)
             if (panel->series[i].is_halo == (halo == 1))
-                draw_series(c, &f, &panel->series[i], colour_of(&f, &panel->series[i], i));
-    if (panel->cells != NULL)
-        draw_colours(c, &f, panel->cells, room);
+                draw_series(c, &f, &panel->series[i], colour_of(&f, panel, i));
+    if (panel->cells != NULL || panel->scale != NULL)
+        draw_colours(c, &f, panel, room);
     else if (panel->has_legend)
         draw_legend(c, &f, panel, room);
     return f.x.exponent;

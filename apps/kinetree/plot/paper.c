@@ -4,6 +4,7 @@
 #include "command.h"
 #include "records/output.h"
 
+#include <cairo-pdf.h>
 #include <cairo-svg.h>
 #include <errno.h>
 #include <math.h>
@@ -179,11 +180,28 @@ void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour pa
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
 /* Tests the extension; the picture of a failed run has the additional extension ".partial". */
-static bool ends_in_svg(const char *path) {
-    const size_t length = strlen(path), tail = strlen(".partial");
+static bool ends_in(const char *path, const char *ending) {
+    const size_t length = strlen(path), tail = strlen(".partial"), size = strlen(ending);
     const bool is_part = length > tail && strcmp(path + length - tail, ".partial") == 0;
     const size_t end = is_part ? length - tail : length;
-    return end >= 4 && strncmp(path + end - 4, ".svg", 4) == 0;
+    return end >= size && strncmp(path + end - size, ending, size) == 0;
+}
+
+/* A page of a PDF, whose units are points. */
+static cairo_status_t write_pdf(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
+                                const void *what) {
+    cairo_surface_t *surface = cairo_pdf_surface_create(path, width, height);
+    cairo_t *c = cairo_create(surface);
+    draw(c, what);
+    cairo_status_t status = cairo_status(c);
+    cairo_destroy(c);
+    cairo_surface_finish(surface);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_surface_status(surface);
+    const int reason = errno;
+    cairo_surface_destroy(surface);
+    errno = reason;
+    return status;
 }
 
 /* PNG pictures have two pixels per unit, for screens of high resolution. */
@@ -333,7 +351,7 @@ enum { DRAWING_STACK = 1 << 20 };
 typedef struct job {
     const char *path; /* NULL: to memory */
     char *text;       /* that */
-    bool is_svg;
+    bool is_svg, is_pdf;
     int width, height;
     void (*draw)(cairo_t *c, const void *what);
     const void *what;
@@ -363,7 +381,8 @@ static cairo_status_t write_svg(job *j) {
 static void *write_job(void *user) {
     job *j = user;
     errno = 0;
-    j->status = j->is_svg ? write_svg(j) : write_png(j->path, j->width, j->height, j->draw, j->what);
+    j->status =
+        j->is_svg ? write_svg(j) : (j->is_pdf ? write_pdf : write_png)(j->path, j->width, j->height, j->draw, j->what);
     j->reason = errno;
     return NULL;
 }
@@ -388,7 +407,8 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
     if (code >= 0)
         return code;
     job j = {.path = kt_output_path(&output),
-             .is_svg = ends_in_svg(path),
+             .is_svg = ends_in(path, ".svg"),
+             .is_pdf = ends_in(path, ".pdf"),
              .width = width,
              .height = height,
              .draw = draw,

@@ -5,6 +5,7 @@
 #include "plot/paper.h"
 
 #include <cairo.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -21,53 +22,101 @@ enum {
     ROW_PANEL = 350,
     ROW_GAP = 84,
     ROW_RIGHT = 185,
+    SCREEN = 1000, /* height of a page, if no other is given */
+    STACKED = 5,   /* panels under each other, at most */
+    NARROW = 720,  /* width of a column, where there are several */
+    LEAST = 60,    /* width and height of the axes */
 };
 
 /* ---- the page ---------------------------------------------------------------------------------------------------- */
 
-/* Panels in a column share their x axis and its title; a panel with a title of its own needs more room. */
-static int gap_after(const kt_plot *plot, int panel) { return plot->panels[panel].x_title != NULL ? GAP + 30 : GAP; }
+/* Where panels are: in a row, or in columns that are filled one after the other. */
+typedef struct layout {
+    int width, height;
+    int columns, rows;
+    double cell, panel_width, panel_height, gap; /* cell: width of a column */
+} layout;
 
-static int height_of(const kt_plot *plot) {
-    if (plot->is_row)
-        return TOP + HEAD + ROW_HEIGHT + BOTTOM;
-    int height = TOP + plot->panel_count * PANEL_HEIGHT + HEAD + BOTTOM;
-    for (int i = 0; i + 1 < plot->panel_count; i++)
-        height += gap_after(plot, i);
-    return height;
+/* Panels under each other share their x axis and its title; one with a title of its own needs more room. */
+static double gap_of(const kt_plot *plot) {
+    bool titled = false;
+    for (int i = 0; i < plot->panel_count; i++)
+        titled = titled || plot->panels[i].x_title != NULL;
+    return titled ? GAP + 30 : GAP;
 }
 
-static int width_of(const kt_plot *plot) {
-    return plot->is_row ? LEFT + plot->panel_count * ROW_PANEL + (plot->panel_count - 1) * ROW_GAP + ROW_RIGHT : WIDTH;
+static layout lay_out_row(const kt_plot *plot) {
+    const int n = plot->panel_count > 0 ? plot->panel_count : 1;
+    layout l = {.columns = n, .rows = 1, .panel_width = ROW_PANEL, .panel_height = ROW_HEIGHT};
+    const double around = LEFT + (n - 1) * ROW_GAP + ROW_RIGHT, above = TOP + HEAD + BOTTOM;
+    if (plot->size.width > 0) {
+        l.panel_width = fmax((plot->size.width - around) / n, LEAST);
+        l.panel_height = fmax(plot->size.height - above, LEAST);
+    }
+    l.width = plot->size.width > 0 ? plot->size.width : (int)(around + n * l.panel_width);
+    l.height = plot->size.width > 0 ? plot->size.height : (int)(above + l.panel_height);
+    return l;
 }
 
-static void draw_row(cairo_t *c, const kt_plot *plot, const kt_palette *palette) {
+/* Panels in so many columns, on a page of a given size or as high as a screen. */
+static layout lay_out_in(const kt_plot *plot, int columns) {
+    const int n = plot->panel_count > 0 ? plot->panel_count : 1;
+    layout l = {.columns = columns, .rows = (n + columns - 1) / columns, .gap = gap_of(plot)};
+    const double around = TOP + HEAD + BOTTOM + (l.rows - 1) * l.gap;
+    l.panel_height = fmin(PANEL_HEIGHT, floor((SCREEN - around) / l.rows));
+    l.width = columns > 1 ? columns * NARROW : WIDTH;
+    l.height = (int)(around + l.rows * l.panel_height);
+    if (plot->size.width > 0) {
+        l.panel_height = (plot->size.height - around) / l.rows;
+        l.width = plot->size.width;
+        l.height = plot->size.height;
+    }
+    l.cell = (double)l.width / columns;
+    l.panel_width = l.cell - LEFT - RIGHT;
+    return l;
+}
+
+/* As many panels are under each other as the page has room for; more of them are in further columns. */
+static layout lay_out_columns(const kt_plot *plot) {
+    layout l = lay_out_in(plot, plot->size.width > 0 ? 1 : 1 + (plot->panel_count - 1) / STACKED);
+    while (l.panel_height < LEAST && l.rows > 1 &&
+           (plot->size.width == 0 || l.width / (l.columns + 1) >= LEFT + RIGHT + LEAST))
+        l = lay_out_in(plot, l.columns + 1);
+    l.panel_height = fmax(l.panel_height, 0.5 * LEAST);
+    return l;
+}
+
+static layout lay_out(const kt_plot *plot) { return plot->is_row ? lay_out_row(plot) : lay_out_columns(plot); }
+
+static void draw_row(cairo_t *c, const kt_plot *plot, const layout *l, const kt_palette *palette) {
     double left = LEFT;
     for (int i = 0; i < plot->panel_count; i++) {
-        (void)kt_panel_draw(c, palette, &plot->panels[i], left, TOP + HEAD, ROW_PANEL, ROW_HEIGHT, ROW_RIGHT);
-        left += ROW_PANEL + ROW_GAP;
+        (void)kt_panel_draw(c, palette, &plot->panels[i], left, TOP + HEAD, l->panel_width, l->panel_height, ROW_RIGHT);
+        left += l->panel_width + ROW_GAP;
     }
 }
 
-static void draw_column(cairo_t *c, const kt_plot *plot, const kt_palette *palette) {
-    double top = TOP + HEAD;
-    int exponent = 0;
+static void draw_columns(cairo_t *c, const kt_plot *plot, const layout *l, const kt_palette *palette) {
     for (int i = 0; i < plot->panel_count; i++) {
-        exponent = kt_panel_draw(c, palette, &plot->panels[i], LEFT, top, WIDTH - LEFT - RIGHT, PANEL_HEIGHT, RIGHT);
-        top += PANEL_HEIGHT + gap_after(plot, i);
+        const int row = i % l->rows;
+        const double left = LEFT + i / l->rows * l->cell, top = TOP + HEAD + row * (l->panel_height + l->gap);
+        const int exponent =
+            kt_panel_draw(c, palette, &plot->panels[i], left, top, l->panel_width, l->panel_height, RIGHT);
+        const bool is_last = row == l->rows - 1 || i == plot->panel_count - 1;
+        if (!is_last || plot->panels[i].x_title != NULL)
+            continue;
+        kt_paper_use(c, palette->ink);
+        kt_paper_quantity(c, left + 0.5 * l->panel_width, top + l->panel_height + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE,
+                          plot->x_title, plot->x_unit, exponent);
     }
-    if (plot->panel_count == 0 || plot->panels[plot->panel_count - 1].x_title != NULL)
-        return;
-    kt_paper_use(c, palette->ink);
-    kt_paper_quantity(c, 0.5 * (LEFT + WIDTH - RIGHT), top - GAP + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, plot->x_title,
-                      plot->x_unit, exponent);
 }
 
 static void draw_all(cairo_t *c, const kt_plot *plot) {
     const kt_palette *palette = kt_palette_choose(plot->is_dark);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
-    kt_paper_head(c, palette, LEFT - 50.0, width_of(plot) - LEFT, plot->title, plot->subtitle);
-    (plot->is_row ? draw_row : draw_column)(c, plot, palette);
+    const layout l = lay_out(plot);
+    kt_paper_head(c, palette, LEFT - 50.0, l.width - LEFT, plot->title, plot->subtitle);
+    (plot->is_row ? draw_row : draw_columns)(c, plot, &l, palette);
 }
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
@@ -80,14 +129,15 @@ static bool ends_in(const char *path, const char *ending) {
 bool kt_plot_is_possible(void) { return true; }
 
 int kt_plot_check(const char *path) {
-    if (ends_in(path, ".svg") || ends_in(path, ".png"))
+    if (ends_in(path, ".svg") || ends_in(path, ".png") || ends_in(path, ".pdf"))
         return kt_check_writable(path);
-    kt_say("%s cannot be drawn: a picture's name ends in .svg or .png", path);
+    kt_say("%s cannot be drawn: a picture's name ends in .svg, .png or .pdf", path);
     return KT_EXIT_USAGE;
 }
 
 static void draw_plot(cairo_t *c, const void *what) { draw_all(c, what); }
 
 int kt_plot_draw(const kt_plot *plot, const char *path) {
-    return kt_paper_write(path, width_of(plot), height_of(plot), draw_plot, plot);
+    const layout l = lay_out(plot);
+    return kt_paper_write(path, l.width, l.height, draw_plot, plot);
 }

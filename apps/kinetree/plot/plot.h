@@ -1,4 +1,4 @@
-/* Charts as SVG or PNG: panels in a column or in a row, each with its axes (linear or logarithmic), units and
+/* Charts as SVG, PNG or PDF: panels in a column or in a row, each with its axes (linear or logarithmic), units and
  * series. */
 #ifndef KT_COMMAND_PLOT_PLOT_H
 #define KT_COMMAND_PLOT_PLOT_H
@@ -43,6 +43,7 @@ typedef struct kt_plot_series {
     const double *x, *y;
     size_t count;
     int colour;        /* 1 to KT_PLOT_SERIES_MAX; 0: by its index in the panel */
+    double value;      /* of a panel with a scale of colours: what the colour stands for */
     int mark;          /* 1 to KT_PLOT_MARK_COUNT at each point; 0: none */
     bool hollow;       /* marks */
     bool is_halo;      /* a broad faint line behind all others */
@@ -59,6 +60,13 @@ typedef struct kt_plot_cells {
     bool is_log;  /* colours by the logarithm of magnitudes */
     const char *label;
 } kt_plot_cells;
+
+/* A scale of colours for more curves than a palette has colours: each has that of its value. */
+typedef struct kt_plot_scale {
+    double low, high;
+    bool is_log;
+    const char *label;
+} kt_plot_scale;
 
 /* A line across a panel, at an x. */
 typedef struct kt_plot_event {
@@ -79,10 +87,19 @@ typedef struct kt_plot_panel {
     double blind;                 /* > 0: the region below this y is grey */
     const char *blind_label;
     const kt_plot_cells *cells;  /* NULL: none; the legend has their colours */
+    const kt_plot_scale *scale;  /* of the series' colours; NULL: those of the palette */
     const kt_plot_event *events; /* x is rising; NULL: none */
     int event_count;
     bool names_events; /* where there is room */
 } kt_plot_panel;
+
+/* Of the page, in its units, which are pixels of a screen and points of a PDF; 0: as it fits a screen. */
+typedef struct kt_plot_size {
+    int width, height;
+} kt_plot_size;
+
+/* Reads "1200x800" (NULL: not given). Returns -1, or an exit code after printing the error. */
+int kt_plot_size_read(const char *command, const char *text, kt_plot_size *size);
 
 typedef struct kt_plot {
     const char *title, *subtitle;
@@ -91,6 +108,7 @@ typedef struct kt_plot {
     int panel_count;
     bool is_row; /* panels in a row, with one legend, that of the last */
     bool is_dark;
+    kt_plot_size size;
 } kt_plot;
 
 /* Returns whether this build can draw pictures. */

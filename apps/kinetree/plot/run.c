@@ -91,6 +91,7 @@ int kt_plot_run_take(kt_plot_run *plot, const kt_record *record, const double *v
 typedef struct picture {
     const kt_plot_run *plot;
     const double *x; /* the time */
+    kt_plot_size size;
     const kt_plot_event *events;
     int event_count;
     kt_candidate *candidates;
@@ -206,12 +207,13 @@ static int draw(picture *p, const double *columns, const kt_outcome *outcome, co
                            .x_unit = "s",
                            .panels = p->panels,
                            .panel_count = p->panel_count,
-                           .is_dark = is_dark};
+                           .is_dark = is_dark,
+                           .size = p->size};
     return kt_plot_draw(&chart, path);
 }
 
-int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path, bool is_dark,
-                      bool is_quiet) {
+int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path, kt_plot_size size,
+                      bool is_dark, bool is_quiet) {
     const size_t width = plot->width;
     double *columns = malloc((plot->count * width + 1) * sizeof *columns);
     picture *p = calloc(1, sizeof *p);
@@ -221,7 +223,7 @@ int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const 
     if (columns == NULL || p == NULL || candidates == NULL || names == NULL) {
         kt_say("there is not enough memory for the picture");
     } else {
-        *p = (picture){.plot = plot, .candidates = candidates, .names = names};
+        *p = (picture){.plot = plot, .size = size, .candidates = candidates, .names = names};
         for (size_t i = 0; i < plot->count; i++)
             for (size_t k = 0; k < width; k++)
                 columns[k * plot->count + i] = plot->rows[i * width + k];

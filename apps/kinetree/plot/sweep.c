@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PANELS_MAX = 6, BINS_MAX = 100, MARKED = 60 /* points of a curve that have marks */ };
+enum { PANELS_MAX = 6, BINS_MAX = 100, CURVES_MAX = 200, MARKED = 60 /* points of a curve that have marks */ };
 
-/* Numbers that a panel takes: those of its curves, at most 4 for each row of each. */
-static size_t room_of(size_t rows) { return (4 * KT_PLOT_SERIES_MAX + 8) * rows + 8 * BINS_MAX; }
+/* Numbers that a panel takes: of curves at most 5 for each row, of a map 6. */
+static size_t room_of(size_t rows) { return 8 * rows + 8 * BINS_MAX; }
 
 bool kt_sweep_table_find(const kt_table *table, int *first, int *count) {
     *first = 1;
@@ -30,9 +30,10 @@ typedef struct picture {
     const kt_sweep_chart *chart;
     size_t rows;
     kt_plot_panel panels[PANELS_MAX];
-    kt_plot_series series[PANELS_MAX][KT_PLOT_SERIES_MAX];
+    kt_plot_series series[PANELS_MAX][CURVES_MAX];
+    kt_plot_scale scale; /* of the values that curves are drawn by */
     kt_plot_cells cells[PANELS_MAX];
-    char labels[KT_PLOT_SERIES_MAX][96];
+    char labels[CURVES_MAX][96];
     double *numbers; /* room for all that is drawn */
     size_t used;
 } picture;
@@ -67,13 +68,12 @@ static size_t sort_values(const double *values, size_t rows, bool once, double *
 
 /* ---- curves and points ------------------------------------------------------------------------------------------- */
 
-/* The points whose value in column `by` is `value` (by < 0: all): a curve where x rises or falls from run to run, as that of
+/* The points whose value in column `by` is `value` (by < 0: all), for which pairs has room: a curve where x rises or falls from run to run, as that of
  * a range does and that of a sample does not. */
-static kt_plot_series trace(picture *p, int column, double value) {
+static kt_plot_series trace(picture *p, int column, double value, double *pairs) {
     const kt_sweep_chart *chart = p->chart;
     const double *x = column_of(p, chart->x), *y = column_of(p, column);
     const double *by = chart->by >= 0 ? column_of(p, chart->by) : NULL;
-    double *pairs = take(p, 2 * p->rows);
     size_t count = 0, rising = 0, falling = 0;
     for (size_t i = 0; i < p->rows; i++)
         if (by == NULL || by[i] == value) {
@@ -119,18 +119,35 @@ static void add_curves(picture *p, int k, int column) {
                              .has_legend = chart->by >= 0,
                              .x_log = is_logarithmic(p, chart->x),
                              .y_log = chart->is_log};
+    double *pairs = take(p, 2 * p->rows); /* of one curve after the other */
+    if (count > KT_PLOT_SERIES_MAX) {
+        p->scale =
+            (kt_plot_scale){values[0], values[count - 1], is_logarithmic(p, chart->by), chart->table->names[chart->by]};
+        panel->scale = &p->scale;
+    }
     for (size_t i = 0; i < count; i++) {
-        if (panel->series_count == KT_PLOT_SERIES_MAX) {
-            panel->left_out = (int)(count - i);
-            break;
-        }
         kt_plot_series *series = &p->series[k][panel->series_count];
-        *series = trace(p, column, chart->by >= 0 ? values[i] : 0.0);
+        *series = trace(p, column, chart->by >= 0 ? values[i] : 0.0, pairs);
+        series->value = chart->by >= 0 ? values[i] : 0.0;
         series->label = p->labels[panel->series_count++];
         if (chart->by >= 0)
             (void)snprintf(p->labels[i], sizeof p->labels[i], "%.60s = %.6g", chart->table->names[chart->by],
                            values[i]);
     }
+}
+
+/* Refuses more curves than can be told apart by their colours. Returns -1, or an exit code after printing the error. */
+static int check_curves(const picture *p) {
+    const kt_sweep_chart *chart = p->chart;
+    if (chart->by < 0 || chart->is_map || chart->is_histogram)
+        return -1;
+    const size_t count = sort_values(column_of(p, chart->by), p->rows, true, p->numbers);
+    if (count <= CURVES_MAX)
+        return -1;
+    kt_say("plot: --by: '%s' has %zu values, and a picture has %d curves at most; --map %s,%s shows all as colours",
+           chart->table->names[chart->by], count, CURVES_MAX, chart->table->names[chart->x],
+           chart->table->names[chart->by]);
+    return KT_EXIT_USAGE;
 }
 
 /* ---- histograms -------------------------------------------------------------------------------------------------- */
@@ -246,7 +263,8 @@ static int draw(picture *p, const char *out) {
                           .x_title = chart->table->names[chart->x],
                           .panels = p->panels,
                           .panel_count = count,
-                          .is_dark = chart->is_dark};
+                          .is_dark = chart->is_dark,
+                          .size = chart->size};
     return kt_plot_draw(&plot, out);
 }
 
@@ -258,9 +276,10 @@ int kt_sweep_plot(const kt_sweep_chart *chart, const char *out) {
         p->rows = chart->table->rows;
         p->numbers = malloc(PANELS_MAX * room_of(p->rows) * sizeof *p->numbers);
     }
-    if (p != NULL && p->numbers != NULL)
-        code = draw(p, out);
-    else
+    if (p != NULL && p->numbers != NULL) {
+        code = check_curves(p);
+        code = code < 0 ? draw(p, out) : code;
+    } else
         kt_say("there is not enough memory for the picture");
     if (p != NULL)
         free(p->numbers);

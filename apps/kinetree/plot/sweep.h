@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_PLOT_SWEEP_H
 #define KT_COMMAND_PLOT_SWEEP_H
 
+#include "plot/plot.h"
 #include "records/table.h"
 
 #include <stdbool.h>
@@ -13,6 +14,7 @@ typedef struct kt_sweep_chart {
     int column_count;
     int x;  /* the column that they are drawn over */
     int by; /* a curve for each of its values; the other axis of a map; -1: none */
+    kt_plot_size size;
     bool is_map, is_histogram, is_log, is_dark;
 } kt_sweep_chart;
 

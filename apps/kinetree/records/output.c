@@ -207,7 +207,7 @@ int kt_check_ending(const char *option, const char *path, const char *ending) {
 int kt_check_records(const char *path) {
     static const struct {
         const char *ending, *option;
-    } other[] = {{".html", "--view"}, {".svg", "--plot"}, {".png", "--plot"}, {".glb", "--glb"}};
+    } other[] = {{".html", "--view"}, {".svg", "--plot"}, {".png", "--plot"}, {".pdf", "--plot"}, {".glb", "--glb"}};
     const size_t length = path != NULL ? strlen(path) : 0;
     for (size_t i = 0; i < sizeof other / sizeof other[0]; i++) {
         const size_t end = strlen(other[i].ending);

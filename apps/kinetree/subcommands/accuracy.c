@@ -40,7 +40,7 @@ static const kt_option option_table[] = {
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
      "every run as a line of CSV; '-': standard output; default: NAME-accuracy.csv, here; /dev/null: none", NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
-     "the work-precision diagram: FILE.svg or FILE.png; default: NAME-accuracy.svg, here; /dev/null: none", NULL},
+     "the work-precision diagram: FILE.svg, FILE.png or FILE.pdf; default: NAME-accuracy.svg, here; /dev/null: none", NULL},
     {"plot-dark", KT_OPTION_TEXT, KT_AT(plot_dark), "FILE", "the same on a dark page, besides or instead", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no progress bar and no tables, but for errors", NULL},

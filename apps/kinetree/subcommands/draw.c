@@ -42,7 +42,7 @@ typedef struct kt_draw_arguments {
 
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_draw_arguments, settings)),
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "the picture, .svg or .png (default: NAME.svg)", NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "the picture, .svg, .png or .pdf (default: NAME.svg)", NULL},
     {"view", KT_OPTION_TEXT, KT_AT(view), "VIEW",
      "x, y or z: the plane normal to it; iso; or AZIMUTH,ELEVATION in degrees, from the front to the right and up "
      "(default: the plane of a planar mechanism, else from 25 above)",

@@ -15,8 +15,9 @@
 #include <string.h>
 
 typedef struct kt_plot_arguments {
-    const char *columns, *phase, *x, *by, *map, *marks, *title, *out;
+    const char *columns, *phase, *x, *by, *map, *marks, *title, *size, *out;
     bool histogram, log, dark;
+    kt_plot_size page; /* --size */
 } kt_plot_arguments;
 
 #define KT_AT(member) offsetof(kt_plot_arguments, member)
@@ -31,8 +32,10 @@ static const kt_option options[] = {
     {"log", KT_OPTION_FLAG, KT_AT(log), NULL, "magnitudes on logarithmic axes", NULL},
     {"marks", KT_OPTION_TEXT, KT_AT(marks), "SUMMARY",
      "lines at the events and impacts that this summary of the run has", NULL},
-    {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT", "default: the file's name", NULL},
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "FILE.svg or FILE.png; default: NAME.svg, here", NULL},
+    {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT", "default: the scene's name in --marks, or the file's", NULL},
+    {"size", KT_OPTION_TEXT, KT_AT(size), "WxH", "width and height, such as 1200x800; default: as it fits a screen",
+     NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "FILE.svg, FILE.png or FILE.pdf; default: NAME.svg, here", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "on a dark page", NULL},
 };
 
@@ -92,7 +95,7 @@ static const struct kind {
     {"reaction", NULL, "Multipliers", "N or N m", false, false, false},
     {NULL, NULL, "Values", NULL, false, false, true},
 };
-enum { KINDS = sizeof kinds / sizeof kinds[0], KIND_MARKER = 3 };
+enum { KINDS = sizeof kinds / sizeof kinds[0], KIND_MARKER = 3, PART_PANELS = 12 };
 
 static bool begins_with(const char *name, const char *beginning) {
     const size_t length = strlen(beginning);
@@ -125,16 +128,21 @@ typedef struct kt_chart {
     const kt_table *table;
     const double *x;
     const char *x_name;
+    bool is_complete;   /* memory has sufficed */
     double *magnitudes; /* buffer for the columns of logarithmic panels, one after the other */
     size_t magnitude_count;
     kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
     char labels[KINDS][KT_PLOT_SERIES_MAX][128];
-    char part_titles[KINDS][160]; /* of panels that show one column of several results */
     int count[KINDS];
     kt_candidate *candidates; /* the columns that were asked for */
     int candidate_count;
-    kt_plot_panel panels[KINDS];
+    kt_plot_panel panels[KINDS + PART_PANELS];
     int panel_count;
+    kt_plot_series *parts[PART_PANELS]; /* of each panel of several results: a curve for each */
+    char part_titles[PART_PANELS][160];
+    int part_panels, parts_left_out; /* columns that have such a panel, and that have none */
+    kt_plot_scale scale;
+    char scene[256]; /* its name, if a summary tells it */
     kt_marks marks;
     kt_plot_event events[KT_MARKS_MAX]; /* as lines */
 } kt_chart;
@@ -176,33 +184,43 @@ static void write_label(const char *name, int kind, char *label, size_t size) {
     (void)snprintf(label, size, "%.*s", unit != NULL ? (int)(unit - from) : (int)strlen(from), from);
 }
 
-/* Of several results, if they are few and the column is alone in its panel: each by a curve of its own. */
-static bool has_parts(const kt_chart *chart, int kind) {
-    int shown = 0;
-    for (int i = 0; i < chart->candidate_count; i++)
-        shown += chart->candidates[i].is_shown && chart->candidates[i].panel == kind;
-    return shown == 1 && chart->table->part_count > 1 && chart->table->part_count <= KT_PLOT_SERIES_MAX;
-}
-
+/* Several results: a panel for each column, in which each result is a curve of its own; of more than the palette has
+ * colours, in a scale of colours by their number. */
 static void add_parts(kt_chart *chart, const kt_candidate *column) {
-    const int kind = column->panel;
-    const double *y = is_log(chart, kind) ? take_magnitudes(chart, column->y) : column->y;
-    for (size_t i = 0; i < chart->table->part_count; i++) {
-        const kt_table_part *part = &chart->table->parts[i];
-        const int k = chart->count[kind]++;
-        (void)snprintf(chart->labels[kind][k], sizeof chart->labels[kind][k], "%s", part->name);
-        chart->series[kind][k] = (kt_plot_series){.label = chart->labels[kind][k],
-                                                  .x = chart->x + part->first,
-                                                  .y = y + part->first,
-                                                  .count = part->rows,
-                                                  .is_dense = is_rising(chart->x + part->first, part->rows)};
+    const kt_table *table = chart->table;
+    const int kind = column->panel, k = chart->part_panels;
+    kt_plot_series *series = k < PART_PANELS && chart->is_complete ? calloc(table->part_count, sizeof *series) : NULL;
+    chart->is_complete = chart->is_complete && (series != NULL || k == PART_PANELS);
+    if (series == NULL) {
+        chart->parts_left_out++;
+        return;
     }
-    (void)snprintf(chart->part_titles[kind], sizeof chart->part_titles[kind], "%.*s", (int)strcspn(column->name, " "),
+    const double *y = is_log(chart, kind) ? take_magnitudes(chart, column->y) : column->y;
+    for (size_t i = 0; i < table->part_count; i++) {
+        const kt_table_part *part = &table->parts[i];
+        series[i] = (kt_plot_series){.label = part->name,
+                                     .x = chart->x + part->first,
+                                     .y = y + part->first,
+                                     .count = part->rows,
+                                     .value = (double)(i + 1),
+                                     .is_dense = is_rising(chart->x + part->first, part->rows)};
+    }
+    chart->scale = (kt_plot_scale){1.0, (double)table->part_count, false, "result"};
+    (void)snprintf(chart->part_titles[k], sizeof chart->part_titles[k], "%.*s", (int)strcspn(column->name, " "),
                    column->name);
+    chart->parts[chart->part_panels++] = series;
+    chart->panels[chart->panel_count++] =
+        (kt_plot_panel){.title = chart->part_titles[k],
+                        .unit = kinds[kind].unit,
+                        .series = series,
+                        .series_count = (int)table->part_count,
+                        .has_legend = true,
+                        .scale = table->part_count > KT_PLOT_SERIES_MAX ? &chart->scale : NULL,
+                        .y_log = is_log(chart, kind)};
 }
 
 static void add_series(kt_chart *chart, const kt_candidate *column) {
-    if (has_parts(chart, column->panel)) {
+    if (chart->table->part_count > 1) {
         add_parts(chart, column);
         return;
     }
@@ -223,14 +241,14 @@ static void add_panels(kt_chart *chart) {
             add_series(chart, &chart->candidates[i]);
     for (int kind = 0; kind < KINDS; kind++)
         if (chart->count[kind] > 0)
-            chart->panels[chart->panel_count++] = (kt_plot_panel){
-                .title = chart->part_titles[kind][0] != '\0' ? chart->part_titles[kind] : kinds[kind].title,
-                .unit = kinds[kind].unit,
-                .series = chart->series[kind],
-                .series_count = chart->count[kind],
-                .left_out = kt_candidates_left_out(chart->candidates, chart->candidate_count, kind),
-                .has_legend = true,
-                .y_log = is_log(chart, kind)};
+            chart->panels[chart->panel_count++] =
+                (kt_plot_panel){.title = kinds[kind].title,
+                                .unit = kinds[kind].unit,
+                                .series = chart->series[kind],
+                                .series_count = chart->count[kind],
+                                .left_out = kt_candidates_left_out(chart->candidates, chart->candidate_count, kind),
+                                .has_legend = true,
+                                .y_log = is_log(chart, kind)};
 }
 
 /* Returns whether a name occurs in a column's name after a point, as "legs" in "marker.legs.toes.x". */
@@ -309,7 +327,8 @@ static void add_default(kt_chart *chart) {
 
 /* Returns whether markers are drawn over a marker coordinate: a path in space, drawn with one scale for both axes. */
 static bool is_path(const kt_chart *chart) {
-    bool all = kind_of(chart->x_name) == KIND_MARKER && chart->panel_count == 1 && chart->count[KIND_MARKER] > 0;
+    bool all = kind_of(chart->x_name) == KIND_MARKER && chart->panel_count == 1 &&
+               (chart->count[KIND_MARKER] > 0 || chart->part_panels == 1);
     return all && !is_log(chart, KIND_MARKER);
 }
 
@@ -349,8 +368,8 @@ static int say_no_marks(const char *path) {
     return KT_EXIT_SCENE;
 }
 
-/* Reads the marks of a summary. Returns -1, or an exit code after printing the error. */
-static int read_marks(const char *path, kt_marks *marks) {
+/* Reads the marks of a summary, and the name of its scene. Returns -1, or an exit code after printing the error. */
+static int read_marks(const char *path, kt_marks *marks, char *name, size_t size) {
     json_error_t error;
     json_t *root = json_load_file(path, 0, &error);
     if (root == NULL) {
@@ -361,6 +380,8 @@ static int read_marks(const char *path, kt_marks *marks) {
         return KT_EXIT_SCENE;
     }
     const bool fine = kt_marks_read(marks, root);
+    const char *scene = json_string_value(json_object_get(root, "scene"));
+    (void)snprintf(name, size, "%s", scene != NULL ? scene : "");
     json_decref(root);
     return fine ? -1 : say_no_marks(path);
 }
@@ -374,7 +395,7 @@ static int add_marks(kt_chart *chart) {
         kt_say("plot: --marks are instants, and go with the time as x; leave them out");
         return KT_EXIT_USAGE;
     }
-    const int code = read_marks(arguments->marks, &chart->marks);
+    const int code = read_marks(arguments->marks, &chart->marks, chart->scene, sizeof chart->scene);
     for (int i = 0; i < chart->marks.count; i++)
         chart->events[i] = (kt_plot_event){chart->marks.mark[i].time, chart->marks.mark[i].name};
     for (int i = 0; i < chart->panel_count; i++) {
@@ -396,6 +417,7 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
         code = KT_EXIT_INTEGRATION;
     } else {
         chart->arguments = arguments;
+        chart->is_complete = true;
         chart->table = table;
         chart->magnitudes = magnitudes;
         chart->candidates = candidates;
@@ -410,6 +432,10 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
         else
             add_default(chart);
     }
+    if (code < 0 && !chart->is_complete) {
+        kt_say("there is not enough memory for the picture");
+        code = KT_EXIT_INTEGRATION;
+    }
     if (code < 0 && chart->panel_count == 0) {
         kt_say("plot: there is nothing to draw: --columns chooses");
         code = KT_EXIT_USAGE;
@@ -421,24 +447,32 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
     if (code < 0) {
         const bool is_time = strcmp(chart->x_name, "time") == 0;
         const kt_noise_words noise = kt_candidates_note_noise(chart->candidates, chart->candidate_count);
-        char parts[48] = "";
-        if (table->part_count > 1)
+        char parts[96] = "";
+        if (table->part_count > 1 && chart->parts_left_out > 0)
+            snprintf(parts, sizeof parts, " of %zu results; %d more columns: --columns chooses", table->part_count,
+                     chart->parts_left_out);
+        else if (table->part_count > 1)
             snprintf(parts, sizeof parts, " of %zu results", table->part_count);
         snprintf(subtitle, sizeof subtitle, "%zu records%s%s%s",
                  table->rows - (table->part_count > 1 ? table->part_count - 1 : 0), parts, noise.text,
                  kt_marks_note(&chart->marks));
-        const kt_plot plot = {.title = arguments->title != NULL ? arguments->title : base,
+        const kt_plot plot = {.title = arguments->title != NULL  ? arguments->title
+                                       : chart->scene[0] != '\0' ? chart->scene
+                                                                 : base,
                               .subtitle = subtitle,
                               .x_title = chart->x_name,
                               .x_unit = is_time ? "s" : NULL,
                               .panels = chart->panels,
                               .panel_count = chart->panel_count,
                               .is_row = arguments->phase != NULL || chart->panels[0].is_equal,
-                              .is_dark = arguments->dark};
+                              .is_dark = arguments->dark,
+                              .size = arguments->page};
         code = kt_plot_draw(&plot, out);
     }
     free(candidates);
     free(magnitudes);
+    for (int i = 0; chart != NULL && i < chart->part_panels; i++)
+        free(chart->parts[i]);
     if (chart != NULL)
         kt_marks_free(&chart->marks);
     free(chart);
@@ -511,7 +545,8 @@ static int draw_sweep(const kt_plot_arguments *arguments, const kt_table *table,
                             .is_map = arguments->map != NULL,
                             .is_histogram = arguments->histogram,
                             .is_log = arguments->log,
-                            .is_dark = arguments->dark};
+                            .is_dark = arguments->dark,
+                            .size = arguments->page};
     int code = columns != NULL ? choose_axes(arguments, table, &chart) : KT_EXIT_INTEGRATION;
     if (columns == NULL)
         kt_say("there is not enough memory for the picture");
@@ -552,6 +587,7 @@ int kt_command_plot(int argc, char **argv) {
     snprintf(name, sizeof name, "%s.svg", base != NULL ? base : "result");
     const char *out = arguments.out != NULL ? arguments.out : name;
     code = kt_plot_check(out);
+    code = code < 0 ? kt_plot_size_read("plot", arguments.size, &arguments.page) : code;
     for (int i = 1; i <= operands && code < 0; i++) {
         const kt_file_use uses[] = {{"the result", argv[i], false}, {"--out", out, true}};
         code = kt_check_files("plot", uses, 2);

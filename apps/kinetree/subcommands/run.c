@@ -213,6 +213,8 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
     code = code < 0 && kt_keep_is_meant(names->out) ? kt_keep_check(names->out) : code;
     code = code < 0 ? kt_check_ending("--view", names->view, ".html") : code;
     code = code < 0 ? kt_check_ending("--glb", names->glb, ".glb") : code;
+    kt_plot_size size;
+    code = code < 0 ? kt_plot_size_read(arguments->command, arguments->size, &size) : code;
     return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
 }
 
@@ -247,12 +249,19 @@ static int write_view(const kt_outcome *outcome, const kt_motion *motion, const 
     return code;
 }
 
+static int write_plot(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_plot_run *plot,
+                      const char *path) {
+    kt_plot_size size;
+    const int code = kt_plot_size_read(arguments->command, arguments->size, &size);
+    return code < 0 ? kt_plot_run_write(plot, outcome, path, size, arguments->dark, arguments->quiet) : code;
+}
+
 static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
                   const kt_results *results) {
     kt_result_names written = *names;
     int picture = KT_EXIT_DONE, view = KT_EXIT_DONE, glb = KT_EXIT_DONE, summary = KT_EXIT_DONE;
     if (names->plot != NULL)
-        picture = kt_plot_run_write(results->plot, outcome, names->plot, arguments->dark, arguments->quiet);
+        picture = write_plot(arguments, outcome, results->plot, names->plot);
     if (names->view != NULL)
         view = write_view(outcome, results->motion, names->view);
     if (names->glb != NULL)

@@ -26,7 +26,7 @@ typedef struct kt_run_arguments {
     double duration, step, max_step, rho, interval;
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric, plan;
-    const char *from, *out, *summary, *scene, *plot, *view, *glb, *checkpoint, *resume;
+    const char *from, *out, *summary, *scene, *plot, *size, *view, *glb, *checkpoint, *resume;
     double checkpoint_interval;
     bool unprojected, dark, boxes, quiet;
     kt_settings settings;

@@ -33,7 +33,7 @@ static const kt_option options[] = {
     {"samples", KT_OPTION_COUNT, offsetof(arguments, samples), "N",
      "states along the motion that are linearised; default: 9, 1 for large scenes", NULL},
     {"plot", KT_OPTION_TEXT, offsetof(arguments, plot), "FILE",
-     "draw the modes times the step in the method's region of stability, .svg or .png", NULL},
+     "draw the modes times the step in the method's region of stability, .svg, .png or .pdf", NULL},
     {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "the picture on a dark page", NULL},
     {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "all modes and steps as JSON", NULL},
 };
