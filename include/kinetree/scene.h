@@ -102,6 +102,7 @@ typedef struct kt_scene_event {
 typedef struct kt_scene_column {
     const char *name;    /* of the column */
     const char *formula; /* parameters are in it as the numbers that they are */
+    const char *unit;    /* of its values, as text for records and pictures; NULL: not given */
 } kt_scene_column;
 
 /* An item of `meshes`: a surface of triangles in a file (STL, OBJ), which pictures show as part of a body. One with a

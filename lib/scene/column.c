@@ -1,6 +1,6 @@
 /* Own columns of the records: formulas over whatever a record may have.
  *
- *     output: {columns: {range: "marker.ball.centre.x", power: "effect.motor.torque*velocity.rotor"}}
+ *     output: {columns: {range: "marker.ball.centre.x", power: {value: "effect.motor.torque*velocity.rotor", unit: W}}}
  *
  * Which columns there are depends on the compiled model; what is read here is checked by its beginning, and bound by who
  * writes the records.
@@ -41,6 +41,39 @@ static const char *list_name(void *user, int k) {
     return kt_pool_text(&r->scratch, text, strlen(text));
 }
 
+/* A unit goes into the first line of CSV files, in square brackets. */
+static bool is_unit(const kt_node *node) {
+    bool fine = node->kind == KT_NODE_TEXT && node->count > 0 && node->count <= 24;
+    for (size_t i = 0; fine && i < node->count; i++)
+        fine = (unsigned char)node->of.text[i] >= ' ' && strchr("[],\"", node->of.text[i]) == NULL;
+    return fine;
+}
+
+/* {value: FORMULA, unit: TEXT}: the node of the formula; NULL after a fault. */
+static kt_node *read_unit(kt_reader *r, const kt_scope *here, kt_node *node, kt_scene_column *column) {
+    kt_node *formula = NULL;
+    for (kt_node *key = node->of.first; key != NULL; key = key->next->next) {
+        const bool is_text = key->kind == KT_NODE_TEXT;
+        if (is_text && strcmp(key->of.text, "value") == 0) {
+            formula = key->next;
+        } else if (!is_text || strcmp(key->of.text, "unit") != 0) {
+            (void)kt_fault_at(r, KT_ERROR_SCENE, here, key,
+                              "a column has a 'value', a formula, and a 'unit', no other key");
+            return NULL;
+        } else if (!is_unit(key->next)) {
+            (void)kt_fault_expected(r, here, key->next,
+                                    "a unit: up to 24 letters without brackets, commas and quotes ('m/s')");
+            return NULL;
+        } else if ((column->unit = kt_pool_text(&r->keep, key->next->of.text, key->next->count)) == NULL) {
+            (void)kt_reader_out_of_memory(r);
+            return NULL;
+        }
+    }
+    if (formula == NULL)
+        (void)kt_fault_expected(r, here, node, "a formula (\"2*velocity.arm\"), or {value: FORMULA, unit: m}");
+    return formula;
+}
+
 static void read_column(kt_reader *r, const kt_scope *outer, kt_node *key, kt_scene_column *column) {
     const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
     if (key->kind != KT_NODE_TEXT) {
@@ -48,15 +81,16 @@ static void read_column(kt_reader *r, const kt_scope *outer, kt_node *key, kt_sc
         return;
     }
     const kt_scope here = {.outer = outer, .key = key->of.text};
+    kt_node *formula = key->next->kind == KT_NODE_MAP ? read_unit(r, &here, key->next, column) : key->next;
     if (!kt_name_is_valid(key->of.text) || strcmp(key->of.text, "time") == 0)
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, key,
                           "%s is no name of a column; begin with a letter or _, go on with letters, digits, _ and -; "
                           "'time' is there already",
                           kt_name_quote(key->of.text).text);
-    else if (key->next->kind != KT_NODE_TEXT || key->next->count == 0)
-        (void)kt_fault_expected(r, &here, key->next, "a formula (\"2*velocity.arm\")");
-    else if (kt_variables_are_known(r))
-        (void)kt_read_formula(r, &here, key->next, &symbols, true, &column->formula);
+    else if (formula != NULL && (formula->kind != KT_NODE_TEXT || formula->count == 0))
+        (void)kt_fault_expected(r, &here, formula, "a formula (\"2*velocity.arm\")");
+    else if (formula != NULL && kt_variables_are_known(r))
+        (void)kt_read_formula(r, &here, formula, &symbols, true, &column->formula);
     column->name = kt_pool_text(&r->keep, key->of.text, key->count);
     if (column->name == NULL)
         (void)kt_reader_out_of_memory(r);
@@ -95,7 +129,16 @@ static void write_columns(kt_emitter *e, const kt_field *field, const void *obje
     kt_emit_map(e, true);
     for (int i = 0; i < scene->column_count; i++) {
         kt_emit_key(e, scene->columns[i].name);
+        if (scene->columns[i].unit == NULL) {
+            kt_emit_text(e, scene->columns[i].formula);
+            continue;
+        }
+        kt_emit_map(e, true);
+        kt_emit_key(e, "value");
         kt_emit_text(e, scene->columns[i].formula);
+        kt_emit_key(e, "unit");
+        kt_emit_text(e, scene->columns[i].unit);
+        kt_emit_end(e);
     }
     kt_emit_end(e);
 }

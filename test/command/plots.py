@@ -141,4 +141,29 @@ simulate: {duration: 0.2}
     run(path, "run", "ball.yaml", "--out", "ball.csv", "--summary", "ball.json", "--quiet")
     run(path, "plot", "ball.csv", "--marks", "ball.json", "--out", "ball.svg")
     claim("the_title_is_the_name_of_the_scene", [] if ">swinging arm<" in (path / "ball.svg").read_text() else ["another title"])
+
+with tempfile.TemporaryDirectory() as folder:
+    path = pathlib.Path(folder)
+    (path / "arm.yaml").write_text(ARM.format(columns='{range: {value: "sin(position.arm)", unit: m}, speed: {value: velocity.arm, unit: m/s}, plain: "2*position.arm"}'))
+    ran = run(path, "run", "arm.yaml", "--out", "arm.csv", "--plot", "run.svg", "--scene", "again.yaml", "--summary", "arm.json")
+    header = (path / "arm.csv").read_text().splitlines()[0] if ran.returncode == 0 else ran.stderr
+    run(path, "plot", "arm.csv", "--out", "plot.svg")
+    seen = []
+    for name in ("run.svg", "plot.svg"):
+        svg = (path / name).read_text()
+        seen += [f"{name}: no panel {title}" for title in (">range, m<", ">speed, m/s<") if title not in svg]
+    seen += [] if ">Own columns<" in (path / "run.svg").read_text() else ["run.svg: the plain column has no panel"]
+    units = {name: column["unit"] for name, column in json.loads((path / "arm.json").read_text())["columns"].items()}
+    seen += [] if units.get("range") == "m" and units.get("plain") == "" else [str(units)]
+    claim("own_columns_with_units_have_panels", seen)
+    claim("records_have_the_units", [] if header.endswith(",range [m],speed [m/s],plain") else [header])
+    run(path, "run", "again.yaml", "--out", "again.csv", "--quiet")
+    claim("a_scene_that_is_written_keeps_them", [] if (path / "again.csv").exists() and (path / "again.csv").read_text().splitlines()[0] == header else ["another header"])
+    wrong = []
+    for columns, told in (('{a: {value: t, unit: "[m]"}}', "a unit: up to 24 letters"), ('{a: {unit: m}}', "a formula"), ('{a: {value: t, units: m}}', "no other key"), ('{a: {value: [1], unit: m}}', "a formula")):
+        (path / "wrong.yaml").write_text(ARM.format(columns=columns))
+        checked = run(path, "check", "wrong.yaml")
+        if checked.returncode == 0 or told not in checked.stderr + checked.stdout:
+            wrong.append(f"{columns}: {checked.stderr}{checked.stdout}")
+    claim("wrong_units_are_refused", wrong)
 finish()

@@ -19,6 +19,7 @@
 static void free_own(kt_own_columns *own);
 static void evaluate_own(kt_own_columns *own, const kt_record *record, double *values);
 static const char *own_name(const kt_own_columns *own, int column);
+static const char *own_unit(const kt_own_columns *own, int column);
 static int own_count(const kt_own_columns *own);
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
@@ -314,9 +315,11 @@ static const char *unit_of_quantity(const kt_columns *columns, const kt_column *
 int kt_column_header(const kt_columns *columns, size_t column, char *text, size_t size) {
     const kt_column *c = &columns->columns[column];
     const int length = kt_column_name(columns, column, text, size);
-    if (c->source != KT_COLUMN_EFFECT)
+    const char *unit = c->source == KT_COLUMN_EFFECT ? unit_of_quantity(columns, c)
+                       : c->source == KT_COLUMN_OWN  ? own_unit(columns->own, c->index)
+                                                     : NULL;
+    if (unit == NULL)
         return length;
-    const char *unit = unit_of_quantity(columns, c);
     const size_t used = (size_t)length < size ? (size_t)length : size;
     return length + snprintf(text != NULL ? text + used : NULL, size - used, " [%s]", unit);
 }
@@ -358,6 +361,12 @@ static kt_quantity quantity_of_effect(const kt_columns *columns, const kt_column
     return (kt_quantity){"Effects", ""};
 }
 
+/* One that has a unit is a quantity of its own. */
+static kt_quantity own_quantity(const kt_own_columns *own, int column) {
+    const char *unit = own_unit(own, column);
+    return unit != NULL ? (kt_quantity){own_name(own, column), unit} : (kt_quantity){"Own columns", ""};
+}
+
 kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
     const kt_column *c = &columns->columns[column];
     switch (c->source) {
@@ -397,7 +406,7 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
         return c->component < 3 || c->component == 6 ? (kt_quantity){"Relative positions in loops", "m"}
                                                      : (kt_quantity){"Relative rotations in loops", "rad"};
     case KT_COLUMN_OWN:
-        return (kt_quantity){"Own columns", ""};
+        return own_quantity(columns->own, c->index);
     case KT_COLUMN_STATE:
         return (kt_quantity){"Own states", ""};
     case KT_COLUMN_EFFECT:
@@ -763,6 +772,7 @@ static void evaluate_own(kt_own_columns *own, const kt_record *record, double *v
 }
 
 static const char *own_name(const kt_own_columns *own, int column) { return own->scene->columns[column].name; }
+static const char *own_unit(const kt_own_columns *own, int column) { return own->scene->columns[column].unit; }
 static int own_count(const kt_own_columns *own) { return own != NULL ? own->scene->column_count : 0; }
 
 kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error) {

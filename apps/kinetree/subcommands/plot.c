@@ -95,7 +95,13 @@ static const struct kind {
     {"reaction", NULL, "Multipliers", "N or N m", false, false, false},
     {NULL, NULL, "Values", NULL, false, false, true},
 };
-enum { KINDS = sizeof kinds / sizeof kinds[0], KIND_MARKER = 3, PART_PANELS = 12 };
+enum {
+    NAMED_KINDS = sizeof kinds / sizeof kinds[0],
+    OWN_KINDS = 12, /* columns of a scene's own that have units: "range [m]" */
+    KINDS = NAMED_KINDS + OWN_KINDS,
+    KIND_MARKER = 3,
+    PART_PANELS = 12,
+};
 
 static bool begins_with(const char *name, const char *beginning) {
     const size_t length = strlen(beginning);
@@ -115,10 +121,10 @@ static bool ends_in_one_of(const char *name, const char *ends) {
 }
 
 static int kind_of(const char *name) {
-    for (int k = 0; k < KINDS - 1; k++)
+    for (int k = 0; k < NAMED_KINDS - 1; k++)
         if (begins_with(name, kinds[k].name) && (kinds[k].ends == NULL || ends_in_one_of(name, kinds[k].ends)))
             return k;
-    return KINDS - 1;
+    return NAMED_KINDS - 1;
 }
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
@@ -136,6 +142,11 @@ typedef struct kt_chart {
     int count[KINDS];
     kt_candidate *candidates; /* the columns that were asked for */
     int candidate_count;
+    struct own_kind {
+        const char *name;
+        char title[96], unit[32];
+    } own[OWN_KINDS];
+    int own_count;
     kt_plot_panel panels[KINDS + PART_PANELS];
     int panel_count;
     kt_plot_series *parts[PART_PANELS]; /* of each panel of several results: a curve for each */
@@ -147,6 +158,35 @@ typedef struct kt_chart {
     kt_plot_event events[KT_MARKS_MAX]; /* as lines */
 } kt_chart;
 
+/* Whether a column is of the scene's own and has a unit. */
+static bool has_own_unit(const char *name) {
+    const size_t length = strlen(name);
+    return kind_of(name) == NAMED_KINDS - 1 && strstr(name, " [") != NULL && name[length - 1] == ']';
+}
+
+/* The kind of a column in a picture: one that has a unit of its own is alone, as long as there is room. */
+static int panel_of(kt_chart *chart, const char *name) {
+    for (int i = 0; i < chart->own_count; i++)
+        if (strcmp(chart->own[i].name, name) == 0)
+            return NAMED_KINDS + i;
+    if (!has_own_unit(name) || chart->own_count == OWN_KINDS)
+        return kind_of(name);
+    struct own_kind *own = &chart->own[chart->own_count];
+    const char *bracket = strstr(name, " [");
+    own->name = name;
+    (void)snprintf(own->title, sizeof own->title, "%.*s", (int)(bracket - name), name);
+    (void)snprintf(own->unit, sizeof own->unit, "%.*s", (int)strlen(bracket) - 3, bracket + 2);
+    return NAMED_KINDS + chart->own_count++;
+}
+
+/* Titles and units are the chart's. */
+static struct kind kind_at(const kt_chart *chart, int kind) {
+    if (kind < NAMED_KINDS)
+        return kinds[kind];
+    const struct own_kind *own = &chart->own[kind - NAMED_KINDS];
+    return (struct kind){.name = own->name, .title = own->title, .unit = own->unit};
+}
+
 /* A logarithmic axis shows magnitudes and cannot show zero. */
 static const double *take_magnitudes(kt_chart *chart, const double *y) {
     double *to = chart->magnitudes + chart->magnitude_count;
@@ -156,7 +196,7 @@ static const double *take_magnitudes(kt_chart *chart, const double *y) {
     return to;
 }
 
-static bool is_log(const kt_chart *chart, int kind) { return chart->arguments->log || kinds[kind].is_log; }
+static bool is_log(const kt_chart *chart, int kind) { return chart->arguments->log || kind_at(chart, kind).is_log; }
 
 static bool is_rising(const double *x, size_t count) {
     for (size_t i = 1; i < count; i++)
@@ -167,19 +207,19 @@ static bool is_rising(const double *x, size_t count) {
 
 static void add_column(kt_chart *chart, int column) {
     const char *name = chart->table->names[column];
-    const int kind = kind_of(name);
+    const int kind = panel_of(chart, name);
     chart->candidates[chart->candidate_count++] =
         (kt_candidate){.name = name,
                        .y = chart->table->cells + (size_t)column * chart->table->rows,
                        .panel = kind,
                        .family = strncmp(name, "reaction", 8) == 0 ? -1 : kind,
-                       .is_error = is_log(chart, kind) && kinds[kind].is_residual};
+                       .is_error = is_log(chart, kind) && kind_at(chart, kind).is_residual};
 }
 
 /* What its panel's title does not say of a column: "strut.force" of "effect.strut.force [N]". */
 static void write_label(const char *name, int kind, char *label, size_t size) {
-    const char *dot = kind < KINDS - 1 ? strchr(name, '.') : NULL;
-    const char *unit = kinds[kind].unit != NULL ? strstr(name, " [") : NULL;
+    const char *dot = kind < NAMED_KINDS - 1 ? strchr(name, '.') : NULL;
+    const char *unit = kind >= NAMED_KINDS || kinds[kind].unit != NULL ? strstr(name, " [") : NULL;
     const char *from = dot != NULL ? dot + 1 : name;
     (void)snprintf(label, size, "%.*s", unit != NULL ? (int)(unit - from) : (int)strlen(from), from);
 }
@@ -211,7 +251,7 @@ static void add_parts(kt_chart *chart, const kt_candidate *column) {
     chart->parts[chart->part_panels++] = series;
     chart->panels[chart->panel_count++] =
         (kt_plot_panel){.title = chart->part_titles[k],
-                        .unit = kinds[kind].unit,
+                        .unit = kind_at(chart, kind).unit,
                         .series = series,
                         .series_count = (int)table->part_count,
                         .has_legend = true,
@@ -239,11 +279,11 @@ static void add_panels(kt_chart *chart) {
     for (int i = 0; i < chart->candidate_count; i++)
         if (chart->candidates[i].is_shown)
             add_series(chart, &chart->candidates[i]);
-    for (int kind = 0; kind < KINDS; kind++)
+    for (int kind = 0; kind < NAMED_KINDS + chart->own_count; kind++)
         if (chart->count[kind] > 0)
             chart->panels[chart->panel_count++] =
-                (kt_plot_panel){.title = kinds[kind].title,
-                                .unit = kinds[kind].unit,
+                (kt_plot_panel){.title = kind_at(chart, kind).title,
+                                .unit = kind_at(chart, kind).unit,
                                 .series = chart->series[kind],
                                 .series_count = chart->count[kind],
                                 .left_out = kt_candidates_left_out(chart->candidates, chart->candidate_count, kind),
@@ -314,12 +354,14 @@ static int add_listed(kt_chart *chart, const char *list) {
     return code;
 }
 
+static bool is_default(const char *name) { return kinds[kind_of(name)].is_default || has_own_unit(name); }
+
 static void add_default(kt_chart *chart) {
     bool has_kinds = false;
     for (int i = 0; i < chart->table->columns; i++)
-        has_kinds = has_kinds || kinds[kind_of(chart->table->names[i])].is_default;
+        has_kinds = has_kinds || is_default(chart->table->names[i]);
     for (int i = 0; i < chart->table->columns; i++)
-        if (has_kinds ? kinds[kind_of(chart->table->names[i])].is_default
+        if (has_kinds ? is_default(chart->table->names[i])
                       : chart->table->cells + (size_t)i * chart->table->rows != chart->x)
             add_column(chart, i);
     add_panels(chart);
