@@ -3,12 +3,9 @@
 The libraries are linked into the module and into the command, so that the wheel needs the system's OpenBLAS, LAPACKE, libyaml,
 expat, jansson and cairo, and no library of its own. meson-python would do the same, but the versions of Debian 12 install every
 header, archive and man page of the project into the environment, and leave the tag of the stable interface out.
-
-KINETREE_BUILD names a build directory that is kept; else it is a temporary one.
 """
 import base64
 import hashlib
-import os
 import pathlib
 import re
 import subprocess
@@ -81,8 +78,7 @@ def compiled(build):
     native = pathlib.Path(build) / "python.ini"
     native.parent.mkdir(parents=True, exist_ok=True)
     native.write_text(f"[binaries]\npython3 = '{sys.executable}'\n")
-    again = ["--reconfigure"] if (pathlib.Path(build) / "build.ninja").exists() else []
-    subprocess.run(["meson", "setup", *again, "--native-file", native, *OPTIONS, build, ROOT], check=True, stdout=sys.stderr)
+    subprocess.run(["meson", "setup", "--native-file", native, *OPTIONS, build, ROOT], check=True, stdout=sys.stderr)
     subprocess.run(["ninja", "-C", build, "python", "apps/kinetree/kinetree"], check=True, stdout=sys.stderr)
     return pathlib.Path(build)
 
@@ -97,7 +93,7 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with tempfile.TemporaryDirectory() as temporary:
-        build = compiled(os.environ.get("KINETREE_BUILD", f"{temporary}/build"))
+        build = compiled(f"{temporary}/build")
         wheel, data = Wheel(wheel_directory), f"kinetree-{version()}.data"
         package = build / "apps/python/kinetree"
         for path in sorted([*package.glob("*.py"), package / "py.typed", package / "_kinetree.abi3.so"]):

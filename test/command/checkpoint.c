@@ -143,13 +143,14 @@ KT_TEST(checkpoint_that_does_not_fit_is_refused_in_words) {
     kt_expect(1, "it belongs to another scene",
               "sed 's/mass: 1$/mass: 1.5/; s/-9.8/-9.7/' chain.yaml >other.yaml; $K run other.yaml %s %s good", options,
               resume);
-    kt_expect(1, "it is too short to be a checkpoint", "head -c 10 good >bad; $K run chain.yaml %s %s bad", options,
+    kt_expect(1, "bad is no checkpoint; --resume takes", "head -c 10 good >bad; $K run chain.yaml %s %s bad", options,
               resume);
     kt_expect(1, "it is not as long as it was written", "head -c -1 good >bad; $K run chain.yaml %s %s bad", options,
               resume);
     kt_expect(1, "it is not as long as it was written", "(cat good; echo) >bad; $K run chain.yaml %s %s bad", options,
               resume);
-    kt_expect(1, "it is not a checkpoint", "tr k K <good >bad; $K run chain.yaml %s %s bad", options, resume);
+    kt_expect(1, "bad is no checkpoint; --resume takes", "tr k K <good >bad; $K run chain.yaml %s %s bad", options,
+              resume);
     kt_expect(1, "its sum is wrong",
               "cp good bad; printf x | dd of=bad bs=1 seek=900 conv=notrunc 2>/dev/null; $K run chain.yaml %s %s bad",
               options, resume);

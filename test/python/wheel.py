@@ -1,7 +1,4 @@
-"""`pip install .` works in a new environment without a network: wheel.py SOURCE-ROOT BUILD-DIRECTORY.
-
-The build directory of the wheel is kept, so that a second run compiles what has changed.
-"""
+"""`pip install .` works in a new environment without a network: wheel.py SOURCE-ROOT."""
 import os
 import pathlib
 import subprocess
@@ -27,7 +24,7 @@ def words(*command, **options):
 
 
 def main():
-    root, build = sys.argv[1:]
+    root = sys.argv[1]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         problems, _ = words(sys.executable, "-m", "venv", "--system-site-packages", folder / "venv")
@@ -35,7 +32,7 @@ def main():
             skip("pip_installs_the_package", "this Python has no venv")
             return finish()
         python = folder / "venv/bin/python"
-        environment = {**os.environ, "KINETREE_BUILD": build, "PYTHONDONTWRITEBYTECODE": "1"}
+        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
         problems, _ = words(python, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps", root, env=environment)
         claim("pip_installs_the_package", problems)
         if not problems:
