@@ -250,3 +250,43 @@ KT_TEST(modes_over_a_period_are_multipliers) {
     kt_check_contains("with --at", kt_shell("$K modes " KT_SCENES "/pendulum.yaml --period 1 --at initial").err,
                       "no --at, --nearest, --plot or --formulation with it");
 }
+
+/* What planar joints are called follows the joint's own directions: the first two axes of the triad about the normal. */
+KT_TEST(modes_names_planar_coordinates_by_their_directions) {
+    static const struct {
+        const char *axis, *first, *second;
+    } cases[] = {
+        {"z", "b x", "b y"},
+        {"x", "b y", "b z"},
+        {"y", "b z", "b x"},
+        {"[0, 0, -1]", "b x", "b -y"},
+        {"[-2, 0, 0]", "b y", "b -z"},
+        {"[0, -1, 0]", "b z", "b -x"},
+        {"[0, 1, 6e-17]", "b z", "b x"},
+        {"[0.6, 0, 0.8]", "b [0.8, 0, -0.6]", "b y"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[600], expected[160];
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\n"
+                       "gravity: [0, 0, 0]\n"
+                       "bodies: [{name: b, joint: {type: planar, axis: %s}, mass: 1, shape: {type: box, size: [1, 1, "
+                       "1]}}]\n"
+                       "effects: [{type: joint_spring, joint: \"b[0]\", stiffness: 100}]\n",
+                       cases[i].axis);
+        kt_write_file("planar.yaml", text);
+        const kt_ran ran = kt_shell("$K modes planar.yaml");
+        (void)snprintf(expected, sizeof expected, "     0.0000  %s\n", cases[i].first);
+        kt_check_contains(cases[i].axis, ran.out, expected);
+        (void)snprintf(expected, sizeof expected, "acts on %s, b angle\n", cases[i].second);
+        kt_check_contains("neutral", ran.out, expected);
+    }
+    kt_write_file("tip.yaml", "kinetree: 1\n"
+                              "gravity: [0, 0, 0]\n"
+                              "bodies: [{name: b, joint: {type: planar, axis: y}, mass: 1, inertia: [1, 1, 1]}]\n"
+                              "effects: [{type: expression, joint: \"b[1]\", force: \"100*position.b[1]\"}]\n");
+    kt_ran ran = kt_shell("$K equilibrium tip.yaml");
+    kt_check_contains("equilibrium", ran.err, ", most in b x\n");
+    ran = kt_shell("sed 's/100[*].*\"}/1e12\"}/' tip.yaml | $K run - --duration 1 --quiet --out tip.csv");
+    kt_check_contains("a speed", ran.err, "the speed of joint 'b[1]' is ");
+}

@@ -101,9 +101,23 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
     return fail(status, &error);
 }
 
-/* Names velocity component k of a joint that has several: "x", "about x", "angle"; "angle 1" if it has two. */
-static kt_coordinate_name name_component(kt_joint_type type, int k) {
-    static const char *const axis[] = {"x", "y", "z"};
+/* Names a direction in a joint's frame: "z", "-x", or its vector if it lies along no axis: "[0.6, 0, -0.8]". */
+static void name_direction(char *text, size_t size, kt_vec3 direction) {
+    const double d[3] = {direction.x, direction.y, direction.z}, rounding = 1e-9;
+    double shown[3];
+    for (int k = 0; k < 3; k++) {
+        shown[k] = round(1000.0 * d[k]) / 1000.0 + 0.0; /* no -0 */
+        if (fabs(d[(k + 1) % 3]) <= rounding && fabs(d[(k + 2) % 3]) <= rounding) {
+            snprintf(text, size, "%s%c", d[k] < 0.0 ? "-" : "", "xyz"[k]);
+            return;
+        }
+    }
+    snprintf(text, size, "[%g, %g, %g]", shown[0], shown[1], shown[2]);
+}
+
+/* Names velocity component k of a joint that has several: "x", "about x", "angle"; "angle 1" if it has two. Translations
+ * of a planar joint go along the first two axes of the triad about its normal. */
+static kt_coordinate_name name_component(const kt_joint *joint, kt_joint_type type, int k) {
     const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
     kt_coordinate_name name;
     int before = 0, all = 0; /* of this kind */
@@ -112,8 +126,12 @@ static kt_coordinate_name name_component(kt_joint_type type, int k) {
             before += i < k;
             all++;
         }
-    if (kind == KT_COORDINATE_TRANSLATION || kind == KT_COORDINATE_ROTATION)
-        snprintf(name.text, sizeof name.text, "%s%s", kind == KT_COORDINATE_ROTATION ? "about " : "", axis[before % 3]);
+    if (kind == KT_COORDINATE_TRANSLATION && type == KT_JOINT_PLANAR && joint != NULL) {
+        const kt_mat3 triad = kt_triad_from_axis(kt_vec3_normalize(joint->axis), 2);
+        name_direction(name.text, sizeof name.text, before == 0 ? triad.x : triad.y);
+    } else if (kind == KT_COORDINATE_TRANSLATION || kind == KT_COORDINATE_ROTATION)
+        snprintf(name.text, sizeof name.text, "%s%c", kind == KT_COORDINATE_ROTATION ? "about " : "",
+                 "xyz"[before % 3]);
     else
         snprintf(name.text, sizeof name.text, "%s%s%.0d", kind == KT_COORDINATE_LENGTH ? "length" : "angle",
                  all > 1 ? " " : "", all > 1 ? before + 1 : 0);
@@ -130,7 +148,17 @@ static int body_of(const kt_model *model, int coordinate) {
     return 0;
 }
 
-kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
+/* The joint in the scene of a body in the model; NULL: it is none of the scene's. */
+static const kt_joint *joint_of(const kt_small_motion *motion, int body) {
+    const kt_description *d = &motion->scene.description;
+    for (int i = 0; i < d->body_count; i++)
+        if (kt_body_find(motion->model, d->bodies[i].name) == body)
+            return &d->bodies[i].joint;
+    return NULL;
+}
+
+kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordinate) {
+    const kt_model *model = motion->model;
     const int body = body_of(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
@@ -138,8 +166,8 @@ kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate) {
         snprintf(name.text, sizeof name.text, "state %.80s", kt_own_state_name(model, coordinate - kt_model_nv(model)));
         return name;
     }
-    snprintf(name.text, sizeof name.text, "%.80s%s%.12s", kt_joint_name(model, body), at.nv > 1 ? " " : "",
-             at.nv > 1 ? name_component(at.type, coordinate - at.v).text : "");
+    snprintf(name.text, sizeof name.text, "%.80s%s%.24s", kt_joint_name(model, body), at.nv > 1 ? " " : "",
+             at.nv > 1 ? name_component(joint_of(motion, body), at.type, coordinate - at.v).text : "");
     return name;
 }
 

@@ -35,12 +35,13 @@ kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error
 /* Linearises about the state and computes the modes. Returns an exit code. */
 int kt_small_motion_linearize(kt_small_motion *motion);
 
-/* Name of a velocity coordinate: "crank", "ball about z" or "slider length". */
+/* Name of a velocity coordinate: "crank", "ball about z" or "slider length"; of a planar joint by the directions in the
+ * joint's frame: "puck z", "puck [0.6, 0, -0.8]". */
 typedef struct kt_coordinate_name {
-    char text[96];
+    char text[112];
 } kt_coordinate_name;
 
-kt_coordinate_name kt_name_coordinate(const kt_model *model, int coordinate);
+kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordinate);
 
 /* Name of a velocity coordinate as in the columns of results: "crank", "ball[2]". */
 kt_coordinate_name kt_name_column(const kt_model *model, int coordinate);

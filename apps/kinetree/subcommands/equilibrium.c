@@ -130,7 +130,7 @@ static int print_text(const kt_small_motion *motion) {
         const double rate = kt_modes_at(motion->modes, worst).real;
         const int named = kt_find_movers(motion, worst, &mover, 1, 0.0);
         kt_say("an unstable equilibrium: departures grow by e in %.3g s, most in %s", 1.0 / rate,
-               named ? kt_name_coordinate(motion->model, mover.coordinate).text : "?");
+               named ? kt_name_coordinate(motion, mover.coordinate).text : "?");
     } else if (neutral > 0) {
         kt_say("a neutral equilibrium: %d eigenvalue%s zero%s, the others do not grow", neutral,
                neutral == 1 ? " is" : "s are", uncertain_words(motion, words, sizeof words));

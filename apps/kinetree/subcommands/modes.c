@@ -53,7 +53,7 @@ static int kt_modes_draw(const kt_small_motion *motion, const char *state, const
                           .panels = shapes->panel,
                           .is_dark = is_dark};
     for (int i = 0; i < plot.count; i++) {
-        shapes->name[i] = kt_name_coordinate(motion->model, i);
+        shapes->name[i] = kt_name_coordinate(motion, i);
         shapes->text[i] = shapes->name[i].text;
     }
     int number = 0;
@@ -208,7 +208,7 @@ static void print_movers(const kt_small_motion *motion, int mode) {
     kt_mover movers[NAMED];
     const int count = kt_find_movers(motion, mode, movers, NAMED, 0.01);
     for (int i = 0; i < count; i++) {
-        const kt_coordinate_name name = kt_name_coordinate(motion->model, movers[i].coordinate);
+        const kt_coordinate_name name = kt_name_coordinate(motion, movers[i].coordinate);
         double phase = movers[i].phase * 180.0 / 3.14159265358979323846;
         phase = phase < -179.5 ? 180.0 : phase;
         printf("%s%s", i ? ", " : "", name.text);
@@ -262,7 +262,7 @@ static void print_neutral_coordinates(const kt_small_motion *motion, bool uncert
                     before.coordinate == mover.coordinate;
         }
         if (!again && named++ < NEUTRAL_NAMED)
-            printf("%s%s", named > 1 ? ", " : "", kt_name_coordinate(motion->model, mover.coordinate).text);
+            printf("%s%s", named > 1 ? ", " : "", kt_name_coordinate(motion, mover.coordinate).text);
     }
     if (named > NEUTRAL_NAMED)
         printf(" and %d more", named - NEUTRAL_NAMED);
