@@ -59,22 +59,19 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
     return KT_OK;
 }
 
-/* Returns the only link of a joint with one coordinate. */
-static int32_t joint_link(const kt_model *m, const char *joint) { return m->body[kt_joint_index(m, joint)].link; }
-
 static void trace_relation(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n) {
     r->term = (int32_t)n->term;
     r->term_count = kt_loop_term_count(loop);
     n->term += (size_t)r->term_count;
-    const int32_t first = joint_link(a->tree, kt_loop_term(loop, 0).joint);
+    const int32_t first = kt_attach_joint_link(a->tree, kt_loop_term(loop, 0).joint);
     r->link[0] = first;
     r->ancestor = a->tree->link[first].parent;
     for (int k = 1; k < r->term_count; k++) {
-        const int32_t other = joint_link(a->tree, kt_loop_term(loop, k).joint);
+        const int32_t other = kt_attach_joint_link(a->tree, kt_loop_term(loop, k).joint);
         r->ancestor = kt_attach_ancestor(a, r->ancestor, a->tree->link[other].parent);
     }
     for (int k = 0; k < r->term_count; k++) {
-        const int32_t other = joint_link(a->tree, kt_loop_term(loop, k).joint);
+        const int32_t other = kt_attach_joint_link(a->tree, kt_loop_term(loop, k).joint);
         (void)kt_attach_join_path(a, other, r->ancestor);
         kt_attach_join(a, other, first);
     }
@@ -203,7 +200,7 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
         if (!kt_attach_is_relation(r->type) && !kt_loop_is_off(r) && kt_attach_find_origin(m, r, &origin))
             r->origin = origin;
         for (int k = 0; k < r->term_count; k++)
-            m->term[r->term + k] = (kt_term_record){.link = joint_link(m, kt_loop_term(loop, k).joint),
+            m->term[r->term + k] = (kt_term_record){.link = kt_attach_joint_link(m, kt_loop_term(loop, k).joint),
                                                     .coefficient = kt_loop_term(loop, k).coefficient};
         if (KT_HAS_LOOPS && m->n.planar && !kt_attach_is_relation(r->type) && !kt_loop_is_off(r) &&
             (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial) {

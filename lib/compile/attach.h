@@ -61,6 +61,9 @@ typedef struct kt_attach_coordinate {
 } kt_attach_coordinate;
 kt_attach_coordinate kt_attach_coordinate_of(kt_attach *a, const char *joint);
 
+/* The link of a joint's coordinate: "NAME", or "NAME[k]" of friction that sticks and hard stops. */
+int32_t kt_attach_joint_link(const kt_model *m, const char *joint);
+
 /* The number of ends of an effect: two in a coordinate of a loop; and the name of the body on which the k-th is. */
 int kt_attach_end_count(kt_attach *a, const kt_effect *effect);
 const char *kt_attach_end_body(kt_attach *a, const kt_effect *effect, int k);

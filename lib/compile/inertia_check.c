@@ -42,9 +42,9 @@ static void generic_positions(const kt_model *m, int variant, double *q) {
     }
 }
 
-/* Excludes the links from that of a body to the ground from judgement. */
-static void leave_unknown(const kt_model *m, int found, unsigned char *verdict) {
-    for (int32_t i = found > 0 ? m->body[found].link : 0; i > 0; i = m->link[i].parent)
+/* Excludes the links from this one to the ground from judgement. */
+static void leave_unknown(const kt_model *m, int32_t link, unsigned char *verdict) {
+    for (int32_t i = link; i > 0; i = m->link[i].parent)
         verdict[i] = KT_INERTIA_UNKNOWN;
 }
 
@@ -54,9 +54,9 @@ static void leave_loops(const kt_model *m, const kt_description *d, unsigned cha
         if (KT_IS_OFF(loop))
             continue;
         for (int k = 0; k < 2 && !kt_attach_is_relation((int32_t)loop->type); k++)
-            leave_unknown(m, loop->between[k].body ? kt_body_find(m, loop->between[k].body) : 0, verdict);
+            leave_unknown(m, loop->between[k].body ? m->body[kt_body_find(m, loop->between[k].body)].link : 0, verdict);
         for (int k = 0; k < kt_loop_term_count(loop); k++)
-            leave_unknown(m, kt_joint_index(m, kt_loop_term(loop, k).joint), verdict);
+            leave_unknown(m, kt_attach_joint_link(m, kt_loop_term(loop, k).joint), verdict);
     }
 }
 

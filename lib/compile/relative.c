@@ -28,6 +28,22 @@ kt_attach_coordinate kt_attach_coordinate_of(kt_attach *a, const char *joint) {
     return c;
 }
 
+/* The k-th link of a joint is that of its coordinate k. */
+static int32_t link_of(const kt_model *m, int body, int component) {
+    int32_t link = m->body[body].link;
+    while (m->link[link].v > m->body[body].v + component)
+        link = m->link[link].parent;
+    return link;
+}
+
+int32_t kt_attach_joint_link(const kt_model *m, const char *joint) {
+    const int own = kt_joint_index(m, joint);
+    if (!KT_HAS_SWITCHES || own >= 0)
+        return m->body[own].link;
+    const kt_coordinate_name name = kt_coordinate_name_of(joint);
+    return link_of(m, body_of(m, joint, name), name.k);
+}
+
 /* The loop in a coordinate of which an effect acts; NULL: it does not. */
 static const kt_loop *loop_of(kt_attach *a, const kt_effect *effect) {
     if (!KT_HAS_RELATIVE || kt_effect_end_count(effect) > 0)
@@ -129,7 +145,6 @@ static void place_in_loop(const kt_attach *a, kt_attach_coordinate c, kt_effect_
         relative->zero = zero_of(loop, relative->type == KT_RELATIVE_SECOND);
 }
 
-/* The k-th link of a joint is that of its coordinate k. */
 void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_effect *effect, kt_effect_record *r) {
     const kt_attach_coordinate c = kt_attach_coordinate_of(a, effect->joint);
     if (KT_HAS_RELATIVE && c.body < 0) {
@@ -137,9 +152,7 @@ void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_eff
         return;
     }
     r->body[0] = c.body;
-    r->link[0] = m->body[c.body].link;
-    while (m->link[r->link[0]].v > m->body[c.body].v + c.component)
-        r->link[0] = m->link[r->link[0]].parent;
+    r->link[0] = link_of(m, c.body, c.component);
 }
 
 /* The angle in the given positions is within half a turn, and is counted from there. */

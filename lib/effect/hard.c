@@ -1,5 +1,21 @@
 /* The check of stops and contacts: elastic, with a stiffness, or hard, with a restitution (compile/hard.c). */
 #include "effect/effect.h"
+#include "model/relative.h"
+
+/* What is a loop in the model acts in a coordinate of a joint: loops relate these alone. */
+static void refuse_coordinate_of_loop(kt_checker *checker, const kt_effect *effect, const char *what,
+                                      const char *remedy) {
+    const kt_description *d = checker->description;
+    if (effect->joint == NULL)
+        return;
+    const kt_coordinate_name name = kt_coordinate_name_of(effect->joint);
+    for (int i = 0; i < d->body_count; i++)
+        if (kt_coordinate_is_of(effect->joint, name, kt_joint_name_of(&d->bodies[i])))
+            return;
+    if (kt_coordinate_loop(d, effect->joint, 0) >= 0)
+        kt_checker_fault(checker, "joint", -1, "%s is a coordinate of a loop; %s acts in one of a joint: %s",
+                         kt_name_quote(effect->joint).text, what, remedy);
+}
 
 /* What only an elastic one has. */
 static void refuse_elastic(kt_checker *checker, const char *key, double value, const char *what) {
@@ -20,8 +36,8 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
     refuse_elastic(checker, "stiffness", effect->stiffness, what);
     if (effect->restitution > 1.0 && kt_number_is_fine(effect->restitution))
         kt_checker_fault(checker, "restitution", -1, "restitution is %g; it must be 0 to 1", effect->restitution);
-    if (is_limit && effect->joint != NULL)
-        (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+    if (is_limit)
+        refuse_coordinate_of_loop(checker, effect, "a hard stop (restitution)", "give a stiffness instead");
     if (is_limit)
         refuse_elastic(checker, "damping", effect->damping, what);
     else
@@ -31,8 +47,7 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
 }
 
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect) {
-    if (effect->joint != NULL)
-        (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+    refuse_coordinate_of_loop(checker, effect, "friction that sticks", "leave `stick` out");
     if (effect->coulomb == 0.0)
         kt_checker_fault(checker, "coulomb", -1, "coulomb is 0; give what slips, or leave `stick` out");
     if (effect->smoothing != kt_effect_default().smoothing)

@@ -241,3 +241,86 @@ KT_TEST(friction_of_a_joint_that_is_moved_follows_where_it_has_rested) {
             kt_check_near("in the guide, J", r.dissipated[r.count - 1], 2.0 * 0.4, 64.0 * DBL_EPSILON);
     }
 }
+
+/* A block on a table, with dry friction along one coordinate of its joint alone. Thrown, it comes to rest along it after
+ * v / mu at v^2 / (2 mu) from its start, mu = C / m, and stays; freely it moves on along the others. */
+static const char block[] = "kinetree: 1\n"
+                            "gravity: [0, 0, 0]\n"
+                            "bodies:\n"
+                            "  - name: b\n"
+                            "    joint: {type: %s, velocity: [%s]}\n"
+                            "    mass: 2\n"
+                            "    inertia: [0.5, 0.5, 0.5]\n"
+                            "effects: [{name: rub, type: joint_friction, joint: \"b[%d]\", coulomb: 3, stick: true}]\n"
+                            "simulate: {duration: 5, until: t - 4, tolerance: 1e-10}\n";
+
+KT_TEST(friction_sticks_in_one_coordinate_of_a_joint) {
+    static const struct {
+        const char *joint, *velocity;
+        double v[3], inertia[3];
+        int count;
+    } cases[] = {
+        {"planar", "1.5, -2, 0.7", {1.5, -2.0, 0.7}, {2.0, 2.0, 0.5}, 3},
+        {"planar, axis: y", "1.5, -2, 0.7", {1.5, -2.0, 0.7}, {2.0, 2.0, 0.5}, 3},
+        {"cylindrical", "-1.5, 0.7", {-1.5, 0.7}, {0.5, 2.0}, 2},
+    };
+    static const char *const methods[] = {"dopri5", "dop853", "radau5"};
+    for (size_t i = 0; i < 3 * sizeof cases / sizeof *cases; i++)
+        for (int k = 0; k < cases[i / 3].count; k++) {
+            char text[800];
+            rows r;
+            (void)snprintf(text, sizeof text, block, cases[i / 3].joint, cases[i / 3].velocity, k);
+            kt_note("%s, coordinate %d, %s", cases[i / 3].joint, k, methods[i % 3]);
+            if (!run_scene(text, methods[i % 3], &r))
+                continue;
+            for (int j = 0; j < cases[i / 3].count; j++) {
+                const double v = cases[i / 3].v[j], m = cases[i / 3].inertia[j];
+                kt_check_near("place", r.q[r.count - 1][j], j == k ? v * fabs(v) * m / (2.0 * 3.0) : 4.0 * v, 1e-9);
+                kt_check_near("speed", r.v[r.count - 1][j], j == k ? 0.0 : v, j == k ? 0.0 : 1e-9);
+            }
+            const double v = cases[i / 3].v[k];
+            kt_check_near("dissipated, J", r.dissipated[r.count - 1], 0.5 * cases[i / 3].inertia[k] * v * v, 1e-9);
+            kt_check_equal_int("sticks", (long long)r.counts.sticks, 1);
+        }
+}
+
+/* Hard stops on both sides of one coordinate throw it back with half its speed: at 0.5 m after 0.25 s, and at -0.5 m after 1.25 s. */
+KT_TEST(a_hard_stop_bounds_one_coordinate_of_a_joint) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "gravity: [0, 0, 0]\n"
+        "bodies: [{name: b, joint: {type: planar, axis: y, velocity: [1.5, 2, 0.7]}, mass: 2, inertia: [0.5, 0.5, "
+        "0.5]}]\n"
+        "effects: [{name: stop, type: joint_limit, joint: \"b[1]\", lower: -0.5, upper: 0.5, restitution: 0.5}]\n"
+        "simulate: {duration: 5, until: t - 2, tolerance: 1e-10}\n";
+    rows r;
+    if (!run_scene(text, "dopri5", &r))
+        return;
+    const double *q = r.q[r.count - 1], *v = r.v[r.count - 1];
+    kt_check_equal_int("impacts", (long long)r.counts.impacts, 2);
+    kt_check_near("stopped, m", q[1], -0.5 + 0.5 * 0.75, 1e-12);
+    kt_check_near("stopped, m/s", v[1], 0.5, 1e-12);
+    kt_check_near("free, m", q[0], 3.0, 1e-12);
+    kt_check_near("free, rad", q[2], 1.4, 1e-12);
+}
+
+/* Elastic stops and smoothed friction may act in coordinates of loops. */
+KT_TEST(stops_and_friction_that_sticks_are_refused_in_coordinates_of_loops) {
+    static const char text[] = "kinetree: 1\n"
+                               "bodies: [{name: b, joint: {type: free}, mass: 2, inertia: [0.5, 0.5, 0.5]}]\n"
+                               "loops: [{name: hinge, type: revolute, between: [world, b], axis: z}]\n"
+                               "effects:\n"
+                               "  - {name: rub, type: joint_friction, joint: hinge, coulomb: 5, stick: true}\n"
+                               "  - {name: stop, type: joint_limit, joint: \"hinge[0]\", upper: 1, restitution: 0.5}\n"
+                               "simulate: {duration: 1}\n";
+    kt_scene scene;
+    kt_check_true("refused", !parse(text, &scene));
+    kt_check_contains(
+        "friction", faults.text,
+        "effect 'rub': 'hinge' is a coordinate of a loop; friction that sticks acts in one of a joint: leave "
+        "`stick` out");
+    kt_check_contains("stop", faults.text,
+                      "effect 'stop': 'hinge[0]' is a coordinate of a loop; a hard stop (restitution) acts in one of a "
+                      "joint: give a stiffness instead");
+    kt_scene_free(&scene);
+}
