@@ -1,5 +1,6 @@
 /* kinetree run: simulates a scene and writes its records. */
 #include "records/checkpoint.h"
+#include "records/interrupt.h"
 
 #include "advice/advice.h"
 #include "advice/excess.h"
@@ -136,6 +137,30 @@ static void note_failure(kt_outcome *outcome, kt_motion *motion, const kt_error 
                                    kt_simulation_velocities(simulation));
 }
 
+static void advise_resume(const char *checkpoint) {
+    kt_interrupt_advise("To go on, repeat the command with --resume %s", kt_show(checkpoint).text);
+}
+
+/* Prepares the message of Ctrl-C, which a checkpoint changes. */
+static void start_interrupt(const kt_run_arguments *arguments, const kt_results *results) {
+    if (results->keep.file != NULL) {
+        kt_interrupt_start(results->keep.output.partial, NULL);
+        kt_interrupt_advise("It is no HDF5 file, and cannot be continued. With --out FILE.csv --checkpoint FILE a run "
+                            "can be continued by --resume FILE");
+        return;
+    }
+    kt_interrupt_start(results->csv.output.partial, "record");
+    if (arguments->resume != NULL)
+        advise_resume(arguments->resume);
+    else if (arguments->checkpoint != NULL)
+        kt_interrupt_advise("There was no checkpoint yet, so that the run cannot be continued. The first one is due "
+                            "after %g s; --checkpoint-interval sets that time",
+                            arguments->checkpoint_interval);
+    else
+        kt_interrupt_advise("The run cannot be continued, since it wrote no checkpoint. With --checkpoint FILE the "
+                            "next one can be, by --resume FILE");
+}
+
 /* Runs to the end or to the first failure, which is printed. */
 static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *checkpoint, kt_mode_watch *modes,
                     bool quiet) {
@@ -163,6 +188,7 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
                        kt_checkpoint_write(checkpoint, outcome, &results->csv.lines) != 0;
         if (sinks.failed)
             break;
+        advise_resume(checkpoint->path);
     }
     kt_progress_end(&progress);
     if (status == KT_OK && kt_energy_watch_is_blown_up(&outcome->energy)) {
@@ -453,7 +479,9 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     if (code < 0)
         code = open_records(arguments, outcome, checkpoint, names->out, &results);
     if (code < 0) {
+        start_interrupt(arguments, &results);
         code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
+        kt_interrupt_end();
         kt_warn_of_step(outcome, modes);
         kt_warn_of_stability(outcome);
         kt_warn_of_correction(outcome);

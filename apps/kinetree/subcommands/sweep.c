@@ -1,5 +1,6 @@
 /* kinetree sweep: many runs of one scene, a line each. */
 #include "sweep/sweep.h"
+#include "records/interrupt.h"
 #include "records/keep.h"
 #include "subcommands/run.h"
 #include "sweep/ranks.h"
@@ -63,7 +64,9 @@ const kt_usage kt_usage_sweep = {
         "and greatest value of each column of its records. A run that fails is a line. Lines are in the order of the\n"
         "runs and have the same bytes whatever --jobs, --shard or a break, but for a library built with fused lanes.\n"
         "Results are written to FILE.partial and renamed at the end; a sweep that was killed leaves that file, and\n"
-        "--resume goes on with it. Built with MPI, mpirun kinetree sweep ... computes by its processes.\n",
+        "--resume goes on with it. A sweep of more than 100,000 runs asks first on a terminal, unless --quiet is "
+        "given.\n"
+        "Built with MPI, mpirun kinetree sweep ... computes by its processes.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -215,6 +218,8 @@ static int write_runs(const kt_sweep *sweep, kt_ranks *ranks, FILE *file, kt_kee
         code = take_up(sweep, file, name, first, kept, &next);
     if (code < 0 && arguments->resume && keep->file != NULL && next < kept)
         code = kt_keep_resume(keep, first, next, &kept);
+    if (code < 0 && arguments->resume)
+        code = kt_sweep_confirm(sweep, next, end, ranks != NULL ? 0 : threads_of(arguments));
     if (code >= 0)
         return code;
     char *header = next == first ? kt_sweep_header(sweep) : NULL;
@@ -260,7 +265,10 @@ static int write_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *keep, con
         (void)kt_output_end(&output, KT_OUTPUT_AS_IS);
         return KT_EXIT_INTEGRATION;
     }
+    kt_interrupt_start(output.partial, "run");
+    kt_interrupt_advise("To go on, repeat the command with --resume");
     code = write_runs(sweep, ranks, file, keep, kt_output_path(&output), out, first, end);
+    kt_interrupt_end();
     if (fclose(file) != 0 && code == KT_EXIT_DONE) {
         kt_say("sweep: %s cannot be written: %s", out, strerror(errno));
         code = KT_EXIT_INTEGRATION;
@@ -383,6 +391,8 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
         kt_ranks_work(ranks, &sweep, arguments->jobs > 0 ? threads_of(arguments) : 1);
         code = KT_EXIT_DONE;
     }
+    if (code < 0 && !arguments->resume) /* before files are emptied; else where it is known which runs are left */
+        code = kt_sweep_confirm(&sweep, first, end, ranks != NULL ? 0 : threads_of(arguments));
     if (code < 0)
         code = write_results(&sweep, ranks, arguments->out != NULL ? arguments->out : out, first, end);
     kt_sweep_free(&sweep);

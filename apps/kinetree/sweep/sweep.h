@@ -152,4 +152,9 @@ typedef int kt_sweep_sink(void *user, int64_t run, const kt_sweep_result *result
 int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user,
                      kt_sweep_worker *all);
 
+/* Asks before more than 100,000 runs if standard input and standard error are terminals, with the expected time that so many
+ * threads need; else prints the number of runs. Does nothing with --quiet. threads: 0 for the processes of MPI, which are
+ * never asked about. Returns -1 to start, else an exit code after printing why not. */
+int kt_sweep_confirm(const kt_sweep *sweep, int64_t first, int64_t end, int threads);
+
 #endif

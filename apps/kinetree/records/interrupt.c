@@ -1,0 +1,102 @@
+/* The handler of SIGINT calls only functions that POSIX permits in handlers: open, read, write, raise. A second Ctrl-C ends
+ * the program at once, also while the lines of a long file are counted. */
+#include "records/interrupt.h"
+
+#include "command.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { PATH_SIZE = 4096, HEAD_SIZE = 400, ADVICE_SIZE = 800 };
+
+/* Written before the handler is installed, except for the advice. */
+static char partial[PATH_SIZE], head[HEAD_SIZE];
+static const char *unit;
+static char advices[2][ADVICE_SIZE]; /* the one in use, and the one that is written next */
+static _Atomic(const char *) advice;
+static struct sigaction before;
+static bool is_watching;
+
+static void write_words(const char *words) {
+    for (size_t left = strlen(words); left > 0;) {
+        const ssize_t count = write(STDERR_FILENO, words, left);
+        if (count <= 0)
+            return;
+        words += count;
+        left -= (size_t)count;
+    }
+}
+
+/* Returns the number of whole lines behind the first one; -1: the file cannot be read. */
+static long long count_lines(void) {
+    char block[1 << 14];
+    long long lines = -1;
+    ssize_t count = -1;
+    const int file = open(partial, O_RDONLY | O_CLOEXEC);
+    while (file >= 0 && (count = read(file, block, sizeof block)) > 0)
+        for (ssize_t i = 0; i < count; i++)
+            lines += block[i] == '\n';
+    if (file >= 0)
+        (void)close(file);
+    return count < 0 ? -1 : lines < 0 ? 0 : lines;
+}
+
+/* Writes " holds 12 records." */
+static void write_count(long long count) {
+    char digits[24];
+    size_t at = sizeof digits - 1;
+    digits[at] = '\0';
+    for (long long rest = count; rest > 0 || at == sizeof digits - 1; rest /= 10)
+        digits[--at] = (char)('0' + rest % 10);
+    write_words(" holds ");
+    write_words(digits + at);
+    write_words(" ");
+    write_words(unit);
+    write_words(count == 1 ? "." : "s.");
+}
+
+static void end_by_interrupt(int number) {
+    const long long lines = unit != NULL ? count_lines() : -1;
+    write_words(head);
+    if (lines >= 0)
+        write_count(lines);
+    else
+        write_words(" is left.");
+    write_words(" ");
+    write_words(atomic_load(&advice));
+    write_words("\n");
+    (void)raise(number); /* SA_RESETHAND has restored the default, and SA_NODEFER does not block it */
+}
+
+void kt_interrupt_start(const char *path, const char *counted) {
+    const struct sigaction action = {.sa_handler = end_by_interrupt, .sa_flags = (int)(SA_RESETHAND | SA_NODEFER)};
+    const bool fits = path != NULL && strlen(path) < sizeof partial;
+    if (!fits || sigaction(SIGINT, NULL, &before) != 0 || before.sa_handler == SIG_IGN)
+        return;
+    (void)snprintf(partial, sizeof partial, "%s", path);
+    (void)snprintf(head, sizeof head, "%skinetree: interrupted: %s", isatty(STDERR_FILENO) ? "\n" : "",
+                   kt_show(path).text);
+    unit = counted;
+    atomic_store(&advice, "");
+    is_watching = sigaction(SIGINT, &action, NULL) == 0;
+}
+
+void kt_interrupt_advise(const char *format, ...) {
+    char *next = atomic_load(&advice) == advices[0] ? advices[1] : advices[0];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(next, ADVICE_SIZE, format, arguments);
+    va_end(arguments);
+    atomic_store(&advice, next);
+}
+
+void kt_interrupt_end(void) {
+    if (is_watching)
+        (void)sigaction(SIGINT, &before, NULL);
+    is_watching = false;
+}
