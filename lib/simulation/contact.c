@@ -636,8 +636,13 @@ static bool rest(kt_simulation *simulation, size_t k) {
     return c->rests || c->stops;
 }
 
-static const kt_contact_calls calls = {
-    .rest = rest, .open = open_all, .resolve = resolve, .follow = follow, .check = kt_contacts_check_record};
+static const kt_contact_calls calls = {.rest = rest,
+                                       .open = open_all,
+                                       .resolve = resolve,
+                                       .follow = follow,
+                                       .check = kt_contacts_check_record,
+                                       .keep = kt_simulation_keep,
+                                       .take_back = kt_simulation_take_change_back};
 
 /* The contacts, and behind them friction. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {

@@ -129,6 +129,9 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->integrator = kt_integrator_size_with(settings->method, size->n, &solver);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
     size->state = size->user_nq + size->user_nv + x;
+#if KT_HAS_EVENTS
+    size->undo = contacts > 0 ? kt_simulation_undo_size(size) : 0;
+#endif
     size->kept = transformed ? size->state : 0;
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
     size->body_wrench = transformed ? (size_t)kt_model_body_count(model) : 0;

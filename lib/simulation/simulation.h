@@ -161,7 +161,9 @@ typedef struct kt_work_panel {
 
 struct kt_contacts; /* contact.c */
 #if KT_HAS_EVENTS
-#define KT_SIMULATION_CONTACTS(X) X(char, contact_memory, size->contact, "hard contacts")
+#define KT_SIMULATION_CONTACTS(X)                                                                                      \
+    X(char, contact_memory, size->contact, "hard contacts")                                                            \
+    X(char, undo, size->undo, "scratch: all that a change of the state writes, as it was before")
 #else
 #define KT_SIMULATION_CONTACTS(X)
 #endif
@@ -237,6 +239,7 @@ typedef struct kt_simulation_sizes {
     size_t event; /* the most events, hard contacts among them */
 #if KT_HAS_EVENTS
     size_t contact; /* bytes of hard contacts; 0 without */
+    size_t undo;    /* likewise of `undo` */
 #endif
 #if KT_HAS_QUASI_STATICS
     size_t balanced; /* n where coordinates move no mass, else 0 */
@@ -267,13 +270,16 @@ typedef struct kt_event_watch {
  * `resolve`, at the present state: impulses where contacts close, and which of them are closed from now on. `leaving`: a bit
  * for each whose reaction has come to an end. `follow`, when data have been initialised for another model. `check`, of the multipliers of
  * a record: an error if a closed contact pulls, or friction of a joint that sticks is beyond its limit. `rest`, where bounces accumulate:
- * contact k, which closes, comes to rest at this instant, unless it has no rest velocity; returns whether it does. */
+ * contact k, which closes, comes to rest at this instant, unless it has no rest velocity; returns whether it does. `keep`
+ * and `take_back`: of a change of the state that may fail (undo.c). */
 typedef struct kt_contact_calls {
     void (*open)(kt_simulation *simulation);
     kt_status (*resolve)(kt_simulation *simulation, uint64_t leaving, kt_error *error);
     void (*follow)(kt_simulation *simulation);
     kt_status (*check)(const kt_simulation *simulation, double t, kt_error *error);
     bool (*rest)(kt_simulation *simulation, size_t k);
+    void (*keep)(kt_simulation *simulation);
+    void (*take_back)(kt_simulation *simulation);
 } kt_contact_calls;
 
 struct kt_simulation {
@@ -405,6 +411,14 @@ void kt_simulation_follow_model(kt_simulation *simulation);
 
 /* Takes another model of the family; the state, the data and the integrator's history are not those of it yet. */
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model);
+
+/* With hard contacts (undo.c): keeps the simulation before a change of the state, and takes it back as it was. Parameters of the model
+ * are not restored. Changes do not nest. O(the memory of the integrator). step.c calls them by kt_contact_calls. */
+#if KT_HAS_EVENTS
+size_t kt_simulation_undo_size(const kt_simulation_sizes *size);
+void kt_simulation_keep(kt_simulation *simulation);
+void kt_simulation_take_change_back(kt_simulation *simulation);
+#endif
 
 /* Kinetic energy, and potential energy with that which effects store, in the state y. */
 typedef struct kt_simulation_energy {

@@ -378,10 +378,25 @@ static kt_status settle_contacts(kt_simulation *simulation, kt_error *error) {
     return KT_OK;
 }
 
-kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
-                                  kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, q || !simulation->size.user_nq))
-        return KT_ERROR_ARGUMENT;
+/* Around a change of the state, which leaves nothing behind if it fails. */
+static void begin_change(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->keep(simulation);
+#endif
+    (void)simulation;
+}
+
+static kt_status end_change(kt_simulation *simulation, kt_status status) {
+#if KT_HAS_EVENTS
+    if (status != KT_OK && simulation->contacts != NULL)
+        simulation->contact_calls->take_back(simulation);
+#endif
+    (void)simulation;
+    return status;
+}
+
+static kt_status set_state(kt_simulation *simulation, double t, const double *q, const double *v, kt_error *error) {
     size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
     double *new_q = simulation->transformation ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
@@ -403,6 +418,14 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     simulation->memory.refined = false;
     kt_simulation_skip_records(simulation);
     return settle_contacts(simulation, error);
+}
+
+kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
+                                  kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, q || !simulation->size.user_nq))
+        return KT_ERROR_ARGUMENT;
+    begin_change(simulation);
+    return end_change(simulation, set_state(simulation, t, q, v, error));
 }
 
 kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
@@ -491,31 +514,21 @@ static kt_status exchange(const instant_change *change, kt_error *error) {
     return status;
 }
 
-static kt_status jump(kt_simulation *simulation, const instant_change *change, kt_error *error) {
-    kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
+/* Moves to the changed state, from one with the energy `before`. */
+static kt_status move(kt_simulation *simulation, const instant_change *change, kt_simulation_energy before,
+                      kt_error *error) {
+    kt_simulation_energy after = {0.0, 0.0};
     const bool balanced = kt_simulation_is_balanced(simulation);
-    const bool accounts = balanced || simulation->watches_works;
-    kt_status status = KT_OK;
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
-        kt_simulation_complete_powers(simulation);
-    if (accounts)
-        status = kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
-    if (KT_HAS_EVENTS && status == KT_OK)
-        status = exchange(change, error);
-    if (status != KT_OK)
-        return status;
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
         simulation->contact_calls->open(simulation);
 #endif
-    status = close_state(simulation, change->q, change->v, error);
+    kt_status status = close_state(simulation, change->q, change->v, error);
     if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)
         memcpy(kt_simulation_own_states_of(simulation, simulation->y), change->x, simulation->size.x * sizeof(double));
-    if (status == KT_OK && accounts)
+    if (status == KT_OK && (balanced || simulation->watches_works))
         status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
-    if (KT_HAS_EVENTS && status != KT_OK)
-        take_back(change->model, change->parameters, change->count);
     if (status != KT_OK)
         return status;
     const double from = before.kinetic + before.potential, to = after.kinetic + after.potential;
@@ -524,6 +537,24 @@ static kt_status jump(kt_simulation *simulation, const instant_change *change, k
     status =
         kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to, error);
     return status == KT_OK ? settle_contacts(simulation, error) : status;
+}
+
+static kt_status jump(kt_simulation *simulation, const instant_change *change, kt_error *error) {
+    kt_simulation_energy before = {0.0, 0.0};
+    kt_status status = KT_OK;
+    begin_change(simulation);
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        kt_simulation_complete_powers(simulation);
+    if (kt_simulation_is_balanced(simulation) || simulation->watches_works)
+        status = kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
+    if (KT_HAS_EVENTS && status == KT_OK)
+        status = exchange(change, error);
+    if (status == KT_OK) {
+        status = move(simulation, change, before, error);
+        if (KT_HAS_EVENTS && status != KT_OK)
+            take_back(change->model, change->parameters, change->count);
+    }
+    return end_change(simulation, status);
 }
 
 kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
