@@ -121,6 +121,9 @@ class Fixed:
         raise AttributeError(f"'{name}' of a {type(self).__name__} cannot be deleted")
 
 
+_DOUBLES, _from_buffer = ffi.typeof("double[]"), ffi.from_buffer
+
+
 class Memory:
     """Aligned memory that numpy owns. A view of it keeps it alive, so that no pointer outlives it."""
 
@@ -148,17 +151,22 @@ class Memory:
 class Guard:
     """Rejects a second thread while a call runs: two threads must not share a workspace."""
 
-    __slots__ = ("_lock",)
+    __slots__ = ("acquire", "release")
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        lock = threading.Lock()
+        self.acquire, self.release = lock.acquire, lock.release
 
     def __enter__(self) -> None:
-        if not self._lock.acquire(False):
-            raise Busy("another thread uses this object; give each thread its own data")
+        if not self.acquire(False):
+            raise busy()
 
     def __exit__(self, *_: object) -> None:
-        self._lock.release()
+        self.release()
+
+
+def busy() -> Busy:
+    return Busy("another thread uses this object; give each thread its own data")
 
 
 def doubles(value: Any, shape: tuple, what: str) -> np.ndarray:
@@ -192,4 +200,4 @@ def pointer(array: Optional[np.ndarray]) -> Any:
     """The address of an array of doubles for a call. The caller keeps the array."""
     if array is None or array.size == 0:
         return ffi.NULL
-    return ffi.cast("double *", array.ctypes.data)
+    return _from_buffer(_DOUBLES, array)

@@ -6,9 +6,10 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import callbacks
-from ._core import ArgumentError, Fixed, Guard, Memory, check, doubles, fail, ffi, finite, lib, name_of, output, pointer, text
+from ._core import ArgumentError, Fixed, Guard, Memory, busy, check, doubles, fail, ffi, finite, lib, name_of, output, pointer, text
 
 Vector = np.ndarray
+_forward, _NULL = lib.kt_acceleration_evaluate, ffi.NULL
 Point = Sequence[float]
 
 
@@ -287,10 +288,17 @@ class Data(Fixed):
             nv accelerations.
         """
         m = self.model
-        if q is None and v is None and tau is None and out is None:
-            with self._guard:
-                self._check(lib.kt_acceleration_evaluate(self._m, self._data, t, self._q, self._v, self._tau, ffi.NULL, self._a, self._error))
-            return self.a
+        if q is None and v is None and tau is None and out is None:  # the fast way: no array is looked up
+            guard = self._guard
+            if not guard.acquire(False):
+                raise busy()
+            try:
+                status = _forward(self._m, self._data, t, self._q, self._v, self._tau, _NULL, self._a, self._error)
+            finally:
+                guard.release()
+            if status:
+                self._check(status)
+            return self._state.arrays[3]
         q_, q = self._take(q, m.nq, self._q, "q")
         v_, v = self._take(v, m.nv, self._v, "v")
         tau_, tau = self._take(tau, m.nv, self._tau, "tau")

@@ -6,10 +6,11 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
 import numpy as np
 
 from . import callbacks
-from ._core import ArgumentError, Fixed, Guard, Memory, check, doubles, fail, ffi, finite, lib, name_of, output, pointer, text
+from ._core import ArgumentError, Fixed, Guard, Memory, busy, check, doubles, fail, ffi, finite, lib, name_of, output, pointer, text
 from .model import Data, Model, ModelCopy, Vector
 
 _ROOM = 16  # events that a program may add
+_tick, _set_torque = lib.kt_simulation_tick, lib.kt_simulation_set_torque
 _DIRECTIONS = {"either": lib.KT_DIRECTION_EITHER, "rising": lib.KT_DIRECTION_RISING, "falling": lib.KT_DIRECTION_FALLING}
 
 
@@ -94,7 +95,9 @@ class Simulation(Fixed):
         self._velocities = self._memory.view(lib.kt_simulation_velocities(out[0]), model.nv)
         states = lib.kt_simulation_own_states(out[0])
         self._states = self._memory.view(states, model.nx) if model.nx else np.zeros(0)
-        self._torque = np.zeros(model.nv)
+        self._torque_memory = Memory(8 * max(model.nv, 1))
+        self._torque = self._torque_memory.array[:8 * model.nv].view(np.float64)
+        self._torque_address = pointer(self._torque)
         self._data: Optional[Data] = None
         self._is_fixed = True
 
@@ -160,10 +163,16 @@ class Simulation(Fixed):
 
     def set_torque(self, tau: Vector) -> None:
         """Set the joint forces (nv), which hold until they are set again."""
-        tau = doubles(tau, (self.model.nv,), "tau")
-        with self._guard:
-            self._check(lib.kt_simulation_set_torque(self._simulation, pointer(tau), self._error))
-        self._torque = np.array(tau)
+        self._torque[:] = doubles(tau, self._torque.shape, "tau")
+        guard = self._guard
+        if not guard.acquire(False):
+            raise busy()
+        try:
+            status = _set_torque(self._simulation, self._torque_address, self._error)
+        finally:
+            guard.release()
+        if status:
+            self._check(status)
 
     def jump(self, q: Optional[Vector] = None, v: Optional[Vector] = None) -> None:
         """Change positions or velocities within a motion."""
@@ -184,8 +193,15 @@ class Simulation(Fixed):
 
     def tick(self, period: float) -> None:
         """Advance by exactly one period of a control loop, s."""
-        with self._guard:
-            self._check(lib.kt_simulation_tick(self._simulation, period, self._error))
+        guard = self._guard
+        if not guard.acquire(False):
+            raise busy()
+        try:
+            status = _tick(self._simulation, period, self._error)
+        finally:
+            guard.release()
+        if status:
+            self._check(status)
 
     def step(self, until: Optional[float] = None) -> None:
         """Take one step of the method, and not beyond `until` (default: the duration)."""
