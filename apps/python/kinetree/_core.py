@@ -200,4 +200,6 @@ def pointer(array: Optional[np.ndarray]) -> Any:
     """The address of an array of doubles for a call. The caller keeps the array."""
     if array is None or array.size == 0:
         return ffi.NULL
+    if array.ndim > 1 and not array.flags.c_contiguous:
+        array = array.T  # of column-major order: the same numbers in the same places
     return _from_buffer(_DOUBLES, array)
