@@ -664,8 +664,8 @@ int kt_animation_write(const kt_drawing *drawing, double seconds, const char *pa
     bool fine = take_film(drawing, &f);
     const int last = f.count - 1;
     for (size_t i = 0; i < sizeof strides / sizeof *strides && fine; i++) {
-        if (text != NULL &&
-            (*bytes <= KT_ANIMATION_BYTES || last % strides[i] != 0 || last / strides[i] < SLOWEST * seconds))
+        const int left = last / strides[i]; /* frames */
+        if (text != NULL && (*bytes <= KT_ANIMATION_BYTES || last % strides[i] != 0 || left < SLOWEST * seconds))
             break;
         free(text);
         text = compose(drawing, &f, seconds, strides[i], bytes);

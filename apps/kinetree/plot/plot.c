@@ -98,8 +98,8 @@ static void draw_row(cairo_t *c, const kt_plot *plot, const layout *l, const kt_
 
 static void draw_columns(cairo_t *c, const kt_plot *plot, const layout *l, const kt_palette *palette) {
     for (int i = 0; i < plot->panel_count; i++) {
-        const int row = i % l->rows;
-        const double left = LEFT + i / l->rows * l->cell, top = TOP + HEAD + row * (l->panel_height + l->gap);
+        const int row = i % l->rows, column = i / l->rows;
+        const double left = LEFT + column * l->cell, top = TOP + HEAD + row * (l->panel_height + l->gap);
         const int exponent =
             kt_panel_draw(c, palette, &plot->panels[i], left, top, l->panel_width, l->panel_height, RIGHT);
         const bool is_last = row == l->rows - 1 || i == plot->panel_count - 1;

@@ -448,6 +448,21 @@ static int add_marks(kt_chart *chart) {
     return code;
 }
 
+/* The line below the title: how many records and results, and the columns that are left out. */
+static void write_subtitle(const kt_chart *chart, char *subtitle, size_t size) {
+    const kt_table *table = chart->table;
+    const kt_noise_words noise = kt_candidates_note_noise(chart->candidates, chart->candidate_count);
+    const bool has_parts = table->part_count > 1;
+    char parts[96] = "";
+    if (has_parts && chart->parts_left_out > 0)
+        snprintf(parts, sizeof parts, " of %zu results; %d more columns: --columns chooses", table->part_count,
+                 chart->parts_left_out);
+    else if (has_parts)
+        snprintf(parts, sizeof parts, " of %zu results", table->part_count);
+    snprintf(subtitle, size, "%zu records%s%s%s", table->rows - (has_parts ? table->part_count - 1 : 0), parts,
+             noise.text, kt_marks_note(&chart->marks));
+}
+
 static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
     kt_chart *chart = calloc(1, sizeof *chart);
     double *magnitudes = malloc((size_t)table->columns * table->rows * sizeof *magnitudes);
@@ -488,16 +503,7 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
         code = add_marks(chart);
     if (code < 0) {
         const bool is_time = strcmp(chart->x_name, "time") == 0;
-        const kt_noise_words noise = kt_candidates_note_noise(chart->candidates, chart->candidate_count);
-        char parts[96] = "";
-        if (table->part_count > 1 && chart->parts_left_out > 0)
-            snprintf(parts, sizeof parts, " of %zu results; %d more columns: --columns chooses", table->part_count,
-                     chart->parts_left_out);
-        else if (table->part_count > 1)
-            snprintf(parts, sizeof parts, " of %zu results", table->part_count);
-        snprintf(subtitle, sizeof subtitle, "%zu records%s%s%s",
-                 table->rows - (table->part_count > 1 ? table->part_count - 1 : 0), parts, noise.text,
-                 kt_marks_note(&chart->marks));
+        write_subtitle(chart, subtitle, sizeof subtitle);
         const kt_plot plot = {.title = arguments->title != NULL  ? arguments->title
                                        : chart->scene[0] != '\0' ? chart->scene
                                                                  : base,
