@@ -120,7 +120,7 @@ claim("friction_is_opened_and_closed_without_a_warning", [] if opened.returncode
 claim("released_friction_is_zero", near("torque", free["effect.plates.torque"], 0.0) + near("stick", free["reaction.plates.stick.multiplier"], 0.0) +
       near("torque", open_again["effect.plates.torque"], 0.0) + near("stick", open_again["reaction.plates.stick.multiplier"], 0.0))
 claim("engaged_it_slips_and_sticks", near("torque", abs(slips["effect.plates.torque"]), 2.0) + near("stick", slips["reaction.plates.stick.multiplier"], 0.0) +
-      near("torque", sticks["effect.plates.torque"], 0.0) + near("stick", abs(sticks["reaction.plates.stick.multiplier"]), 0.625))
+      near("torque", abs(sticks["effect.plates.torque"]), 0.625) + near("stick", abs(sticks["reaction.plates.stick.multiplier"]), 0.625))
 claim("the_summary_says_that_it_is_released", [] if ends["switched"] == {"plates.stick": False, "plates": False} and ends["contacts"]["sticks"] == 1
       and ends["contacts"]["slips"] == 0 else [str(ends["switched"]), str(ends["contacts"])])
 told = [warning for warning in fallen["warnings"] if warning["code"] == "contact_capped"]

@@ -1,11 +1,21 @@
-/* A warning of own columns whose formulas have no finite value at some records. */
+/* Warnings of columns without a finite value at some records: own columns, whose formulas have none, and forces of
+ * contacts whose direction of slip is unknown. */
 #include "subcommands/run.h"
+
+#include "kinetree/mechanism.h"
 
 #include <math.h>
 #include <stdio.h>
 
+static bool is_of(const kt_columns *columns, size_t column, kt_column_source source) {
+    const kt_column *c = &columns->columns[column];
+    return c->source == source &&
+           (source == KT_COLUMN_OWN || kt_effect_type_of(columns->model, c->index) == KT_EFFECT_CONTACT);
+}
+
 /* "tension (12 records from t = 0.5 s on)" of each, the first of them; returns how many there are. */
-static int list_gaps(const kt_columns *columns, const kt_extremes *extremes, char *text, size_t size) {
+static int list_gaps(const kt_columns *columns, kt_column_source source, const kt_extremes *extremes, char *text,
+                     size_t size) {
     enum { NAMED = 4 };
     size_t used = 0;
     int count = 0;
@@ -13,7 +23,7 @@ static int list_gaps(const kt_columns *columns, const kt_extremes *extremes, cha
     for (size_t i = 0; i < extremes->count; i++) {
         const kt_extreme *e = &extremes->column[i];
         char name[96];
-        if (columns->columns[i].source != KT_COLUMN_OWN || !(e->gaps > 0.0) || count++ >= NAMED)
+        if (!is_of(columns, i, source) || !(e->gaps > 0.0) || count++ >= NAMED)
             continue;
         (void)kt_column_name(columns, i, name, sizeof name);
         used += (size_t)snprintf(text + used, size - used, "%s'%s' at %.0f record%s, first at t = %.6g s",
@@ -24,19 +34,26 @@ static int list_gaps(const kt_columns *columns, const kt_extremes *extremes, cha
     return count;
 }
 
-void kt_warn_of_gaps(kt_outcome *outcome) {
+static void warn_of(kt_outcome *outcome, kt_column_source source, const char *what, const char *remedy) {
     const kt_extremes *extremes = &outcome->extremes;
     char text[900];
     double records = 0.0, time = HUGE_VAL;
-    if (outcome->columns == NULL || list_gaps(outcome->columns, extremes, text, sizeof text) == 0)
+    if (outcome->columns == NULL || list_gaps(outcome->columns, source, extremes, text, sizeof text) == 0)
         return;
     for (size_t i = 0; i < extremes->count; i++)
-        if (outcome->columns->columns[i].source == KT_COLUMN_OWN && extremes->column[i].gaps > 0.0) {
+        if (is_of(outcome->columns, i, source) && extremes->column[i].gaps > 0.0) {
             records += extremes->column[i].gaps;
             time = fmin(time, extremes->column[i].gap_time);
         }
-    kt_warning warning = kt_warning_of("not_finite", records, NULL,
-                                       "Keep formulas within their domain, as sqrt(max(x, 0)) and x/max(y, 1e-9) do");
+    kt_warning warning = kt_warning_of("not_finite", records, NULL, remedy);
     warning.time = time;
-    kt_warn(&outcome->warnings, &warning, "own columns are not finite, and are gaps in pictures: %s", text);
+    kt_warn(&outcome->warnings, &warning, "%s: %s", what, text);
+}
+
+void kt_warn_of_gaps(kt_outcome *outcome) {
+    warn_of(outcome, KT_COLUMN_OWN, "own columns are not finite, and are gaps in pictures",
+            "Keep formulas within their domain, as sqrt(max(x, 0)) and x/max(y, 1e-9) do");
+    warn_of(outcome, KT_COLUMN_EFFECT,
+            "the direction of friction is unknown where slip begins or ends (below 4e-6 m/s), and leaves gaps",
+            "Use `friction`, its magnitude, or another interval of records");
 }

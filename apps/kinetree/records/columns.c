@@ -3,6 +3,8 @@
  */
 #include "records/columns.h"
 
+#include "records/quantities.h"
+
 #include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/expression.h"
@@ -165,10 +167,11 @@ static uint64_t full_set(const kt_model *model) {
 }
 
 /* Without memory for singular values. */
-static bool list_columns(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
+static bool list_columns(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
+                         unsigned record) {
     /* With all that is switched on, so that everything has its columns; what is off is 0 in them. */
     const kt_model *all = kt_model_switched(model, full_set(model));
-    *columns = (kt_columns){.model = all, .record = record};
+    *columns = (kt_columns){.model = all, .description = &scene->description, .record = record};
     bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
     if (fine && (record & KT_RECORD_POSITION) != 0)
         fine = add_coordinates(columns, KT_COLUMN_POSITION);
@@ -213,8 +216,9 @@ static bool take_singular(kt_columns *columns) {
     return columns->singular != NULL;
 }
 
-bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record) {
-    return list_columns(columns, model, run, record) &&
+bool kt_columns_list(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
+                     unsigned record) {
+    return list_columns(columns, scene, model, run, record) &&
            ((record & KT_RECORD_SINGULAR_VALUE) == 0 || take_singular(columns));
 }
 
@@ -542,17 +546,6 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
     return (double)NAN;
 }
 
-/* NaN if the state is not finite, as the last one of a failed run may be. */
-static void evaluate_quantities(kt_columns *columns, const kt_record *record) {
-    const kt_model *model = record->model;
-    if (kt_effect_quantities_evaluate(model, record->data, record->time, record->q, record->v, columns->quantities,
-                                      NULL) == KT_OK)
-        return;
-    for (size_t i = 0; i < columns->count; i++)
-        if (columns->columns[i].source == KT_COLUMN_EFFECT)
-            columns->quantities[columns->columns[i].at] = (double)NAN;
-}
-
 static bool uses_effects(const kt_columns *columns) {
     for (size_t i = 0; columns->is_used != NULL && i < columns->count; i++)
         if (columns->is_used[i] && columns->columns[i].source == KT_COLUMN_EFFECT)
@@ -563,7 +556,7 @@ static bool uses_effects(const kt_columns *columns) {
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) {
     kt_column_group group = {{0.0}};
     if (columns->quantities != NULL && uses_effects(columns))
-        evaluate_quantities(columns, record);
+        kt_quantities_evaluate(columns->description, record, columns->quantities);
     for (size_t i = 0; i < columns->count; i++) {
         const kt_column *c = &columns->columns[i];
         if (columns->is_used != NULL && !columns->is_used[i])
@@ -604,14 +597,14 @@ static kt_marker_pair *list_all_markers(const kt_model *model, int *count) {
     return pairs;
 }
 
-static bool list_all(kt_columns *all, const kt_model *model) {
+static bool list_all(kt_columns *all, const kt_scene *scene, const kt_model *model) {
 #define RECORD_OR(id, bit, name) | bit
     static const unsigned every = 0U KT_RECORD_LIST(RECORD_OR);
 #undef RECORD_OR
     kt_run run = kt_run_default();
     kt_marker_pair *markers = list_all_markers(model, &run.marker_count);
     run.markers = markers;
-    const bool fine = markers != NULL && list_columns(all, model, &run, every);
+    const bool fine = markers != NULL && list_columns(all, scene, model, &run, every);
     free(markers);
     return fine;
 }
@@ -752,7 +745,7 @@ static kt_status create_own(const kt_scene *scene, const kt_model *model, kt_own
     made->scene = scene;
     made->memory = calloc((size_t)scene->column_count + 1, sizeof *made->memory);
     made->formula = calloc((size_t)scene->column_count + 1, sizeof *made->formula);
-    const bool fine = made->memory != NULL && made->formula != NULL && list_all(&made->all, model);
+    const bool fine = made->memory != NULL && made->formula != NULL && list_all(&made->all, scene, model);
     made->is_used = fine ? calloc(made->all.count + 1, sizeof *made->is_used) : NULL;
     kt_status status = made->is_used != NULL ? KT_OK : no_memory(error);
     for (int k = 0; k < scene->column_count && status == KT_OK; k++)

@@ -47,7 +47,8 @@ typedef struct kt_own_columns kt_own_columns; /* of output.columns, with all tha
 /* The columns of a run, in their order in files. */
 typedef struct kt_columns {
     const kt_model *model;
-    unsigned record; /* KT_RECORD_ bits */
+    const kt_description *description; /* of the model: which effects are hard */
+    unsigned record;                   /* KT_RECORD_ bits */
     kt_column *columns;
     size_t count, room;
     double *values;        /* [count], of the record that was evaluated last */
@@ -57,9 +58,10 @@ typedef struct kt_columns {
     kt_singular *singular; /* NULL: singular values are not recorded */
 } kt_columns;
 
-/* Lists the columns of what is recorded (KT_RECORD_ bits); the model must outlive the list. Returns false if memory
+/* Lists the columns of what is recorded (KT_RECORD_ bits); the scene and its model must outlive the list. Returns false if memory
  * is insufficient; kt_columns_free releases the list in any case. */
-bool kt_columns_list(kt_columns *columns, const kt_model *model, const kt_run *run, unsigned record);
+bool kt_columns_list(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
+                     unsigned record);
 void kt_columns_free(kt_columns *columns);
 
 /* Adds those of output.columns; the scene must outlive the list. *record: the KT_RECORD_ bits that simulations have to

@@ -1,6 +1,8 @@
 /* The simulation of a scene with its events, advanced to times of the caller's choice. */
 #include "scene/play.h"
 
+#include "records/quantities.h"
+
 #include "kinetree/dynamics.h"
 #include "kinetree/mechanism.h"
 
@@ -11,6 +13,9 @@ kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const 
                             const kt_absolute *absolute, kt_simulation_options *options, kt_simulation **simulation,
                             kt_scene_watch **events, kt_error *error) {
     kt_absolute_use(absolute, options);
+    if (((kt_run_record(run, model) | options->record) & KT_RECORD_EFFECT) != 0 &&
+        kt_quantities_need_reactions(&scene->description))
+        options->record |= KT_RECORD_REACTION;
     options->events = kt_scene_event_room(scene);
     const kt_status status = kt_simulation_create(model, run, options, simulation, error);
     if (status != KT_OK || options->events == 0)

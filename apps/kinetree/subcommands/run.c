@@ -426,7 +426,8 @@ static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, 
 static bool start_results(kt_outcome *outcome, const kt_result_names *names, unsigned record, kt_results *results) {
     const bool has_reactions = (record & KT_RECORD_REACTION) != 0;
     kt_error error;
-    if (!kt_columns_list(&results->columns, outcome->model, outcome->run, kt_run_record(outcome->run, outcome->model)))
+    if (!kt_columns_list(&results->columns, outcome->scene, outcome->model, outcome->run,
+                         kt_run_record(outcome->run, outcome->model)))
         return false;
     outcome->columns = &results->columns;
     if (kt_columns_add_own(&results->columns, outcome->scene, &record, &error) != KT_OK) /* names have been checked */

@@ -214,7 +214,7 @@ static kt_status no_memory(kt_error *error) {
 
 /* Own columns with them; *record: what these need besides. */
 static kt_status list_columns(made *m, unsigned *record, kt_error *error) {
-    return kt_columns_list(&m->columns, m->model, &m->scene->run, kt_run_record(&m->scene->run, m->model))
+    return kt_columns_list(&m->columns, m->scene, m->model, &m->scene->run, kt_run_record(&m->scene->run, m->model))
                ? kt_columns_add_own(&m->columns, m->scene, record, error)
                : no_memory(error);
 }

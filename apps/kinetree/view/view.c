@@ -447,7 +447,7 @@ int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char
     kt_run run = scene->run;
     run.record = KT_RECORD_POSITION;
     kt_columns columns;
-    const bool has_columns = kt_columns_list(&columns, model, &run, KT_RECORD_POSITION);
+    const bool has_columns = kt_columns_list(&columns, scene, model, &run, KT_RECORD_POSITION);
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     double *q = calloc(nq + nv + 1, sizeof *q);
     kt_motion *motion = has_columns ? kt_motion_start(scene, &columns, 2, false) : NULL;

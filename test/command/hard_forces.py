@@ -1,0 +1,162 @@
+"""hard_forces KINETREE: the forces of hard contacts, hard stops and friction that sticks in records of effects, against closed forms, and
+against Newton's law of random blocks that slide and stick on random slopes.
+"""
+import csv
+import io
+import math
+import pathlib
+import random
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+KINETREE = sys.argv[1]
+G = 9.81
+
+
+def run(scene, *options):
+    """The records of a scene as a list of {column: number}, and the messages."""
+    with tempfile.TemporaryDirectory() as place:
+        path = pathlib.Path(place) / "scene.yaml"
+        path.write_text(scene)
+        ran = subprocess.run([KINETREE, "run", str(path), "--out", "-", *options], capture_output=True, text=True)
+    if ran.returncode != 0:
+        note(f"exit status {ran.returncode}: {ran.stderr}")
+    rows = csv.DictReader(io.StringIO(ran.stdout))
+    return [{k.split(" ")[0]: float(x) if x else math.nan for k, x in row.items()} for row in rows], ran.stderr
+
+
+def off(what, observed, expected, bound):
+    """A list of one problem, or of none."""
+    fine = abs(observed - expected) <= bound  # not of nan
+    return [] if fine else [f"{what}: {observed:.17g}, expected {expected:.17g}, bound {bound:.3g}"]
+
+
+REST = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: ball, joint: {type: prismatic, axis: z, position: 0.1}, mass: 10, shape: {type: sphere, radius: 0.1}}
+  - {name: lift, joint: {type: prismatic, axis: z, at: [1, 0, 0], position: 0}, mass: 10, shape: {type: sphere, radius: 0.1}}
+  - {name: slide, joint: {type: prismatic, axis: [1, 0, 1], at: [2, 0, 0]}, mass: 10, shape: {type: sphere, radius: 0.1}}
+  - {name: arm, joint: {type: revolute, axis: z, at: [3, 0, 0], position: 0.5}, mass: 1, inertia: [1, 1, 1]}
+effects:
+  - {type: joint_limit, joint: arm, lower: -9, upper: 9, stiffness: 1}
+  - {name: floor, type: contact, point: ball, radius: 0.1, plane: world, restitution: 0}
+  - {name: stop, type: joint_limit, joint: lift, lower: 0, restitution: 0}
+  - {type: joint_limit, joint: arm, lower: -1, upper: 0.5, restitution: 0}
+  - {name: rub, type: joint_friction, joint: slide, coulomb: 100, stick: true}
+  - {name: drive, type: motor, joint: arm, torque: 3}
+simulate: {duration: 0.1}
+output: {interval: 0.05, record: [effect], columns: {twice: 2*effect.floor.normal}}
+"""
+
+
+def at_rest():
+    """A weight on a floor and on a stop, a block that sticks on a slope, a torque against an upper stop without a name."""
+    wanted = {"effect.floor.normal": 10 * G, "effect.floor.fz": 10 * G, "effect.floor.fx": 0, "effect.floor.power": 0, "effect.stop.force": 10 * G,
+              "effect.rub.force": 10 * G / math.sqrt(2), "effect[3].torque": -3, "effect[0].torque": 0, "twice": 20 * G}
+    rows, _ = run(REST, "--quiet")
+    yield from off("records", len(rows), 3, 0)
+    for row in rows:
+        for name, value in wanted.items():
+            yield from off(name, row[name], value, 1e-11)
+
+
+PUSHED = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: cart, joint: {type: prismatic, axis: x, velocity: 2}, mass: 1, inertia: [1, 1, 1]}
+  - {name: ball, parent: cart, joint: {type: prismatic, axis: z, position: 0.1}, mass: 3, shape: {type: sphere, radius: 0.1}}
+effects:
+  - {name: floor, type: contact, point: ball, radius: 0.1, plane: world, restitution: 0, friction: 0.4}
+  - {name: push, type: motor, joint: cart, torque: 5}
+simulate: {duration: 2, integrator: dop853, tolerance: 1e-12}
+output: {interval: 0.25, record: [velocity, effect]}
+"""
+
+
+def sliding():
+    """Friction mu m g of a block that slides, and its power; then it sticks, and friction is the push."""
+    rows, _ = run(PUSHED, "--quiet")
+    deceleration = (0.4 * 3 * G - 5) / 4
+    yield from off("records", len(rows), 9, 0)
+    for row in rows:
+        v = max(2 - deceleration * row["time"], 0.0)
+        friction = 0.4 * 3 * G if v > 0 else 5.0
+        wanted = {"normal": 3 * G, "friction": friction, "fx": -friction, "fy": 0, "fz": 3 * G, "power": -friction * v, "slip": v}
+        for name, value in wanted.items():
+            yield from off(f"t = {row['time']}: {name}", row["effect.floor." + name], value, 1e-9)
+
+
+def random_block(seed):
+    """A block of four feet that starts at rest on a slope; returns the scene, gravity and mass. The normal is along any axis, and not of
+    length 1. The first contact is elastic and far away; two feet have no name."""
+    r = random.Random(seed)
+    k, sign, radius, mass, friction = r.randrange(3), r.choice([-1, 1]), r.choice([0.0, 0.02]), r.uniform(1, 5), r.uniform(0.2, 0.9)
+    tilt, turn = r.uniform(0, 0.9), r.uniform(0, 6)
+
+    def place(x, y, z):
+        """Along two tangents and the normal."""
+        at = [0.0, 0.0, 0.0]
+        at[k], at[k - 2], at[k - 1] = sign * z, x, y
+        return at
+
+    gravity = place(G * math.sin(tilt) * math.cos(turn), G * math.sin(tilt) * math.sin(turn), -G * math.cos(tilt))
+    feet = [place(x, y, radius - 0.05) for x in (-0.2, 0.2) for y in (-0.3, 0.3)]
+    contact = f"type: contact, plane: world, axis: {place(0, 0, r.uniform(0.5, 2))}, radius: {radius}"
+    hard = f"{contact}, restitution: 0, friction: {friction!r}"
+    scene = f"""kinetree: 1
+gravity: {gravity}
+bodies:
+  - name: block
+    joint: {{type: free, at: {place(0, 0, 0.05)}}}
+    mass: {mass!r}
+    inertia: [0.1, 0.1, 0.1]
+    markers: {{c: [0, 0, 0], high: {place(0, 0, 5)}, a: {feet[0]}, b: {feet[1]}, d: {feet[2]}, e: {feet[3]}}}
+effects:
+  - {{{contact}, point: block.high, stiffness: 1000}}
+  - {{{hard}, point: block.a}}
+  - {{{hard}, point: block.b, name: b}}
+  - {{{hard}, point: block.d}}
+  - {{{hard}, point: block.e, name: e}}
+simulate: {{duration: 0.5, integrator: dop853, tolerance: 1e-11}}
+output: {{interval: 0.05, record: [marker acceleration, energy, effect], markers: [block.c]}}
+"""
+    return scene, gravity, mass, math.tan(tilt) > friction
+
+
+def newton(seed):
+    """The forces of the feet are m (a - g), and the integral of their power, linear in time, is the change of the energy."""
+    scene, gravity, mass, slides = random_block(seed)
+    rows, _ = run(scene, "--quiet")
+    names = ["effect[1]", "effect.b", "effect[3]", "effect.e"]
+    yield from off(f"seed {seed}: records", len(rows), 11, 0)
+    rows = rows[1:]  # slip begins at the first one
+    energy = rows[0]["energy.total"] if rows else 0
+    for before, row in zip([rows[0], *rows], rows):
+        where = f"seed {seed} ({'slides' if slides else 'sticks'}), t = {row['time']}"
+        for k, x in enumerate("xyz"):
+            force = sum(row[f"{name}.f{x}"] for name in names)
+            yield from off(f"{where}: f{x}", force, mass * (row[f"marker.block.c.a{x}"] - gravity[k]), 1e-8)
+        yield from off(f"{where}: elastic", row["effect[0].normal"], 0, 0)
+        energy += 0.5 * (row["time"] - before["time"]) * sum(before[name + ".power"] + row[name + ".power"] for name in names)
+        yield from off(f"{where}: energy", energy, row["energy.total"], 1e-7)
+
+
+def beginning():
+    """The direction of slip that has just begun is unknown: gaps with one warning, and right magnitudes."""
+    scene = next(scene for scene, _, _, slides in map(random_block, range(100)) if slides)
+    rows, said = run(scene)
+    yield from off("gaps", sum(math.isnan(rows[0][f"effect[1].f{x}"]) for x in "xyz"), 3, 0)
+    yield from off("warnings", said.count("the direction of friction is unknown"), 1, 0)
+    yield from off("friction", rows[0]["effect[1].friction"], rows[1]["effect[1].friction"], 1e-6)
+
+
+claim("rest_is_held_by_the_weight", list(at_rest()))
+claim("friction_of_a_block_that_slides_and_sticks", list(sliding()))
+claim("random_blocks_obey_newton", [problem for seed in range(24) for problem in newton(seed)])
+claim("slip_that_begins_leaves_gaps_and_a_warning", list(beginning()))
+finish()
