@@ -29,12 +29,14 @@ static const char *path_from(kt_export *x, const char *folder, const char *file)
         same = length + 1;
     for (size_t i = same; i < length; i++)
         up += i == same || folder[i] == '/';
-    char *path = kt_pool_take(&x->pool, 3 * up + strlen(file) + 1, 1);
+    const size_t rest = strlen(file) - same;
+    char *path = kt_pool_take(&x->pool, 3 * up + rest + 1, 1);
     if (path == NULL)
         return NULL;
-    for (size_t i = 0; i < up; i++)
-        memcpy(path + 3 * i, "../", 3);
-    memcpy(path + 3 * up, file + same, strlen(file) - same + 1);
+    for (size_t i = 0; i < 3 * up; i++)
+        path[i] = "../"[i % 3];
+    for (size_t i = 0; i <= rest; i++)
+        path[3 * up + i] = file[same + i];
     return path;
 }
 

@@ -185,10 +185,13 @@ static void write_geom(kt_export *x, const kt_shape *of) {
 
 /* The asset of a mesh: the first one of its file and scale. */
 static int asset_of(const kt_export *x, int mesh) {
-    for (int i = 0; i < mesh; i++)
-        if (x->mesh_files[i] != NULL && strcmp(x->mesh_files[i], x->mesh_files[mesh]) == 0 &&
-            memcmp(&x->meshes[i].scale, &x->meshes[mesh].scale, sizeof x->meshes[i].scale) == 0)
+    const kt_vec3 scale = x->meshes[mesh].scale;
+    for (int i = 0; i < mesh; i++) {
+        const kt_vec3 other = x->meshes[i].scale;
+        if (x->mesh_files[i] != NULL && strcmp(x->mesh_files[i], x->mesh_files[mesh]) == 0 && other.x == scale.x &&
+            other.y == scale.y && other.z == scale.z)
             return i;
+    }
     return mesh;
 }
 
