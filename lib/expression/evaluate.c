@@ -5,9 +5,13 @@
  *     z'' = f_x x'' + f_y y'' + f_xx x'^2 + 2 f_xy x' y' + f_yy y'^2.
  * A partial derivative that is infinite where the argument does not change does not count: sqrt(0) has no slope, but a
  * constant under the root has none to pass on.
+ *
+ * The partial derivatives can be infinity times 0 although z', z'' are numbers: 1 / cosh(y) for y = 8000. If a derivative
+ * of a finite value is not finite, a second evaluation takes bounds from the ratios x' / x (jet.h) for such operations.
  */
 #include "expression/corner.h"
 #include "expression/expression.h"
+#include "expression/jet.h"
 
 #include <math.h>
 
@@ -297,6 +301,79 @@ static kt_taylor apply(kt_operator code, kt_taylor x, kt_taylor y) {
     };
 }
 
+/* The value of a number or a symbol. */
+static kt_taylor taylor_of_leaf(const kt_expression_term *term, const double *values, const double *rates,
+                                const double *second) {
+    const int32_t k = term->symbol;
+    if (term->code == KT_OPERATOR_NUMBER)
+        return (kt_taylor){.v = term->number};
+    return (kt_taylor){.v = values[k], .d = rates ? rates[k] : 0.0, .dd = second ? second[k] : 0.0};
+}
+
+/* ---- intermediate values beyond the largest number --------------------------------------------------------------- */
+
+static bool has_finite_derivatives(const kt_taylor *x) { return isfinite(x->d) && isfinite(x->dd); }
+
+/* Coefficients above the second do not enter those below. */
+static kt_jet jet_at(const kt_taylor *x) {
+    return (kt_jet){.c = {{x->v, x->v}, {x->d, x->d}, {0.5 * x->dd, 0.5 * x->dd}}};
+}
+
+/* Replaces *slope by the middle of its bounds, if they are close. */
+static void take_middle(double *slope, double factor, kt_interval bounds, double scale) {
+    static const double closeness = 1e-12;
+    if (!isfinite(*slope) && bounds.hi - bounds.lo <= closeness * scale)
+        *slope = factor * (bounds.lo + 0.5 * (bounds.hi - bounds.lo));
+}
+
+/* Replaces derivatives that are not finite. Terms that cancel in them are as large as powers of the pace. */
+static void mend(kt_taylor *z, const kt_jet *bounds, double pace) {
+    const double size = fmax(1.0, fabs(z->v));
+    take_middle(&z->d, 1.0, bounds->c[1], size * pace);
+    take_middle(&z->dd, 2.0, bounds->c[2], size * pace * pace);
+}
+
+/* |x' / x|, where |x| counts as 1 or more if it is a number; 0 if unknown. A larger one than
+ * `most` does not make bounds close. */
+static double pace_of(const kt_taylor *x, const kt_jet *bounds) {
+    static const double most = 1e6;
+    const double pace = bounds->has_ratio ? fmax(fabs(bounds->ratio[1].lo), fabs(bounds->ratio[1].hi))
+                                          : fabs(x->d) / fmax(1.0, fabs(x->v));
+    return isfinite(pace) ? fmin(pace, most) : 0.0;
+}
+
+static kt_taylor taylor_with_bounds(const kt_expression *expression, const double *values, const double *rates,
+                                    const double *second) {
+    kt_taylor stack[KT_EXPRESSION_DEPTH_MAX] = {{0.0, 0.0, 0.0}};
+    kt_jet bounds[KT_EXPRESSION_DEPTH_MAX];
+    double pace = 1.0;
+    int top = -1;
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        const kt_operator code = (kt_operator)term->code;
+        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
+            stack[++top] = taylor_of_leaf(term, values, rates, second);
+            bounds[top] = jet_at(&stack[top]);
+            pace = fmax(pace, pace_of(&stack[top], &bounds[top]));
+            continue;
+        }
+        const int two = kt_operator_is_binary(code);
+        top -= two;
+        kt_taylor z = apply(code, stack[top], two ? stack[top + 1] : (kt_taylor){.v = 0.0});
+        if (!isfinite(z.v) || !has_finite_derivatives(&z))
+            bounds[top] = kt_jet_operate(code, &bounds[top], &bounds[top + two]);
+        else
+            bounds[top] = jet_at(&z);
+        pace = fmax(pace, pace_of(&z, &bounds[top]));
+        if (isfinite(z.v))
+            mend(&z, &bounds[top], pace);
+        if (isfinite(z.v) && has_finite_derivatives(&z))
+            bounds[top] = jet_at(&z);
+        stack[top] = z;
+    }
+    return stack[0];
+}
+
 void kt_expression_taylor(const kt_expression *expression, const double *values, const double *rates,
                           const double *second, double out[3]) {
     if (!expression || !out)
@@ -306,11 +383,8 @@ void kt_expression_taylor(const kt_expression *expression, const double *values,
     for (size_t i = 0; i < expression->count; i++) {
         const kt_expression_term *term = &expression->term[i];
         const kt_operator code = (kt_operator)term->code;
-        const int32_t k = term->symbol;
-        if (code == KT_OPERATOR_NUMBER) {
-            stack[++top] = (kt_taylor){.v = term->number};
-        } else if (code == KT_OPERATOR_SYMBOL) {
-            stack[++top] = (kt_taylor){.v = values[k], .d = rates ? rates[k] : 0.0, .dd = second ? second[k] : 0.0};
+        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
+            stack[++top] = taylor_of_leaf(term, values, rates, second);
         } else if (kt_operator_is_binary(code)) {
             top--;
             stack[top] = apply(code, stack[top], stack[top + 1]);
@@ -318,6 +392,8 @@ void kt_expression_taylor(const kt_expression *expression, const double *values,
             stack[top] = apply(code, stack[top], (kt_taylor){.v = 0.0});
         }
     }
+    if (isfinite(stack[0].v) && !has_finite_derivatives(&stack[0]))
+        stack[0] = taylor_with_bounds(expression, values, rates, second);
     out[0] = stack[0].v;
     out[1] = stack[0].d;
     out[2] = stack[0].dd;

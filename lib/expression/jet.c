@@ -10,7 +10,8 @@
  *
  * and what is an integral of these (atan, asin, ...) has z_k = (z')_(k-1) / k. Where a value is beyond the largest number,
  * as exp(800) in 1 / (1 + exp(100 (8 - t))), these sums have no bounds, but the ratios z_k / z_0 have: they follow from the
- * same sums over x_0, y_0 and z_0, and those of x + y, two numbers of one sign, are means of both.
+ * same sums over x_0, y_0 and z_0, and those of x + y, two numbers of one sign, are means of both. If the signs differ,
+ * the same means have bounds as long as |x| > 2 |y|: their weights are 1 / (1 + y / x) and 1 less that.
  *
  * An interval is widened by two roundings in each operation, so that it holds what exact arithmetic gives. Where a value may
  * be NaN is kept besides its bounds, which are those of its numbers alone: a comparison with NaN is one of numbers again.
@@ -128,11 +129,12 @@ static kt_interval common(kt_interval x, kt_interval y) {
     return both.lo <= both.hi ? both : x;
 }
 
-/* Takes over the ratios, which bound what has no bounds yet, or wide ones. */
+/* Takes over the ratios, which bound what has no bounds yet, or wide ones. Infinity times 0 bounds nothing. */
 static void settle(kt_jet *z, const kt_interval ratio[ORDER + 1]) {
     for (int k = 0; k <= ORDER; k++) {
         z->ratio[k] = ratio[k];
-        z->c[k] = k == 0 ? z->c[0] : common(z->c[k], multiply(z->c[0], ratio[k]));
+        const bool bounds = k > 0 && !(is_point(z->c[0], 0.0) && holds_infinity(ratio[k]));
+        z->c[k] = !bounds ? z->c[k] : common(z->c[k], multiply(z->c[0], ratio[k]));
     }
     z->has_ratio = true;
 }
@@ -148,15 +150,50 @@ static kt_interval share(kt_interval x, kt_interval y) {
     return isnan(lo) || isnan(hi) ? whole : common(whole, widened(lo, hi));
 }
 
+/* The weights of x and y in the ratios of x + y, where |x| > 2 |y| and the signs differ. */
+static void dominate(kt_interval x, kt_interval y, kt_interval weight[2]) {
+    const double m = most(y) / least(x);
+    weight[0] = widened(1.0, 1.0 / (1.0 - m));
+    weight[1] = widened(-m / (1.0 - m), 0.0);
+}
+
+static bool overflows(const kt_jet *x) {
+    for (int k = 0; k <= ORDER; k++)
+        if (holds_infinity(x->c[k]))
+            return true;
+    return false;
+}
+
+/* The weights of x and y in the ratios of x + y. Returns whether they have bounds. */
+static bool weights_of_sum(const kt_jet *of_x, const kt_jet *of_y, kt_interval weight[2]) {
+    const kt_interval x = of_x->c[0], y = of_y->c[0];
+    kt_interval swapped[2];
+    if (have_one_sign(x, y)) {
+        weight[0] = share(x, y);
+        weight[1] = share(y, x);
+        return true;
+    }
+    if (overflows(of_x) && least(x) > 2.0 * most(y)) {
+        dominate(x, y, weight);
+        return true;
+    }
+    if (overflows(of_y) && least(y) > 2.0 * most(x)) {
+        dominate(y, x, swapped);
+        weight[0] = swapped[1];
+        weight[1] = swapped[0];
+        return true;
+    }
+    return false;
+}
+
 static kt_jet jet_sum(const kt_jet *x, const kt_jet *y) {
     kt_jet z = {.size = 0.0};
+    kt_interval weight[2], ratio[ORDER + 1];
     for (int k = 0; k <= ORDER; k++)
         z.c[k] = add(x->c[k], y->c[k]);
-    if (have_one_sign(x->c[0], y->c[0])) {
-        const kt_interval of_x = share(x->c[0], y->c[0]), of_y = share(y->c[0], x->c[0]);
-        kt_interval ratio[ORDER + 1];
+    if (weights_of_sum(x, y, weight)) {
         for (int k = 0; k <= ORDER; k++)
-            ratio[k] = add(multiply(of_x, ratio_of(x, k)), multiply(of_y, ratio_of(y, k)));
+            ratio[k] = add(multiply(weight[0], ratio_of(x, k)), multiply(weight[1], ratio_of(y, k)));
         settle(&z, ratio);
     }
     return z;
@@ -226,6 +263,16 @@ static kt_jet jet_sqrt(const kt_jet *x) {
             sum = subtract(sum, multiply(z.c[i], z.c[k - i]));
         z.c[k] = divide(sum, scale(2.0, z.c[0]));
     }
+    if (!overflows(x))
+        return z;
+    kt_interval ratio[ORDER + 1] = {{1.0, 1.0}};
+    for (int k = 1; k <= ORDER; k++) {
+        ratio[k] = ratio_of(x, k);
+        for (int i = 1; i < k; i++)
+            ratio[k] = subtract(ratio[k], multiply(ratio[i], ratio[k - i]));
+        ratio[k] = scale(0.5, ratio[k]);
+    }
+    settle(&z, ratio);
     return z;
 }
 
@@ -563,7 +610,7 @@ static double size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const 
 static bool is_saturated(kt_operator code, kt_interval x, double *value) {
     static const double tanh_is_one = 20.0, exp_is_zero = -746.0, atan_is_right = 1e17;
     const double least = x.lo > 0.0 ? x.lo : x.hi < 0.0 ? -x.hi : 0.0;
-    *value = code == KT_OPERATOR_EXP ? 0.0 : kt_operator_value(code, x.lo, 0.0);
+    *value = code == KT_OPERATOR_TANH ? tanh(x.lo) : code == KT_OPERATOR_ATAN ? atan(x.lo) : 0.0;
     return (code == KT_OPERATOR_TANH && least > tanh_is_one) || (code == KT_OPERATOR_ATAN && least > atan_is_right) ||
            (code == KT_OPERATOR_EXP && x.hi < exp_is_zero);
 }
@@ -616,6 +663,25 @@ static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_swit
     }
 }
 
+/* z = f(x, y), with where it is defined. */
+static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
+    const kt_definedness defined = definedness_of(code, x, y);
+    kt_jet z = jet_of(code, x, y, meet, user);
+    double value;
+    if (is_saturated(code, x->c[0], &value))
+        z = number(value);
+    else if (is_constant(x) && is_constant(y))
+        z = constant(z.c[0]); /* also where f' is infinite, as that of sqrt(0) */
+    z.size = size_of(&z, code, x, y);
+    z.size = isfinite(z.size) ? z.size : 0.0;
+    z.defined = defined;
+    return z;
+}
+
+kt_jet kt_jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y) {
+    return jet_operate(code, x, y, NULL, NULL);
+}
+
 kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet, void *user) {
     const kt_jet time = {.c = {{from, to}, {1.0, 1.0}}, .size = fmax(fabs(from), fabs(to))};
     kt_jet stack[KT_EXPRESSION_DEPTH_MAX];
@@ -632,17 +698,7 @@ kt_jet kt_expression_bound(const kt_expression *expression, double from, double 
         } else {
             const int two = kt_operator_is_binary(code);
             top -= two;
-            const kt_definedness defined = definedness_of(code, &stack[top], &stack[top + two]);
-            kt_jet z = jet_of(code, &stack[top], &stack[top + two], meet, user);
-            double value;
-            if (is_saturated(code, stack[top].c[0], &value))
-                z = number(value);
-            else if (is_constant(&stack[top]) && is_constant(&stack[top + two]))
-                z = constant(z.c[0]); /* also where f' is infinite, as that of sqrt(0) */
-            z.size = size_of(&z, code, &stack[top], &stack[top + two]);
-            z.size = isfinite(z.size) ? z.size : 0.0;
-            stack[top] = z;
-            stack[top].defined = defined;
+            stack[top] = jet_operate(code, &stack[top], &stack[top + two], meet, user);
         }
     }
     return stack[0];

@@ -174,6 +174,105 @@ KT_TEST(steep_functions_of_constants_have_no_derivative) {
     }
 }
 
+/* ---- beyond the largest number ----------------------------------------------------------------------------------- */
+
+/* Formulas of bounded values in which numbers overflow for large |y|; in long double they do not. */
+#define STEEP_FORMULAS(F)                                                                                              \
+    F("1/cosh(y)", 1.0L / coshl(y))                                                                                    \
+    F("1/(1 + exp(-y))", 1.0L / (1.0L + expl(-y)))                                                                     \
+    F("x + 1/(1 + exp(y))", x + 1.0L / (1.0L + expl(y)))                                                               \
+    F("x/sinh(y)", x / sinhl(y))                                                                                       \
+    F("sin(x)/(1 - exp(y))", sinl(x) / (1.0L - expl(y)))                                                               \
+    F("1/sqrt(1 + exp(y)) + x^2", 1.0L / sqrtl(1.0L + expl(y)) + x * x)                                                \
+    F("x/cosh(y)^2", x / (coshl(y) * coshl(y)))                                                                        \
+    F("max(x, 0) - 1/(2 + cosh(y))^0.3", x - 1.0L / powl(2.0L + coshl(y), 0.3L))                                       \
+    F("exp(-exp(abs(y)))", 0.0L * y)                                                                                   \
+    F("tanh(cosh(y)*x)", 1.0L + 0.0L * y)                                                                              \
+    F("2/pi*atan(cosh(y)) + x", x + 1.0L)                                                                              \
+    F("x/hypot(1, exp(y)) + x", x / hypotl(1.0L, expl(y)) + x)                                                         \
+    F("x/(exp(y) + exp(-2*y) + 3)", x / (expl(y) + expl(-2.0L * y) + 3.0L))
+
+static const char *const steep_texts[] = {STEEP_FORMULAS(WRITTEN)};
+enum { STEEP_COUNT = sizeof steep_texts / sizeof *steep_texts };
+
+static real steep_compiled(int k, real x, real y) {
+    STEEP_FORMULAS(CASE)
+    return (real)NAN;
+}
+
+/* Formulas of finite values whose derivatives overflow within, for y from 690 to 709. */
+#define NEAR_FORMULAS(F)                                                                                               \
+    F("log(1 + exp(y))", logl(1.0L + expl(y)))                                                                         \
+    F("log(cosh(y)) + x", logl(coshl(y)) + x)                                                                          \
+    F("exp(y - x)/exp(y)", expl(y - x) / expl(y))                                                                      \
+    F("x*exp(y)/(1 + exp(y))", x *expl(y) / (1.0L + expl(y)))                                                          \
+    F("sinh(y)/cosh(y)*x", sinhl(y) / coshl(y) * x)
+
+static const char *const near_texts[] = {NEAR_FORMULAS(WRITTEN)};
+enum { NEAR_COUNT = sizeof near_texts / sizeof *near_texts };
+
+static real near_compiled(int k, real x, real y) {
+    NEAR_FORMULAS(CASE)
+    return (real)NAN;
+}
+
+typedef real compiled_formula(int k, real x, real y);
+
+/* Differences of the fourth order in long double along x' = u, y' = w, in which y changes by 2e-2 a step. */
+static void steep_differences(compiled_formula *f, int k, const double *at, const double *rates, double out[2]) {
+    const real h = 2e-2L / (real)fabs(rates[1]);
+    real g[5];
+    for (int n = 0; n < 5; n++)
+        g[n] = f(k, at[0] + (n - 2) * h * rates[0], at[1] + (n - 2) * h * rates[1]);
+    out[0] = (double)((8.0L * (g[3] - g[1]) - (g[4] - g[0])) / (12.0L * h));
+    out[1] = (double)((16.0L * (g[3] + g[1]) - (g[4] + g[0]) - 30.0L * g[2]) / (12.0L * h * h));
+}
+
+static void compare_steep(const char *text, compiled_formula *f, int k, kt_random *random, const double range[2],
+                          kt_worst *one, kt_worst *two) {
+    enum { TRIED = 100 };
+    const kt_expression *formula = read_formula(text);
+    kt_check_true(text, formula != NULL);
+    for (int i = 0; formula != NULL && i < TRIED; i++) {
+        const double sign = range[0] > 700.0 && kt_random_int(random, 0, 1) ? -1.0 : 1.0;
+        const double at[] = {kt_random_uniform(random, 0.3, 1.3), sign * kt_random_uniform(random, range[0], range[1])};
+        const double rates[] = {0.7, kt_random_uniform(random, 100.0, 1000.0)};
+        const double w = fabs(rates[1]);
+        double expected[2], out[3];
+        steep_differences(f, k, at, rates, expected);
+        kt_expression_taylor(formula, at, rates, NULL, out);
+        kt_worst_near(one, out[1], expected[0], 1e-13 * w, "'%s' at %.17g", text, at[1]);
+        kt_worst_near(two, out[2], expected[1], 1e-13 * w * w, "'%s' at %.17g", text, at[1]);
+    }
+}
+
+/* Long double holds exp(11000). For y' = w the differences err by some 1e-14 of w and of w^2. */
+KT_TEST(derivatives_are_numbers_where_numbers_within_overflow) {
+    static const double far[] = {720.0, 9000.0}, close[] = {690.0, 709.0};
+    kt_random random = kt_random_of_test();
+    kt_worst one = kt_worst_make("first"), two = kt_worst_make("second");
+    for (int k = 0; k < STEEP_COUNT; k++)
+        compare_steep(steep_texts[k], steep_compiled, k, &random, far, &one, &two);
+    for (int k = 0; k < NEAR_COUNT; k++)
+        compare_steep(near_texts[k], near_compiled, k, &random, close, &one, &two);
+    kt_check_worst(&one);
+    kt_check_worst(&two);
+}
+
+/* An infinite derivative remains infinite, and the value keeps its bits. */
+KT_TEST(infinite_derivatives_are_not_mended) {
+    static const char *const endless[] = {"sqrt(x)", "x^0.5 + 1/cosh(y)", "asin(1 + x) + y"};
+    static const double at[] = {0.0, 8000.0}, rates[] = {1.0, 1000.0};
+    for (size_t k = 0; k < sizeof endless / sizeof *endless; k++) {
+        double out[3] = {0.0, 0.0, 0.0};
+        const kt_expression *formula = read_formula(endless[k]);
+        if (formula != NULL)
+            kt_expression_taylor(formula, at, rates, NULL, out);
+        kt_check_true(endless[k], !isfinite(out[1]));
+        kt_check_near(endless[k], out[0], formula != NULL ? kt_expression_evaluate(formula, at) : 1.0, 0.0);
+    }
+}
+
 /* ---- random formulas --------------------------------------------------------------------------------------------- */
 
 typedef struct written {
