@@ -158,7 +158,8 @@ static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
     const kt_cone_linear near = {cone->near_W, cone->near_b};
     double residual = kt_cone_residual(cone, of, y);
     memcpy(cone->z, y, (size_t)m * sizeof *y);
-    for (double delta = 1e-2; delta > 1e-7 && residual > polished; delta *= 0.1) {
+    double delta = 1e-2;
+    while (delta > 1e-7 && residual > polished) {
         memcpy(cone->near_W, of->W, (size_t)(m * m) * sizeof *y);
         for (int i = 0; i < m; i++)
             cone->near_W[i * m + i] += delta;
@@ -180,6 +181,7 @@ static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
                 memcpy(y, cone->r, (size_t)m * sizeof *y);
             residual = fmin(residual, left);
         }
+        delta *= 0.1;
     }
 }
 

@@ -241,13 +241,14 @@ bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most
         const double merit = find_function(cone, x, cone->u, cone->f);
         find_step(cone, of, x, cone->dx);
         cone->newton++;
-        for (int h = 0; h < HALVINGS; h++, part *= 0.5) {
+        for (int h = 0; h < HALVINGS; h++) {
             for (int i = 0; i < m; i++)
                 cone->trial[i] = x[i] + part * cone->dx[i];
             find_rates(cone, of, cone->trial, cone->u);
             now = find_function(cone, cone->trial, cone->u, cone->other);
             if (now < (1.0 - 1e-4 * part) * merit)
                 break;
+            part *= 0.5;
         }
         worse += !(now < merit);
         if (worse > 2 || !(now < 1e300))
