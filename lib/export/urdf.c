@@ -32,8 +32,9 @@ static void write_inertial(kt_export *x, const kt_body *body, bool moves) {
     const kt_sym3 s = m.is_plain ? m.full : kt_sym3_make(m.moment[0], m.moment[1], m.moment[2], 0.0, 0.0, 0.0);
     const double values[] = {s.xx, s.xy, s.xz, s.yy, s.yz, s.zz};
     const kt_quat q = kt_quat_from_matrix(m.axes);
-    const kt_rotation axes =
-        m.is_plain ? (kt_rotation){.type = KT_ROTATION_NONE} : kt_rotation_quaternion(q.w, q.x, q.y, q.z);
+    kt_rotation axes = {.type = KT_ROTATION_NONE};
+    if (!m.is_plain)
+        axes = kt_rotation_quaternion(q.w, q.x, q.y, q.z);
     fputs("    <inertial>\n", x->stream);
     write_origin(x, "      ", m.com, &axes);
     fputs("      <mass", x->stream);

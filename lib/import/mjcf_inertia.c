@@ -79,9 +79,10 @@ static void take_inertias(kt_mjcf *m, const kt_model *model, const double *facto
 
 static kt_status find_all(kt_mjcf *m, const kt_model *model, kt_data *data, kt_error *error) {
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
-    double *q = kt_pool_take(&m->r->scratch, nq + nv + nv * nv + 1, sizeof *q), *x = q + nq, *mass = x + nv;
+    double *q = kt_pool_take(&m->r->scratch, nq + nv + nv * nv + 1, sizeof *q);
     if (q == NULL)
         return KT_ERROR_MEMORY;
+    double *x = q + nq, *mass = x + nv;
     kt_model_initial(model, q, x);
     const kt_status status = kt_dynamics_mass(model, data, q, mass, error);
     if (status != KT_OK)

@@ -103,7 +103,8 @@ static double extent_of(const struct kt_contacts *c, int k, const double *q) {
         for (int j = 0; j < kt_link_dofs(link); j++) {
             const bool is_length = j < kt_link_lengths(link);
             const double x = is_length || has_angles ? fabs(q[link->q + j]) : 1.0;
-            sum += fabs(kt_contact_entry(c, k, (size_t)(link->v + j))) * (is_length || !turns ? x : fmax(x, 1.0));
+            const size_t column = (size_t)link->v + (size_t)j;
+            sum += fabs(kt_contact_entry(c, k, column)) * (is_length || !turns ? x : fmax(x, 1.0));
         }
     }
     return sum;

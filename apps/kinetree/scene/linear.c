@@ -119,7 +119,7 @@ static void name_direction(char *text, size_t size, kt_vec3 direction) {
  * of a planar joint go along the first two axes of the triad about its normal. */
 static kt_coordinate_name name_component(const kt_joint *joint, kt_joint_type type, int k) {
     const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
-    kt_coordinate_name name;
+    kt_coordinate_name name = {""};
     int before = 0, all = 0; /* of this kind */
     for (int i = 0; i < KT_JOINT_NV_MAX; i++)
         if (kt_joint_coordinate_kind(type, i) == kind) {
