@@ -69,7 +69,8 @@ bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path) {
     return notes->notes != NULL || kt_reader_out_of_memory(r);
 }
 
-static void put_note(kt_notes *notes, const kt_left *left, bool is_warning, const char *format, va_list arguments) {
+static KT_PRINTF(4, 0) void put_note(kt_notes *notes, const kt_left *left, bool is_warning, const char *format,
+                                     va_list arguments) {
     char what[KT_MESSAGE_SIZE];
     if (left->count == 0 || notes->notes == NULL || notes->count == KT_NOTES_MOST)
         return;

@@ -72,11 +72,11 @@ KT_TEST(long_paths_are_written_whole) {
 
 /* Faults that compilation alone finds, of scenes and of robots, name the whole path, however long it is. */
 KT_TEST(paths_of_any_length_are_written_whole_in_every_fault) {
-    static const char *const files[] = {
-        "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}}\n",
-        "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}, mass: -1}\n",
-        "<sdf version='1.7'><model name='m'><link name='l'><inertial><mass>1</mass><inertia><ixx>0</ixx><iyy>0</iyy>"
-        "<izz>0</izz></inertia></inertial></link></model></sdf>\n"};
+    static const char robot[] = "<sdf version='1.7'><model name='m'><link name='l'><inertial><mass>1</mass><inertia>"
+                                "<ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial></link></model></sdf>\n";
+    static const char *const files[] = {"kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}}\n",
+                                        "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}, mass: -1}\n",
+                                        robot};
     static const char *const places[] = {":3:", ":3:", ":1:"}, *const names[] = {"s.yaml", "t.yaml", "r.sdf"};
     int wrong = 0, told = 0;
     for (int length = 1; length < 400; length += 1 + length / 5)
