@@ -313,7 +313,7 @@ KT_TEST(stops_and_friction_that_sticks_are_refused_in_coordinates_of_loops) {
                                "  - {name: rub, type: joint_friction, joint: hinge, coulomb: 5, stick: true}\n"
                                "  - {name: stop, type: joint_limit, joint: \"hinge[0]\", upper: 1, restitution: 0.5}\n"
                                "simulate: {duration: 1}\n";
-    kt_scene scene;
+    kt_scene scene = kt_scene_default();
     kt_check_true("refused", !parse(text, &scene));
     kt_check_contains(
         "friction", faults.text,
