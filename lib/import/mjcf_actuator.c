@@ -5,9 +5,9 @@
  * clamp of c0 + c1 g L + c2 g L', and g f acts on L: a motor where c1 = c2 = 0, else a servo of stiffness -g^2 c1 and
  * damping -g^2 c2.
  *
- * `actuatorfrcrange` of a joint bounds the sum of all that actuators exert in it. Where one acts there alone, its own bounds
- * and these are one pair: a clamp of a clamp is a clamp. Where several do, or one acts in other joints, too (a tendon), the
- * sum is a formula in that joint, and what these exert in other joints is one there.
+ * `actuatorfrcrange` of a joint bounds the sum of the actuator forces in this joint. For a single actuator, its own bounds
+ * and these are one pair, since a clamp of a clamp is a clamp. For several actuators, or for a tendon that acts in several
+ * joints, the sum becomes a formula in each joint.
  */
 #include "import/mjcf.h"
 

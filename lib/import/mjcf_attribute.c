@@ -348,8 +348,8 @@ const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const k
 
 /* ---- what is not known ------------------------------------------------------------------------------------------- */
 
-/* What is read, or is so common where it does not concern the motion that it is not worth a word (how things look,
- * parameters of MuJoCo's solver for contacts). Elements that are not here are left out, and told. */
+/* Elements that are read, and common ones that do not concern the motion (appearance, parameters of MuJoCo's solver for
+ * contacts). Other elements are left out and reported. */
 #define LINE                                                                                                           \
     "joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group delay site refsite body "     \
     "slidersite cranksite"

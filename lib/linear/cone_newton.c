@@ -9,8 +9,8 @@ enum { HALVINGS = 5 };
 
 /* ---- the function ------------------------------------------------------------------------------------------------ */
 
-/* What holds of an item, and which of its rows are unknown: known normal impulse; closed without friction; sticks, slips; and both with the
- * least normal impulse. */
+/* The mode of an item decides which of its rows are unknown: known normal impulse, closed without friction, sticking or
+ * slipping. The last two modes have the least normal impulse. */
 typedef enum cone_mode { HELD, SMOOTH, STICKS, SLIPS, LEAST_STICKS, LEAST_SLIPS } cone_mode;
 
 static bool is_known(cone_mode mode, int row) {

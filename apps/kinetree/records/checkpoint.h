@@ -35,8 +35,8 @@ bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
  * after printing the error. */
 int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines);
 
-/* Whether a file begins as checkpoints of any version do, or is empty, as one is before its first record, or no regular
- * file, of which reading it says what it is. */
+/* Returns false if a file is certainly no checkpoint. An empty file counts as a checkpoint before its first record. A
+ * file that is not regular counts as one, too: the error of reading it describes it. */
 bool kt_checkpoint_is_one(const char *path);
 
 /* Resumes a run from a checkpoint: restores the simulation, the watch on modes and the results so far in *outcome,

@@ -7,8 +7,8 @@
 
 #include <jansson.h>
 
-/* What is off or released in the present state: a bit for each loop and effect that is switched, loops first, in the
- * order of the scene. kt_released_holds returns whether a set holds the loop or effect of this name (NULL: no). */
+/* Returns the loops and effects that do not act in the present state. Each switched one has a bit: loops first, in the
+ * order of the scene. kt_released_holds returns whether a set has the loop or effect of this name (NULL: no). */
 uint64_t kt_released_set(const kt_scene *scene, const kt_simulation *simulation);
 bool kt_released_holds(const kt_scene *scene, uint64_t set, const char *name);
 

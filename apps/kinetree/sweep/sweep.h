@@ -63,7 +63,8 @@ double kt_sobol(int axis, uint64_t index);
 
 /* ---- one run ----------------------------------------------------------------------------------------------------- */
 
-/* What a line has of a column, over the records of a run: X(id, name). mean, rms and integral are over time, by the trapezoidal rule. */
+/* Functionals of a column over the records of a run: X(id, name). mean, rms and integral use the trapezoidal rule over
+ * time. */
 #define KT_FUNCTIONAL_LIST(X)                                                                                          \
     X(END, end)                                                                                                        \
     X(MIN, min)                                                                                                        \
