@@ -463,11 +463,45 @@ static void write_subtitle(const kt_chart *chart, char *subtitle, size_t size) {
              noise.text, kt_marks_note(&chart->marks));
 }
 
+/* The panels that the arguments ask for. Returns -1, or an exit code after printing the error. */
+static int choose_panels(kt_chart *chart, char *title, size_t size) {
+    const kt_plot_arguments *arguments = chart->arguments;
+    chart->x_name = arguments->x != NULL ? arguments->x : chart->table->names[0];
+    chart->x = kt_table_column(chart->table, chart->x_name);
+    if (chart->x == NULL)
+        return say_no_column(chart->table, "x", chart->x_name);
+    if (arguments->phase != NULL)
+        return add_phase(chart, arguments->phase, title, size);
+    if (arguments->columns != NULL)
+        return add_listed(chart, arguments->columns);
+    add_default(chart);
+    return -1;
+}
+
+/* Paints the panels; the title is that of the arguments, the scene's name, or the name of the file. */
+static int paint(const kt_chart *chart, const char *base, const char *out) {
+    const kt_plot_arguments *arguments = chart->arguments;
+    char subtitle[240];
+    write_subtitle(chart, subtitle, sizeof subtitle);
+    const kt_plot plot = {.title = arguments->title != NULL  ? arguments->title
+                                   : chart->scene[0] != '\0' ? chart->scene
+                                                             : base,
+                          .subtitle = subtitle,
+                          .x_title = chart->x_name,
+                          .x_unit = strcmp(chart->x_name, "time") == 0 ? "s" : NULL,
+                          .panels = chart->panels,
+                          .panel_count = chart->panel_count,
+                          .is_row = arguments->phase != NULL || chart->panels[0].is_equal,
+                          .is_dark = arguments->dark,
+                          .size = arguments->page};
+    return kt_plot_draw(&plot, out);
+}
+
 static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
     kt_chart *chart = calloc(1, sizeof *chart);
     double *magnitudes = malloc((size_t)table->columns * table->rows * sizeof *magnitudes);
     kt_candidate *candidates = malloc((size_t)table->columns * sizeof *candidates);
-    char title[300], subtitle[240];
+    char title[300];
     int code = -1;
     if (chart == NULL || magnitudes == NULL || candidates == NULL) {
         kt_say("there is not enough memory for the picture");
@@ -478,16 +512,7 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
         chart->table = table;
         chart->magnitudes = magnitudes;
         chart->candidates = candidates;
-        chart->x_name = arguments->x != NULL ? arguments->x : table->names[0];
-        chart->x = kt_table_column(table, chart->x_name);
-        if (chart->x == NULL)
-            code = say_no_column(table, "x", chart->x_name);
-        else if (arguments->phase != NULL)
-            code = add_phase(chart, arguments->phase, title, sizeof title);
-        else if (arguments->columns != NULL)
-            code = add_listed(chart, arguments->columns);
-        else
-            add_default(chart);
+        code = choose_panels(chart, title, sizeof title);
     }
     if (code < 0 && !chart->is_complete) {
         kt_say("there is not enough memory for the picture");
@@ -502,20 +527,7 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
     if (code < 0)
         code = add_marks(chart);
     if (code < 0) {
-        const bool is_time = strcmp(chart->x_name, "time") == 0;
-        write_subtitle(chart, subtitle, sizeof subtitle);
-        const kt_plot plot = {.title = arguments->title != NULL  ? arguments->title
-                                       : chart->scene[0] != '\0' ? chart->scene
-                                                                 : base,
-                              .subtitle = subtitle,
-                              .x_title = chart->x_name,
-                              .x_unit = is_time ? "s" : NULL,
-                              .panels = chart->panels,
-                              .panel_count = chart->panel_count,
-                              .is_row = arguments->phase != NULL || chart->panels[0].is_equal,
-                              .is_dark = arguments->dark,
-                              .size = arguments->page};
-        code = kt_plot_draw(&plot, out);
+        code = paint(chart, base, out);
     }
     free(candidates);
     free(magnitudes);
