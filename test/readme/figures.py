@@ -75,7 +75,7 @@ def table(page, head):
     return rows
 
 
-# ---- choosing-a-method.md ----------------------------------------------------------------------------------------------
+# ---- method-measurements.md, integrators.md, stable-steps.md -----------------------------------------------------------
 
 METHODS = "rk4 | rkc4 | dopri5 | tsit5 | dop853 | radau5 | auto"
 DEAR = 50_000  # evaluations a second; a cell with more takes longer than the test should
@@ -88,7 +88,7 @@ def evaluations(scene, method, setting):
 
 def evaluations_for_an_error():
     cells = []
-    for row in table("choosing-a-method.md", f"| scene | {METHODS} |"):
+    for row in table("method-measurements.md", f"| scene | {METHODS} |"):
         scene = row[0].partition(":")[0]
         for method, cell in zip(METHODS.split(" | "), row[1:]):
             found = re.fullmatch(r"(\d+) \(([\d.e-]+)\)", cell)
@@ -100,7 +100,7 @@ def evaluations_for_an_error():
     for (scene, method, shown, _), value in zip(cells, seen):
         wrong += differs(f"{scene}, {method}", shown, value)
     note(f"{len(cells)} cells of the table")
-    claim("choosing-a-method.md: the evaluations for an error of 1e-6 are those of its settings",
+    claim("method-measurements.md: the evaluations for an error of 1e-6 are those of its settings",
           wrong + ([] if len(cells) >= 35 else ["most of the table was not read"]))
 
 
@@ -108,29 +108,37 @@ def governor():
     scene = SCENES / "flyball-governor.yaml"
     steps = [cost(scene, "--integrator", method, "--tolerance", tolerance).get("steps") for tolerance in ("1e-6", "1e-8")
              for method in ("rodas5p", "radau5")]
-    compare("choosing-a-method.md", r"governor: (\d+) against (\d+) at 1e-6, (\d+) against (\d+) at 1e-8", steps)
+    compare("integrators.md", r"\| 1e-6 \| (\d+) \| (\d+) \|\n\| 1e-8 \| (\d+) \| (\d+) \|", steps)
     said = kinetree("stability", scene, "--step", "1e-4")
     rate = re.search(r"^ +-(\d+\.\d+) ", said, flags=re.M)
     limits = {name: float(step) for name, step in re.findall(r"^  ([\w-]+) +(0\.\d+) ", said, flags=re.M)}
     wave = re.search(r"undamped oscillation of ([\d.]+) Hz", said)
-    figures = [float(rate[1]) if rate else None, *(limits.get(name, 0.0) * scale for name, scale in
-               (("rk4", 1e3), ("dop853", 1e3), ("rkc2", 1e3), ("rkc4", 1.0))), float(wave[1]) if wave else None]
-    compare("choosing-a-method.md", r"fastest mode decays at (\d+) /s. That bounds `rk4` to ([\d.]+) ms, `dop853` to ([\d.]+) ms, `rkc2` to "
-            r"(\d+) ms and `rkc4` to ([\d.]+) s: for the\nlast two it is the oscillation at ([\d.]+) Hz", figures)
+    waves = [float(wave[1]) if wave else None] * 2
+    limited = [limits.get(name, 0.0) * scale for name, scale in (("rk4", 1e3), ("dop853", 1e3), ("rkc2", 1e3), ("rkc4", 1.0))]
+    compare("stable-steps.md", r"fastest mode of the governor decays at (\d+) /s", [float(rate[1]) if rate else None])
+    compare("stable-steps.md", r"\| `rk4` \| ([\d.]+) ms \| the decay \|\n\| `dop853` \| ([\d.]+) ms \| the decay \|\n"
+            r"\| `rkc2` \| (\d+) ms \| the oscillation at ([\d.]+) Hz \|\n\| `rkc4` \| ([\d.]+) s \| the oscillation at ([\d.]+) Hz \|",
+            [*limited[:3], waves[0], limited[3], waves[1]])
     warned = kinetree("run", scene, "--integrator", "dopri5", "--out", "/dev/null")
-    quoted = re.search(r'"(the steps of dopri5 are bounded[^"]*)"', text_of("choosing-a-method.md"))
+    quoted = re.search(r"^    (the steps of dopri5 are bounded.*?)\n\n", text_of("stable-steps.md"), flags=re.S | re.M)
     words = " ".join(quoted[1].split()) if quoted else "no quotation"
-    claim("choosing-a-method.md: the warning that it quotes is what a run says", [] if words in warned else [words, warned])
+    claim("stable-steps.md: the warning that it quotes is what a run says", [] if words in warned else [words, warned])
 
 
 def strong_damper():
-    page = text_of("choosing-a-method.md")
+    page = text_of("stable-steps.md")
     scene = re.search(r"```yaml\n(kinetree: 1\n# stop\.yaml\n.*?)```", page, flags=re.S)[1]
     counts = [cost("-", *options, text=scene).get("evaluations") for options in (("--integrator", "rk4", "--step", "9e-4"), ())]
     said = kinetree("stability", "-", "--step", "0.01", text=scene)
     rate, limit = re.search(r"^ +-(\d+\.\d+) ", said, flags=re.M), re.search(r"^  rk4 +(0\.\d+) ", said, flags=re.M)
-    compare("choosing-a-method.md", r"decays at (\d+) /s: `rk4` must stay below ([\d.]+) ms and takes ([\d,]+) evaluations for these ten seconds, `rkc4` ([\d,]+)\.",
-            [float(rate[1]) if rate else None, 1e3 * float(limit[1]) if limit else None, *counts])
+    compare("stable-steps.md", r"mode decays at (\d+) /s, so `rk4` must stay below ([\d.]+) ms. These ten seconds take ([\d,]+) evaluations "
+            r"with `rk4` and ([\d,]+) with `rkc4`\.", [float(rate[1]) if rate else None, 1e3 * float(limit[1]) if limit else None, *counts])
+
+
+def fishing_rod():
+    counts = [cost(SCENES / "fishing-rod.yaml", "--integrator", method, "--tolerance", "1e-6", "--duration", 1).get("evaluations")
+              for method in ("dopri5", "auto")]
+    compare("stable-steps.md", r"first run needs ([\d,]+) evaluations of the accelerations, the second ([\d,]+)\.", counts)
 
 
 # ---- other pages -------------------------------------------------------------------------------------------------------
@@ -209,6 +217,6 @@ def methods():
     claim("README.md: how many methods there are", [] if shown and found == int(shown[1]) else [str(found)])
 
 
-for ask in (evaluations_for_an_error, governor, strong_damper, watch_resolution, ten_stops, warning_codes, callers_memory, page_of_a_view, hard_cases, methods):
+for ask in (evaluations_for_an_error, governor, strong_damper, fishing_rod, watch_resolution, ten_stops, warning_codes, callers_memory, page_of_a_view, hard_cases, methods):
     ask()
 finish()
