@@ -29,7 +29,7 @@
  * planes and in space, driven ones too, all groups of which are pins or have dense matrices of fewer than 40 coordinates,
  * accelerations and the closing of loops after steps: in closed form or by QR with pivots of each state's
  * own. A state next to a singular position, or whose loops need more than the usual iterations, is computed by itself,
- * as are other models with loops (many-at-once.md names them) and the states that a lane cannot compute; kt_batch_report
+ * as are other models with loops (lanes.md names them) and the states that a lane cannot compute; kt_batch_report
  * counts both.
  *
  * One thread may use a batch at a time, but for kt_batch_compute_block, by which several share the work. Only
