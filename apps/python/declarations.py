@@ -27,9 +27,9 @@ extern "Python" {
 # All states of a batch in one call: a call of Python for each would take longer than the dynamics.
 BATCH_TYPE = """
 typedef struct kt_python_rows {
-    size_t states, nq, nv;
+    size_t states, nq, nv, nx;
     double t;
-    double *q, *v, *tau, *a;
+    double *q, *v, *tau, *a, *x;
 } kt_python_rows;
 """
 BATCH = """

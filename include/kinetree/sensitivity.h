@@ -48,9 +48,10 @@
  * and the projection gains -(dW/dp) x. Of a loop's own function of time J a = b''(p) and J x = -phi(q, p) gain their
  * right sides.
  *
- * Own states (kt_state) of a model are part of the state of a step: the data hold them (kt_own_states), those at the
- * start when a function is called, and those after the step when kt_step_evaluate or kt_step_derivatives has succeeded;
- * the others leave them as they are. With m of them a change is (xi, dv, dx), 2 nv + m numbers, and so are the gradients
+ * Own states (kt_state) of a model are part of the state of a step. kt_step.x and kt_rollout.x give those at the start,
+ * so that the result is a function of the arguments alone; NULL stands for those in the data (kt_own_states). When
+ * kt_step_evaluate or kt_step_derivatives has succeeded, the data hold those after the step: with NULL the next step
+ * continues there. All other calls, and calls that fail, leave those in the data as they are. With m of them a change is (xi, dv, dx), 2 nv + m numbers, and so are the gradients
  * by a state: A is (2 nv + m) x (2 nv + m), B (2 nv + m) x nv, C (2 nv + m) x count. Adjoints then form A and B.
  *
  * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents); Griewank,
@@ -76,6 +77,7 @@ typedef struct kt_step {
     const double *tau;         /* nv joint forces; NULL: none */
     const kt_wrench *external; /* one for each body, as for kt_acceleration_evaluate; NULL: none */
     bool unprojected;          /* loops are not closed after the step */
+    const double *x;           /* own states at the start (kt_own_state_count); NULL: those in the data */
 } kt_step;
 
 /* Returns the number of bytes that the calls of this header need as work memory, aligned to KT_ALIGNMENT, the caller's,
@@ -170,6 +172,7 @@ typedef struct kt_rollout {
     const double *inputs;    /* joint forces held during each step, nv x steps, column-major; NULL: none */
     bool unprojected;        /* as of a step */
     int checkpoints;         /* steps whose start the work memory holds; 0, or more than steps: all */
+    const double *x;         /* own states at the start (kt_own_state_count); NULL: those in the data */
 } kt_rollout;
 
 /* A point of the motion at which the cost is asked for. */
@@ -191,8 +194,8 @@ typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, do
  * (2 + s) nv) for each checkpoint, and 8 nv for each step; 0 if there is no step or none that has derivatives, or checkpoints are negative. */
 KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout);
 
-/* Computes a sum of costs over a motion from q, v and the own states in the data, its gradient by_start (2 nv) with respect to the state at the start,
- * and by_inputs (nv x steps) with respect to all inputs; either may be NULL. The motion is run once, states at the
+/* Computes a sum of costs over a motion from q, v and the own states rollout->x, its gradient by_start (2 nv, and one
+ * number for each own state) with respect to the state at the start, and by_inputs (nv x steps) with respect to all inputs; either may be NULL. The motion is run once, states at the
  * start of steps and the accelerations of these steps are kept as checkpoints, and the adjoints run backwards from the
  * end; what is not kept is computed again from the last checkpoint before it. With c checkpoints each step is run r
  * times at most, where (c + r)! / (c! r!) reaches the number of steps: with sqrt(2 steps) checkpoints twice, and once
@@ -234,8 +237,7 @@ KT_API size_t kt_rollout_gradients_work_size(const kt_model *model, const kt_rol
  * kt_rollout_width tasks, as they follow each other, are computed together where they have the same method and the same
  * numbers of steps and checkpoints, and their models differ in nothing but gravity, masses, centres of mass, inertias and
  * lengths; times, lengths of steps, inputs and costs are each task's own. The others are computed one after the other, as are all
- * if work_size is less than kt_rollout_gradients_work_size, and at least kt_rollout_work_size; task->in_lanes tells it. The own states at the start
- * are those in the data. The cost is called for the motions of a group in turns; for a motion that fails
+ * if work_size is less than kt_rollout_gradients_work_size, and at least kt_rollout_work_size; task->in_lanes tells it. The cost is called for the motions of a group in turns; for a motion that fails
  * in lanes from its start again. A motion that fails fails alone, with its status, and its outputs stay as they were.
  * Errors: that of the first motion that failed, as of kt_rollout_gradient. Cost: `bench/run batch`. */
 KT_API KT_CHECKED kt_status kt_rollout_gradients(const kt_model *model, kt_data *data, void *work, size_t work_size,

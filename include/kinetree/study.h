@@ -57,8 +57,9 @@ KT_API KT_CHECKED kt_status kt_batch_run(kt_batch *batch, const kt_batch_job *jo
 
 /* A step, and what its derivatives are written to: as of kt_step_derivatives. */
 typedef struct kt_step_task {
-    kt_step step;            /* with inputs of its own */
-    const double *q, *v, *x; /* state before it; x: own states (kt_own_state_count); NULL: the initial ones */
+    kt_step step; /* with inputs of its own */
+    const double *q, *v,
+        *x; /* state before it; x: own states (kt_own_state_count); NULL: step.x, or the initial ones */
     double *next_q, *next_v; /* results, or NULL */
     double *next_x;          /* result, or NULL */
     double *A, *B;           /* results, or NULL */

@@ -53,13 +53,14 @@ size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
 
 /* ---- steps and costs --------------------------------------------------------------------------------------------- */
 
-static kt_step step_at(const rollout_work *w, int k) {
+static kt_step step_at(const rollout_work *w, int k, const double *state) {
     const kt_rollout *r = w->rollout;
     return (kt_step){.method = r->method,
                      .t = r->t + k * r->h,
                      .h = r->h,
                      .tau = r->inputs ? r->inputs + (size_t)k * w->model->n.v : NULL,
-                     .unprojected = r->unprojected};
+                     .unprojected = r->unprojected,
+                     .x = state + w->model->n.q + w->model->n.v};
 }
 
 static kt_status call_cost(rollout_work *w, int k, const double *state, double *value, double *by_state, double *by_tau,
@@ -85,7 +86,7 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
 static kt_status advance(void *user, int k, double *state, kt_error *error) {
     rollout_work *w = user;
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), last = (size_t)w->checkpoints.kept - 1;
-    const kt_step step = step_at(w, k);
+    const kt_step step = step_at(w, k, state);
     kt_step_work s;
     kt_status status = KT_OK;
     if (k == w->reached) {
@@ -94,7 +95,6 @@ static kt_status advance(void *user, int k, double *state, kt_error *error) {
         w->value += value;
         w->reached += status == KT_OK;
     }
-    kt_own_states_put(w->model, w->data, state);
     if (status == KT_OK)
         status =
             kt_step_begin(&s, w->model, w->data, w->step_work, kt_step_work_size(w->model, step.method), &step, error);
@@ -118,10 +118,9 @@ static kt_status reverse(void *user, int k, int kept, const double *state, kt_er
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, changes = kt_tangent_numbers(model), N = kt_state_numbers(model);
     const size_t at = kept < 0 ? 0 : (size_t)kept;
-    const kt_step step = step_at(w, k);
+    const kt_step step = step_at(w, k, state);
     double value;
     kt_step_work s;
-    kt_own_states_put(model, w->data, state);
     kt_status status =
         kt_step_begin(&s, model, w->data, w->step_work, kt_step_work_size(model, step.method), &step, error);
     if (status == KT_OK && kept >= 0 && w->taken[at])
@@ -178,7 +177,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     kt_copy(w.state, q, nq * sizeof *q);
     memcpy(w.state + nq, v, n * sizeof *v);
     if (kt_has_own_states(model))
-        kt_copy(w.state + nq + n, data->x, model->n.x * sizeof *v);
+        kt_copy(w.state + nq + n, rollout->x ? rollout->x : data->x, model->n.x * sizeof *v);
     memset(w.gradient, 0, changes * sizeof *w.gradient);
     w.checkpoints = (kt_revolve){.steps = rollout->steps,
                                  .most = kt_checkpoints_of(rollout),
@@ -188,7 +187,6 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
                                  .index = w.index,
                                  .taken = w.taken};
     status = kt_revolve_run(&w.checkpoints, advance, reverse, &w, error);
-    kt_own_states_put(model, data, w.state);
     if (status != KT_OK)
         return status;
     *value = w.value;

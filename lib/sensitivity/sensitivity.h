@@ -254,6 +254,7 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
     X(double, stage, s *N, "states of the stages")                                                                     \
     X(double, slope, s *N, "their slopes K_i")                                                                         \
     X(double, next, N, "state at the end")                                                                             \
+    X(double, before, m, "own states that the data held")                                                              \
     X(double, unit, n, "a unit vector")                                                                                \
     X(double, start_q, kt_padded(model->n.q) * c, "dx of all columns, padded: dq")                                     \
     X(double, start_v, kt_padded(n) * c, "dv")                                                                         \
@@ -353,6 +354,12 @@ static inline void kt_own_states_put(const kt_model *model, kt_data *data, const
         kt_copy(data->x, y + model->n.q + model->n.v, model->n.x * sizeof *y);
 }
 
+/* Those that the data held before the step become theirs again. */
+static inline void kt_own_states_restore(kt_step_work *w) {
+    if (kt_has_own_states(w->model))
+        kt_copy(w->data->x, w->before, w->model->n.x * sizeof *w->before);
+}
+
 /* Whether stages are solved for accelerations alone: positions are plain numbers, and there are no own states. */
 static inline bool kt_is_reduced(const kt_model *model) { return kt_is_plain(model) && !kt_has_own_states(model); }
 
@@ -384,7 +391,7 @@ KT_CHECKED kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_da
                                    const kt_step *step, kt_error *error);
 
 /* Copies the state at the start, and computes states and slopes of all stages, and `next`, not yet projected. Whatever
- * becomes of it, data hold the own states at the start afterwards. */
+ * becomes of it, data hold the own states afterwards that they held before. */
 KT_CHECKED kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
 
 /* The same one by one: copies the state; forms the state of stage i, and K_i but for the accelerations and the rates of

@@ -13,7 +13,7 @@ void kt_step_start(kt_step_work *w, const double *q, const double *v) {
     kt_copy(w->y, q, w->model->n.q * sizeof *q);
     memcpy(w->y + w->model->n.q, v, w->model->n.v * sizeof *v);
     if (kt_has_own_states(w->model))
-        kt_copy(w->y + w->model->n.q + w->model->n.v, w->data->x, w->model->n.x * sizeof *v);
+        kt_copy(w->y + w->model->n.q + w->model->n.v, w->step->x ? w->step->x : w->before, w->model->n.x * sizeof *v);
 }
 
 kt_status kt_step_rates(const kt_step_work *w, double t, const double *y, double *a, kt_error *error) {

@@ -72,6 +72,12 @@ static kt_products products_of(const kt_model *model) {
     return (kt_products){kt_product_baseline, kt_sum_baseline, kt_solve_lanes_baseline};
 }
 
+static kt_status check_own_states(const kt_model *model, const double *x, kt_error *error) {
+    return kt_all_finite(x, model->n.x)
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_NOT_FINITE, "own states", "a number of x at the start is not finite");
+}
+
 kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
                         const kt_step *step, kt_error *error) {
     if (!is_function(step->method))
@@ -89,6 +95,8 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
             model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
     if (status == KT_OK)
         status = kt_slip_refuse(model, "step", error);
+    if (status == KT_OK && kt_has_own_states(model) && step->x)
+        status = check_own_states(model, step->x, error);
     if (status == KT_OK)
         status = kt_method_check_sizes(step->method, error);
     if (status == KT_OK)
@@ -107,6 +115,8 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                         .held_most = held_most(model),
                         .products = products_of(model)};
     (void)place(w, memory, model, step->method);
+    if (kt_has_own_states(model))
+        kt_copy(w->before, data->x, model->n.x * sizeof *w->before);
     w->projection.data = data;
     w->projection.t = step->t + step->h;
     return KT_OK;
@@ -144,7 +154,7 @@ kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_e
     const kt_status status = w->coupled                       ? kt_coupled_stages(w, q, v, error)
                              : KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_stages(w, q, v, error)
                                                               : explicit_stages(w, q, v, error);
-    kt_own_states_put(w->model, w->data, w->y);
+    kt_own_states_restore(w);
     return status;
 }
 

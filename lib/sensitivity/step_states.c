@@ -116,7 +116,7 @@ kt_status kt_own_step_tangents(kt_step_work *w, const double *q, const double *v
                                           : change_stages(w, held, error);
     if (status == KT_OK)
         conclude(w, w->states + held);
-    kt_own_states_put(w->model, w->data, w->y);
+    kt_own_states_restore(w);
     return status;
 }
 

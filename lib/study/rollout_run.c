@@ -20,16 +20,16 @@ typedef struct run {
 static kt_status differentiate(void *user, size_t thread, size_t item, kt_error *error) {
     const run *r = user;
     kt_step_task *task = &r->steps[item];
-    const size_t count = (size_t)kt_own_state_count(r->model) * sizeof *task->x;
-    double *x = kt_own_states(r->model, r->data[thread]);
+    kt_step step = task->step;
     if (task->x)
-        kt_copy(x, task->x, count);
-    else
-        kt_own_states_initial(r->model, x);
-    task->status = kt_step_derivatives(r->model, r->data[thread], r->work[thread], r->work_size, &task->step, task->q,
+        step.x = task->x;
+    else if (!step.x)
+        step.x = r->model->v0 + r->model->n.v;
+    task->status = kt_step_derivatives(r->model, r->data[thread], r->work[thread], r->work_size, &step, task->q,
                                        task->v, task->next_q, task->next_v, task->A, task->B, error);
     if (task->status == KT_OK && task->next_x)
-        kt_copy(task->next_x, x, count);
+        kt_copy(task->next_x, kt_own_states(r->model, r->data[thread]),
+                (size_t)kt_own_state_count(r->model) * sizeof *task->next_x);
     return task->status;
 }
 

@@ -51,6 +51,57 @@ def test_derivatives_are_those_of_differences(scenes, held, random_state):
             held(np.abs(column - B[:, i]).max(), 1e-8, f"{name} step by tau {i}")
 
 
+LAG = """
+kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: arm, joint: {type: revolute, axis: y, position: 0.4}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}
+states: {lag: {initial: 0.5, rate: "3*(position.arm - lag)"}}
+effects: [{type: expression, joint: arm, force: "-20*lag"}]
+"""
+
+
+def test_two_rollouts_have_equal_bits_with_auxiliary_states():
+    model = kt.Scene(LAG).model
+    data = model.data()
+
+    def rollout(x):
+        q, v = model.initial
+        for i in range(20):
+            q, v, x = data.step(0.01, q, v, x=x, t=0.01 * i)
+        return np.concatenate([q, v, x])
+
+    first = rollout(model.initial_x)
+    assert np.array_equal(data.x, [0.5]), "a step leaves the data as they are"
+    assert np.array_equal(rollout(model.initial_x), first)
+    assert not np.array_equal(rollout([0.6]), first)
+    simulation = kt.Scene(LAG).simulation(step=0.01, duration=0.2)
+    simulation.run()
+    assert np.array_equal(np.concatenate([simulation.positions, simulation.velocities]), first[:2])
+    q, v = model.initial
+    A, again = data.step_derivatives(0.01, q, v)[0], data.step_derivatives(0.01, q, v, x=[0.5])[0]
+    assert A.shape == (3, 3) and np.array_equal(A, again) and np.array_equal(data.x, [0.5])
+    data.x = [0.6]
+    assert np.array_equal(data.step(0.01)[2], data.step(0.01, x=[0.6])[2])
+
+
+def test_two_rollouts_of_a_batch_have_equal_bits_with_auxiliary_states():
+    model = kt.Scene(LAG).model
+    batch = model.batch(5, method="rk4")
+    Q, V, X = np.linspace(-1, 1, 5)[:, None], np.zeros((5, 1)), np.linspace(0, 1, 5)[:, None]
+    first = batch.step(0.01, 20, Q, V, X=X)
+    assert all(np.array_equal(a, b) for a, b in zip(batch.step(0.01, 20, Q, V, X=X), first))
+    data = model.data()
+    for i in range(5):
+        q, v, x = Q[i], V[i], X[i]
+        for _ in range(20):
+            q, v, x = data.step(0.01, q, v, x=x)
+        assert np.array_equal(np.concatenate([q, v, x]), [first[0][i, 0], first[1][i, 0], first[2][i, 0]])
+    initial = batch.step(0.01, 1, Q, V)[2]
+    assert np.array_equal(initial, batch.step(0.01, 1, Q, V, X=np.full((5, 1), 0.5))[2])
+    assert batch.forward_dynamics(Q, V, X=X)[4, 0] != batch.forward_dynamics(Q, V)[4, 0]
+
+
 def test_the_jacobian_of_a_point_is_its_velocity(scenes, held, random_state):
     model = kt.load(scenes / "double-pendulum.yaml").model
     data = model.data()

@@ -379,6 +379,84 @@ KT_TEST(failed_gradient_leaves_the_own_states) {
     end(&m);
 }
 
+/* The state after STEPS steps from given own states. */
+static void walk(machine *m, const double x[COUNT], double out[NQ + NV + COUNT]) {
+    kt_error error;
+    double *q = out, *v = out + NQ, *next = out + NQ + NV;
+    kt_step step = m->step;
+    memcpy(q, m->q, sizeof m->q);
+    memcpy(v, m->v, sizeof m->v);
+    memcpy(next, x, COUNT * sizeof *x);
+    for (int i = 0; i < STEPS; i++) {
+        step.x = i == 0 ? x : NULL; /* NULL continues */
+        step.t = m->step.t + i * m->step.h;
+        (void)kt_fine("step", kt_step_evaluate(m->model, m->data, m->work, m->size, &step, q, v, q, v, &error), &error);
+    }
+    memcpy(next, kt_own_states(m->model, m->data), COUNT * sizeof *next);
+}
+
+KT_TEST(two_motions_from_given_own_states_have_equal_bits) {
+    for (int k = 0; k < METHODS; k++) {
+        static machine m;
+        static double inputs[STEPS * NV], by[2][ALL + STEPS * NV];
+        kt_error error;
+        double motion[3][NQ + NV + COUNT], value[2], other[COUNT];
+        if (!make(&m, methods[k]))
+            return;
+        kt_note("%s", methods[k]);
+        for (int i = 0; i < COUNT; i++)
+            other[i] = m.x[i] + 1.0;
+        walk(&m, m.x, motion[0]);
+        walk(&m, m.x, motion[1]);
+        walk(&m, other, motion[2]);
+        kt_check_equal_bits("steps", motion[1], motion[0], NQ + NV + COUNT);
+        kt_check_true("x counts", memcmp(motion[2], motion[0], sizeof motion[0]) != 0);
+        kt_rollout rollout = {.method = m.step.method, .t = 0.3, .h = 0.02, .steps = STEPS, .inputs = inputs, .x = m.x};
+        const size_t size = kt_rollout_work_size(m.model, &rollout);
+        void *work = aligned_alloc(KT_ALIGNMENT, size);
+        for (int i = 0; i < 2; i++) { /* whatever the data hold, and they keep it */
+            double *x = kt_own_states(m.model, m.data), before[COUNT] = {7.0 + i, -3.0};
+            memcpy(x, before, sizeof before);
+            (void)kt_fine("gradient",
+                          kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &value[i], by[i],
+                                              by[i] + ALL, cost, &m, &error),
+                          &error);
+            kt_check_equal_bits("the data", x, before, COUNT);
+        }
+        kt_check_equal_bits("value", &value[1], &value[0], 1);
+        kt_check_equal_bits("gradients", by[1], by[0], ALL + STEPS * NV);
+        free(work);
+        end(&m);
+    }
+}
+
+KT_TEST(steps_that_fail_leave_the_own_states_of_the_data) {
+    static machine m;
+    kt_error error;
+    double q[NQ], v[NV], by[ALL] = {1.0}, A[ALL * ALL];
+    const double wrong[COUNT] = {0.0, (double)NAN}, before[COUNT] = {7.0, -3.0}, far[NQ] = {(double)INFINITY};
+    if (!make(&m, "rk4"))
+        return;
+    double *x = kt_own_states(m.model, m.data);
+    memcpy(x, before, sizeof before);
+    for (int i = 0; i < 2; i++) { /* a start that is not finite, and a step that fails on its way */
+        kt_step step = m.step;
+        const double *from = i == 0 ? m.q : far;
+        step.x = i == 0 ? wrong : m.x;
+        kt_check_equal_int("step", kt_step_evaluate(m.model, m.data, m.work, m.size, &step, from, m.v, q, v, &error),
+                           KT_ERROR_NOT_FINITE);
+        kt_check_equal_int(
+            "derivatives",
+            kt_step_derivatives(m.model, m.data, m.work, m.size, &step, from, m.v, q, v, A, NULL, &error),
+            KT_ERROR_NOT_FINITE);
+        kt_check_equal_int("adjoint",
+                           kt_step_adjoint(m.model, m.data, m.work, m.size, &step, from, m.v, by, by, NULL, &error),
+                           KT_ERROR_NOT_FINITE);
+        kt_check_equal_bits("the data", x, before, COUNT);
+    }
+    end(&m);
+}
+
 /* by_state = A' y and by_tau = B' y, with the matrices that differences have confirmed. */
 KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
     for (int k = 0; k < METHODS; k++) {

@@ -54,24 +54,30 @@ class Batch(Fixed):
 
     def _all(self, t: float = 0.0, **arrays: Any) -> Any:
         """Rows for all states."""
-        return ffi.new("kt_python_rows *", {"states": self.states, "nq": self.model.nq, "nv": self.model.nv, "t": finite(t, "t"), **arrays})
+        return ffi.new("kt_python_rows *", {"states": self.states, "nq": self.model.nq, "nv": self.model.nv, "nx": self.model.nx, "t": finite(t, "t"), **arrays})
 
     def _run(self, task: int, h: float = 0.0, steps: int = 0) -> None:
         job = ffi.new("kt_batch_job *", {"task": task, "h": h, "steps": steps})
         self._check(lib.kt_batch_run(self._batch, job, self.threads, ffi.NULL, self._error))
 
-    def forward_dynamics(self, Q: Vector, V: Optional[Vector] = None, TAU: Optional[Vector] = None, *, t: float = 0.0, out: Optional[Vector] = None) -> Vector:
-        """Accelerations of every state: arrays of states x nq and states x nv."""
+    def _own_states(self, X: Optional[Vector]) -> Tuple[Optional[Vector], Any]:
+        """Rows of auxiliary states; the initial ones of the model if none are given."""
+        return self._rows(np.tile(self.model.initial_x, (self.states, 1)) if X is None else X, self.model.nx, "X")
+
+    def forward_dynamics(self, Q: Vector, V: Optional[Vector] = None, TAU: Optional[Vector] = None, *, X: Optional[Vector] = None, t: float = 0.0,
+                         out: Optional[Vector] = None) -> Vector:
+        """Accelerations of every state: arrays of states x nq, states x nv, and X of auxiliary states (default: the initial ones)."""
         m = self.model
         Q_, q = self._rows(Q, m.nq, "Q")
         V_, v = self._rows(V, m.nv, "V")
         TAU_, tau = self._rows(TAU, m.nv, "TAU")
+        X_, x = self._own_states(X)
         out = output(out, (self.states, m.nv))
         with self._guard:
-            self._check(lib.kt_python_batch_set(self._batch, self._all(t, q=q, v=v, tau=tau), self._error))
+            self._check(lib.kt_python_batch_set(self._batch, self._all(t, q=q, v=v, tau=tau, x=x), self._error))
             self._run(lib.KT_BATCH_FORWARD)
             self._check(lib.kt_python_batch_get(self._batch, self._all(a=pointer(out)), self._error))
-        del Q_, V_, TAU_  # arrays live until here
+        del Q_, V_, TAU_, X_  # arrays live until here
         return out
 
     def inverse_dynamics(self, Q: Vector, V: Optional[Vector] = None, A: Optional[Vector] = None, *, out: Optional[Vector] = None) -> Vector:
@@ -88,20 +94,25 @@ class Batch(Fixed):
         del Q_, V_, A_
         return out
 
-    def step(self, h: float, steps: int, Q: Vector, V: Vector, TAU: Optional[Vector] = None, *, t: float = 0.0) -> Tuple[Vector, Vector]:
-        """Take steps of the method of this batch with constant joint forces. Returns Q and V after them."""
+    def step(self, h: float, steps: int, Q: Vector, V: Vector, TAU: Optional[Vector] = None, *, X: Optional[Vector] = None,
+             t: float = 0.0) -> Tuple[Vector, ...]:
+        """Take steps of the method of this batch with constant joint forces, from auxiliary states X (default: the initial ones).
+
+        Returns Q and V after them; and X, if the model has auxiliary states.
+        """
         m = self.model
         if self.method is None:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", "the batch has no method; make it with model.batch(states, method='rk4')")
         Q_, q = self._rows(Q, m.nq, "Q")
         V_, v = self._rows(V, m.nv, "V")
         TAU_, tau = self._rows(np.zeros((self.states, m.nv)) if TAU is None else TAU, m.nv, "TAU")
-        next_q, next_v = np.empty((self.states, m.nq)), np.empty((self.states, m.nv))
+        X_, x = self._own_states(X)
+        next_q, next_v, next_x = (np.empty((self.states, count)) for count in (m.nq, m.nv, m.nx))
         if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or not 0 <= steps < 1 << 31:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "steps", f"expected a number of steps, got {steps!r}")
         with self._guard:
-            self._check(lib.kt_python_batch_set(self._batch, self._all(t, q=q, v=v, tau=tau), self._error))
+            self._check(lib.kt_python_batch_set(self._batch, self._all(t, q=q, v=v, tau=tau, x=x), self._error))
             self._run(lib.KT_BATCH_STEP, finite(h, "h"), int(steps))
-            self._check(lib.kt_python_batch_get(self._batch, self._all(q=pointer(next_q), v=pointer(next_v)), self._error))
-        del Q_, V_, TAU_
-        return next_q, next_v
+            self._check(lib.kt_python_batch_get(self._batch, self._all(q=pointer(next_q), v=pointer(next_v), x=pointer(next_x)), self._error))
+        del Q_, V_, TAU_, X_
+        return (next_q, next_v, next_x) if m.nx else (next_q, next_v)

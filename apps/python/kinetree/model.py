@@ -113,6 +113,13 @@ class Model(Fixed):
         lib.kt_model_initial(self._pointer, pointer(q), pointer(v))
         return q, v
 
+    @property
+    def initial_x(self) -> Vector:
+        """Auxiliary states that the description gives, nx."""
+        x = np.zeros(self.nx)
+        lib.kt_own_states_initial(self._pointer, pointer(x))
+        return x
+
     # ---- parameters -------------------------------------------------------------------------------------------------
 
     def copy(self) -> "ModelCopy":
@@ -232,6 +239,8 @@ class Data(Fixed):
         out = ffi.new("kt_data **")
         check(lib.kt_data_init(model._pointer, self._memory.pointer, self._memory.array.size, out, self._error), self._error)
         self._data, self._m = out[0], model._pointer
+        self._x = self._memory.view(lib.kt_own_states(self._m, self._data), model.nx)
+        self._x.flags.writeable = True
         self._work: Dict[str, Memory] = {}
         q, v = model.initial
         self._state = State(model.nq, model.nv)
@@ -266,6 +275,15 @@ class Data(Fixed):
     v = _state_array(1, "Velocities, nv. The array is fixed; an assignment copies into it.")
     tau = _state_array(2, "Joint forces, nv. The array is fixed; an assignment copies into it.")
     a = _state_array(3, "Accelerations, nv. The array is fixed; an assignment copies into it.")
+
+    @property
+    def x(self) -> Vector:
+        """Auxiliary states, nx, which all calls read. The array is fixed; an assignment copies into it."""
+        return self._x
+
+    @x.setter
+    def x(self, value: Vector) -> None:
+        self._x[:] = doubles(value, self._x.shape, "x")
 
     # ---- dynamics ---------------------------------------------------------------------------------------------------
 
@@ -368,35 +386,55 @@ class Data(Fixed):
         return by[0], by[1], by[2]
 
     def step(self, h: float, q: Optional[Vector] = None, v: Optional[Vector] = None, tau: Optional[Vector] = None, *,
-             t: float = 0.0, method: str = "rk4") -> Tuple[Vector, Vector]:
-        """One step of a method, as a function of the state. Returns q and v after it."""
-        (q_, v_, tau_), step, work = self._step(h, q, v, tau, t, method)
+             x: Optional[Vector] = None, t: float = 0.0, method: str = "rk4") -> Tuple[Vector, ...]:
+        """One step of a method, as a function of the state.
+
+        Parameters
+        ----------
+        h : float
+            Length of the step, s.
+        q, v, tau, x : arrays of nq, nv, nv and nx
+            Positions, velocities, joint forces and auxiliary states. Default: the arrays of this object, which stay as they are.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            q and v after the step; and x, if the model has auxiliary states.
+        """
+        taken, step, work = self._step(h, q, v, tau, x, t, method)
         nq, nv = np.empty(self.model.nq), np.empty(self.model.nv)
         with self._guard:
-            self._check(lib.kt_step_evaluate(self._m, self._data, work.pointer, work.array.size, step, q_[1], v_[1], pointer(nq), pointer(nv), self._error))
-        del tau_
-        return nq, nv
+            before = self._x.copy()
+            self._check(lib.kt_step_evaluate(self._m, self._data, work.pointer, work.array.size, step, taken[0][1], taken[1][1], pointer(nq), pointer(nv),
+                                             self._error))
+            nx = self._x.copy()
+            self._x[:] = before
+        del taken
+        return (nq, nv, nx) if self.model.nx else (nq, nv)
 
     def step_derivatives(self, h: float, q: Optional[Vector] = None, v: Optional[Vector] = None, tau: Optional[Vector] = None, *,
-                         t: float = 0.0, method: str = "rk4") -> Tuple[Vector, Vector]:
-        """Exact derivatives of a step: A by the state (xi, dv, dx), B by the joint forces."""
+                         x: Optional[Vector] = None, t: float = 0.0, method: str = "rk4") -> Tuple[Vector, Vector]:
+        """Exact derivatives of a step: A by the state (xi, dv, dx), B by the joint forces. Arguments are those of `step`."""
         m = self.model
-        (q_, v_, tau_), step, work = self._step(h, q, v, tau, t, method)
+        taken, step, work = self._step(h, q, v, tau, x, t, method)
         n = 2 * m.nv + m.nx
         A, B = np.empty((n, n), order="F"), np.empty((n, m.nv), order="F")
         with self._guard:
-            self._check(lib.kt_step_derivatives(self._m, self._data, work.pointer, work.array.size, step, q_[1], v_[1], ffi.NULL, ffi.NULL,
+            before = self._x.copy()
+            self._check(lib.kt_step_derivatives(self._m, self._data, work.pointer, work.array.size, step, taken[0][1], taken[1][1], ffi.NULL, ffi.NULL,
                                                 pointer(A), pointer(B), self._error))
-        del tau_
+            self._x[:] = before
+        del taken
         return A, B
 
-    def _step(self, h: float, q: Any, v: Any, tau: Any, t: float, method: str) -> Any:
+    def _step(self, h: float, q: Any, v: Any, tau: Any, x: Any, t: float, method: str) -> Any:
         m = self.model
         found = lib.kt_method_find(name_of(method, "method"))
         if found == ffi.NULL:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"there is no method '{method}'; kinetree integrators lists them")
-        taken = (self._take(q, m.nq, self._q, "q"), self._take(v, m.nv, self._v, "v"), self._take(tau, m.nv, self._tau, "tau"))
-        step = ffi.new("kt_step *", {"method": found, "t": finite(t, "t"), "h": finite(h, "h"), "tau": taken[2][1]})
+        taken = (self._take(q, m.nq, self._q, "q"), self._take(v, m.nv, self._v, "v"), self._take(tau, m.nv, self._tau, "tau"),
+                 self._take(x, m.nx, ffi.NULL, "x"))
+        step = ffi.new("kt_step *", {"method": found, "t": finite(t, "t"), "h": finite(h, "h"), "tau": taken[2][1], "x": taken[3][1]})
         size = lib.kt_step_work_size(self._m, found)
         if size == 0:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"a step of '{method}' is no function of a state; take an explicit Runge-Kutta method")
