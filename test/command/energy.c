@@ -126,7 +126,7 @@ KT_TEST(scenes_that_may_change_their_energy_are_not_warned_of) {
     kt_check_contains("a balance with dampers", ran.err, "the balance of energies");
 }
 
-/* Of the table in scene-files.md, the scenes that take least time, to the digit that it gives. */
+/* Of the table in validation.md, the scenes that take least time, to the digit that it gives. */
 KT_TEST(resolution_of_the_watch_is_what_the_page_says) {
     static const struct {
         const char *scene;

@@ -145,14 +145,14 @@ def fishing_rod():
 
 
 def watch_resolution():
-    wrong, rows = [], table("scene-files.md", "| scene | uncertainty over scale |")
+    wrong, rows = [], table("validation.md", "| scene | uncertainty over scale |")
     for names, shown in rows:
         for name in names.split(", "):
             watch = summary(SCENES / f"{name}.yaml").get("energy_watch", {})
             found = watch.get("uncertainty", float("nan")) / watch.get("scale", 1.0)
             note(f"{name}: {found:.3g}, the page has {shown}")
             wrong += differs(name, shown, found)
-    claim("scene-files.md: what the watch of energies can show", wrong + ([] if len(rows) > 8 else ["no table"]))
+    claim("validation.md: what the watch of energies can show", wrong + ([] if len(rows) > 8 else ["no table"]))
 
 
 def ten_stops():
@@ -172,10 +172,10 @@ def warning_codes():
     """Those of the command's sources, and no others."""
     sources = "".join(path.read_text() for path in sorted((ROOT / "apps/kinetree").rglob("*.c")))
     codes = set(re.findall(r'(?:kt_warning_of\(|\.code =)\s*"(\w+)"', sources))
-    line = re.search(r"^\| `code` \|(.*)\|$", text_of("scene-files.md"), flags=re.M)
+    line = re.search(r"^\| `code` \|(.*)\|$", text_of("scene-results.md"), flags=re.M)
     shown = set(re.findall(r"`(\w+)`", line[1])) if line else set()
     note(f"{len(codes)} codes of warnings")
-    claim("scene-files.md: the codes of warnings are those that runs have",
+    claim("scene-results.md: the codes of warnings are those that runs have",
           [f"{code} is {'not on the page' if code in codes else 'no code'}" for code in sorted(codes ^ shown)])
 
 
