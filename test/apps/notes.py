@@ -1,5 +1,5 @@
-"""The exercises of the notes print what include/pages/notes.md says, each figure by its number, and no other; and the
-commands of the page run.
+"""The exercises of the notes print the figures of include/pages/notes.md, each with its number, and no other; and the
+commands of that page and of notes-applications.md run.
 
 notes.py PROGRAM SOURCE-ROOT COMMAND-OR-EMPTY
 """
@@ -15,7 +15,7 @@ from claims import claim, finish, note
 
 program, root = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
 command = pathlib.Path(sys.argv[3]).resolve() if len(sys.argv) > 3 else None
-page = (root / "include/pages/notes.md").read_text()
+page = "".join((root / "include/pages" / name).read_text() for name in ("notes.md", "notes-applications.md"))
 run = subprocess.run([program], capture_output=True, text=True)
 claim("the_program_ends_well", [run.stderr] if run.returncode else [])
 printed = {line.split()[0]: float(line.split()[1]) for line in run.stdout.splitlines()}
