@@ -7,6 +7,7 @@ Of a page, in a folder of its own in which `apps` is that of the sources:
 - a block of text after it is what it prints, to the last character;
 - a block of YAML is a whole scene, with a line "kinetree: 1": it passes "kinetree check", and is there for the shell under
   the name that a comment of its own gives it ("# pendulum.yaml", in XML "<!-- arm.urdf -->" or .xml), or as scene-1.yaml and so on;
+- so is a scene or a robot of a page that this one links to, if its name stands in the text, in backticks;
 - a block of Python is run with the package of the build directory;
 - a line of a shell block begins with "kinetree " and is run, in the order of the page; with "cc " it is for the reader.
 
@@ -61,6 +62,20 @@ def header_blocks(text):
             if end > i and document.is_code(lines[i:end]):
                 yield text.count("\n", 0, comment.start()) + 1 + i, "\n".join(line[4:] for line in lines[i:end]) + "\n"
             i = max(i + 1, end)
+
+
+NAMED = re.compile(r"^(?:#|<!--)\s*([\w.-]+\.(?:yaml|urdf|xml|sdf))(?:\s*-->)?\s*$", flags=re.M)
+
+
+def named_scenes(found):
+    """{name: body} of the scenes of a page that name themselves."""
+    return {named[1]: body for _, language, body in found if language in ("yaml", "xml") and (named := NAMED.search(body))}
+
+
+def scenes_of_others(text, scenes):
+    """(name, body) of the named scenes of linked pages whose names stand in the text, in backticks."""
+    for linked in re.findall(r"\]\(([\w-]+\.md)", text):
+        yield from ((name, body) for name, body in scenes.get(linked, {}).items() if f"`{name}`" in text)
 
 
 def failure(command, folder, environment, printed=None):
@@ -145,7 +160,7 @@ class Page:
 
     def scene(self, line, body):
         self.scenes += 1
-        named = re.search(r"^(?:#|<!--)\s*([\w.-]+\.(?:yaml|urdf|xml|sdf))(?:\s*-->)?\s*$", body, flags=re.M)
+        named = NAMED.search(body)
         scene = self.folder / (named[1] if named else f"scene-{self.scenes}.yaml")
         scene.write_text(body)
         claim(f"{self.name}:{line}: scene is right",
@@ -209,9 +224,12 @@ def main():
     note(f"{sum(len(found) for _, found in sources)} blocks")
     claim("page has blocks", [] if sources[0][1] else ["none"])
     claim("headers have blocks", [] if any(found for path, found in sources if path.suffix == ".h") else ["none"])
+    scenes = {path.name: named_scenes(found) for path, found in sources}
     for path, found in sources:
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "apps").symlink_to(root / "apps")
+            for name, body in scenes_of_others(path.read_text(), scenes):
+                (pathlib.Path(folder) / name).write_text(body)
             Page(path.name, pathlib.Path(build), root / "include", command, compiler, folder).take(found)
     claim("benchmarks that pages name are there", benchmarks(root, pages))
     claim("names and files of the sources that pages tell of are there", list(sources_named(root, pages)))
