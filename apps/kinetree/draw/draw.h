@@ -21,11 +21,13 @@ typedef struct kt_drawing {
     bool is_diagram; /* a planar mechanism in its plane: joints are symbols, and nothing hides what it runs through */
     const kt_picture *pictures; /* of each state: `picture` without what is released there; NULL: nothing ever is */
     int state_count;
-    const kt_pose *poses; /* of all bodies in the first state, then in the second, ... */
-    const double *times;  /* s; of each state */
-    bool is_strobe;       /* over each other, earlier ones paler */
-    bool is_moving;       /* they are frames of an animation */
-    bool is_plain;        /* in flat colours, earlier states without symbols and edges */
+    const kt_pose *poses;        /* of all bodies in the first state, then in the second, ... */
+    const double *times;         /* s; of each state */
+    const char *const *captions; /* of states side by side; NULL: their times */
+    const kt_pose *rest;         /* of all bodies, in grey behind each of the states side by side; NULL: none */
+    bool is_strobe;              /* over each other, earlier ones paler */
+    bool is_moving;              /* they are frames of an animation */
+    bool is_plain;               /* in flat colours, earlier states without symbols and edges */
     const kt_drawn_path *paths;
     int path_count;
     bool shows_axes, shows_names;

@@ -89,9 +89,11 @@ static kt_spot joint_spot(const kt_sheet *sheet, const kt_picture_joint *joint, 
     return kt_sheet_place(sheet, kt_pose_apply(frame, at));
 }
 
+static double spiral_unit(const kt_sheet *sheet) { return 0.9 * fmax(sheet->pin, 3.0); }
+
 /* A spiral around a joint that turns; a zigzag next to one that slides. In diagrams alone. */
 static void paint_joint_spring(const kt_sheet *sheet, const kt_picture_joint *joint) {
-    const double r = 0.9 * fmax(sheet->pin, 3.0);
+    const double r = spiral_unit(sheet);
     const bool slides = joint->type == KT_JOINT_PRISMATIC;
     const int steps = slides ? 8 : 60;
     for (int i = 0; i <= steps; i++) {
@@ -172,8 +174,11 @@ static void paint_load(const kt_sheet *sheet, const kt_picture_effect *effect) {
 
 void kt_paint_effects(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
+    const bool has_spirals = !kt_sheet_is_crowded(sheet, 3.5 * spiral_unit(sheet), 8);
     for (int i = 0; i < p->effect_count; i++) {
         const kt_picture_effect *effect = &p->effects[i];
+        if (effect->type == KT_EFFECT_JOINT_SPRING && !has_spirals)
+            continue;
         if (effect->type == KT_EFFECT_SPRING || effect->type == KT_EFFECT_ATTRACTION)
             paint_link(sheet, effect);
         else if (effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE ||

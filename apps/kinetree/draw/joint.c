@@ -23,7 +23,7 @@ static void trace_dot(cairo_t *c, kt_spot at) {
 void kt_paint_pivots(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
     const double r = sheet->pin, widths[] = {2.0 * r, 2.0 * r - fmin(2.6, r), 0.75 * r};
-    const int joints = kt_sheet_is_crowded(sheet) ? 0 : p->joint_count;
+    const int joints = kt_sheet_is_crowded(sheet, sheet->pin, 20) ? 0 : p->joint_count;
     cairo_t *c = sheet->c;
     cairo_set_line_cap(c, CAIRO_LINE_CAP_ROUND);
     for (int layer = 0; layer < 3; layer++) {

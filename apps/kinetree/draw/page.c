@@ -12,13 +12,17 @@
 enum {
     WIDTH = 900,
     MARGIN = 30,
-    TOP = 64,      /* title and subtitle */
-    FOOT = 66,     /* axes and scale */
-    BORDER = 30,   /* around what is drawn, for symbols */
-    CAPTION = 24,  /* the time below a state, where there are several */
-    TALLEST = 560, /* of the part that is drawn */
+    TOP = 64,           /* title and subtitle */
+    FOOT = 66,          /* axes and scale */
+    BORDER = 30,        /* around what is drawn, for symbols */
+    CAPTION = 24,       /* the time below a state, where there are several */
+    LONG_CAPTION = 250, /* the room for a text */
+    TALLEST = 560,      /* of the part that is drawn */
+    TALLEST_MANY = 700, /* with texts below */
     LOWEST = 150,
 };
+
+static const double rest_fade = 0.45; /* of what is at rest behind a state */
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
 
@@ -30,6 +34,8 @@ typedef struct layout {
     int height;   /* of the page */
     double grain; /* of places far from the origin, where it would be seen; else 0 */
 } layout;
+
+static bool is_captioned(const kt_drawing *d) { return !d->is_strobe && (d->state_count > 1 || d->captions != NULL); }
 
 static void widen(layout *l, kt_vec3 p) {
     l->left = fmin(l->left, p.x);
@@ -102,16 +108,20 @@ static void keep_above_grain(layout *l) {
 }
 
 /* The number of columns with which states become largest. */
-static void arrange(layout *l, int cells) {
+static void arrange(layout *l, const kt_drawing *d) {
     const double width = fmax(l->right - l->left, 1e-9 * (l->top - l->bottom)),
                  height = fmax(l->top - l->bottom, 1e-9 * width);
-    const double caption = cells > 1 ? CAPTION : 0.0;
+    const int cells = d->is_strobe ? 1 : d->state_count;
+    const double caption = is_captioned(d) ? CAPTION : 0.0, room_caption = d->captions != NULL ? LONG_CAPTION : 0.0;
+    const double tallest = d->captions != NULL && cells > 1 ? TALLEST_MANY : TALLEST;
     l->scale = 0.0;
     for (int columns = 1; columns <= cells; columns++) {
         const int rows = (cells + columns - 1) / columns;
         const double room_x = (double)(WIDTH - 2 * MARGIN) / columns - 2.0 * BORDER;
-        const double room_y = (double)TALLEST / rows - 2.0 * BORDER - caption;
+        const double room_y = tallest / rows - 2.0 * BORDER - caption;
         const double scale = fmin(room_x / width, room_y / height);
+        if (room_x + 2.0 * BORDER < room_caption && columns > 1)
+            break;
         if (room_x <= 0.0 || room_y <= 0.0 || scale <= l->scale)
             continue;
         l->scale = scale;
@@ -129,6 +139,10 @@ static layout lay_out(const kt_drawing *d) {
         widen_by_solids(&l, d, state_of(d, i));
         widen_by_frames(&l, d, state_of(d, i));
     }
+    if (d->rest != NULL) {
+        widen_by_solids(&l, d, d->rest);
+        widen_by_frames(&l, d, d->rest);
+    }
     widen_by_markers(&l, d, state_of(d, d->state_count - 1));
     widen_by_planes(&l, d, state_of(d, 0));
     for (int i = 0; i < d->path_count; i++)
@@ -141,7 +155,7 @@ static layout lay_out(const kt_drawing *d) {
         l.left -= 0.5 * d->picture->size;
     }
     keep_above_grain(&l);
-    arrange(&l, d->is_strobe ? 1 : d->state_count);
+    arrange(&l, d);
     return l;
 }
 
@@ -150,9 +164,8 @@ static kt_sheet sheet_of(cairo_t *c, const kt_drawing *d, const layout *l, int s
     const int cell = d->is_strobe ? 0 : state;
     const int column = cell % l->columns, row = cell / l->columns;
     const double left = MARGIN + column * l->cell_width, top = TOP + row * l->cell_height;
-    const bool captioned = !d->is_strobe && d->state_count > 1;
     const double middle_x = left + 0.5 * l->cell_width,
-                 middle_y = top + 0.5 * (l->cell_height - (captioned ? CAPTION : 0));
+                 middle_y = top + 0.5 * (l->cell_height - (is_captioned(d) ? CAPTION : 0));
     return (kt_sheet){.c = c,
                       .palette = kt_palette_choose(d->is_dark),
                       .drawing = d,
@@ -271,13 +284,28 @@ static void paint_gravity(const kt_sheet *sheet, kt_spot at) {
 }
 
 static void paint_caption(const kt_sheet *sheet, const layout *l, int state) {
-    char text[48];
-    snprintf(text, sizeof text, "%.4g s", sheet->drawing->times[state]);
+    const kt_drawing *d = sheet->drawing;
+    char text[48] = "";
+    if (d->captions == NULL)
+        snprintf(text, sizeof text, "%.4g s", d->times[state]);
     cairo_set_font_size(sheet->c, kt_text_size);
     kt_paper_use(sheet->c, sheet->palette->quiet);
     const int column = state % l->columns, row = state / l->columns;
     kt_paper_text(sheet->c, MARGIN + (column + 0.5) * l->cell_width, TOP + (row + 1) * l->cell_height - 7.0,
-                  KT_ANCHOR_MIDDLE, text);
+                  KT_ANCHOR_MIDDLE, d->captions != NULL ? d->captions[state] : text);
+}
+
+/* The mechanism at rest, behind a state. */
+static bool paint_rest(const kt_sheet *sheet) {
+    if (sheet->drawing->rest == NULL)
+        return true;
+    kt_sheet grey = *sheet;
+    grey.poses = sheet->drawing->rest;
+    grey.is_grey = true;
+    grey.fade = rest_fade;
+    const bool fine = kt_paint_solids(&grey);
+    kt_paint_symbols(&grey);
+    return fine;
 }
 
 /* ---- the page ---------------------------------------------------------------------------------------------------- */
@@ -317,10 +345,11 @@ static void paint(cairo_t *c, const void *what) {
             paint_paths(&sheet);
             sheet.fade = fade;
         }
+        *p->fine = paint_rest(&sheet) && *p->fine;
         *p->fine = kt_paint_solids(&sheet) && *p->fine;
         if (!kt_sheet_is_plain(&sheet))
             kt_paint_symbols(&sheet);
-        if (!d->is_strobe && d->state_count > 1)
+        if (is_captioned(d))
             paint_caption(&sheet, &p->layout, i);
     }
     sheet.fade = 0.0;

@@ -21,6 +21,7 @@ typedef struct kt_sheet {
     double x, y;          /* where the origin of the camera's frame is */
     double pin;           /* radius of a joint's symbol, on the page */
     double fade;          /* how far colours are from those of the latest state, towards the paper: 0 to 1 */
+    bool is_grey;         /* bodies have the colour of what is fixed to the ground */
 } kt_sheet;
 
 /* ---- places and colours (draw_sheet.c) --------------------------------------------------------------------------- */
@@ -31,8 +32,9 @@ kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point);
 
 /* Whether the state is an earlier one of a drawing that has to be small. */
 bool kt_sheet_is_plain(const kt_sheet *sheet);
-/* Whether most joints are so near to the one before them in the list that their circles would hide all bodies. */
-bool kt_sheet_is_crowded(const kt_sheet *sheet);
+/* Whether most of more than `least` joints are so near to the one before them in the list that symbols of a radius, on the
+ * page, would hide all bodies. */
+bool kt_sheet_is_crowded(const kt_sheet *sheet, double radius, int least);
 
 /* The colour of a body: that of its rigid part, or that of what is fixed to the ground. */
 kt_colour kt_sheet_colour(const kt_sheet *sheet, int body);

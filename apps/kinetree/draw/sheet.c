@@ -13,16 +13,16 @@ kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point) {
     return kt_sheet_spot(sheet, kt_camera_point(&sheet->drawing->camera, point));
 }
 
-bool kt_sheet_is_crowded(const kt_sheet *sheet) {
+bool kt_sheet_is_crowded(const kt_sheet *sheet, double radius, int least) {
     const kt_picture *p = sheet->drawing->picture;
     kt_spot last = {0};
     int near = 0;
     for (int i = 0; i < p->joint_count; i++) {
         const kt_spot at = kt_sheet_place(sheet, kt_body_frame_pose(&p->joints[i].frame, sheet->poses).position);
-        near += i > 0 && hypot(at.x - last.x, at.y - last.y) < 2.0 * sheet->pin;
+        near += i > 0 && hypot(at.x - last.x, at.y - last.y) < 2.0 * radius;
         last = at;
     }
-    return p->joint_count > 20 && 2 * near > p->joint_count;
+    return p->joint_count > least && 2 * near > p->joint_count;
 }
 
 bool kt_sheet_is_plain(const kt_sheet *sheet) { return sheet->drawing->is_plain && sheet->fade > 0.0; }
@@ -33,7 +33,7 @@ kt_colour kt_sheet_edge(const kt_sheet *sheet, kt_colour fill) {
 }
 
 kt_colour kt_sheet_colour(const kt_sheet *sheet, int body) {
-    const int series = sheet->drawing->picture->colour[body];
+    const int series = sheet->is_grey ? -1 : sheet->drawing->picture->colour[body];
     const kt_colour own = series < 0 ? sheet->palette->quiet : sheet->palette->series[series];
     const kt_colour soft = kt_colour_mix(own, white, sheet->drawing->is_dark ? 0.05 : series < 0 ? 0.45 : 0.22);
     return kt_colour_mix(soft, sheet->palette->paper, 0.85 * sheet->fade);

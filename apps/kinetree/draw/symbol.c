@@ -144,9 +144,11 @@ void kt_paint_symbols(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
     if (sheet->drawing->is_diagram && sheet->fade == 0.0)
         kt_paint_mounts(sheet);
-    kt_paint_effects(sheet);
+    if (!sheet->is_grey) { /* what acts is shown once */
+        kt_paint_effects(sheet);
+        kt_paint_relations(sheet);
+    }
     kt_paint_loops(sheet);
-    kt_paint_relations(sheet);
     if (sheet->drawing->is_diagram)
         kt_paint_pivots(sheet);
     for (int i = 0; i < p->joint_count && sheet->drawing->shows_axes; i++)

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 
 typedef struct kt_shape_panel {
-    char title[96];     /* "1: 0.38 Hz, damping ratio 0.01" */
+    const char *title;  /* "1: 0.38 Hz, damping ratio 0.01" */
     const double *bars; /* two per coordinate: real part, in phase with the largest element, and imaginary part */
 } kt_shape_panel;
 

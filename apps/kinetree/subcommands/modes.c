@@ -2,7 +2,6 @@
 #include "subcommands/modes.h"
 #include "command.h"
 #include "plot/plot.h"
-#include "plot/shapes.h"
 #include "records/output.h"
 #include "text/arguments.h"
 
@@ -10,83 +9,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* ---- the picture ------------------------------------------------------------------------------------------------ */
-
-enum { PANELS_MOST = 8, NAMES_MOST = 500 };
-
-typedef struct kt_shapes {
-    kt_shape_panel panel[PANELS_MOST];
-    kt_coordinate_name name[NAMES_MOST];
-    const char *text[NAMES_MOST];
-    double bars[PANELS_MOST][2 * NAMES_MOST];
-} kt_shapes;
-
-/* Fills in a mode shape, with each coordinate divided by its unit; the largest element is 1 and real. */
-static void fill_bars(const kt_small_motion *motion, int mode, double *bars) {
-    const kt_linear_system *system = kt_linearization_system(motion->linearization);
-    const double *shape = kt_modes_positions(motion->modes, mode);
-    for (int i = 0; i < 2 * system->coordinates; i++)
-        bars[i] = shape[i] / system->unit[i / 2];
-}
-
-static void name_panel(kt_shape_panel *panel, int number, const kt_mode *mode) {
-    if (mode->imaginary > 0.0)
-        snprintf(panel->title, sizeof panel->title, "%d: %.4g Hz, damping ratio %.3f", number, mode->frequency,
-                 fabs(mode->real) > mode->error ? mode->damping : 0.0);
-    else
-        snprintf(panel->title, sizeof panel->title, "%d: %s, time constant %.3g s", number,
-                 mode->real > 0.0 ? "growth" : "decay", 1.0 / fabs(mode->real));
-}
-
-static int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, bool is_dark) {
-    const kt_linear_system *system = kt_linearization_system(motion->linearization);
-    kt_shapes *shapes = calloc(1, sizeof *shapes);
-    char subtitle[160];
-    if (shapes == NULL) {
-        kt_say("there is not enough memory for the picture");
-        return KT_EXIT_INTEGRATION;
-    }
-    kt_shape_plot plot = {.title = motion->name,
-                          .subtitle = subtitle,
-                          .names = shapes->text,
-                          .count = system->coordinates < NAMES_MOST ? system->coordinates : NAMES_MOST,
-                          .panels = shapes->panel,
-                          .is_dark = is_dark};
-    for (int i = 0; i < plot.count; i++) {
-        shapes->name[i] = kt_name_coordinate(motion, i);
-        shapes->text[i] = shapes->name[i].text;
-    }
-    int number = 0;
-    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
-        const kt_mode mode = kt_modes_at(motion->modes, i);
-        if (kt_mode_is_neutral(&mode))
-            continue;
-        number++;
-        if (plot.panel_count == PANELS_MOST)
-            continue;
-        kt_shape_panel *panel = &shapes->panel[plot.panel_count];
-        panel->bars = shapes->bars[plot.panel_count++];
-        fill_bars(motion, i, shapes->bars[plot.panel_count - 1]);
-        name_panel(panel, number, &mode);
-    }
-    snprintf(subtitle, sizeof subtitle, "Shapes of %s%d modes about its %s, by joints",
-             number > PANELS_MOST ? "the slowest of " : "", number, state);
-    const int code = kt_plot_shapes(&plot, path);
-    free(shapes);
-    return code;
-}
-
 typedef struct kt_modes_arguments {
     kt_settings settings;
     int at; /* index of the choice; -1: not given */
-    bool nearest, json, dark;
+    bool nearest, json, bars, dark;
     long count, steps;
     double period, alpha, beta;
     int formulation; /* index of the choice; -1: not given */
-    const char *plot;
+    const char *plot, *view;
 } kt_modes_arguments;
-
-enum { AT_INITIAL = 0, AT_EQUILIBRIUM };
 
 #define KT_FORMULATION_CHOICE "gauss|baumgarte|augmented|projection"
 
@@ -112,7 +43,11 @@ static const kt_option options[] = {
     {"json", KT_OPTION_FLAG, offsetof(kt_modes_arguments, json), NULL,
      "everything as JSON: modes with their shapes, state, input and output matrices", NULL},
     {"plot", KT_OPTION_TEXT, offsetof(kt_modes_arguments, plot), "FILE",
-     "the shapes of the slowest as bars, as SVG or PNG", NULL},
+     "the mechanism deflected in each of the slowest, as SVG, PNG or PDF", NULL},
+    {"view", KT_OPTION_TEXT, offsetof(kt_modes_arguments, view), "FILE.html",
+     "a page that animates them, in one file for any browser", NULL},
+    {"bars", KT_OPTION_FLAG, offsetof(kt_modes_arguments, bars), NULL,
+     "--plot: bars by joints in place of the mechanism, with their phases", NULL},
     {"dark", KT_OPTION_FLAG, offsetof(kt_modes_arguments, dark), NULL, "the picture on a dark page", NULL},
 };
 
@@ -136,66 +71,6 @@ const kt_usage kt_usage_modes = {
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
-
-/* ---- choice of the state ----------------------------------------------------------------------------------------- */
-
-static int choose_state(kt_small_motion *motion, const kt_modes_arguments *arguments) {
-    kt_error error = {0};
-    const bool moves = kt_small_motion_moves(motion), asked = arguments->at == AT_EQUILIBRIUM || arguments->nearest;
-    if (arguments->at == AT_INITIAL || (moves && !asked))
-        return KT_EXIT_DONE;
-    const kt_status status = kt_small_motion_settle(motion, arguments->nearest, &error);
-    if (status == KT_OK)
-        return KT_EXIT_DONE;
-    kt_say_error(&error);
-    if (asked)
-        return kt_exit_code(status);
-    kt_say("these are the modes about the initial state instead");
-    return KT_EXIT_DONE;
-}
-
-/* Returns whether the motion is steady: the acceleration is zero, and so are its rate, d/dt a = state x' (its lower
- * rows), and those of own states. */
-static bool is_steady(const kt_linear_system *system) {
-    const double scale = fmax(1.0, system->speed * system->speed);
-    if (system->acceleration > 1e-9 * scale)
-        return false;
-    for (int i = system->states - system->own_states; i < system->states; i++)
-        if (fabs(system->rate[i]) > 1e-9 * scale)
-            return false;
-    for (int i = system->positions; i < system->positions + system->velocities; i++) {
-        double sum = 0.0;
-        for (int j = 0; j < system->states; j++)
-            sum += system->state[(size_t)j * (size_t)system->states + (size_t)i] * system->rate[j];
-        const double unit = system->unit[system->velocity_coordinate[i - system->positions]];
-        if (fabs(sum) / unit > 1e-8 * scale * fmax(1.0, system->speed))
-            return false;
-    }
-    return true;
-}
-
-static const char *name_state(const kt_small_motion *motion, const kt_linear_system *system) {
-    if (motion->settled)
-        return "equilibrium";
-    if (system->speed > 1e-12)
-        return is_steady(system) ? "steady motion" : "motion";
-    return system->acceleration > 1e-9 || (system->own_states > 0 && !is_steady(system)) ? "initial position"
-                                                                                         : "equilibrium";
-}
-
-static void warn(const kt_linear_system *system, const char *state) {
-    if (state[0] == 'm')
-        kt_say("the initial state is in a motion that does not stay as it is: these modes are those of an instant, and "
-               "say little about motions that last longer (--at equilibrium takes the place where it rests)");
-    if (state[0] == 'i')
-        kt_say("the initial position is no equilibrium: the mechanism leaves it, and these modes hold for an instant");
-    if (system->near_singular)
-        kt_say(
-            "loops are near a singular position, where the number of degrees of freedom changes: expect large errors");
-    if (system->error > 1e-6)
-        kt_say("the linearisation is uncertain by %.1g of its largest number: a force has a kink or a jump %s",
-               system->error, system->exact ? "at this very state, such as a stop that just touches" : "nearby");
-}
 
 /* ---- table ------------------------------------------------------------------------------------------------------- */
 
@@ -445,17 +320,22 @@ static json_t *describe(const kt_small_motion *motion, const char *state) {
 /* Each of --period and --formulation prints a table of its own. */
 static int check_together(const kt_modes_arguments *a) {
     const bool period = !isnan(a->period), formulation = a->formulation >= 0;
-    if (period && (formulation || a->at >= 0 || a->nearest || a->plot != NULL)) {
-        kt_say("modes: --period is about the motion from the initial state, in a table: no --at, --nearest, --plot or "
+    if (period && (formulation || a->at >= 0 || a->nearest || a->plot != NULL || a->view != NULL)) {
+        kt_say("modes: --period is about the motion from the initial state, in a table: no --view, --at, --nearest, "
+               "--plot or "
                "--formulation with it");
         return KT_EXIT_USAGE;
     }
-    if (formulation && a->plot != NULL) {
-        kt_say("modes: --formulation prints eigenvalues, which have no --plot");
+    if (formulation && (a->plot != NULL || a->view != NULL)) {
+        kt_say("modes: --formulation prints eigenvalues, which have no --plot and no --view");
         return KT_EXIT_USAGE;
     }
     if (!formulation && !(isnan(a->alpha) && isnan(a->beta))) {
         kt_say("modes: --alpha and --beta are gains of a formulation: --formulation baumgarte goes with them");
+        return KT_EXIT_USAGE;
+    }
+    if (a->bars && a->plot == NULL) {
+        kt_say("modes: --bars is about a picture: --plot FILE goes with it");
         return KT_EXIT_USAGE;
     }
     if (!period && a->steps > 0) {
@@ -473,14 +353,16 @@ int kt_command_modes(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_modes, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
-    if (arguments.at == AT_INITIAL && arguments.nearest) {
+    if (arguments.at == KT_MODES_AT_INITIAL && arguments.nearest) {
         kt_say("modes: --nearest is about an equilibrium, and --at initial is not");
         return KT_EXIT_USAGE;
     }
     if ((code = check_together(&arguments)) >= 0)
         return code;
-    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", arguments.plot, true}};
-    if ((code = kt_check_files("modes", uses, 2)) >= 0 ||
+    const kt_file_use uses[] = {
+        {"the scene", argv[1], false}, {"--plot", arguments.plot, true}, {"--view", arguments.view, true}};
+    if ((code = kt_check_files("modes", uses, 3)) >= 0 ||
+        (code = kt_check_ending("--view", arguments.view, ".html")) >= 0 ||
         (arguments.plot != NULL && (code = kt_plot_check(arguments.plot)) >= 0))
         return code;
     code = kt_small_motion_open(&motion, argv[1], &arguments.settings);
@@ -492,23 +374,21 @@ int kt_command_modes(int argc, char **argv) {
         kt_small_motion_close(&motion);
         return code;
     }
+    const char *state = "";
     if (code == KT_EXIT_DONE)
-        code = choose_state(&motion, &arguments);
-    if (code == KT_EXIT_DONE)
-        code = kt_small_motion_linearize(&motion);
+        code = kt_modes_prepare(&motion, arguments.at, arguments.nearest, &state);
     if (code == KT_EXIT_DONE) {
-        const kt_linear_system *system = kt_linearization_system(motion.linearization);
-        const char *state = name_state(&motion, system);
-        if (system->states > 0)
-            warn(system, state);
         if (arguments.formulation >= 0)
             code = kt_modes_print_formulation(&motion, (kt_constraint_formulation_type)arguments.formulation,
                                               arguments.alpha, arguments.beta, arguments.json);
         else
             code = arguments.json ? kt_json_write(describe(&motion, state), "-")
                                   : print_table(&motion, state, arguments.count);
+        if (code == KT_EXIT_DONE && arguments.view != NULL)
+            code = kt_modes_view(&motion, state, arguments.view, arguments.count, false);
         if (code == KT_EXIT_DONE && arguments.plot != NULL)
-            code = kt_modes_draw(&motion, state, arguments.plot, arguments.dark);
+            code = arguments.bars ? kt_modes_draw_bars(&motion, state, arguments.plot, arguments.dark)
+                                  : kt_modes_draw(&motion, state, arguments.plot, arguments.dark);
     }
     kt_small_motion_close(&motion);
     return code;

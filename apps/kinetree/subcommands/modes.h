@@ -14,4 +14,29 @@ int kt_modes_print_period(const kt_small_motion *motion, double period, long ste
 int kt_modes_print_formulation(const kt_small_motion *motion, kt_constraint_formulation_type type, double alpha,
                                double beta, bool json);
 
+enum { KT_MODES_AT_INITIAL = 0, KT_MODES_AT_EQUILIBRIUM }; /* -1: whichever says more about the scene */
+
+/* Chooses the state of an open motion, linearises about it, and reports what limits the result. *state: its name. Returns
+ * an exit code. */
+int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char **state);
+
+/* "2: 13.1 Hz, damping ratio 0.010"; of a mode that does not oscillate its time constant. */
+typedef struct kt_mode_title {
+    char text[96];
+} kt_mode_title;
+kt_mode_title kt_modes_title(int number, const kt_mode *mode);
+
+/* Lists up to `most` of the slowest modes that are not neutral, *listed of them; returns how many there are of all
+ * speeds. */
+int kt_modes_slowest(const kt_small_motion *motion, int most, int *list, int *listed);
+
+/* Writes a page that animates the slowest modes. Returns an exit code. kt_view_modes: of a scene that is not open yet. */
+int kt_modes_view(const kt_small_motion *motion, const char *state, const char *path, long count, bool boxes);
+int kt_view_modes(const char *scene, const char *path, const kt_settings *settings, bool boxes);
+
+/* Draw the slowest modes, `state` being what they are about: the mechanism deflected in each of them, or bars by joints.
+ * Return an exit code. */
+int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, bool is_dark);
+int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const char *path, bool is_dark);
+
 #endif

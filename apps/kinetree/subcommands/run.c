@@ -730,6 +730,8 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
         return KT_EXIT_USAGE;
     }
     const char *path = argv[1];
+    if (arguments.modes)
+        return kt_run_view_modes(&arguments, path);
     arguments.settings.is_quiet = arguments.quiet;
     code = kt_read_scene_from(path, &arguments.settings, arguments.from, &scene);
     if (code != KT_EXIT_DONE)

@@ -28,7 +28,7 @@ typedef struct kt_run_arguments {
     int formulation, reduction, metric, plan;
     const char *from, *out, *summary, *scene, *plot, *size, *view, *glb, *checkpoint, *resume;
     double checkpoint_interval;
-    bool unprojected, dark, boxes, quiet;
+    bool unprojected, dark, boxes, modes, quiet;
     kt_settings settings;
 } kt_run_arguments;
 
@@ -44,6 +44,9 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner);
 
 /* Parses the command line. Returns -1 if the command can continue, else an exit code. */
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments);
+
+/* view --modes: writes a page that animates the modes of the scene. Returns an exit code. */
+int kt_run_view_modes(const kt_run_arguments *arguments, const char *path);
 
 /* Applies the options of the command line to the scene, except for markers. Returns -1 on success, else an exit
  * code. */

@@ -1,4 +1,5 @@
 /* Parses the command line of `kinetree run` and applies its options to the scene. */
+#include "subcommands/modes.h"
 #include "subcommands/run.h"
 #include "text/arguments.h"
 #include "text/list.h"
@@ -55,6 +56,10 @@ static const kt_option options[] = {
     {"resume", KT_OPTION_TEXT, KT_AT(resume), "FILE",
      "go on from a checkpoint of the same run: the records continue in --out", NULL},
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no words and no progress bar, but for errors", NULL},
+    {"modes", KT_OPTION_FLAG, KT_AT(modes), NULL,
+     "in place of the run: the modes about the place where the scene rests, or about its initial state if it moves; "
+     "'kinetree modes --view' has more choices",
+     NULL}, /* of `view` alone: the last one */
 };
 
 const kt_usage kt_usage_run = {
@@ -73,14 +78,15 @@ const kt_usage kt_usage_run = {
         "Results are written to NAME.partial and renamed at the end. A run that fails leaves its records until then\n"
         "in NAME where there is none yet; where there is, that one stays and its own are in NAME.partial.\n",
     .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    .option_count = sizeof options / sizeof options[0] - 1,
 };
 
 const kt_usage kt_usage_view = {
     .command = "view",
     .examples = "  kinetree view pendulum.yaml\n"
                 "  kinetree view four-bar.yaml --duration 2 --view four-bar.html\n"
-                "  kinetree make chain --links 20 | kinetree view -\n",
+                "  kinetree make chain --links 20 | kinetree view -\n"
+                "  kinetree view engine-mounts.yaml --modes\n",
     .operands = "SCENE",
     .least = 1,
     .most = 1,
@@ -97,18 +103,78 @@ const kt_usage kt_usage_view = {
     .option_count = sizeof options / sizeof options[0],
 };
 
+static const kt_run_arguments not_given = {.duration = (double)NAN,
+                                           .step = (double)NAN,
+                                           .max_step = (double)NAN,
+                                           .rho = (double)NAN,
+                                           .interval = (double)NAN,
+                                           .formulation = -1,
+                                           .reduction = -1,
+                                           .metric = -1,
+                                           .plan = -1,
+                                           .checkpoint_interval = 10.0};
+
+static size_t size_of_option(const kt_option *option) {
+    switch (option->type) {
+    case KT_OPTION_NUMBER:
+    case KT_OPTION_POSITIVE:
+    case KT_OPTION_ANGLE:
+        return sizeof(double);
+    case KT_OPTION_CHOICE:
+        return sizeof(int);
+    case KT_OPTION_COUNT:
+        return sizeof(long);
+    case KT_OPTION_FLAG:
+        return sizeof(bool);
+    default:
+        return sizeof(char *);
+    }
+}
+
+/* The first option that is given but has no meaning for modes; NULL: there is none. */
+static const char *option_of_runs(const kt_run_arguments *arguments) {
+    static const char *const kept[] = {"set", "view", "boxes", "quiet", "modes"};
+    for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
+        bool is_kept = false;
+        for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
+            is_kept = is_kept || strcmp(options[i].name, kept[k]) == 0;
+        if (!is_kept && memcmp((const char *)arguments + options[i].offset,
+                               (const char *)&not_given + options[i].offset, size_of_option(&options[i])) != 0)
+            return options[i].name;
+    }
+    return NULL;
+}
+
+int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
+    const char *needless = option_of_runs(arguments);
+    if (needless != NULL) {
+        kt_say("view: --modes shows small motions and no run; leave out --%s", needless);
+        return KT_EXIT_USAGE;
+    }
+    char *base = kt_base_name(path), own[4096];
+    if (base == NULL) {
+        kt_say("there is not enough memory");
+        return KT_EXIT_INTEGRATION;
+    }
+    snprintf(own, sizeof own, "%s.html", base);
+    free(base);
+    const char *page = arguments->view != NULL ? arguments->view : own;
+    const kt_file_use uses[] = {{"the scene", path, false}, {"--view", page, true}};
+    int code = kt_check_files("view", uses, 2);
+    code = code < 0 ? kt_check_ending("--view", page, ".html") : code;
+    if (code >= 0)
+        return code;
+    kt_settings settings = arguments->settings;
+    settings.is_quiet = arguments->quiet;
+    code = kt_view_modes(path, page, &settings, arguments->boxes);
+    if (code == KT_EXIT_DONE && !arguments->quiet)
+        kt_say("%s", page);
+    return code;
+}
+
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments) {
-    *arguments = (kt_run_arguments){.command = usage->command,
-                                    .duration = (double)NAN,
-                                    .step = (double)NAN,
-                                    .max_step = (double)NAN,
-                                    .rho = (double)NAN,
-                                    .interval = (double)NAN,
-                                    .formulation = -1,
-                                    .reduction = -1,
-                                    .metric = -1,
-                                    .plan = -1,
-                                    .checkpoint_interval = 10.0};
+    *arguments = not_given;
+    arguments->command = usage->command;
     int operands;
     int code = kt_arguments_read(usage, argc, argv, arguments, &operands);
     if (code >= 0)

@@ -2,7 +2,7 @@
 
 const find = (id) => document.getElementById(id);
 const SPEEDS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000, 10000];
-const NAMES_MAX = 60, LISTED_MAX = 300;
+const NAMES_MAX = 60, LISTED_MAX = 300, MODE_STEPS = 120;
 
 /* Steps by which drawing becomes cheaper where the machine cannot keep up: sides of circles, pixels a pixel of the page, whether joints
  * are drawn; and what the page says of them. */
@@ -27,9 +27,11 @@ class Page {
         this.motion = read_motion(this.data, find("motion").textContent);
         find("motion").remove();
         complete(this.data);
+        this.modes = this.data.modes === undefined ? null : new Modes(this.data, this.motion);
         this.poses = new Float32Array(8 * POSES_A_ROW * Math.ceil(this.data.bodies.length / POSES_A_ROW));
         this.shown = Object.fromEntries(LAYERS.map(([key, , is_on]) => [key, is_on]));
-        this.times = [this.motion.times[0], this.motion.times[this.motion.frames - 1]];
+        this.times = this.modes !== null ? [0, this.modes.duration] : [this.motion.times[0], this.motion.times[this.motion.frames - 1]];
+        this.repeats = this.modes !== null;
         this.time = this.data.failed || this.data.overlay ? this.times[1] : this.times[0];
         this.speed = this.choose_speed();
         this.is_playing = false;
@@ -66,17 +68,25 @@ class Page {
             this.painter = this.figure = null;
             this.notes.push(`The mechanism cannot be drawn: ${error.message}. The chart below does not need it.`);
         }
-        if (this.data.overlay && this.painter !== null)
+        if ((this.data.overlay || this.modes !== null) && this.painter !== null)
             this.start_overlay();
     }
 
-    /* The first frame, pale, under the last: what assembly has moved. */
+    /* The poses at a time. */
+    pose_at(t, poses) {
+        if (this.modes !== null)
+            this.modes.pose(t, poses);
+        else
+            pose_bodies(this.motion, t, poses);
+    }
+
+    /* The first frame, pale, under the last: what assembly has moved; under a mode the state about which it is. */
     start_overlay() {
         this.ghost = this.painter.make_texture();
         const poses = new Float32Array(this.poses.length);
         pose_bodies(this.motion, this.times[0], poses);
         this.painter.set_poses(this.ghost, poses);
-        this.time = this.times[1];
+        this.time = this.modes !== null ? this.times[0] : this.times[1];
     }
 
     /* ---- words ---------------------------------------------------------------------------------------------------- */
@@ -93,6 +103,8 @@ class Page {
             find("method").textContent += ": the given positions pale, the assembled ones in colour";
             find("transport").hidden = find("curves").hidden = true;
         }
+        if (this.modes !== null)
+            find("curves").hidden = true;
         if (data.failed) {
             find("failed").hidden = false;
             find("failed").textContent = data.failed.message;
@@ -112,6 +124,8 @@ class Page {
 
     /* About the pace of the clock, but motions of less than two seconds slower, of more than a minute faster. */
     choose_speed() {
+        if (this.modes !== null) /* a period takes PERIOD seconds of the clock */
+            return this.modes.duration / PERIOD;
         const duration = this.times[1] - this.times[0], right = duration < 2 ? duration / 5 : duration > 60 ? duration / 30 : 1;
         return SPEEDS.reduce((best, s) => (Math.abs(Math.log(s / right)) < Math.abs(Math.log(best / right)) ? s : best), 1);
     }
@@ -140,7 +154,7 @@ class Page {
     set_time(t) {
         this.time = clamp(t, this.times[0], this.times[1]);
         const slider = find("slider"), i = frame_at(this.motion, this.time);
-        slider.value = this.motion.frames > 1 ? i : 0;
+        slider.value = this.modes !== null ? Math.round((MODE_STEPS * this.time) / this.times[1]) : this.motion.frames > 1 ? i : 0;
         slider.setAttribute("aria-valuetext", `${show_number(this.time)} seconds`);
         find("time").textContent = `${show_time(this.time, this.times[1])} s`;
         this.chart.move(this.time);
@@ -155,13 +169,15 @@ class Page {
     step(count) {
         if (this.data.overlay)
             return;
+        if (this.modes !== null)
+            return this.seek(this.time + (count * this.times[1]) / MODE_STEPS);
         const i = clamp(frame_at(this.motion, this.time) + count, 0, this.motion.frames - 1);
         this.seek(this.motion.times[i]);
         this.say(`frame ${i + 1} of ${this.motion.frames}, ${show_number(this.time)} seconds`);
     }
 
     play() {
-        if (this.motion.frames < 2 || this.data.overlay)
+        if ((this.motion.frames < 2 && this.modes === null) || this.data.overlay)
             return;
         if (this.time >= this.times[1])
             this.set_time(this.times[0]);
@@ -233,7 +249,7 @@ class Page {
     }
 
     pose() {
-        pose_bodies(this.motion, this.time, this.poses);
+        this.pose_at(this.time, this.poses);
         this.painter.set_poses(this.painter.texture, this.poses);
         return this.camera.look(find("picture").width, find("picture").height, this.shift());
     }
@@ -253,7 +269,7 @@ class Page {
         const pixels = [canvas.width / this.ratio, canvas.height / this.ratio];
         const [sides, , has_joints] = QUALITIES[quality];
         this.figure.paint(view, {...this.shown, joints: this.shown.joints && has_joints}, sides, pixels);
-        if (this.ghost !== undefined)
+        if (this.ghost !== undefined && this.has_ghost !== false)
             p.paint_solids(this.figure.static.bodies, view, this.ghost, sides, 0.3);
         this.place_names(view);
         this.pictures = (this.pictures ?? 0) + 1;
@@ -263,10 +279,10 @@ class Page {
      * where the picture follows, less what the followed bodies have moved, and after the first frame of these alone. */
     points(count) {
         const poses = new Float32Array(this.poses.length), all = [], followed = new Set(this.data.followed);
-        const frames = this.data.overlay ? [0, 1]
+        const frames = this.data.overlay ? [0, 1] : this.modes !== null ? [...Array(8).keys()]
             : [...Array(count).keys()].map((k) => Math.round((k * (this.motion.frames - 1)) / Math.max(1, count - 1)));
         for (const i of new Set(frames)) {
-            pose_bodies(this.motion, this.motion.times[i], poses);
+            this.pose_at(this.modes !== null ? (i / 8) * this.times[1] : this.motion.times[i], poses);
             const shift = this.shift(poses), is_shown = (body) => i === 0 || !this.follows || followed.has(body);
             const put = (...points) => points.forEach((p) => all.push(sub(p, shift)));
             for (const {body, at, turn: turned, half} of this.data.solids.filter((one) => is_shown(one.body)))
@@ -298,7 +314,7 @@ class Page {
         const {motion, data} = this, poses = new Float32Array(this.poses.length), box = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
         const ranges = data.planes.map(() => [[Infinity, Infinity], [-Infinity, -Infinity]]);
         for (let k = 0; k < 40; k++) {
-            pose_bodies(motion, this.times[0] + (k / 39) * (this.times[1] - this.times[0]), poses);
+            this.pose_at(this.times[0] + (k / 39) * (this.times[1] - this.times[0]), poses);
             for (const i of this.moving()) {
                 const p = [...poses.subarray(8 * i, 8 * i + 3)];
                 if (this.data.followed.includes(i))
@@ -401,20 +417,54 @@ class Page {
             joints: data.joints.length, axes: data.joints.some((j) => j.type !== "free" && j.type !== "spherical"), loops: data.loops.length,
             springs: data.effects.some(({type, ends}) => (ends.length === 2 && type !== "contact") || type === "joint_spring" || type === "joint_limit"),
             drives: data.relations.length || data.effects.some(({type}) => DRIVES.includes(type)), planes: data.planes.length,
-            contacts: data.effects.some((e) => e.type === "contact"), ...Object.fromEntries(data.arrows.map((arrow) => [arrow.source, true])), traces: data.markers.length, markers: data.markers.length,
+            contacts: data.effects.some((e) => e.type === "contact"), ...Object.fromEntries(data.arrows.map((arrow) => [arrow.source, true])), traces: this.modes === null && data.markers.length, markers: data.markers.length,
             names: true, frame: true,
         };
         for (const [key, text, is_on] of LAYERS.filter(([key]) => has[key]))
             this.tick(find("layers"), text, is_on, (on) => { this.shown[key] = on; });
         find("lengths").hidden = data.arrows.length === 0;
+        this.list_modes();
         this.list_traces();
         this.list_bodies();
         this.show_notes();
     }
 
+    list_modes() {
+        find("modes").hidden = this.modes === null;
+        if (this.modes === null)
+            return;
+        const list = find("mode"), size = find("amplitude");
+        this.modes.list.forEach(({title, short}, i) => element("option", {value: i, text: short, title}, list));
+        list.size = clamp(this.modes.list.length, 2, 12);
+        list.addEventListener("change", () => this.choose_mode(list.selectedIndex));
+        this.name_mode(0);
+        size.value = this.modes.size;
+        size.addEventListener("input", () => {
+            this.modes.size = Number(size.value);
+            this.is_stale = true;
+        });
+        this.tick(find("modes"), "Undeflected, pale", true, (on) => { this.has_ghost = on; });
+        find("repeat").checked = true;
+    }
+
+    name_mode(k) {
+        find("mode").selectedIndex = k;
+        find("method").textContent = `${this.data.method}; ${this.modes.mode.title}`;
+    }
+
+    choose_mode(k) {
+        this.modes.choose(k);
+        this.name_mode(k);
+        this.times = [0, this.modes.duration];
+        this.speed = this.choose_speed();
+        this.list_speeds();
+        this.set_time(0);
+        this.say(this.modes.mode.title);
+    }
+
     list_traces() {
         const all = this.data.markers.slice(0, LISTED_MAX);
-        find("traces").closest("details").hidden = all.length === 0;
+        find("traces").closest("details").hidden = all.length === 0 || this.modes !== null;
         all.forEach((marker, i) => this.tick(find("traces"), `${this.data.bodies[marker.body].name}.${marker.name}`, this.figure?.traced.has(i), (on) => {
             this.figure?.traced[on ? "add" : "delete"](i);
             this.figure?.build_paths();
@@ -438,15 +488,14 @@ class Page {
     /* ---- input ---------------------------------------------------------------------------------------------------- */
 
     listen() {
-        const on = (id, kind, act) => find(id).addEventListener(kind, act), slider = find("slider"), speed = find("speed");
-        slider.max = Math.max(1, this.motion.frames - 1);
-        for (const s of SPEEDS)
-            element("option", {value: s, text: `\u00d7\u202f${s}`, ...(s === this.speed ? {selected: ""} : {})}, speed);
+        const on = (id, kind, act) => find(id).addEventListener(kind, act), slider = find("slider");
+        slider.max = this.modes !== null ? MODE_STEPS : Math.max(1, this.motion.frames - 1);
+        this.list_speeds();
         on("play", "click", () => (this.is_playing ? this.pause() : this.play()));
         on("back", "click", () => this.step(-1));
         on("forth", "click", () => this.step(1));
-        on("slider", "input", () => this.seek(this.motion.times[Number(slider.value)]));
-        on("speed", "change", () => { this.speed = Number(speed.value); });
+        on("slider", "input", () => this.seek(this.modes !== null ? (Number(slider.value) / MODE_STEPS) * this.times[1] : this.motion.times[Number(slider.value)]));
+        on("speed", "change", () => { this.speed = Number(find("speed").value); });
         on("repeat", "change", () => { this.repeats = find("repeat").checked; });
         on("follow", "change", () => {
             this.follows = find("follow").checked;
@@ -478,6 +527,15 @@ class Page {
         new ResizeObserver(() => this.resize()).observe(find("stage"));
         new ResizeObserver(() => this.resize()).observe(find("chart"));
         this.set_time(this.time);
+    }
+
+    /* Of a mode: in how many seconds the page shows a period. */
+    list_speeds() {
+        const speeds = this.modes !== null ? [0.5, 1, 2, 5, 10].map((s) => [this.modes.duration / s, `period: ${s} s`])
+            : SPEEDS.map((s) => [s, `\u00d7\u202f${s}`]);
+        find("speed").replaceChildren();
+        for (const [value, text] of speeds)
+            element("option", {value, text, ...(value === this.speed ? {selected: ""} : {})}, find("speed"));
     }
 
     listen_to_canvas() {

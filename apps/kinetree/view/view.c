@@ -365,6 +365,23 @@ static void put_head(kt_json_writer *out, const kt_motion *motion, const kt_view
     kt_put_boolean(out, "overlay", view->is_overlay);
 }
 
+static void put_modes(kt_json_writer *out, const kt_motion *motion, const kt_view *view) {
+    kt_put_open(out, "modes", '[');
+    for (int i = 0; i < view->mode_count; i++) {
+        const kt_view_mode *mode = &view->modes[i];
+        kt_put_open(out, NULL, '{');
+        kt_put_text(out, "title", mode->title);
+        kt_json_put_number(out, "frequency", mode->frequency);
+        kt_json_put_number(out, "rate", mode->rate);
+        kt_json_put_number(out, "damping", mode->damping);
+        kt_json_put_number(out, "amplitude", mode->amplitude);
+        kt_json_put_number(out, "phase", mode->phase);
+        kt_json_put_numbers(out, "screws", mode->screws, 12 * motion->picture->body_count);
+        kt_put_close(out, '}');
+    }
+    kt_put_close(out, ']');
+}
+
 static void put_mechanism(kt_json_writer *out, const kt_motion *motion, const kt_view *view) {
     const kt_picture *picture = motion->picture;
     kt_put_open(out, NULL, '{');
@@ -380,6 +397,8 @@ static void put_mechanism(kt_json_writer *out, const kt_motion *motion, const kt
     put_columns(out, motion);
     put_marks(out, view->marks);
     put_list(out, "arrows", motion, motion->force_count, put_force);
+    if (view->modes != NULL)
+        put_modes(out, motion, view);
     if (view->failed != NULL)
         put_failure(out, motion, view->failed);
     if (view->notes != NULL)

@@ -7,15 +7,26 @@
 
 #include <jansson.h>
 
+/* A mode, which a page animates. */
+typedef struct kt_view_mode {
+    const char *title;       /* "1: 2.09 Hz, damping ratio 0.010" */
+    double frequency, rate;  /* Hz, 0: it does not oscillate; 1/s */
+    double damping;          /* ratio */
+    double amplitude, phase; /* of the shape at the start: amplitude exp(i phase) */
+    const double *screws;    /* [body][12], the world first: how it moves relative to its parent (view/modes.js) */
+} kt_view_mode;
+
 /* What a page shows besides the motion. */
 typedef struct kt_view {
-    const char *name;       /* of the scene */
-    const char *method;     /* "dopri5, tolerance 1e-9" */
-    const kt_run *run;      /* its markers leave traces; NULL: none do */
-    const kt_marks *marks;  /* of events, in the curves; NULL: none */
-    json_t *notes;          /* list of texts, borrowed; NULL: none */
-    const kt_error *failed; /* why the run has ended early; NULL: it has not */
-    bool is_overlay;        /* two frames, to be seen over each other */
+    const char *name;          /* of the scene */
+    const char *method;        /* "dopri5, tolerance 1e-9" */
+    const kt_run *run;         /* its markers leave traces; NULL: none do */
+    const kt_marks *marks;     /* of events, in the curves; NULL: none */
+    json_t *notes;             /* list of texts, borrowed; NULL: none */
+    const kt_error *failed;    /* why the run has ended early; NULL: it has not */
+    const kt_view_mode *modes; /* in place of a motion: the one frame is the state about which they are; NULL: none */
+    int mode_count;
+    bool is_overlay; /* two frames, to be seen over each other */
 } kt_view;
 
 /* Writes the page. Returns KT_EXIT_DONE, or an exit code after printing the error. */

@@ -1,0 +1,132 @@
+/* Small motions at an amplitude that can be seen.
+ *
+ * A point of a body moves by Re(exp(i phi) (a + i b)), an ellipse: its squared distance from the place at rest is
+ *
+ *     |a cos phi - b sin phi|^2 = (|a|^2 + |b|^2) / 2 + (|a|^2 - |b|^2) / 2 cos 2 phi - a.b sin 2 phi,
+ *
+ * which is largest at tan 2 phi = -2 a.b / (|a|^2 - |b|^2). The point is a corner of the box around a solid. */
+#include "scene/deflection.h"
+
+#include "kinetree/dynamics.h"
+#include "kinetree/joint.h"
+#include "kinetree/mechanism.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const double kt_deflection_share = 0.12;
+
+static const double turn_most = 1.0; /* rad; of a body, so that nothing turns over */
+
+static kt_status fail_memory(kt_error *error) {
+    error->code = KT_ERROR_MEMORY;
+    return KT_ERROR_MEMORY;
+}
+
+/* The part of the shape at a phase, as velocities of all joints. */
+static void take_part(const kt_small_motion *motion, int mode, double amplitude, double phase, double *v) {
+    const double *shape = kt_modes_positions(motion->modes, mode);
+    for (int i = 0; i < kt_model_nv(motion->model); i++)
+        v[i] = amplitude * (cos(phase) * shape[2 * i] - sin(phase) * shape[2 * i + 1]);
+}
+
+kt_status kt_deflection_twists(const kt_small_motion *motion, int mode, kt_twist *real, kt_twist *imaginary,
+                               kt_error *error) {
+    const double quarter = -1.5707963267948966;
+    double *v = calloc((size_t)kt_model_nv(motion->model) + 1, sizeof *v);
+    kt_status status = v != NULL ? KT_OK : fail_memory(error);
+    for (int part = 0; part < 2 && status == KT_OK; part++) {
+        take_part(motion, mode, 1.0, part * quarter, v);
+        status = kt_kinematics_update(motion->model, motion->data, motion->q, v, NULL, error);
+        for (int body = 0; body < kt_model_body_count(motion->model) && status == KT_OK; body++)
+            (part == 0 ? real : imaginary)[body] = kt_body_twist(motion->model, motion->data, body);
+    }
+    free(v);
+    return status;
+}
+
+static kt_vec3 velocity_at(const kt_twist *twist, kt_vec3 arm) {
+    return kt_vec3_add(twist->linear, kt_vec3_cross(twist->angular, arm));
+}
+
+/* The half of the longest axis of the ellipse of a + i b, and the phase at which it is reached. */
+static double longest_half(kt_vec3 a, kt_vec3 b, double *phase) {
+    const double aa = kt_vec3_dot(a, a), bb = kt_vec3_dot(b, b), ab = kt_vec3_dot(a, b);
+    *phase = 0.5 * atan2(-2.0 * ab, aa - bb);
+    return sqrt(0.5 * (aa + bb) + hypot(0.5 * (aa - bb), ab));
+}
+
+/* The corners of a solid's box, relative to the origin of its body, in the world's axes. */
+static kt_vec3 corner_of(const kt_solid *solid, kt_pose body, int corner) {
+    const kt_vec3 h = solid->half;
+    const kt_vec3 at = kt_vec3_make(corner & 1 ? h.x : -h.x, corner & 2 ? h.y : -h.y, corner & 4 ? h.z : -h.z);
+    return kt_mat3_apply(body.rotation, kt_pose_apply(solid->pose, at));
+}
+
+static void find_farthest(const kt_small_motion *motion, const kt_picture *picture, const kt_twist *real,
+                          const kt_twist *imaginary, kt_deflection *deflection, double *turned) {
+    double phase;
+    *turned = 0.0;
+    for (int i = 0; i < picture->solid_count; i++) {
+        const int body = picture->solids[i].body;
+        const kt_pose pose = kt_body_pose(motion->model, motion->data, body);
+        *turned = fmax(*turned, longest_half(real[body].angular, imaginary[body].angular, &phase));
+        for (int corner = 0; corner < 8; corner++) {
+            const kt_vec3 arm = corner_of(&picture->solids[i], pose, corner);
+            const double moved =
+                longest_half(velocity_at(&real[body], arm), velocity_at(&imaginary[body], arm), &phase);
+            if (moved > deflection->moved * (1.0 + 1e-9)) {
+                deflection->moved = moved;
+                deflection->phase = phase;
+            }
+        }
+    }
+}
+
+kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt_picture *picture,
+                               kt_deflection *deflection, kt_error *error) {
+    const size_t bodies = (size_t)kt_model_body_count(motion->model);
+    kt_twist *twists = calloc(2 * bodies, sizeof *twists);
+    kt_deflection found = {.amplitude = 0.0};
+    double turned = 0.0;
+    kt_status status = twists != NULL ? KT_OK : fail_memory(error);
+    if (status == KT_OK)
+        status = kt_deflection_twists(motion, mode, twists, twists + bodies, error);
+    if (status == KT_OK)
+        find_farthest(motion, picture, twists, twists + bodies, &found, &turned);
+    free(twists);
+    if (status != KT_OK)
+        return status;
+    if (found.moved > 0.0)
+        found.amplitude = fmin(kt_deflection_share * picture->size / found.moved, turn_most / turned);
+    found.moved *= found.amplitude;
+    *deflection = found;
+    return KT_OK;
+}
+
+static kt_status take_poses(const kt_small_motion *motion, const double *q, kt_pose *poses, kt_error *error) {
+    const kt_status status = kt_kinematics_update(motion->model, motion->data, q, NULL, NULL, error);
+    for (int i = 0; status == KT_OK && i < kt_model_body_count(motion->model); i++)
+        poses[i] = kt_body_pose(motion->model, motion->data, i);
+    return status;
+}
+
+kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_deflection *deflection, kt_pose *poses,
+                              kt_error *error) {
+    if (deflection == NULL)
+        return take_poses(motion, motion->q, poses, error);
+    const size_t nq = (size_t)kt_model_nq(motion->model), nv = (size_t)kt_model_nv(motion->model);
+    double *q = calloc(nq + nv + 1, sizeof *q);
+    if (q == NULL)
+        return fail_memory(error);
+    double *v = q + nq;
+    kt_error open = {0};
+    take_part(motion, mode, deflection->amplitude, deflection->phase, v);
+    kt_position_add(motion->model, motion->q, v, q);
+    memset(v, 0, nv * sizeof *v);
+    (void)(kt_state_project(motion->model, motion->data, 0.0, q, v, NULL, &open) == KT_OK); /* else q as it is */
+    const kt_status status = take_poses(motion, q, poses, error);
+    free(q);
+    return status;
+}

@@ -1,0 +1,33 @@
+/* Small motions at an amplitude that can be seen: the positions in which a mode is drawn. */
+#ifndef KT_COMMAND_SCENE_DEFLECTION_H
+#define KT_COMMAND_SCENE_DEFLECTION_H
+
+#include "picture/picture.h"
+#include "scene/linear.h"
+
+/* A mode moves the mechanism by Re(amplitude exp(i phase) dq), dq being its shape (kt_modes_positions). */
+typedef struct kt_deflection {
+    double amplitude; /* 0: nothing that is shown moves */
+    double phase;     /* rad; that at which the point that moves most is farthest from its place at rest */
+    double moved;     /* m; how far this point then moves, to first order */
+} kt_deflection;
+
+/* The share of the picture's size by which the point that moves most moves, if no body turns by too much for it. */
+extern const double kt_deflection_share;
+
+/* Chooses amplitude and phase of a mode. The picture is that of the state of the linearisation. The motion's data are
+ * overwritten. */
+kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt_picture *picture,
+                               kt_deflection *deflection, kt_error *error);
+
+/* The poses of all bodies in the deflected positions: the joints move along their exponential maps, and then the least
+ * change closes the loops. Loops that cannot be closed stay as open as the deflection leaves them, which is of second
+ * order in the amplitude. NULL: at rest. The motion's data are overwritten. */
+kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_deflection *deflection, kt_pose *poses,
+                              kt_error *error);
+
+/* The twists of all bodies (bodies[0]: the world) to first order: the real and the imaginary part for each. */
+kt_status kt_deflection_twists(const kt_small_motion *motion, int mode, kt_twist *real, kt_twist *imaginary,
+                               kt_error *error);
+
+#endif

@@ -1,0 +1,172 @@
+/* Pictures of modes: the mechanism deflected in each of the slowest, or bars by joints. */
+#include "subcommands/modes.h"
+
+#include "command.h"
+#include "draw/draw.h"
+#include "plot/shapes.h"
+#include "scene/deflection.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DEFLECTED_MOST = 6, PANELS_MOST = 8, NAMES_MOST = 500 };
+
+kt_mode_title kt_modes_title(int number, const kt_mode *mode) {
+    kt_mode_title title;
+    if (mode->imaginary > 0.0)
+        snprintf(title.text, sizeof title.text, "%d: %.4g Hz, damping ratio %.3f", number, mode->frequency,
+                 fabs(mode->real) > mode->error ? mode->damping : 0.0);
+    else
+        snprintf(title.text, sizeof title.text, "%d: %s, time constant %.3g s", number,
+                 mode->real > 0.0 ? "growth" : "decay", 1.0 / fabs(mode->real));
+    return title;
+}
+
+int kt_modes_slowest(const kt_small_motion *motion, int most, int *list, int *listed) {
+    int number = 0;
+    *listed = 0;
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        if (kt_mode_is_neutral(&mode))
+            continue;
+        number++;
+        if (*listed < most)
+            list[(*listed)++] = i;
+    }
+    return number;
+}
+
+static int say_memory(void) {
+    kt_say("there is not enough memory for the picture");
+    return KT_EXIT_INTEGRATION;
+}
+
+/* ---- deflected shapes -------------------------------------------------------------------------------------------- */
+
+typedef struct deflected {
+    kt_picture *picture;
+    kt_pose *poses; /* at rest, and then in each mode */
+    int modes[DEFLECTED_MOST], count;
+    kt_mode_title titles[DEFLECTED_MOST];
+    const char *captions[DEFLECTED_MOST];
+    double moved; /* m; the largest of all deflections */
+} deflected;
+
+static kt_status deflect(const kt_small_motion *motion, deflected *d, kt_error *error) {
+    const size_t bodies = (size_t)kt_model_body_count(motion->model);
+    kt_status status = kt_deflection_poses(motion, 0, NULL, d->poses, error);
+    if (status == KT_OK)
+        status = kt_picture_create(&motion->scene, motion->model, d->poses, NULL, &d->picture, error);
+    for (int i = 0; i < d->count && status == KT_OK; i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, d->modes[i]);
+        kt_deflection deflection;
+        status = kt_deflection_choose(motion, d->modes[i], d->picture, &deflection, error);
+        if (status != KT_OK)
+            break;
+        status = kt_deflection_poses(motion, d->modes[i], &deflection, d->poses + (size_t)(i + 1) * bodies, error);
+        d->titles[i] = kt_modes_title(i + 1, &mode);
+        d->captions[i] = d->titles[i].text;
+        d->moved = fmax(d->moved, deflection.moved);
+        const size_t used = strlen(d->titles[i].text);
+        if (!(deflection.moved > 0.0))
+            snprintf(d->titles[i].text + used, sizeof d->titles[i].text - used, " (no body moves)");
+    }
+    return status;
+}
+
+static void describe_panels(const deflected *d, int number, const char *state, char *text, size_t size) {
+    char which[48] = "The mode";
+    if (number > 1)
+        snprintf(which, sizeof which, number > d->count ? "Modes 1 to %d of %d" : "%d modes", d->count, number);
+    snprintf(text, size, "%s about its %s, deflected by at most %.2g m, %.2g %% of its size; grey: undeflected", which,
+             state, d->moved, 100.0 * d->moved / d->picture->size);
+}
+
+static int draw_deflected(const kt_small_motion *motion, const deflected *d, int number, const char *state,
+                          const char *path, bool is_dark) {
+    char subtitle[200];
+    describe_panels(d, number, state, subtitle, sizeof subtitle);
+    const kt_chosen_view view = kt_camera_choose(d->picture, d->poses);
+    const kt_drawing drawing = {.picture = d->picture,
+                                .camera = view.camera,
+                                .is_diagram = view.is_plane,
+                                .state_count = d->count,
+                                .poses = d->poses + kt_model_body_count(motion->model),
+                                .captions = d->captions,
+                                .rest = d->poses,
+                                .is_dark = is_dark,
+                                .title = motion->name,
+                                .subtitle = subtitle};
+    return kt_drawing_write(&drawing, path);
+}
+
+int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, bool is_dark) {
+    kt_error error = {0};
+    deflected d = {.count = 0};
+    const int number = kt_modes_slowest(motion, DEFLECTED_MOST, d.modes, &d.count);
+    if (number == 0) {
+        kt_say("%s is not written: there is no mode to be drawn", path);
+        return KT_EXIT_DONE;
+    }
+    d.poses = calloc((size_t)(d.count + 1) * (size_t)kt_model_body_count(motion->model), sizeof *d.poses);
+    if (d.poses == NULL)
+        return say_memory();
+    const kt_status status = deflect(motion, &d, &error);
+    if (status != KT_OK)
+        kt_say_error(&error);
+    const int code = status == KT_OK ? draw_deflected(motion, &d, number, state, path, is_dark) : kt_exit_code(status);
+    kt_picture_free(d.picture);
+    free(d.poses);
+    return code;
+}
+
+/* ---- bars -------------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_shapes {
+    kt_shape_panel panel[PANELS_MOST];
+    kt_mode_title title[PANELS_MOST];
+    kt_coordinate_name name[NAMES_MOST];
+    const char *text[NAMES_MOST];
+    double bars[PANELS_MOST][2 * NAMES_MOST];
+} kt_shapes;
+
+/* Fills in a mode shape, with each coordinate divided by its unit; the largest element is 1 and real. */
+static void fill_bars(const kt_small_motion *motion, int mode, double *bars) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    const double *shape = kt_modes_positions(motion->modes, mode);
+    for (int i = 0; i < 2 * system->coordinates; i++)
+        bars[i] = shape[i] / system->unit[i / 2];
+}
+
+int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const char *path, bool is_dark) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    kt_shapes *shapes = calloc(1, sizeof *shapes);
+    char subtitle[160];
+    int modes[PANELS_MOST];
+    if (shapes == NULL)
+        return say_memory();
+    kt_shape_plot plot = {.title = motion->name,
+                          .subtitle = subtitle,
+                          .names = shapes->text,
+                          .count = system->coordinates < NAMES_MOST ? system->coordinates : NAMES_MOST,
+                          .panels = shapes->panel,
+                          .is_dark = is_dark};
+    for (int i = 0; i < plot.count; i++) {
+        shapes->name[i] = kt_name_coordinate(motion, i);
+        shapes->text[i] = shapes->name[i].text;
+    }
+    const int number = kt_modes_slowest(motion, PANELS_MOST, modes, &plot.panel_count);
+    for (int i = 0; i < plot.panel_count; i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, modes[i]);
+        shapes->title[i] = kt_modes_title(i + 1, &mode);
+        shapes->panel[i] = (kt_shape_panel){shapes->title[i].text, shapes->bars[i]};
+        fill_bars(motion, modes[i], shapes->bars[i]);
+    }
+    snprintf(subtitle, sizeof subtitle, "Shapes of %s%d modes about its %s, by joints",
+             number > PANELS_MOST ? "the slowest of " : "", number, state);
+    const int code = kt_plot_shapes(&plot, path);
+    free(shapes);
+    return code;
+}
