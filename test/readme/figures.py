@@ -172,11 +172,21 @@ def warning_codes():
     """Those of the command's sources, and no others."""
     sources = "".join(path.read_text() for path in sorted((ROOT / "apps/kinetree").rglob("*.c")))
     codes = set(re.findall(r'(?:kt_warning_of\(|\.code =)\s*"(\w+)"', sources))
-    line = re.search(r"^\| `code` \|(.*)\|$", text_of("scene-results.md"), flags=re.M)
-    shown = set(re.findall(r"`(\w+)`", line[1])) if line else set()
+    tables = re.split(r"^\| code \|.*\n", text_of("warnings.md"), flags=re.M)[1:]
+    shown = {code for rows in tables for code in re.findall(r"^\| `(\w+)` \|", rows, flags=re.M)}
     note(f"{len(codes)} codes of warnings")
-    claim("scene-results.md: the codes of warnings are those that runs have",
+    claim("warnings.md: the codes of warnings are those that runs have",
           [f"{code} is {'not on the page' if code in codes else 'no code'}" for code in sorted(codes ^ shown)])
+
+
+def error_codes():
+    """Those of status.h, and no others."""
+    header = (ROOT / "include/kinetree/status.h").read_text()
+    codes = set(re.findall(r"\bKT_(?:OK|ERROR_\w+)\b", header))
+    shown = set(re.findall(r"^\| `(KT_\w+)` \|", text_of("errors.md"), flags=re.M))
+    note(f"{len(codes)} codes of errors")
+    claim("errors.md: the codes of errors are those of status.h",
+          [f"{code} is {'not on the page' if code in codes else 'no code'}" for code in sorted(codes ^ shown)] + ([] if codes else ["no codes"]))
 
 
 def callers_memory():
@@ -217,6 +227,6 @@ def methods():
     claim("README.md: how many methods there are", [] if shown and found == int(shown[1]) else [str(found)])
 
 
-for ask in (evaluations_for_an_error, governor, strong_damper, fishing_rod, watch_resolution, ten_stops, warning_codes, callers_memory, page_of_a_view, hard_cases, methods):
+for ask in (evaluations_for_an_error, governor, strong_damper, fishing_rod, watch_resolution, ten_stops, warning_codes, error_codes, callers_memory, page_of_a_view, hard_cases, methods):
     ask()
 finish()
