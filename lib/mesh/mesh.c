@@ -229,8 +229,10 @@ static void read_text(maker *m, const char *text, size_t size) {
 }
 
 static kt_status finish(maker *m, kt_triangles *mesh) {
-    if (m->status == KT_OK && m->mesh.triangle_count == 0)
+    if (m->status == KT_OK && m->mesh.triangle_count == 0 && m->mesh.vertex_count < 4)
         (void)fail(m, KT_ERROR_SCENE, "there is no triangle in the mesh");
+    else if (m->status == KT_OK && m->mesh.triangle_count == 0)
+        m->status = kt_triangles_hull(&m->mesh, m->error);
     if (m->status == KT_OK)
         *mesh = m->mesh;
     else
@@ -267,6 +269,15 @@ void kt_triangles_free(kt_triangles *mesh) {
     free(mesh->vertices);
     free(mesh->triangles);
     *mesh = (kt_triangles){.vertices = NULL};
+}
+
+void kt_triangles_turn_over(kt_triangles *mesh) {
+    for (int i = 0; i < mesh->triangle_count; i++) {
+        int *c = mesh->triangles[i].corner;
+        const int first = c[0];
+        c[0] = c[1];
+        c[1] = first;
+    }
 }
 
 void kt_triangles_place(kt_triangles *mesh, kt_pose frame, kt_vec3 scale) {

@@ -21,17 +21,20 @@ enum { KT_TRIANGLES_MOST = 1 << 24 };
 
 /* Reads STL (binary or text), OBJ, or MuJoCo's MSH. Text is of the format that its contents show; what is neither a
  * solid of STL nor has the length of a binary STL or MSH is read as OBJ, whose polygons are divided into triangles and
- * whose materials, normals and textures are passed over. On success *mesh is released with kt_triangles_free; on
- * failure it is untouched. Errors: KT_ERROR_SCENE (what is wrong, in words), KT_ERROR_MEMORY. O(size). */
+ * whose materials, normals and textures are passed over. Vertices without triangles are their convex hull. On success
+ * *mesh is released with kt_triangles_free; on failure it is untouched. Errors: KT_ERROR_SCENE (what is wrong, in words), KT_ERROR_MEMORY. O(size). */
 kt_status kt_triangles_parse(const char *text, size_t size, kt_triangles *mesh, kt_error *error);
 
-/* Vertices and triangles from lists of numbers, three each; vertices are shared. */
+/* Vertices and triangles from lists of numbers, three each; vertices are shared. Without triangles: the convex hull. */
 kt_status kt_triangles_make(const double *vertices, int vertex_count, const double *corners, int triangle_count,
                             kt_triangles *mesh, kt_error *error);
 void kt_triangles_free(kt_triangles *mesh);
 
 /* x <- R' (x - origin), each component then times its scale. */
 void kt_triangles_place(kt_triangles *mesh, kt_pose frame, kt_vec3 scale);
+
+/* Makes all triangles face the other way. */
+void kt_triangles_turn_over(kt_triangles *mesh);
 
 /* Shares vertices, and leaves no more than `most` triangles (>= 0), as near to the surface as cubes of one size allow;
  * those without area vanish. On failure the mesh is as it was. Errors: KT_ERROR_MEMORY. O(size) some fifteen times. */
@@ -41,20 +44,26 @@ kt_status kt_triangles_decimate(kt_triangles *mesh, int most, kt_error *error);
  * edges where it is not and the place of one; KT_ERROR_MEMORY. O(n log n). */
 kt_status kt_triangles_check_closed(const kt_triangles *mesh, kt_error *error);
 
+/* Makes the triangles those of the convex hull of all vertices. Coordinates that differ by less than 1e-9 of their range are
+ * the same. On failure the mesh is as it was. Errors: KT_ERROR_SCENE where all vertices are in a plane; KT_ERROR_MEMORY.
+ * O(vertices times triangles of the hull). */
+kt_status kt_triangles_hull(kt_triangles *mesh, kt_error *error);
+
 /* How the tetrahedra under triangles are summed. */
 typedef enum kt_volume_rule {
     KT_VOLUME_SIGNED,   /* exactly: the surface is closed, its triangles outwards */
     KT_VOLUME_ABSOLUTE, /* each as positive, seen from the surface's centroid: MuJoCo's `legacy` */
+    KT_VOLUME_SURFACE,  /* none: the mass is that of the triangles, by their areas */
 } kt_volume_rule;
 
 /* What a surface encloses, at density 1. */
 typedef struct kt_enclosed {
-    double volume;
+    double volume; /* of KT_VOLUME_SURFACE the area */
     kt_vec3 com;
     kt_sym3 inertia; /* about com */
 } kt_enclosed;
 
-/* Volume, centroid and inertia of the enclosed. The volume may not be above zero: then the surface encloses nothing.
+/* Volume, centroid and inertia of the enclosed, or of the surface itself. The volume may not be above zero: then the surface encloses nothing.
  * O(triangles). */
 kt_enclosed kt_triangles_enclosed(const kt_triangles *mesh, kt_volume_rule rule);
 

@@ -5,6 +5,8 @@
  *     integral of x x' = V / 20 (a a' + b b' + c c' + (a + b + c)(a + b + c)').
  * Where the surface is closed the sums over all triangles do not depend on p. MuJoCo's `legacy` takes each V as
  * positive, with p the centroid of the surface for the centre of mass, and p the centre of mass for the second moments.
+ *
+ * A shell has the area A of each triangle, the centroid (a + b + c) / 3 and A / 12 in place of V / 20.
  */
 #include "mesh/mesh.h"
 
@@ -26,7 +28,14 @@ static corners corners_of(const kt_triangles *mesh, int i, kt_vec3 from) {
 
 static kt_vec3 sum_of(const corners *t) { return kt_vec3_add(kt_vec3_add(t->a, t->b), t->c); }
 
+static double area_of(const corners *t) {
+    return 0.5 * kt_vec3_norm(kt_vec3_cross(kt_vec3_sub(t->b, t->a), kt_vec3_sub(t->c, t->a)));
+}
+
+/* Of a shell the area. */
 static double volume_under(const corners *t, kt_volume_rule rule) {
+    if (rule == KT_VOLUME_SURFACE)
+        return area_of(t);
     const double volume = kt_vec3_dot(t->a, kt_vec3_cross(t->b, t->c)) / 6.0;
     return rule == KT_VOLUME_ABSOLUTE ? fabs(volume) : volume;
 }
@@ -37,7 +46,7 @@ static kt_vec3 surface_centroid(const kt_triangles *mesh) {
     double area = 0.0;
     for (int i = 0; i < mesh->triangle_count; i++) {
         const corners t = corners_of(mesh, i, mesh->vertices[0]);
-        const double own = 0.5 * kt_vec3_norm(kt_vec3_cross(kt_vec3_sub(t.b, t.a), kt_vec3_sub(t.c, t.a)));
+        const double own = area_of(&t);
         area += own;
         moment = kt_vec3_add(moment, kt_vec3_scale(own / 3.0, sum_of(&t)));
     }
@@ -55,7 +64,7 @@ static kt_sym3 second_moments(const kt_triangles *mesh, kt_vec3 from, kt_volume_
     *volume = 0.0;
     for (int i = 0; i < mesh->triangle_count; i++) {
         const corners t = corners_of(mesh, i, from);
-        const double own = volume_under(&t, rule), weight = own / 20.0;
+        const double own = volume_under(&t, rule), weight = own / (rule == KT_VOLUME_SURFACE ? 12.0 : 20.0);
         *volume += own;
         s = add_square(add_square(s, weight, t.a), weight, t.b);
         s = add_square(add_square(s, weight, t.c), weight, sum_of(&t));
@@ -68,12 +77,13 @@ kt_enclosed kt_triangles_enclosed(const kt_triangles *mesh, kt_volume_rule rule)
     if (mesh->triangle_count == 0)
         return all;
     const kt_vec3 from = surface_centroid(mesh);
+    const double mean = rule == KT_VOLUME_SURFACE ? 1.0 / 3.0 : 0.25; /* of the corners, in the centroid */
     kt_vec3 moment = kt_vec3_make(0.0, 0.0, 0.0);
     for (int i = 0; i < mesh->triangle_count; i++) {
         const corners t = corners_of(mesh, i, from);
         const double volume = volume_under(&t, rule);
         all.volume += volume;
-        moment = kt_vec3_add(moment, kt_vec3_scale(0.25 * volume, sum_of(&t)));
+        moment = kt_vec3_add(moment, kt_vec3_scale(mean * volume, sum_of(&t)));
     }
     if (!(all.volume > 0.0))
         return all;

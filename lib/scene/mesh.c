@@ -46,16 +46,6 @@ static kt_status read_surface(const char *path, kt_triangles *surface, kt_error 
     return status;
 }
 
-/* A mirror turns all triangles inside out, as do files that have them so: the sign of a closed surface's volume tells. */
-static void turn_over(kt_triangles *surface) {
-    for (int i = 0; i < surface->triangle_count; i++) {
-        int *c = surface->triangles[i].corner;
-        const int first = c[0];
-        c[0] = c[1];
-        c[1] = first;
-    }
-}
-
 /* In the body frame. */
 static kt_status find_solid(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_error *error) {
     kt_triangles surface = {.vertices = NULL};
@@ -68,8 +58,8 @@ static kt_status find_solid(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_er
     if (status == KT_OK) {
         kt_triangles_place(&surface, kt_pose_identity(), mesh->scale);
         *solid = kt_triangles_enclosed(&surface, KT_VOLUME_SIGNED);
-        if (!(solid->volume > 0.0)) {
-            turn_over(&surface);
+        if (!(solid->volume > 0.0)) { /* a mirror turns all triangles inside out, as do files that have them so */
+            kt_triangles_turn_over(&surface);
             *solid = kt_triangles_enclosed(&surface, KT_VOLUME_SIGNED);
         }
         if (!(solid->volume > 0.0))

@@ -2,6 +2,7 @@
 #include "check.h"
 
 #include "mesh/mesh.h"
+#include "random.h"
 
 #include <float.h>
 #include <math.h>
@@ -186,6 +187,118 @@ KT_TEST(what_is_no_mesh_is_told) {
     kt_error error = {0};
     kt_triangles mesh;
     kt_check_equal_int("bytes", kt_triangles_parse("\0\1\2", 3, &mesh, &error), KT_ERROR_SCENE);
+}
+
+/* ---- hulls ------------------------------------------------------------------------------------------------------- */
+
+/* A hull of points: closed, outwards, with no point beyond a triangle by more than `slack`. */
+static bool hull_of(const double *points, int count, double slack, kt_triangles *mesh) {
+    kt_error error = {0};
+    double beyond = 0.0;
+    if (!kt_check_equal_int("status", kt_triangles_make(points, count, NULL, 0, mesh, &error), KT_OK)) {
+        kt_note("%s", error.message);
+        return false;
+    }
+    for (int i = 0; i < mesh->triangle_count; i++) {
+        const int *c = mesh->triangles[i].corner;
+        const kt_vec3 a = mesh->vertices[c[0]];
+        const kt_vec3 n = kt_vec3_cross(kt_vec3_sub(mesh->vertices[c[1]], a), kt_vec3_sub(mesh->vertices[c[2]], a));
+        const double area = kt_vec3_norm(n);
+        for (int k = 0; k < count && area > 1e-12; k++) /* slivers within a plane have no direction */
+            beyond = fmax(beyond, kt_vec3_dot(n, kt_vec3_sub(mesh->vertices[k], a)) / area);
+    }
+    kt_check_below("beyond a triangle", beyond, slack);
+    kt_check_equal_int("closed", kt_triangles_check_closed(mesh, &error), KT_OK);
+    return true;
+}
+
+/* A box a, b, c with points in its faces, edges and inside, some of them twice: volume and inertia are the box's. Far from
+ * the origin, and flat. */
+KT_TEST(hulls_of_many_points_of_a_box_are_that_box) {
+    enum { MOST = 400 };
+    static double points[3 * MOST];
+    kt_random random = kt_random_of_test();
+    kt_worst volume = kt_worst_make("volume"), com = kt_worst_make("centre"), inertia = kt_worst_make("inertia");
+    for (int n = 0; n < 50; n++) {
+        const double size[3] = {kt_random_uniform(&random, 0.1, 3.0), kt_random_uniform(&random, 0.1, 3.0),
+                                pow(10.0, kt_random_uniform(&random, -5.0, 1.0))};
+        const double away = kt_random_uniform(&random, -10.0, 10.0);
+        const int count = kt_random_int(&random, 8, MOST);
+        for (int i = 0; i < count; i++)
+            for (int k = 0; k < 3; k++) {
+                const int kind = i < 8 ? i >> k & 1 : kt_random_int(&random, 0, 4);
+                const double part = kind < 2 ? kind : 0.125 * kt_random_int(&random, 0, 8);
+                points[3 * i + k] = away + part * size[k];
+            }
+        kt_triangles mesh = {.vertices = NULL};
+        if (!hull_of(points, count, 1e-13, &mesh))
+            return;
+        const kt_enclosed e = kt_triangles_enclosed(&mesh, KT_VOLUME_SIGNED);
+        const double v = size[0] * size[1] * size[2], flat = 1.0 + 10.0 / size[2]; /* rounding far from the origin */
+        kt_worst_near(&volume, e.volume / v, 1.0, 1e-14 * flat, "%d", n);
+        kt_worst_near(&com, e.com.x, away + 0.5 * size[0], 4e-14, "%d", n);
+        kt_worst_near(&inertia, e.inertia.zz / (v * (size[0] * size[0] + size[1] * size[1]) / 12.0), 1.0, 1e-13 * flat,
+                      "%d", n);
+        kt_triangles_free(&mesh);
+    }
+    kt_check_worst(&volume);
+    kt_check_worst(&com);
+    kt_check_worst(&inertia);
+}
+
+/* n points on a sphere are all corners: 2 n - 4 triangles. Rounding of equal heights does not matter: those of a ring are. */
+KT_TEST(hulls_of_points_on_a_sphere_have_all_of_them) {
+    enum { RINGS = 19, SPOKES = 30, COUNT = RINGS * SPOKES + 2 };
+    static double points[3 * COUNT];
+    const double pi = 3.14159265358979323846;
+    for (int i = 0; i < COUNT - 2; i++) {
+        const double tilt = pi * (double)(i / SPOKES + 1) / (RINGS + 1),
+                     turn = 2.0 * pi * (double)(i % SPOKES) / SPOKES;
+        points[3 * i] = sin(tilt) * cos(turn);
+        points[3 * i + 1] = sin(tilt) * sin(turn);
+        points[3 * i + 2] = cos(tilt);
+    }
+    points[3 * (COUNT - 2) + 2] = 1.0;
+    points[3 * (COUNT - 1) + 2] = -1.0;
+    kt_triangles mesh = {.vertices = NULL};
+    if (!hull_of(points, COUNT, 1e-15, &mesh))
+        return;
+    kt_check_equal_int("triangles", mesh.triangle_count, 2 * COUNT - 4);
+    const double volume = kt_triangles_enclosed(&mesh, KT_VOLUME_SIGNED).volume / (4.0 / 3.0 * pi);
+    kt_check_near("of the ball", volume, 0.985, 0.015);
+    kt_triangles_free(&mesh);
+}
+
+KT_TEST(points_in_a_plane_have_no_hull) {
+    static const double flat[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 3, 4, 0},
+                        slanted[] = {0, 0, 0, 1, 0, 1, 0, 1, 1, 1, 1, 2, 3, 4, 7},
+                        line[] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3}, one[] = {1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 2, 3};
+    const double *const all[] = {flat, slanted, line, one};
+    const int counts[] = {5, 5, 4, 4};
+    for (int i = 0; i < 4; i++) {
+        kt_triangles mesh = {.vertices = NULL};
+        kt_error error = {0};
+        kt_check_equal_int("status", kt_triangles_make(all[i], counts[i], NULL, 0, &mesh, &error), KT_ERROR_SCENE);
+        kt_check_contains("words", error.message, "in one plane");
+        kt_check_true("nothing is kept", mesh.vertices == NULL && mesh.triangles == NULL);
+    }
+}
+
+/* The surface of a box: m = area, I_zz of each pair of faces. */
+KT_TEST(shells_of_boxes_have_the_mass_of_their_faces) {
+    const double a = 2.0, b = 3.0, c = 4.0;
+    const double points[] = {0, 0, 0, a, 0, 0, 0, b, 0, a, b, 0, 0, 0, c, a, 0, c, 0, b, c, a, b, c};
+    kt_triangles mesh = {.vertices = NULL};
+    if (!hull_of(points, 8, 1e-15, &mesh))
+        return;
+    const kt_enclosed e = kt_triangles_enclosed(&mesh, KT_VOLUME_SURFACE);
+    const double ab = 2.0 * a * b, bc = 2.0 * b * c, ac = 2.0 * a * c;
+    const double zz =
+        ab * (a * a + b * b) / 12.0 + bc * (b * b / 12.0 + a * a / 4.0) + ac * (a * a / 12.0 + b * b / 4.0);
+    kt_check_near("area", e.volume, ab + bc + ac, 1e-13);
+    kt_check_near("centre", e.com.y, 0.5 * b, 1e-14);
+    kt_check_near("inertia", e.inertia.zz, zz, 1e-12);
+    kt_triangles_free(&mesh);
 }
 
 /* ---- any bytes --------------------------------------------------------------------------------------------------- */
