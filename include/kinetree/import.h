@@ -46,7 +46,7 @@ typedef struct kt_robot_options {
 
 /* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
  * "scene"; it cannot include other files): in the Unified Robot Description Format (the XML of ROS' package `urdf`,
- * <robot>), in MJCF (that of MuJoCo, <mujoco>), or in SDF 1.4 to 1.12 (that of Gazebo, <sdf>).
+ * <robot>), in MJCF (that of MuJoCo, <mujoco>), or in SDF 1.0 to 1.12 (that of Gazebo, <sdf>).
  * URDF:
  *   - A link becomes a body of its name, on the joint that has it as child; characters that names of scenes cannot have
  *     become '_'. A root link named `world` without inertia, declared or not, is the world; any other root is fixed to

@@ -22,10 +22,6 @@ static void note_masses(kt_notes *n, const kt_mjcf *m) {
         m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
     kt_note_put(n, &m->mesh_files, "meshes that cannot be read: %d; the first: %s", m->mesh_files.count,
                 m->mesh_files.what);
-    kt_note_warn(
-        n, &m->mesh_rules,
-        "the motion is not that of the file: meshes whose inertia is that of their hull, taken as 'legacy': %d",
-        m->mesh_rules.count);
     kt_note_put(n, &m->bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia': %d",
                 m->bounded.count);
     kt_note_put(n, &m->balanced, "inertias that no body has, made those of spheres by 'balanceinertia': %d",

@@ -170,8 +170,8 @@ typedef struct kt_mjcf {
     kt_strange strange; /* elements and attributes that are left out */
     kt_unknown forces,
         changes; /* actuators, tendons, equalities that are left out; what makes the motion another one */
-    kt_left limits, contacts, pictures, mesh_files, mesh_rules, renamed_joints, offsets, several, mocap, soft, inactive,
-        keys, tied, lost_limits, freed, attached, incomplete, lost_settings;
+    kt_left limits, contacts, pictures, mesh_files, renamed_joints, offsets, several, mocap, soft, inactive, keys, tied,
+        lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,

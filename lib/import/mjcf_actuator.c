@@ -207,13 +207,16 @@ static void force_of(const actuator *a, double control, double c[3]) {
 
 /* ---- actions ------------------------------------------------------------------------------------------------------ */
 
-/* An actuator that acts: with the length L of a joint or a tendon, gear times the clamp of c0 + c1 gear L + c2 gear L'. */
+/* An actuator that acts: with the length L of a joint or a tendon, gear times the clamp of c0 + c1 gear L + c2 gear L'.
+ * Of several along one tendon, the sum of which is bounded, the forces before that clamp are scaled by one factor. */
 typedef struct action {
     const kt_element *element;
     int tendon; /* -1: none */
     kt_mjcf_term own;
     double gear, c[3], bounds[2];
     bool is_formula;
+    bool is_shared; /* the sum of what acts along the tendon has the bounds `shared` */
+    double shared[2];
 } action;
 
 static action *action_at(const kt_list *actions, int i) { return (action *)actions->items + i; }
@@ -302,28 +305,52 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, kt_list 
 
 /* ---- bounds of sums ---------------------------------------------------------------------------------------------- */
 
-/* `actuatorfrcrange` of a tendon bounds the sum of the forces along it; here, of one. */
+/* The next action along the same tendon; NULL: there is none. */
+static action *next_sharer(const kt_list *actions, const action *d) {
+    for (action *next = (action *)d + 1; next < action_at(actions, actions->count); next++)
+        if (next->tendon == d->tendon)
+            return next;
+    return NULL;
+}
+
+/* Whether all actions along a tendon have one gear, and no bounds of their own: then the sum is clamped as a whole. */
+static bool is_one_sum(const kt_list *actions, const action *first) {
+    bool is_one = true;
+    for (const action *d = first; d != NULL; d = next_sharer(actions, d))
+        is_one = is_one && d->gear == first->gear && isinf(d->bounds[0]) && isinf(d->bounds[1]);
+    return is_one;
+}
+
+/* `actuatorfrcrange` of a tendon bounds the sum of the forces along it, without their gears. With zero outside of the range, a
+ * scaling factor has a pole. */
 static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
     double range[2], own[2] = {d->bounds[0], d->bounds[1]};
-    int sharers = 0;
     const kt_element *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon)->element : NULL;
-    if (t == NULL || !kt_mjcf_is_limited(m, t, "tendon", "actuatorfrclimited", "actuatorfrcrange") ||
+    if (t == NULL || d->is_shared || !kt_mjcf_is_limited(m, t, "tendon", "actuatorfrclimited", "actuatorfrcrange") ||
         kt_mjcf_numbers(m, t, "tendon", "actuatorfrcrange", 2, 2, range) != 2)
         return;
-    for (int i = 0; i < actions->count; i++)
-        sharers += action_at(actions, i)->tendon == d->tendon;
-    if (sharers > 1) {
-        kt_unknown_count(&m->changes, "actuatorfrcrange of a tendon that several actuators pull, which is left out", t);
+    if (next_sharer(actions, d) == NULL) {
+        memcpy(d->bounds, range, sizeof range);
+        clamp_bounds(d->bounds, own);
         return;
     }
-    memcpy(d->bounds, range, sizeof range);
-    clamp_bounds(d->bounds, own);
+    if (!(range[0] < 0.0 && range[1] > 0.0) && !is_one_sum(actions, d)) {
+        kt_unknown_count(&m->changes,
+                         "actuatorfrcrange without zero of a tendon that several actuators pull, which is left out", t);
+        return;
+    }
+    for (action *each = d; each != NULL; each = next_sharer(actions, each)) {
+        each->is_shared = true;
+        memcpy(each->shared, range, sizeof range);
+    }
 }
 
 /* Whether a sum that an actuator is part of is bounded, or it pushes the more the farther it is. */
 static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action *d) {
     int count;
     const kt_mjcf_term *terms = terms_of(m, d, &count);
+    if (d->is_shared)
+        return true;
     for (int i = 0; i < count; i++) {
         int sharers = 0;
         if (isinf(kt_mjcf_joint_at(m, terms[i].joint)->effort))
@@ -407,22 +434,79 @@ static void put_bounded(kt_mjcf_formula *to, const double bounds[2], bool begins
     kt_mjcf_put(to, ")");
 }
 
-/* "3*clamp(2 + -5*position.a + -1*velocity.a, -1, 1)" */
-static void put_action(const kt_mjcf *m, const action *d, double lever, kt_mjcf_formula *to) {
+/* "2 + -5*position.a + -1*velocity.a" of c0 + c1 L + c2 L'. */
+static void put_affine(const kt_mjcf *m, const action *d, const double c[3], kt_mjcf_formula *to) {
     static const char *const quantities[] = {"position", "velocity"};
     int count;
     const kt_mjcf_term *terms = terms_of(m, d, &count);
-    kt_mjcf_put_number(to, d->gear * lever);
-    kt_mjcf_put(to, "*");
-    put_bounded(to, d->bounds, true);
-    kt_mjcf_put_number(to, d->c[0]);
+    kt_mjcf_put_number(to, c[0]);
     for (int k = 0; k < 2; k++)
-        for (int i = 0; i < count && d->c[k + 1] != 0.0; i++) {
+        for (int i = 0; i < count && c[k + 1] != 0.0; i++) {
             kt_mjcf_put(to, " + ");
-            kt_mjcf_put_coordinate(to, d->c[k + 1] * d->gear * terms[i].coefficient, quantities[k],
+            kt_mjcf_put_coordinate(to, c[k + 1] * terms[i].coefficient, quantities[k],
                                    kt_mjcf_joint_at(m, terms[i].joint)->name);
         }
-    put_bounded(to, d->bounds, false);
+}
+
+static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to) {
+    const double c[3] = {d->c[0], d->c[1] * d->gear, d->c[2] * d->gear};
+    put_affine(m, d, c, to);
+}
+
+/* The sum of all that share a tendon, before bounds. */
+static void put_shared_sum(const kt_mjcf *m, const kt_list *actions, const action *first, kt_mjcf_formula *to) {
+    double c[3] = {0.0, 0.0, 0.0};
+    for (const action *d = first; d != NULL; d = next_sharer(actions, d)) {
+        c[0] += d->c[0];
+        c[1] += d->c[1] * d->gear;
+        c[2] += d->c[2] * d->gear;
+    }
+    put_affine(m, first, c, to);
+}
+
+/* The factor that brings a sum S between bounds l < 0 < u: "*u/max(u, S)*l/min(l, S)". */
+static void put_share(const kt_mjcf *m, const kt_list *actions, const action *first, kt_mjcf_formula *to) {
+    static const char *const calls[] = {"/min(", "/max("};
+    for (int i = 0; i < 2; i++) {
+        kt_mjcf_put(to, "*");
+        kt_mjcf_put_number(to, first->shared[i]);
+        kt_mjcf_put(to, calls[i]);
+        kt_mjcf_put_number(to, first->shared[i]);
+        kt_mjcf_put(to, ", ");
+        put_shared_sum(m, actions, first, to);
+        kt_mjcf_put(to, ")");
+    }
+}
+
+/* "3*clamp(2 + -5*position.a + -1*velocity.a, -1, 1)"; of several that share a tendon, as of the first, all. */
+static void put_action(const kt_mjcf *m, const kt_list *actions, const action *first, double lever,
+                       kt_mjcf_formula *to) {
+    const bool is_one = first->is_shared && is_one_sum(actions, first);
+    for (const action *d = first; d != NULL; d = d->is_shared && !is_one ? next_sharer(actions, d) : NULL) {
+        const double *bounds = is_one ? d->shared : d->bounds;
+        kt_mjcf_put(to, d != first ? " + " : "");
+        kt_mjcf_put_number(to, d->gear * lever);
+        kt_mjcf_put(to, "*");
+        put_bounded(to, bounds, true);
+        kt_mjcf_put(to, d->is_shared && !is_one ? "(" : "");
+        if (is_one)
+            put_shared_sum(m, actions, d, to);
+        else
+            put_force(m, d, to);
+        kt_mjcf_put(to, d->is_shared && !is_one ? ")" : "");
+        if (d->is_shared && !is_one)
+            put_share(m, actions, first, to);
+        put_bounded(to, bounds, false);
+    }
+}
+
+/* Whether an action is part of one that is written with another along the same tendon. */
+static bool is_written_with_another(const kt_list *actions, int index) {
+    const action *d = action_at(actions, index);
+    for (int i = 0; i < index && d->is_shared; i++)
+        if (action_at(actions, i)->tendon == d->tendon)
+            return true;
+    return false;
 }
 
 /* The sum in a joint of all that act there by formulas. */
@@ -434,11 +518,11 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
     put_bounded(&to, j->force, true);
     for (int i = 0; i < actions->count; i++) {
         const action *d = action_at(actions, i);
-        const double lever = d->is_formula ? lever_of(m, d, joint) : 0.0;
+        const double lever = d->is_formula && !is_written_with_another(actions, i) ? lever_of(m, d, joint) : 0.0;
         if (lever == 0.0)
             continue;
         kt_mjcf_put(&to, sharers++ > 0 ? " + " : "");
-        put_action(m, d, lever, &to);
+        put_action(m, actions, d, lever, &to);
         (void)terms_of(m, d, &count);
         variables += 2 * count;
         last = d;

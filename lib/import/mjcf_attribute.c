@@ -394,7 +394,7 @@ static const kt_known known[] = {
     {"model", " name file content_type "},
     {"actuator", " "},
     {"asset", " "},
-    {"mesh", " name class file scale refpos refquat vertex face inertia "},
+    {"mesh", " name class file scale refpos refquat vertex face inertia maxhullvert "},
     {"option", " gravity actuatorgroupdisable density viscosity "},
     {"keyframe", " "},
     {"key", " name time qpos qvel act ctrl mpos mquat "},
@@ -414,7 +414,7 @@ static const kt_known_list all_known = {
         "noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
         "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic wind sleep "
         "simple "
-        "saveinertial conflict fitaabb maxhullvert smoothnormal normal texcoord material content_type builtin params "
+        "saveinertial conflict fitaabb smoothnormal normal texcoord material content_type builtin params "
         "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp timeconst dynprm actdim actrange "
         "actlimited "
         "actearly lengthrange cranklength dyntype default deformable octree_maxdepth needsdf ",

@@ -180,19 +180,10 @@ static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     add_picture(m, e, body, &g);
 }
 
-/* Keeps the names of the first bodies whose mass is not all there. */
-static void miss_mass(kt_mjcf *m, const kt_mjcf_body *b) {
-    if (m->mesh_masses.count < 5)
-        kt_phrase_add(&m->massless_names, "%s%.40s", m->mesh_masses.count > 0 ? ", " : "", b->name);
-    else if (m->mesh_masses.count == 5)
-        kt_phrase_add(&m->massless_names, " ...");
-    kt_left_count(&m->mesh_masses, b->element);
-}
-
 /* Takes the sums back to the centre of mass. */
 static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
     if (b->lost_meshes > 0)
-        miss_mass(m, b);
+        kt_note_massless(&m->massless_names, &m->mesh_masses, b->name, b->element);
     if (!(b->mass > 0.0))
         return;
     b->com = kt_vec3_scale(1.0 / b->mass, b->com);

@@ -85,20 +85,20 @@ static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh
         if (numbers[i] == NULL)
             return kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
         counts[i] = texts[i] != NULL ? kt_parse_numbers(texts[i], (int)most, numbers[i]) : 0;
-        if (counts[i] <= 0 || counts[i] % 3 != 0)
+        const bool is_missing = texts[i] == NULL && i == 1; /* then it is a hull */
+        if (!is_missing && (counts[i] <= 0 || counts[i] % 3 != 0))
             return kt_error_set(error, KT_ERROR_SCENE, "", "it has no file, and no list of %s, three numbers each",
                                 i == 0 ? "vertices" : "faces");
     }
     return kt_triangles_make(numbers[0], counts[0] / 3, numbers[1], counts[1] / 3, mesh, error);
 }
 
-/* How its volume is summed; the mesh's own setting comes before the compiler's. */
-static kt_volume_rule rule_of(kt_mjcf *m, const kt_element *e) {
+/* How its mass is summed; the mesh's own setting comes before the compiler's. */
+typedef enum mesh_rule { LEGACY, EXACT, CONVEX, SHELL } mesh_rule;
+
+static mesh_rule rule_of(kt_mjcf *m, const kt_element *e) {
     static const char *const words[] = {"legacy", "exact", "convex", "shell", NULL};
-    const int rule = kt_mjcf_choice(m, e, "mesh", "inertia", words, kt_mjcf_settings_of(m, e)->exact_meshes);
-    if (rule > 1)
-        kt_left_count(&m->mesh_rules, e);
-    return rule == 1 ? KT_VOLUME_SIGNED : KT_VOLUME_ABSOLUTE;
+    return (mesh_rule)kt_mjcf_choice(m, e, "mesh", "inertia", words, kt_mjcf_settings_of(m, e)->exact_meshes);
 }
 
 /* refpos and refquat. */
@@ -116,6 +116,25 @@ static kt_pose reference_of(kt_mjcf *m, const kt_element *e) {
 
 static kt_vec3 scale_of(kt_mjcf *m, const kt_element *e) {
     return kt_mjcf_vector(m, e, "mesh", "scale", kt_vec3_make(1.0, 1.0, 1.0));
+}
+
+/* Places a mesh and finds what it encloses; of a hull the triangles become that. */
+static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangles, kt_enclosed *to, kt_error *error) {
+    static const kt_volume_rule rules[] = {[LEGACY] = KT_VOLUME_ABSOLUTE,
+                                           [EXACT] = KT_VOLUME_SIGNED,
+                                           [CONVEX] = KT_VOLUME_SIGNED,
+                                           [SHELL] = KT_VOLUME_SURFACE};
+    const mesh_rule rule = rule_of(m, e);
+    const kt_vec3 scale = scale_of(m, e);
+    kt_triangles_place(triangles, reference_of(m, e), scale);
+    if (scale.x * scale.y * scale.z < 0.0) /* a mirror */
+        kt_triangles_turn_over(triangles);
+    const kt_status status = rule == CONVEX ? kt_triangles_hull(triangles, error) : KT_OK;
+    if (status == KT_OK)
+        *to = kt_triangles_enclosed(triangles, rules[rule]);
+    if (rule == CONVEX && kt_mjcf_number(m, e, "mesh", "maxhullvert", -1.0) > 0.0)
+        kt_unknown_count(&m->changes, "a hull with a bounded number of vertices, which has all here", e);
+    return status;
 }
 
 /* A mesh without a name has that of its file, without folder and ending. */
@@ -154,13 +173,11 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     const char *file = file_of(m, e);
     kt_triangles triangles = {.vertices = NULL};
     kt_error error = {0};
-    const kt_status status =
-        file != NULL ? read_file(m, e, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
-    if (status == KT_OK) {
-        kt_triangles_place(&triangles, reference_of(m, e), scale_of(m, e));
-        mesh->enclosed = kt_triangles_enclosed(&triangles, rule_of(m, e));
-        kt_triangles_free(&triangles);
-    } else {
+    kt_status status = file != NULL ? read_file(m, e, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
+    if (status == KT_OK)
+        status = enclose(m, e, &triangles, &mesh->enclosed, &error);
+    kt_triangles_free(&triangles);
+    if (status != KT_OK) {
         error.code = status;
         miss(m, e, &error);
     }

@@ -30,7 +30,7 @@ void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase) {
         kt_phrase_add(phrase, "%s%s (%d)", i > 0 ? ", " : "", unknown->left[i].what, unknown->left[i].count);
 }
 
-static bool has_word(const char *words, const char *word) {
+bool kt_words_have(const char *words, const char *word) {
     const size_t length = strlen(word);
     for (const char *at = strstr(words, word); at != NULL; at = strstr(at + 1, word))
         if (at > words && at[-1] == ' ' && at[length] == ' ')
@@ -40,26 +40,27 @@ static bool has_word(const char *words, const char *word) {
 
 /* Counts a name in the list that it belongs to. */
 static void count_name(kt_strange *strange, const kt_known_list *list, const char *name, const kt_element *e) {
-    kt_unknown_count(has_word(list->moving, name)     ? &strange->moving
-                     : has_word(list->harmless, name) ? &strange->harmless
-                                                      : &strange->unknown,
+    kt_unknown_count(kt_words_have(list->moving, name)     ? &strange->moving
+                     : kt_words_have(list->harmless, name) ? &strange->harmless
+                                                           : &strange->unknown,
                      name, e);
 }
 
 void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_element *e) {
     size_t i = 0;
-    if (has_word(list->read, e->name))
+    if (kt_words_have(list->read, e->name))
         return;
     while (i < list->count && strcmp(list->known[i].name, e->name) != 0)
         i++;
-    if (i == list->count || has_word(list->apart, e->name)) {
+    if (i == list->count || kt_words_have(list->apart, e->name)) {
         count_name(strange, list, e->name, e);
         return;
     }
     for (const char *const *a = e->attributes; *a != NULL; a += 2)
-        if (!has_word(list->known[i].attributes, *a))
+        if (!kt_words_have(list->known[i].attributes, *a))
             count_name(strange, list, *a, e);
-    for (const kt_element *child = e->first; child != NULL && !has_word(list->closed, e->name); child = child->next)
+    for (const kt_element *child = e->first; child != NULL && !kt_words_have(list->closed, e->name);
+         child = child->next)
         kt_strange_search(strange, list, child);
 }
 
@@ -101,6 +102,14 @@ void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...)
     va_start(arguments, format);
     put_note(notes, left, true, format, arguments);
     va_end(arguments);
+}
+
+void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const kt_element *e) {
+    if (left->count < 5)
+        kt_phrase_add(names, "%s%.40s", left->count > 0 ? ", " : "", body);
+    else if (left->count == 5)
+        kt_phrase_add(names, " ...");
+    kt_left_count(left, e);
 }
 
 void kt_note_renamed_joints(kt_notes *notes, const kt_left *left) {

@@ -43,7 +43,7 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
                            "keyframe '%.60s': there are keyframes in MJCF alone", source.options->keyframe);
     if (strcmp(root->name, "mujoco") == 0)
         kt_mjcf_scene(r, &source, scene);
-    else if (strcmp(root->name, "sdf") == 0)
+    else if (kt_sdf_is_root(root))
         kt_sdf_scene(r, &source, scene);
     else if (strcmp(root->name, "robot") != 0)
         (void)kt_fault_put(

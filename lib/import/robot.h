@@ -50,6 +50,9 @@ typedef struct kt_strange {
     kt_unknown harmless, moving, unknown;
 } kt_strange;
 
+/* Whether a word is one of those between blanks. */
+bool kt_words_have(const char *words, const char *word);
+
 /* Counts elements and attributes of an element, and in it, that are left out. */
 void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_element *e);
 
@@ -72,6 +75,9 @@ bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path);
 void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
 
 void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
+
+/* Adds the name of a body whose mass is not all there to those of the first five, and counts it. */
+void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const kt_element *e);
 
 /* Notes that all formats have: of changed names of joints; of each thing that makes the motion another one; of names that are
  * left out. */
@@ -279,5 +285,6 @@ kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path,
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
 void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
 void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
+bool kt_sdf_is_root(const kt_element *root); /* of a file in SDF */
 
 #endif

@@ -83,6 +83,7 @@ static const kt_known_list all_known = {
 static void note_file(kt_notes *n, const kt_sdf *m) {
     kt_note_put(n, &m->newer, "versions of SDF that are newer than 1.12, read as if they were that: %d",
                 m->newer.count);
+    kt_note_put(n, &m->older, "versions of SDF that are older than 1.4, converted to that: %d", m->older.count);
     kt_note_put(n, &m->others, "worlds and models after the first, which are left out: %d", m->others.count);
     kt_note_put(n, &m->missing,
                 "models that are neither in the model's folder nor on the search path, left out: %d; the first: %s",
@@ -112,7 +113,10 @@ static void note_bodies(kt_notes *n, const kt_sdf *m) {
                 m->by_density.count);
     kt_note_put(n, &m->by_geometry, "links whose mass and inertia are those of their collisions: %d",
                 m->by_geometry.count);
-    kt_note_put(n, &m->lost_masses, "meshes of such links, whose masses are left out: %d", m->lost_masses.count);
+    kt_note_warn(n, &m->lost_masses,
+                 "the motion is not that of the file: the mass of collisions that are meshes is missing: of %d link%s "
+                 "(%s); --mass LINK=MASS gives one",
+                 m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
     kt_judge_notes(n, &m->judge);
     kt_note_put(n, &m->no_gravity, "links without gravity, each held by a force against its weight: %d",
                 m->no_gravity.count);

@@ -79,8 +79,10 @@ typedef struct kt_sdf {
     kt_judge judge;
 
     kt_strange strange;
-    kt_left renamed, renamed_joints, others, missing, newer, no_gravity, floating, reserved, at_rest, kinematic, freed;
+    kt_left renamed, renamed_joints, others, missing, newer, older, no_gravity, floating, reserved, at_rest, kinematic,
+        freed;
     kt_left standard_masses, by_geometry, lost_masses;
+    kt_phrase massless_names; /* links of lost_masses */
     kt_left offsets, halves, reversed, loops, loop_forces, still_joints, outside, limits, disordered, friction;
     kt_left gearboxes, lost_gears, mimics, lost_mimics, states;
     kt_left contacts, pictures, by_density;
@@ -135,8 +137,13 @@ typedef struct kt_sdf_chain { /* files within one another */
 const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,
                                  int *version);
 
-/* The version that an <sdf> has; 0 after reporting. */
-int kt_sdf_version(kt_sdf *m, const kt_element *sdf);
+/* The version that an <sdf> has, which becomes 1.4 where it is older; 0 after reporting. */
+int kt_sdf_version(kt_sdf *m, kt_element *sdf);
+
+/* ---- sdf_old.c --------------------------------------------------------------------------------------------------- */
+
+/* Makes the tree of a version before 1.4 one of 1.4. */
+void kt_sdf_convert(kt_sdf *m, kt_element *sdf);
 
 /* ---- sdf_joint.c, sdf_tree.c, sdf_body.c, sdf_force.c ------------------------------------------------------------ */
 

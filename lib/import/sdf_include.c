@@ -24,17 +24,19 @@ static int version_of(const char *text) {
     return end != rest && minor >= 0 && minor < 100 && (*end == '\0' || *end == '.') ? 100 + (int)minor : 0;
 }
 
-int kt_sdf_version(kt_sdf *m, const kt_element *sdf) {
-    enum { OLDEST = 104, NEWEST = 112 };
+int kt_sdf_version(kt_sdf *m, kt_element *sdf) {
+    enum { CURRENT = 104, NEWEST = 112 };
     const char *text = kt_xml_attribute(sdf, "version");
     const int version = text != NULL ? version_of(text) : 0;
-    if (version < OLDEST) {
-        (void)kt_robot_fault(m->r, sdf, "version: expected 1.4 to 1.12, found '%.40s'", text != NULL ? text : "");
+    if (version == 0) {
+        (void)kt_robot_fault(m->r, sdf, "version: expected 1.0 to 1.12, found '%.40s'", text != NULL ? text : "");
         return 0;
     }
+    if (version < CURRENT)
+        kt_sdf_convert(m, sdf);
     if (version > NEWEST)
         kt_left_count(&m->newer, sdf);
-    return version;
+    return version > CURRENT ? version : CURRENT;
 }
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
@@ -124,10 +126,10 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
         (void)kt_robot_fault(m->r, e, "files include each other in a circle, or more than %d deep", (int)DEPTH_MOST);
         return NULL;
     }
-    const kt_element *root = kt_include_read(m->r, e, *path, &m->included_bytes);
+    kt_element *root = kt_include_read(m->r, e, *path, &m->included_bytes);
     if (root == NULL)
         return NULL;
-    if (strcmp(root->name, "sdf") != 0) {
+    if (!kt_sdf_is_root(root)) {
         (void)kt_robot_fault(m->r, e, "%.200s begins with <%.40s>, not with <sdf>", *path, root->name);
         return NULL;
     }

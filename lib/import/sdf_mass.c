@@ -54,13 +54,13 @@ static bool has_size(const solid *s) {
 
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
 
-/* Adds a collision to mass, first moment and inertia about the link's origin. */
-static void add_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, double density, kt_body *body) {
+/* Adds a collision to mass, first moment and inertia about the link's origin. A mesh adds nothing. */
+static void add_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, double density, kt_body *body,
+                          bool *has_mesh) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
     if (s.type == KT_SOLID_NONE || !has_size(&s)) {
-        if (s.is_mesh)
-            kt_left_count(&m->lost_masses, e);
+        *has_mesh = *has_mesh || s.is_mesh;
         return;
     }
     const kt_pose pose = kt_sdf_pose_within(m, e, link->frame);
@@ -74,9 +74,12 @@ static void add_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *
 }
 
 static bool sum_collisions(kt_sdf *m, const kt_sdf_link *link, double density, kt_body *body) {
+    bool has_mesh = false;
     body->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision"))
-        add_collision(m, link, e, density, body);
+        add_collision(m, link, e, density, body, &has_mesh);
+    if (has_mesh)
+        kt_note_massless(&m->massless_names, &m->lost_masses, link->body, link->element);
     if (body->mass > 0.0) {
         body->com = kt_vec3_scale(1.0 / body->mass, body->com);
         body->inertia = kt_sym3_shift(body->inertia, -body->mass, body->com);

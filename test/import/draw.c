@@ -2,7 +2,7 @@
 
 #include <stdbool.h>
 
-enum { BODIES = 5, JOINTS = 2 * BODIES, TENDONS = 2, ACTUATORS = 6 };
+enum { BODIES = 5, JOINTS = 2 * BODIES, TENDONS = 2, ACTUATORS = 6, MESHES = 3 };
 
 /* What has been written: the scalar joints and tendons that others refer to. */
 typedef struct drawing {
@@ -10,7 +10,7 @@ typedef struct drawing {
     kt_random *random;
     int body_count, joint_count, tendon_count, actuator_count;
     int parent[BODIES], body_of[JOINTS];
-    bool is_scalar[JOINTS], is_bounded[TENDONS], is_pulled[TENDONS]; /* by actuatorfrcrange; by an actuator */
+    bool is_scalar[JOINTS], has_meshes;
 } drawing;
 
 static double real(drawing *d, double lower, double upper) { return kt_random_uniform(d->random, lower, upper); }
@@ -28,18 +28,66 @@ static void put_range(drawing *d, const char *name, double size) {
     fprintf(d->to, " %s=\"%.6g %.6g\"", name, -real(d, 0.05, 1.0) * size, real(d, 0.05, 1.0) * size);
 }
 
+/* ---- meshes ------------------------------------------------------------------------------------------------------ */
+
+/* Numbers that single precision has, which is MuJoCo's of vertices. */
+static void put_vector(drawing *d, const char *name, int first, int last) {
+    fprintf(d->to, " %s=\"", name);
+    for (int k = 0; k < 3; k++)
+        fprintf(d->to, "%s%.10g", k > 0 ? " " : "", (double)kt_random_int(d->random, first, last) / 64.0);
+    fprintf(d->to, "\"");
+}
+
+/* Vertices alone, whose faces are those of their hull; or a cube with corners at random distances, a star that encloses less
+ * than its hull does. */
+static void write_mesh(drawing *d, int index) {
+    static const char *const rules[] = {"legacy", "exact", "convex", "shell"};
+    const bool is_cloud = chance(d, 2);
+    const int rule = kt_random_int(d->random, 0, 3);
+    const int count = is_cloud ? kt_random_int(d->random, 5, 40) : 8;
+    fprintf(d->to, "<mesh name=\"m%d\"", index);
+    if (rule > 0 || chance(d, 2))
+        fprintf(d->to, " inertia=\"%s\"", rules[rule]);
+    if (is_cloud || rule == 2 || chance(d, 2))
+        put_vector(d, "scale", 16, 64);
+    else
+        put_vector(d, "scale", -64, -16); /* MuJoCo refuses a hull in a mirror */
+    if (chance(d, 2))
+        put_vector(d, "refpos", -32, 32);
+    if (chance(d, 3))
+        fprintf(d->to, " refquat=\"0 0 1 0\"");
+    fprintf(d->to, " vertex=\"");
+    for (int i = 0; i < count; i++) {
+        const double radius = (double)kt_random_int(d->random, 8, 24) / 64.0;
+        for (int k = 0; k < 3; k++)
+            fprintf(d->to, "%.10g ",
+                    is_cloud            ? (double)kt_random_int(d->random, -20, 20) / 64.0
+                    : (i >> k & 1) != 0 ? radius
+                                        : -radius);
+    }
+    if (!is_cloud) /* the corners' bits are x, y and z */
+        fprintf(d->to, "\" face=\"0 2 3 0 3 1 4 5 7 4 7 6 0 1 5 0 5 4 2 6 7 2 7 3 0 4 6 0 6 2 1 3 7 1 7 5");
+    fprintf(d->to, "\"/>\n");
+}
+
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
-static void write_geom(drawing *d, bool can_be_shell) {
+/* `can_be_any`: a shell or a mesh, too. */
+static void write_geom(drawing *d, bool can_be_any) {
     static const char *const types[] = {"sphere", "capsule", "ellipsoid", "cylinder", "box"};
     const int type = kt_random_int(d->random, 0, 4);
-    fprintf(d->to, "<geom type=\"%s\"", types[type]);
-    put(d, "size", 3, 0.05, 0.3);
+    const bool is_mesh = can_be_any && d->has_meshes && chance(d, 3);
+    if (is_mesh)
+        fprintf(d->to, "<geom type=\"mesh\" mesh=\"m%d\"", kt_random_int(d->random, 0, MESHES - 1));
+    else
+        fprintf(d->to, "<geom type=\"%s\"", types[type]);
+    if (!is_mesh)
+        put(d, "size", 3, 0.05, 0.3);
     put(d, "pos", 3, -0.3, 0.3);
     put(d, "euler", 3, -90.0, 90.0);
     if (chance(d, 2))
         put(d, "mass", 1, 0.3, 2.0);
-    if (can_be_shell && chance(d, 3) && type != 2)
+    if (can_be_any && chance(d, 3) && type != 2 && !is_mesh)
         fprintf(d->to, " shellinertia=\"true\"");
     fprintf(d->to, "/>");
 }
@@ -137,7 +185,6 @@ static void write_tendon(drawing *d) {
         for (int k = 0; k < i; k++)
             is_one = is_one && is_chain(d, d->body_of[joints[i]], d->body_of[joints[k]]);
     }
-    d->is_bounded[d->tendon_count] = chance(d, 3);
     fprintf(d->to, "<fixed name=\"t%d\"", d->tendon_count);
     write_springs(d, true);
     if (is_one && chance(d, 2))
@@ -146,7 +193,7 @@ static void write_tendon(drawing *d) {
         put(d, "springlength", 1, 0.0, 0.5);
     else if (chance(d, 2))
         fprintf(d->to, " springlength=\"%.6g %.6g\"", real(d, 0.0, 0.3), real(d, 0.3, 0.6));
-    if (d->is_bounded[d->tendon_count])
+    if (chance(d, 2))
         put_range(d, "actuatorfrcrange", 5.0);
     fprintf(d->to, ">");
     for (int i = 0; i < count; i++) {
@@ -158,13 +205,9 @@ static void write_tendon(drawing *d) {
     d->tendon_count++;
 }
 
-/* A tendon whose actuators are bounded has one: the bound of several is told, and left out. -1: none. */
+/* -1: none. */
 static int any_tendon(drawing *d) {
-    const int tendon = d->tendon_count > 0 && chance(d, 2) ? kt_random_int(d->random, 0, d->tendon_count - 1) : -1;
-    if (tendon < 0 || (d->is_bounded[tendon] && d->is_pulled[tendon]))
-        return -1;
-    d->is_pulled[tendon] = true;
-    return tendon;
+    return d->tendon_count > 0 && chance(d, 2) ? kt_random_int(d->random, 0, d->tendon_count - 1) : -1;
 }
 
 static void write_actuator(drawing *d) {
@@ -175,7 +218,10 @@ static void write_actuator(drawing *d) {
     const int tendon = any_tendon(d);
     fprintf(d->to, "<%s name=\"a%d\" %s=\"%c%d\"", kinds[kind], d->actuator_count++, tendon >= 0 ? "tendon" : "joint",
             tendon >= 0 ? 't' : 'j', tendon >= 0 ? tendon : joint);
-    put(d, "gear", 1, chance(d, 2) ? -3.0 : 0.5, chance(d, 2) ? -0.5 : 3.0);
+    if (chance(d, 3))
+        fprintf(d->to, " gear=\"1.5\"");
+    else
+        put(d, "gear", 1, chance(d, 2) ? -3.0 : 0.5, chance(d, 2) ? -0.5 : 3.0);
     if (chance(d, 2) || kind == 3)
         fprintf(d->to, " ctrlrange=\"%.6g %.6g\"", kind == 3 ? 0.0 : -real(d, 0.1, 2.0), real(d, 0.1, 2.0));
     if (chance(d, 2))
@@ -224,11 +270,14 @@ static void write_options(drawing *d) {
     fprintf(d->to, "/></option>\n");
 }
 
-bool draw_mjcf(FILE *to, kt_random *random) {
-    drawing d = {.to = to, .random = random};
+bool draw_mjcf(FILE *to, kt_random *random, bool has_meshes) {
+    drawing d = {.to = to, .random = random, .has_meshes = has_meshes};
     fprintf(to, "<mujoco model=\"random\">\n<compiler angle=\"degree\"/>\n");
     write_options(&d);
-    fprintf(to, "<worldbody>\n");
+    fprintf(to, "<asset>\n");
+    for (int i = 0; i < MESHES && has_meshes; i++)
+        write_mesh(&d, i);
+    fprintf(to, "</asset>\n<worldbody>\n");
     do
         write_body(&d, -1, 0);
     while (d.body_count < BODIES - 1 && chance(&d, 2));

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-/* Writes a model with a keyframe `k` of controls. Returns false if writing fails. */
-bool draw_mjcf(FILE *to, kt_random *random);
+/* Writes a model with a keyframe `k` of controls, perhaps with meshes. Returns false if writing fails. */
+bool draw_mjcf(FILE *to, kt_random *random, bool has_meshes);
 
 #endif

@@ -4,7 +4,8 @@
  *
  * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. Lengths of tendons, which are
  * coordinates here alone, follow from the joints: ours are compared as v = T v', M' = T' M T, f' = T' f. KT_ROBOT_FILES names
- * more files, apart by blanks; what one of both refuses is said. */
+ * more files, apart by blanks, and KT_ROBOT_KEYFRAME=k has the controls of their only keyframe act, if that is `k`; what one of
+ * both refuses is said. */
 #include "../scene_files.h"
 #include "check.h"
 #include "draw.h"
@@ -555,40 +556,48 @@ KT_TEST(files_that_are_named_are_those_that_mujoco_of_today_reads) {
     }
     (void)snprintf(list, sizeof list, "%s", named);
     for (char *path = strtok(list, " \n"); path != NULL && count < MOST; path = strtok(NULL, " \n"))
-        files[count++] = (model_file){path, 1e-7, NULL, false, false}; /* vertices of meshes */
+        files[count++] = (model_file){path, 1e-7, getenv("KT_ROBOT_KEYFRAME"), false, false}; /* vertices of meshes */
     const int read = compare_files(files, count);
     if (read >= 0)
         kt_note("%d of %d files are read by both", read, count);
 }
 
-/* Random models of what decides forces and accelerations: bounds of actuators, of joints and of tendons, springs, dampers,
- * tendons with armature, what flags turn off, masses by shells, frames of inertia. Forces and masses to rounding (the masses
- * of small geoms within large ones lose digits), accelerations, which lose what the mass matrix does, to 1e-7. */
-KT_TEST(random_models_have_the_accelerations_that_mujoco_of_today_computes) {
-    enum { MODELS_DRAWN = 150 };
-    static model_file files[MODELS_DRAWN];
-    static char paths[MODELS_DRAWN][80];
+/* Draws models, and compares them with a bound for masses and forces. */
+static void compare_random(int count, bool has_meshes, double bound) {
+    enum { MOST = 150 };
+    static model_file files[MOST];
+    static char paths[MOST][80];
     char folder[] = "/tmp/kinetree-mjcf-XXXXXX";
     kt_random random = kt_random_of_test();
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL && count <= MOST))
         return;
-    for (int i = 0; i < MODELS_DRAWN; i++) {
+    for (int i = 0; i < count; i++) {
         (void)snprintf(paths[i], sizeof paths[i], "%s/%d.xml", folder, i);
-        files[i] = (model_file){paths[i], 2.5e-10, "k", false, false};
+        files[i] = (model_file){paths[i], bound, "k", false, false};
         FILE *to = fopen(paths[i], "w");
-        const bool is_written = to != NULL && draw_mjcf(to, &random);
+        const bool is_written = to != NULL && draw_mjcf(to, &random, has_meshes);
         (void)kt_check_true("it is written", to != NULL && fclose(to) == 0 && is_written);
     }
     lengths_compared = 0;
-    const int read = compare_files(files, MODELS_DRAWN);
+    const int read = compare_files(files, count);
     if (read >= 0) {
-        kt_check_equal_int("models that both read", read, MODELS_DRAWN);
-        kt_check_above("lengths of tendons", lengths_compared, 0.1 * MODELS_DRAWN);
+        kt_check_equal_int("models that both read", read, count);
+        kt_check_above("lengths of tendons", lengths_compared, 0.1 * count);
     }
-    for (int i = 0; i < MODELS_DRAWN && getenv("KT_KEEP") == NULL; i++)
+    for (int i = 0; i < count && getenv("KT_KEEP") == NULL; i++)
         (void)remove(paths[i]);
     (void)rmdir(folder);
 }
+
+/* Random models of what decides forces and accelerations: bounds of actuators, of joints and of tendons, each of one or of
+ * several, springs, dampers, tendons with armature, what flags turn off, masses by shells, frames of inertia. Forces and
+ * masses to rounding (the masses of small geoms within large ones lose digits), accelerations, which lose what the mass
+ * matrix does, to 1e-7. */
+KT_TEST(random_models_have_the_accelerations_that_mujoco_of_today_computes) { compare_random(150, false, 2.5e-10); }
+
+/* Meshes of each rule, of faces or of vertices alone. MuJoCo's axes of their inertia are off by up to 1e-8, and a light body
+ * with a spring-damper of its own inertia multiplies that. */
+KT_TEST(random_meshes_have_the_masses_that_mujoco_of_today_computes) { compare_random(60, true, 1e-6); }
 
 /* ---- exports ----------------------------------------------------------------------------------------------------- */
 
