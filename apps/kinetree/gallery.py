@@ -1,6 +1,7 @@
-"""A page with a picture of every bundled scene, light and dark, by `kinetree draw`, each with a link to its motion, by `kinetree view`.
+"""A picture of every bundled scene, light and dark, by `kinetree draw`, with a link to its motion, by `kinetree view`.
 
-gallery.py COMMAND SCENES OUTPUT DEPENDENCIES     OUTPUT/index.html, its pictures and views; what was read, as a rule for ninja
+gallery.py COMMAND SCENES OUTPUT DEPENDENCIES
+    writes OUTPUT/figures.html, the pictures and views beside it, and DEPENDENCIES, a rule for ninja
 """
 import concurrent.futures
 import html
@@ -10,38 +11,10 @@ import re
 import subprocess
 import sys
 
-PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Scenes of Kinetree</title>
-<style>
-:root {{ color-scheme: light dark; }}
-body {{ font-family: sans-serif; margin: 2rem auto; max-width: 80rem; padding: 0 1rem; background: light-dark(#fff, #0d1117);
-  color: light-dark(#222, #e6ebf0); }}
-main {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(22rem, 1fr)); gap: 1.5rem; }}
-figure {{ margin: 0; padding: .75rem; border: 1px solid light-dark(#ddd, #2b3039); border-radius: .5rem; }}
-img {{ width: 100%; aspect-ratio: 4 / 3; object-fit: contain; }}
-figcaption {{ font-size: .85rem; line-height: 1.4; }}
-code {{ font-weight: bold; }}
-</style>
-</head>
-<body>
-<h1>Scenes of Kinetree</h1>
-<p>The scenes that come with the command: <code>kinetree demo NAME</code> runs one, <code>kinetree view</code> shows it in motion.
-The pictures are those of <code>kinetree draw</code>; each opens the view of its scene.</p>
-<main>
-{figures}
-</main>
-</body>
-</html>
-"""
-
 FIGURE = """<figure>
-<a href="{name}.html"><picture><source media="(prefers-color-scheme: dark)" srcset="{name}-dark.svg">
-<img loading="lazy" alt="{title}" src="{name}.svg"></picture></a>
-<figcaption><code>{name}</code> {words}</figcaption>
+<a href="gallery/{name}.html"><img class="only-light" loading="lazy" alt="{title}" src="gallery/{name}.svg">
+<img class="only-dark" loading="lazy" alt="{title}" src="gallery/{name}-dark.svg"></a>
+<figcaption><code>kinetree demo {name}</code><br>{words}</figcaption>
 </figure>"""
 
 
@@ -77,7 +50,7 @@ def main():
         list(pool.map(lambda scene: draw(command, scene, output), scenes))
     figures = [FIGURE.format(name=scene.stem, title=html.escape(scene.stem), words=html.escape(words_of(scene)))
                for scene in scenes]
-    (output / "index.html").write_text(PAGE.format(figures="\n".join(figures)))
+    (output / "figures.html").write_text("\n".join(["<div class=\"gallery\">", *figures, "</div>"]) + "\n")
     dependencies.write_text(f"{output}: " + " ".join(str(path) for path in [pathlib.Path(__file__), *scenes]) + "\n")
 
 

@@ -1,6 +1,6 @@
-"""Every public name is documented, and Doxygen has nothing to say against it.
+"""The site is complete: every public name is documented, every page is there and linked, and no warning is left.
 
-docs.py INCLUDE-DIRECTORY C-COMPILER...
+docs.py INCLUDE-DIRECTORY SITE-OR-EMPTY C-COMPILER...    SITE is the folder of a finished build, else one is made
 """
 import html
 import os
@@ -56,6 +56,10 @@ def documented(path):
     return names, fields
 
 
+def functions(path):
+    return {member.findtext("name") for member in xml.parse(path).getroot().iter("member") if member.get("kind") == "function"}
+
+
 def left_over(folder):
     """Orders to Doxygen that it has taken for text."""
     for path in sorted(folder.glob("*.html")):
@@ -65,12 +69,13 @@ def left_over(folder):
 
 
 def main():
-    include, compiler = pathlib.Path(sys.argv[1]), sys.argv[2:]
+    include, site, compiler = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3:]
     with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        run = subprocess.run([sys.executable, include / "document.py", "build", folder], capture_output=True, text=True)
-        said = (run.stdout + run.stderr).splitlines()
-        claim("doxygen_warns_of_nothing", said + ([f"status {run.returncode}"] if run.returncode else []))
+        folder = pathlib.Path(site or name)
+        if not site:
+            run = subprocess.run([sys.executable, include / "site/document.py", "build", folder], capture_output=True, text=True)
+            said = (run.stdout + run.stderr).splitlines()
+            claim("the_site_is_built_without_a_warning", said + ([f"status {run.returncode}"] if run.returncode else []))
         names, fields = declared(compiler, include)
         known, known_fields = documented(folder / "names.xml") if (folder / "names.xml").exists() else (set(), set())
         note(f"{len(names)} names, {len(fields)} members of structs")
@@ -80,13 +85,17 @@ def main():
         claim("nothing_is_documented_that_is_not_there",
               sorted(name for name in known - names if re.fullmatch(OURS, name or "")))
         pages = {path.stem for path in (include / "pages").glob("*.md")}
-        claim("every_page_is_made",
-              sorted(page for page in pages if not (folder / "html" / f"{page}.html").exists() and page != "kinetree"))
-        claim("every_page_is_linked_from_the_first",
-              sorted(page for page in pages - {"kinetree"}
-                     if f"({page}.md)" not in (include / "pages/kinetree.md").read_text()))
-        shown = {source for path in (folder / "html").glob("*.html")
-                 for source in re.findall(r'<img src="([^"]+\.svg)"', path.read_text())}
+        first = (include / "pages/kinetree.md").read_text()
+        claim("every_page_is_made", sorted(page for page in pages if not (folder / "html" / f"{page}.html").exists()))
+        claim("every_page_is_linked_from_the_first", sorted(page for page in pages - {"kinetree"} if f"({page}.md)" not in first))
+        made = {path.name: path.read_text() for path in (folder / "html").glob("*.html")}
+        claim("every_function_has_an_entry",
+              sorted(name for name in names if name in functions(folder / "names.xml")
+                     and not any(f'id="c.{name}"' in text for text in made.values())))
+        linked = sum(text.count('.h.html#c.kt_') for page, text in made.items() if page[:-5] in pages)
+        note(f"{linked} links from pages to names of C")
+        claim("names_in_pages_are_links", [] if linked > 300 else [f"only {linked}"])
+        shown = {source for text in made.values() for source in re.findall(r'src="([^"]+\.svg)"', text)}
         note(f"{len(shown)} pictures")
         claim("every_picture_is_there", sorted(source for source in shown if not (folder / "html" / source).exists())
               if len(shown) > 30 else [f"only {len(shown)} are shown"])

@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""The pages of the C API, from the headers and pages/*.md by Doxygen.
+"""The site: the pages, and the reference of the C interface from the headers, by Doxygen and Sphinx.
 
-document.py build OUTPUT [DEPENDENCIES]   OUTPUT/html; what was read, as a rule for ninja; fails on any warning
-document.py filter FILE                   what Doxygen reads in FILE's place; lines keep their numbers
+document.py build OUTPUT [DEPENDENCIES [COMMAND [GALLERY]]]
+    writes OUTPUT/html, and DEPENDENCIES, a rule for ninja; a warning is a failure. COMMAND is `kinetree`, whose manual
+    pages become a part of the reference; GALLERY is the folder that gallery.py has written
+document.py filter FILE
+    prints the header FILE for Doxygen; lines keep their numbers
 
 The headers are written to be read in an editor, in plain comments. The filter says the same in Doxygen's way:
 
@@ -16,9 +19,6 @@ The headers are written to be read in an editor, in plain comments. The filter s
 - names of the library in comments become links: Doxygen then warns of one that does not exist;
 - lines that are indented by two more begin an item of a list; blocks that are indented by four more, after an empty
   line, are shown as they stand.
-
-In a page, `kt_name` (where a header has that name) and [words](page.md) become links, and the file's name is the page's. (Doxygen
-1.9.8 asks for such a page by the path of its file, under which there is none.)
 """
 import os
 import pathlib
@@ -27,7 +27,7 @@ import shutil
 import subprocess
 import sys
 
-HERE = pathlib.Path(__file__).resolve().parent
+HERE = pathlib.Path(__file__).resolve().parents[1]
 PICTURES = [HERE / "pages/pictures", HERE.parent / "apps/pictures"]
 NAME = r"(?:kt|KT)_\w*[A-Za-z0-9]"
 
@@ -36,7 +36,9 @@ NAME = r"(?:kt|KT)_\w*[A-Za-z0-9]"
 
 def link(name, shown=None):
     """A name, kt_struct.member, a header's name, or a page."""
-    target = f"{name[:-2]}_h" if name.endswith(".h") else name.replace(".", "::")
+    if (HERE / f"pages/{name}.md").exists() or name.endswith(".h"):
+        return f"[{shown or name}]({name}.html)"
+    target = name.replace(".", "::")
     return f'\\ref {target} "{shown or name}"'
 
 
@@ -358,60 +360,94 @@ class Header:
 
 # ---- pages -----------------------------------------------------------------------------------------------------------
 
-_public = set()
+
+def header_page(name):
+    return f"{name}\n{'=' * len(name)}\n\n.. doxygengroup:: {name[:-2]}_h\n   :members:\n   :undoc-members:\n"
 
 
-def public():
-    """Names in the headers. Pages for those who change the library tell of others, too, which lead nowhere."""
-    if not _public:
-        for path in (HERE / "kinetree").glob("*.h"):
-            if path.stem not in UNLISTED:
-                _public.update(re.findall(NAME, path.read_text()))
-    return _public
+def manual(troff):
+    """The manual page of a subcommand in Markdown. The command writes few of troff's requests."""
+    def words(text):
+        text = re.sub(r"\\f[BI](.*?)\\fR", r"`\1`", text).replace("` `", " ")
+        for escape, letter in (("\\-", "-"), ("\\(aq", "'"), ("\\e", "\\"), ("\\&", ""), ("\\(ga", "`")):
+            text = text.replace(escape, letter)
+        return text
+
+    out, term, literal = [], False, False
+    for line in troff.splitlines():
+        request, _, rest = line.partition(" ")
+        if request == ".TH":
+            out.append("# kinetree " + words(rest.split()[0].lower()).partition("-")[2])
+        elif request == ".SH":
+            out += ["", "## " + words(rest).capitalize(), ""] if rest != "NAME" else [""]
+        elif request == ".TP":
+            term = True
+        elif request in (".nf", ".EX"):
+            out += ["", "```text"]
+            literal = True
+        elif request in (".fi", ".EE"):
+            out += ["```", ""]
+            literal = False
+        elif request == ".PP":
+            out.append("")
+        elif request == ".B":
+            out.append(f"`{words(rest)}`")
+        elif term:
+            out += ["", words(line), ":   "]
+            term = False
+        elif out[-1] == ":   ":
+            out[-1] += words(line)
+        else:
+            out.append(words(line).partition(" - ")[2] + "." if len(out) == 2 else words(line))
+    return "\n".join(out) + "\n"
 
 
-def linked(found):
-    return f"<tt>{link(found[1])}</tt>" if found[1].split(".")[0] in public() else found[0]
+def gather(output, command, gallery):
+    """The sources of the site: the pages, the pictures, a page for each header, and one for each subcommand."""
+    source, extra = output / "source", output / "extra"
+    for folder in (source, extra):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+    for pictures in PICTURES:
+        shutil.copytree(pictures, source / "pictures", dirs_exist_ok=True)
+    for path in (HERE / "pages").glob("*.md"):
+        (source / path.name).write_text(path.read_text().replace("(../../apps/pictures/", "(pictures/"))
+    for name in headers().split("|"):
+        (source / f"{name}.h.rst").write_text(header_page(f"{name}.h"))
+    if command:
+        said = subprocess.run([command, "help"], capture_output=True, text=True, check=True).stdout
+        for name in re.findall(r"^  ([a-z]+)  +", said.partition("Usage")[2], flags=re.M):
+            page = subprocess.run([command, "help", "--man", name], capture_output=True, text=True, check=True).stdout
+            (source / f"command-{name}.md").write_text(manual(page))
+    if gallery:
+        shutil.copytree(gallery, extra / "gallery", dirs_exist_ok=True)
+        with open(source / "gallery.md", "a", encoding="utf-8") as page:
+            page.write(f"\n```{{raw}} html\n{(extra / 'gallery/figures.html').read_text()}```\n")
 
 
-def page(path):
-    out, fenced = [], False
-    for number, line in enumerate(path.read_text().split("\n")):
-        fenced ^= line.startswith("```")
-        if number == 0:
-            line += f" {{#{path.stem}}}"
-        elif not fenced:
-            line = re.sub(rf"`({NAME}(?:\.\w+)?)(?:\(\))?`", linked, line)
-            line = re.sub(rf"`((?:{headers()})\.h)`", lambda found: f"<tt>{link(found[1])}</tt>", line)
-            line = re.sub(r"\[([^]]*)\]\(([a-z-]+)\.md\)", lambda found: link(found[2], found[1]), line)
-            line = line.replace("(../../apps/pictures/", "(pictures/")
-        out.append(line)
-    return "\n".join(out)
-
-
-def build(output, dependencies):
+def build(output, dependencies=None, command=None, gallery=None):
     output = pathlib.Path(output).resolve()
     output.mkdir(parents=True, exist_ok=True)
     version = re.search(r'#define KT_VERSION "(.*)"', (HERE / "kinetree/status.h").read_text())[1]
     environment = {**os.environ, "KT_PYTHON": sys.executable, "KT_OUTPUT": str(output), "KT_VERSION": version}
     if dependencies:
-        read = [HERE / "Doxyfile", *sorted((HERE / "kinetree").glob("*.h")), *sorted((HERE / "pages").glob("*.md")),
+        read = [*sorted((HERE / "site").glob("*.*")), *sorted((HERE / "kinetree").glob("*.h")), *sorted((HERE / "pages").glob("*.md")),
                 *sorted(picture for pictures in PICTURES for picture in pictures.glob("*.svg"))]
         pathlib.Path(dependencies).write_text(f"{output / 'html'}: " + " ".join(str(path) for path in read) + "\n")
-    status = subprocess.run(["doxygen", "Doxyfile"], cwd=HERE, env=environment).returncode
-    if status == 0:  # Doxygen leaves a picture in a folder where it is
-        for pictures in PICTURES:
-            shutil.copytree(pictures, output / "html/pictures", dirs_exist_ok=True)
-    return status
+    status = subprocess.run(["doxygen", "site/Doxyfile"], cwd=HERE, env=environment).returncode
+    if status:
+        return status
+    gather(output, command, gallery)
+    return subprocess.run(["sphinx-build", "-q", "-W", "--keep-going", "-c", HERE / "site", "-d", output / "doctrees",
+                           output / "source", output / "html"], env=environment).returncode
 
 
 def main():
     if sys.argv[1:2] == ["filter"]:
-        path = pathlib.Path(sys.argv[2])
-        sys.stdout.write(page(path) if path.suffix == ".md" else Header(path).filtered())
+        sys.stdout.write(Header(pathlib.Path(sys.argv[2])).filtered())
         return 0
-    if sys.argv[1:2] == ["build"] and len(sys.argv) in (3, 4):
-        return build(sys.argv[2], sys.argv[3] if len(sys.argv) == 4 else None)
+    if sys.argv[1:2] == ["build"] and 3 <= len(sys.argv) <= 6:
+        return build(*sys.argv[2:])
     print(__doc__, file=sys.stderr)
     return 2
 

@@ -1,0 +1,88 @@
+"""The site: these pages, and a page for each header and subcommand that document.py adds, by Sphinx, MyST and Furo.
+
+kinetree.md lists the pages in sections; these lists are the navigation, too.
+"""
+import os
+import pathlib
+import re
+
+from docutils import nodes
+from sphinx import addnodes
+
+project = "Kinetree"
+version = release = os.environ["KT_VERSION"]
+extensions = ["myst_parser", "breathe"]
+root_doc = "kinetree"
+language = "en"
+smartquotes = False  # they make a dash of the two of an option
+html_theme = "furo"
+html_title = f"Kinetree {version}"
+html_show_copyright = False
+html_copy_source = False
+html_static_path = ["site.css"]
+html_css_files = ["site.css"]
+html_extra_path = [os.path.join(os.environ["KT_OUTPUT"], "extra")]
+myst_heading_anchors = 4
+myst_enable_extensions = ["deflist"]
+breathe_projects = {"kinetree": os.path.join(os.environ["KT_OUTPUT"], "xml")}
+breathe_default_project = "kinetree"
+breathe_domain_by_extension = {"h": "c"}
+breathe_show_define_initializer = False
+c_id_attributes = ["KT_API", "KT_CHECKED"]
+c_extra_keywords = ["alignas", "alignof", "bool", "complex", "noreturn", "static_assert", "thread_local"]
+
+# Pages that document.py adds, below the page that introduces them.
+ADDED = {"c-interface": r".*\.h", "command": r"command-.*"}
+
+
+def toctree(caption, pages):
+    return "\n".join(["", "```{toctree}", ":hidden:", *([f":caption: {caption}"] if caption else []), "", *pages, "```", ""])
+
+
+def read_navigation(app):
+    """(section, [[page, page below it, ...], ...]) for each list of kinetree.md; a page stands in the first one."""
+    listed, sections = set(), []
+    text = pathlib.Path(app.srcdir, f"{root_doc}.md").read_text()
+    for section in re.split(r"^## ", text, flags=re.M)[1:]:
+        items = []
+        for item in re.split(r"^- ", section, flags=re.M)[1:]:
+            pages = [page for page in re.findall(r"\]\(([a-z-]+)\.md\)", item) if page not in listed]
+            listed.update(pages)
+            items += [pages] if pages else []
+        sections += [(section.partition("\n")[0], items)] if items else []
+    app.config.navigation = sections
+
+
+def add_navigation(app, name, source):
+    """A section's list of links is a part of the navigation; further pages of an item are below its first one."""
+    if name == root_doc:
+        source[0] += "".join(toctree(title, [item[0] for item in items]) for title, items in app.config.navigation)
+    below = [page for _, items in app.config.navigation for item in items if item[0] == name for page in item[1:]]
+    if name in ADDED:
+        below += sorted(page for page in app.env.found_docs if re.fullmatch(ADDED[name], page))
+    if below:
+        source[0] += toctree("", below)
+
+
+def link_names(app, document):
+    """`kt_name` and `model.h` in a page are links, if there is such a name."""
+    for literal in list(document.findall(nodes.literal)):
+        name = re.sub(r"\(\)$", "", literal.astext())
+        if name in app.env.found_docs and name.endswith(".h"):
+            kind = {"refdomain": "std", "reftype": "doc", "reftarget": name, "refexplicit": True, "refdoc": app.env.docname}
+        elif re.fullmatch(r"(?:kt|KT)_\w+(?:\.\w+)*", name):
+            kind = {"refdomain": "c", "reftype": "any", "reftarget": name}
+        else:
+            continue
+        if not isinstance(literal.parent, (nodes.reference, addnodes.pending_xref)):
+            reference = addnodes.pending_xref("", refwarn=False, **kind)
+            literal.replace_self(reference)
+            reference += literal
+
+
+def setup(app):
+    app.add_config_value("navigation", [], "env")
+    app.connect("builder-inited", read_navigation)
+    app.connect("source-read", add_navigation)
+    app.connect("doctree-read", link_names)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
