@@ -1,4 +1,4 @@
-"""Motions with events hold their bounds next to other engines, and the table of events.md has the errors that are measured.
+"""Motions with events hold their bounds next to other engines, and the table of contact-measurements.md has the errors that are measured.
 
 hard_events.py PROGRAM SOURCE-ROOT OPTION...
 """
@@ -21,7 +21,7 @@ def cells(line):
 
 def page_table(root):
     """The engines of the table's head, and its rows."""
-    lines = (root / "include/pages/events.md").read_text().splitlines()
+    lines = (root / "include/pages/contact-measurements.md").read_text().splitlines()
     first = next(i for i, line in enumerate(lines) if line.startswith("| | error | Kinetree |"))
     rows = []
     for line in lines[first + 2:]:

@@ -164,7 +164,7 @@ def ten_stops():
         scene.write_text(f"kinetree: 1\nbodies:\n{links}effects:\n{stops}")
         said = kinetree("info", scene)
     found = re.search(r"([\d,]+) models.*?([\d.]+) MB", said, flags=re.S)
-    compare("events.md", r"how many models there are and what they take: ([\d,]+) and (\d+) MB for ten stops",
+    compare("hard-contacts.md", r"the number of models and their memory:\s+([\d,]+) and (\d+) MB for ten stops",
             [float(found[i].replace(",", "")) for i in (1, 2)] if found else [None, None])
 
 

@@ -98,7 +98,7 @@ static bool find_reference(double expected[2]) {
 
 /* Samples that are held for a tick lag behind the signal by half a tick: an error of order 1 that all methods have. With
  * their past they have no more of it, at fewer evaluations (ab2 has one past slope alone, and starts by a method that takes
- * as many). BDF2 would have twice the error, and starts anew. The figures are those of include/pages/real-time.md, to
+ * as many). BDF2 would have twice the error, and starts anew. The figures are those of include/pages/step-cost.md, to
  * the digits that it gives. */
 KT_TEST(methods_with_a_past_keep_it_under_smooth_inputs) {
     static const struct {
