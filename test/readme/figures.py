@@ -164,7 +164,7 @@ def ten_stops():
         scene.write_text(f"kinetree: 1\nbodies:\n{links}effects:\n{stops}")
         said = kinetree("info", scene)
     found = re.search(r"([\d,]+) models.*?([\d.]+) MB", said, flags=re.S)
-    compare("hard-contacts.md", r"the number of models and their memory:\s+([\d,]+) and (\d+) MB for ten stops",
+    compare("hard-contacts.md", r"models\s+and\s+their\s+memory:\s+([\d,]+)\s+and\s+(\d+)\s+MB\s+for\s+ten\s+stops",
             [float(found[i].replace(",", "")) for i in (1, 2)] if found else [None, None])
 
 
@@ -205,9 +205,9 @@ def callers_memory():
 
 def page_of_a_view():
     size = sum(path.stat().st_size for path in (ROOT / "apps/kinetree/view").iterdir() if path.suffix in (".html", ".css", ".js"))
-    shown = re.search(r"The page's own sources, some (\d+) kB", text_of("views.md"))
+    shown = re.search(r"The page's own sources, some (\d+) kB", text_of("view-format.md"))
     note(f"{size} bytes")
-    claim("views.md: the size of the page's own sources, to 5 kB", [] if shown and abs(1000 * int(shown[1]) - size) <= 5000 else [f"{size} bytes"])
+    claim("view-format.md: the size of the page's own sources, to 5 kB", [] if shown and abs(1000 * int(shown[1]) - size) <= 5000 else [f"{size} bytes"])
 
 
 def hard_cases():
