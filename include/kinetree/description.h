@@ -66,7 +66,7 @@ typedef struct kt_function {
  *   polynomial: coefficients[0] + coefficients[1] t + ...;
  *   table: rows t0, y0, t1, y1, ... with t increasing (number_count is twice the number of rows, at least two). Linear,
  *     or the natural cubic spline, which is twice continuously differentiable, has no curvature at its ends (or there
- *     the slopes that are given: the clamped spline, which a library compiled for size rejects), and overshoots (rows of 0, 0, 90, 90 degrees, 1 s apart: from -11.5 to 101.5 degrees), or monotone: cubics with
+ *     the slopes that are given: the clamped spline, which a small library rejects), and overshoots (rows of 0, 0, 90, 90 degrees, 1 s apart: from -11.5 to 101.5 degrees), or monotone: cubics with
  *     continuous slope that stay between the values of their two rows (Fritsch and Butland 1984), and whose second
  *     derivative jumps at rows. Outside its rows a table keeps its first or last value, with no slope; at the first and
  *     the last it has that of the inside;
@@ -75,7 +75,7 @@ typedef struct kt_function {
  *   sum, product: of at least one function, each of any type, of at most KT_FUNCTION_DEPTH_MAX within one another;
  *   expression: a formula (expression.h) whose only name is t, "0.5*(1 - cos(2*t))". Steps end at its corners, and
  *     where its first three derivatives change their sign.
- * A library without Jacobians (-Djacobian=disabled) has the first five only. */
+ * A small library (-Dsmall=enabled) has the first five only. */
 KT_API kt_function kt_function_constant(double value);
 KT_API kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset);
 KT_API kt_function kt_function_ramp(double from, double to, double start, double end);
@@ -205,7 +205,7 @@ typedef struct kt_shape {
 /* The mass of a body as a function of time: fuel burns, a vessel leaks, a belt is loaded. kt_body.mass, .com and .inertia
  * are those to which the inertia belongs, best those at t = 0; the centre of mass stays where it is in the body.
  * What leaves or arrives does so at the velocity of the body; where it has another one, an effect of type thrust is the
- * force of that. A library without Jacobians has none of this. */
+ * force of that. A small library has none of this. */
 typedef struct kt_variable_mass {
     kt_function mass;       /* kg; above 0 at all times */
     kt_function inertia[6]; /* xx, yy, zz, xy, xz, yz about the com, body axes, kg m^2; all not given (default): in
@@ -507,7 +507,7 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  * is counted from the given positions, where it is within half a turn: through whole turns where the links between the
  * ends rotate about axes that are parallel to it, and of a screw; elsewhere it is the one nearest to that at the given
  * positions, and a force that depends on it must not go beyond half a turn from there, where it would jump. A joint goes
- * before a loop of the same name. A library without Jacobians has no effects in loops. "N (m)" below: N m, or N where the
+ * before a loop of the same name. A small library has no effects in loops. "N (m)" below: N m, or N where the
  * coordinate is a length. */
 typedef struct kt_effect {
     const char *name;    /* may be NULL */
@@ -623,7 +623,7 @@ typedef struct kt_description {
                                        relative to a radian or the length of the longest loop. 0: not at all; default:
                                        1e-6 (kt_loop_disagreement_of tells) */
     kt_inertia_limit inertia_check; /* default: strict. Else kt_inertia_excess is what was accepted */
-    const kt_state *states;         /* own states; a library without Jacobians has none */
+    const kt_state *states;         /* own states; a small library has none */
     int state_count;                /* length of states */
 } kt_description;
 

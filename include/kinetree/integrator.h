@@ -37,7 +37,7 @@ extern "C" {
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
-/* The built-in methods, in rising order. A library without Jacobians, which is meant to be small, lacks those that
+/* The built-in methods, in rising order. A small library lacks those that
  * stand out: the implicit and the multistep ones. */
 #define KT_METHOD_LIST_BY_KIND(CORE, MORE)                                                                             \
     CORE(euler)                                                                                                        \

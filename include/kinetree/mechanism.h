@@ -213,7 +213,7 @@ typedef struct kt_impact {
  * nearest in the mass metric. q stays, and the loops should be closed there. Serves after loops have been switched on
  * (kt_loop_enable). *impact may be NULL. Errors: KT_ERROR_CONSTRAINT (the loops contradict each other),
  * KT_ERROR_SINGULAR (no inertia along what the loops leave), KT_ERROR_NOT_FINITE; v is then untouched. Cost: of a
- * projection. Not in a small library (-Djacobian=disabled). */
+ * projection. Not in a small library (-Dsmall=enabled). */
 KT_API KT_CHECKED kt_status kt_velocity_impact(const kt_model *model, kt_data *data, double t, const double *q,
                                                double *v, kt_impact *impact, kt_error *error);
 

@@ -217,7 +217,7 @@ KT_API kt_energetics kt_model_energetics(const kt_model *model);
  */
 
 /* How many loops and effects may be switched; 0 of NULL. This and the next five calls are not in
- * a small library (-Djacobian=disabled). */
+ * a small library (-Dsmall=enabled). */
 KT_API int kt_switch_count(const kt_model *model);
 /* The name of one; NULL unless 0 <= k < kt_switch_count; "" of an effect without a name. */
 KT_API const char *kt_switch_name(const kt_model *model, int k);
@@ -233,7 +233,7 @@ KT_API const kt_model *kt_model_switched(const kt_model *model, uint64_t set);
 /* Switches a loop on or off: *model becomes the model with it or without it, and the data, made for any of these models,
  * are initialised for that one (data may be NULL). Counts of iterations go on. Errors: KT_ERROR_ARGUMENT (there is no
  * such loop, or it is always on; the data are of another mechanism); both are then untouched. Nothing is allocated. Cost:
- * the data are cleared. Not in a small library (-Djacobian=disabled). */
+ * the data are cleared. Not in a small library (-Dsmall=enabled). */
 KT_API KT_CHECKED kt_status kt_loop_enable(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error);
 /* Likewise of an effect. */
 KT_API KT_CHECKED kt_status kt_effect_enable(const kt_model **model, kt_data *data, int effect, bool on,

@@ -229,7 +229,7 @@ typedef struct kt_simulation_options {
                            what is constant for a tick lags behind the signal by half a tick either way. bdf2 starts
                            anew: it would lag by a tick. Where inputs jump, leave it off */
     bool watch_works;   /* works are estimated from the powers at the ends of steps, to tell wrong energies: the
-                         motion keeps its bits. Not with equations of the caller's, nor in a library without Jacobians */
+                         motion keeps its bits. Not with equations of the caller's, nor in a small library */
     bool kinematics;    /* a record's data hold the kinematics for queries, as they do if run has markers */
     kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers are
                                          still those of the engine's equations, and the engine assembles the initial
@@ -316,7 +316,7 @@ typedef struct kt_parameter_change {
  * energy that is lost counts as dissipated, energy that is gained as supplied. On success changes[i].values are the
  * numbers from before. For the actions of events, and between calls; checkpoints do not hold parameters. Errors: those of
  * kt_simulation_set_parameter, kt_simulation_set_own_states and kt_simulation_jump; the simulation, the model and the
- * changes are then as before; KT_ERROR_UNSUPPORTED (a library without Jacobians). Nothing is allocated. Cost: of a
+ * changes are then as before; KT_ERROR_UNSUPPORTED (a small library). Nothing is allocated. Cost: of a
  * projection. */
 KT_API KT_CHECKED kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model,
                                                  kt_parameter_change *changes, int count, const double *x,
@@ -366,7 +366,7 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * between calls. Errors: KT_ERROR_ARGUMENT (a set of others; another formulation is integrated); KT_ERROR_CONSTRAINT
  * (loops of the set are open by more than 1e-6 of a radian or of the mechanism's length; contradictory velocities); the
  * simulation is then as before (but where hard contacts cannot be settled behind it: it cannot go on then). Nothing is
- * allocated. Cost: of a projection, and the data are cleared. Not in a small library (-Djacobian=disabled). */
+ * allocated. Cost: of a projection, and the data are cleared. Not in a small library (-Dsmall=enabled). */
 KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
                                                  kt_error *error);
 /* Releases hard stops, contacts and slack ropes (kt_loop_side), and friction of joints that sticks (kt_effect_stick), whose switches
@@ -465,7 +465,7 @@ typedef struct kt_event {
  * which no joint turns by more than half a turn, by its rates at both ends of the step, and that ends at the next corner; max_step bounds
  * what they miss. Where events accumulate (a ball that bounces ever lower), so that all that remain lie within 1e-9 of the interval
  * between records, or 64 in a row follow each other so closely, the call fails with KT_ERROR_STEP. Nothing is allocated. Errors: KT_ERROR_ARGUMENT (no name, or that of another event, no function), KT_ERROR_MEMORY (no
- * room), KT_ERROR_UNSUPPORTED (a library without Jacobians). Cost: four values of the function a step (a part of it, where joints turn by more than half a turn), some ten for each event, and one to
+ * room), KT_ERROR_UNSUPPORTED (a small library). Cost: four values of the function a step (a part of it, where joints turn by more than half a turn), some ten for each event, and one to
  * three steps repeated; `corner` is called once for each corner that is passed. */
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
 
@@ -510,7 +510,7 @@ typedef struct kt_contact_counts {
 } kt_contact_counts;
 
 /* Returns the counts since the start or the last kt_simulation_set_state; all zero without hard contacts, and of NULL.
- * Not in a small library (-Djacobian=disabled). */
+ * Not in a small library (-Dsmall=enabled). */
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */

@@ -102,7 +102,8 @@ static void count_all(const build *b, kt_counts *n) {
         for (int k = 0; k < body->marker_count; k++)
             n->text += strlen(body->markers[k].name) + 1;
     }
-    n->planar = n->link > n->spatial ? n->link - n->spatial + 1 : 0;
+    if (KT_HAS_PLANE)
+        n->planar = n->link > n->spatial ? n->link - n->spatial + 1 : 0;
     n->index = kt_names_size(n->body + n->named_joint + n->marker);
 }
 
@@ -116,9 +117,10 @@ static size_t find_planes(build *b, kt_plan plan) {
     }
     const kt_ordered ordered = {.description = b->description, .names = &b->names, .body_of = b->body_of, .count = n};
     const size_t planes = kt_planes_find(&ordered, b->moves, b->plane, b->flat);
-    for (size_t i = 1; i <= n && plan == KT_PLAN_SPATIAL; i++)
+    const bool in_space = !KT_HAS_PLANE || plan == KT_PLAN_SPATIAL;
+    for (size_t i = 1; i <= n && in_space; i++)
         b->moves[i].plane = -1;
-    return plan == KT_PLAN_SPATIAL ? 0 : planes;
+    return in_space ? 0 : planes;
 }
 
 static uint32_t keep_text(kt_model *m, size_t *used, const char *text) {

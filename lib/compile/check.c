@@ -161,7 +161,7 @@ static void check_scene(kt_checker *checker) {
                          "inertia_check is %d, and there is no such value; take one of kt_inertia_limit",
                          (int)checker->description->inertia_check);
     if (!KT_HAS_FORMULAS && checker->description->state_count != 0)
-        kt_checker_fault(checker, "type", -1, "this library has none (-Djacobian=disabled)");
+        kt_checker_fault(checker, "type", -1, KT_NOT_IN_SMALL);
 }
 
 static void check_bodies(kt_checker *checker) {
@@ -195,7 +195,7 @@ static void check_switching(kt_checker *checker, kt_switching switching) {
     if (switching == KT_ALWAYS_ON)
         return;
     if (!KT_HAS_SWITCHES)
-        kt_checker_fault(checker, "switching", -1, "needs -Djacobian=enabled");
+        kt_checker_fault(checker, "switching", -1, KT_NOT_IN_SMALL);
     else if ((unsigned)switching >= KT_SWITCHING_COUNT)
         kt_checker_fault(checker, "switching", -1, "switching is %d; take one of kt_switching", (int)switching);
 }
@@ -205,13 +205,13 @@ static void check_side(kt_checker *checker, const kt_loop *loop) {
     const bool may = loop->type == KT_LOOP_DISTANCE || loop->type == KT_LOOP_INPLANE || loop->type == KT_LOOP_SURFACE ||
                      loop->type == KT_LOOP_COUPLING;
     if (loop->side == KT_SIDE_NONE && !(loop->slack && loop->type == KT_LOOP_DISTANCE)) {
-        if (KT_HAS_SWITCHES && (loop->restitution != 0.0 || loop->poisson))
+        if (loop->restitution != 0.0 || loop->poisson)
             kt_checker_fault(checker, loop->poisson ? "poisson" : "restitution", -1,
                              "a loop that holds does not bounce; say which side it bounds (slack), or leave it out");
         return;
     }
     if (!KT_HAS_SWITCHES)
-        kt_checker_fault(checker, "side", -1, "needs -Djacobian=enabled");
+        kt_checker_fault(checker, "side", -1, KT_NOT_IN_SMALL);
     else if ((unsigned)loop->side >= KT_SIDE_COUNT)
         kt_checker_fault(checker, "side", -1, "side is %d; take one of kt_side", (int)loop->side);
     else if (!may)
@@ -240,6 +240,15 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
         check_side(checker, loop);
 }
 
+/* A small library has elastic stops and contacts and smooth friction alone. */
+static void check_small_effect(kt_checker *checker, const kt_effect *effect) {
+    const bool stops = effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT;
+    if (stops && (effect->poisson || effect->restitution < (double)INFINITY))
+        kt_checker_fault(checker, effect->poisson ? "poisson" : "restitution", -1, KT_NOT_IN_SMALL);
+    if (effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick)
+        kt_checker_fault(checker, "stick", -1, KT_NOT_IN_SMALL);
+}
+
 static void check_effect(kt_checker *checker, const kt_effect *effect) {
     kt_checker_name(checker, KT_SCOPE_EFFECT, "effects", effect->name, true);
     if (effect->type != KT_EFFECT_CUSTOM && kt_effect_descriptor(effect->type) == NULL)
@@ -248,6 +257,8 @@ static void check_effect(kt_checker *checker, const kt_effect *effect) {
                          (int)effect->type);
     else
         kt_effect_check(checker, effect);
+    if (!KT_HAS_SWITCHES)
+        check_small_effect(checker, effect);
     check_switching(checker, effect->switching);
 }
 

@@ -90,7 +90,7 @@ static void place_groups(kt_model *m) {
             group->rank[k] = group->row_count < group->v_count ? group->row_count : group->v_count;
         }
         m->link[group->parent].branches = true;
-        if ((size_t)group->parent >= m->n.spatial)
+        if (kt_link_is_planar(m, (size_t)group->parent))
             m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;
         group->loop_count = group->link_count = 0; /* counted again while the lists are filled */
     }
@@ -98,7 +98,7 @@ static void place_groups(kt_model *m) {
 
 /* Marks planar links whose accelerations other links need; those inside a group are computed all at once. */
 static void mark_passing(kt_model *m) {
-    for (size_t i = m->n.planar; i-- > 1;) {
+    for (size_t i = KT_HAS_PLANE ? m->n.planar : 0; i-- > 1;) {
         const kt_planar_link *link = &m->planar[i];
         kt_planar_link *up = &m->planar[link->parent];
         up->carries_others |= link->carries_others || link->group < 0 || link->group != up->group;
@@ -132,7 +132,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         if (link->group < 0)
             continue;
         kt_group *group = &m->group[link->group];
-        if (i >= m->n.spatial) {
+        if (kt_link_is_planar(m, i)) {
             kt_planar_link *planar = &m->planar[i - m->n.spatial + 1];
             planar->group = link->group;
             planar->local = link->local;

@@ -187,7 +187,9 @@ static void check_shape(kt_checker *checker, const kt_shape *shape) {
     const double length = kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)); /* NaN if an end has a fault */
     if (shape->type == KT_SHAPE_ROD && length == 0.0)
         kt_checker_fault(checker, "shape.to", -1, "shape.to is where shape.from is; a rod needs a length");
-    if (KT_HAS_FORMULAS && shape->type == KT_SHAPE_POLYGON)
+    if (!KT_HAS_FORMULAS && shape->type == KT_SHAPE_POLYGON)
+        kt_checker_fault(checker, "shape.type", -1, KT_NOT_IN_SMALL);
+    else if (shape->type == KT_SHAPE_POLYGON)
         check_polygon(checker, shape);
 }
 

@@ -310,7 +310,7 @@ static void set_body(kt_model *m, const kt_parameter *parameter, const double *x
 static void set_gravity(kt_model *m, const double *x) {
     const kt_vec3 gravity = kt_vec3_make(x[0], x[1], x[2]);
     m->gravity = kt_v4_from(gravity);
-    for (size_t p = 0; p < m->n.plane; p++)
+    for (size_t p = 0; KT_HAS_PLANE && p < m->n.plane; p++)
         kt_plane_set_weights(m, &m->plane[p]);
 }
 

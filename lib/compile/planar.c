@@ -215,6 +215,8 @@ size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane,
     find_trees(o->description, body, o->count);
     if (KT_HAS_LOOPS)
         kt_trees_join(o, body);
+    if (!KT_HAS_PLANE)
+        return 0;
     find_normals(o->description, body, o->count);
     const size_t planes = choose_planes(body, o->count, plane);
     check_planes(o->description, body, o->count, plane);
@@ -270,7 +272,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
 
 void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
     int32_t plane = -1;
-    for (size_t place = 1; place < m->n.planar; place++) {
+    for (size_t place = 1; KT_HAS_PLANE && place < m->n.planar; place++) {
         const kt_link *link = &m->link[m->n.spatial + place - 1];
         const int32_t own = body[body[link->body].tree].plane;
         if (own != plane) {
@@ -281,5 +283,7 @@ void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
         place_link(m, body, place, plane);
         m->plane[plane].last = (int32_t)place + 1;
     }
-    m->sweep = m->n.planar == 0 ? KT_SWEEP_SPATIAL : m->n.spatial > 1 ? KT_SWEEP_MIXED : KT_SWEEP_PLANAR;
+    m->sweep = !KT_HAS_PLANE || m->n.planar == 0 ? KT_SWEEP_SPATIAL
+               : m->n.spatial > 1                ? KT_SWEEP_MIXED
+                                                 : KT_SWEEP_PLANAR;
 }

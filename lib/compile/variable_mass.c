@@ -10,7 +10,7 @@ void kt_checker_variable_mass(kt_checker *checker, const kt_body *body) {
     if (variable == NULL)
         return;
     if (!KT_HAS_VARIABLE_MASS) {
-        kt_checker_fault(checker, "variable_mass", -1, "this library has none (-Djacobian=disabled)");
+        kt_checker_fault(checker, "variable_mass", -1, KT_NOT_IN_SMALL);
         return;
     }
     if (variable->mass.type == KT_FUNCTION_NONE)

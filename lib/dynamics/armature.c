@@ -24,7 +24,7 @@ void kt_armature_note(kt_model *model) {
         link->has_armature = has_armature;
         if (has_armature && link->group >= 0)
             model->group[link->group].has_armature = true;
-        if (i >= model->n.spatial) {
+        if (kt_link_is_planar(model, i)) {
             kt_planar_link *planar = &model->planar[i - model->n.spatial + 1];
             planar->armature = model->armature[link->v];
         }

@@ -34,7 +34,7 @@ void kt_link_add_inertia(kt_model *model, int32_t index) {
     for (size_t b = 1; b < model->n.body; b++)
         if (model->body[b].link == index)
             kt_link_load(model, &model->body[b]);
-    if ((size_t)index >= model->n.spatial && index > 0)
+    if (index > 0 && kt_link_is_planar(model, (size_t)index))
         kt_planar_link_set_inertia(model, (size_t)index - model->n.spatial + 1);
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/inner.h"
 #include "base/isa.h"
+#include "base/small.h"
 #include "effect/triple.h"
 #include "kinetree/effect.h"
 #include "kinetree/expression.h"
@@ -110,9 +111,9 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
     return (kt_mat3){kt_vec3_scale(b.x, a), kt_vec3_scale(b.y, a), kt_vec3_scale(b.z, a)};
 }
 
-/* Members of kt_effect_kind that the code for derivatives and lanes does not have, nor a library without Jacobians, for its size:
+/* Members of kt_effect_kind that the code for derivatives and lanes does not have, nor a small library:
  * .jacobian = KT_IF_JACOBIAN(write_jacobian). */
-#if defined(KT_DUAL) || defined(KT_LANES) || defined(KT_NO_JACOBIAN)
+#if defined(KT_DUAL) || defined(KT_LANES) || !KT_HAS_JACOBIAN
 #define KT_HAS_EFFECT_JACOBIAN 0
 #define KT_IF_JACOBIAN(function) NULL
 #else
@@ -275,7 +276,7 @@ kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const do
     X(KT_EFFECT_DRAG, drag)                                                                                            \
     X(KT_EFFECT_ATTRACTION, attraction)                                                                                \
     X(KT_EFFECT_CONTACT, contact)
-#elif defined(KT_NO_JACOBIAN)
+#elif !KT_HAS_FORMULAS
 #define KT_EFFECT_KIND_LIST(X) KT_EFFECT_PLAIN_LIST(X)
 #else
 #define KT_EFFECT_KIND_LIST(X) KT_EFFECT_LIST(X)

@@ -1,4 +1,5 @@
 /* The list of built-in methods. */
+#include "base/small.h"
 #include "integrator/integrator.h"
 
 #include <stdio.h>
@@ -6,7 +7,7 @@
 
 static const kt_method *const methods[] = {
 #define KT_METHOD_ADDRESS(name) &kt_method_##name,
-#ifdef KT_NO_JACOBIAN
+#if !KT_HAS_JACOBIAN
 #define KT_METHOD_NONE(name)
     KT_METHOD_LIST_BY_KIND(KT_METHOD_ADDRESS, KT_METHOD_NONE)
 #undef KT_METHOD_NONE

@@ -4,6 +4,7 @@
  * commit(), after which nothing can fail. Therefore a failed step needs no undoing.
  */
 #include "algebra/finite.h"
+#include "base/small.h"
 #include "integrator/integrator.h"
 
 #include <float.h>
@@ -163,7 +164,7 @@ static const char advice_on_model[] =
 /* A method that solves Newton's equations is not sent to another one that does, and nobody to one that is not built. */
 #define ADVICE_ON_MOTION "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances"
 static const char *advice_on_motion(const kt_integrator *it) {
-#ifndef KT_NO_JACOBIAN
+#if KT_HAS_JACOBIAN
     if (!kt_method_needs_newton(it->method))
         return ADVICE_ON_MOTION "; if it is stiff, by a strong damper or a light body on a hard spring, take radau5";
 #endif

@@ -11,7 +11,7 @@ static kt_relation_row relate(const kt_loop_record *loop, const double *numbers,
     return (kt_relation_row){.residual = sum - offset[0], .closes = 1.0};
 }
 
-#ifndef KT_NO_JACOBIAN
+#if KT_HAS_FORMULAS
 static size_t number_count(const kt_loop *loop) {
     return kt_loop_has_formula(loop) ? (kt_expression_size(loop->formula) + sizeof(double) - 1) / sizeof(double) : 0;
 }

@@ -4,14 +4,6 @@
 
 #include "effect/effect.h"
 
-/* Whether distances and bounds of speeds are computed before gaps (simulation/clearance.c): where size counts more than time
- * gaps are evaluated at each step instead. */
-#ifdef __OPTIMIZE_SIZE__
-#define KT_HAS_CLEARANCES 0
-#else
-#define KT_HAS_CLEARANCES 1
-#endif
-
 /* What a distance follows from: a joint's coordinate, a stop's; of a sphere from a plane, the coordinates of a free body whose
  * centre it is, the motion of one link, or that of both ends; or something else. */
 typedef enum kt_gap_form {

@@ -16,8 +16,8 @@ int kt_checker_marker_count(const kt_body *body) {
     return body->markers == NULL || body->marker_count < 0 ? 0 : body->marker_count;
 }
 
-/* A library without formulas has no own states. */
-#ifdef KT_NO_JACOBIAN
+/* A small library has no own states. */
+#if !KT_HAS_FORMULAS
 #define STATE(word)
 enum { ITEMS = KT_ITEM_HOLD + 1 };
 #else

@@ -48,22 +48,23 @@ static bool check_polynomial(kt_checker *checker, const char *field, const kt_fu
 }
 
 static bool check_table(kt_checker *checker, const char *field, const kt_function *f) {
-    if ((f->interpolation != KT_INTERPOLATION_LINEAR && f->interpolation != KT_INTERPOLATION_CUBIC &&
-         f->interpolation != KT_INTERPOLATION_MONOTONE) ||
-        (!KT_HAS_END_SLOPES && f->has_slopes)) { /* where size counts there are none, and no text of their own */
+    if (f->interpolation != KT_INTERPOLATION_LINEAR && f->interpolation != KT_INTERPOLATION_CUBIC &&
+        f->interpolation != KT_INTERPOLATION_MONOTONE) {
         kt_checker_fault(
             checker, field, -1, "%s.interpolation is %d; there are linear (%d), cubic (%d) and monotone (%d)", field,
             (int)f->interpolation, KT_INTERPOLATION_LINEAR, KT_INTERPOLATION_CUBIC, KT_INTERPOLATION_MONOTONE);
         return false;
     }
-#ifndef __OPTIMIZE_SIZE__
+    if (!KT_HAS_END_SLOPES && f->has_slopes) {
+        kt_checker_fault(checker, field, -1, "%s.slopes: " KT_NOT_IN_SMALL, field);
+        return false;
+    }
     if (f->has_slopes && f->interpolation != KT_INTERPOLATION_CUBIC) {
         kt_checker_fault(checker, field, -1, "%s.slopes: slopes at the ends are those of cubic tables", field);
         return false;
     }
     if (f->has_slopes && !kt_checker_values(checker, field, -1, ".slopes", f->slopes, 2))
         return false;
-#endif
     if (f->number_count < 4 || f->numbers == NULL) {
         kt_checker_fault(checker, field, -1, "%s.table needs two rows [t, y] or more", field);
         return false;
@@ -159,7 +160,8 @@ static bool check_any(kt_checker *checker, const char *field, const kt_function 
     case KT_FUNCTION_EXPRESSION:
         if (KT_HAS_FORMULAS)
             return check_formula(checker, field, function, depth);
-        break;
+        kt_checker_fault(checker, field, -1, "%s: " KT_NOT_IN_SMALL, field);
+        return false;
     }
     kt_checker_fault(checker, field, -1,
                      "%s has function type %d, and there is none of that number; take one of kt_function_type", field,

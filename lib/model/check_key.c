@@ -112,7 +112,7 @@ static void check_formula(kt_checked *c, const kt_key *key) {
     if (KT_HAS_FORMULAS)
         kt_checker_coupling(c->checker, key->name, loop);
     else
-        kt_checker_fault(c->checker, key->name, -1, "needs -Djacobian=enabled");
+        kt_checker_fault(c->checker, key->name, -1, KT_NOT_IN_SMALL);
 }
 
 static void check_function(kt_checked *c, const kt_key *key) {
@@ -219,11 +219,7 @@ static void check_track(kt_checked *c, const kt_key *key) {
 }
 
 /* A library for trees alone that is small, too, leaves them to the one that will have loops. */
-#ifdef KT_NO_JACOBIAN
-#define KT_CHECKS_FORMS KT_HAS_LOOPS
-#else
-#define KT_CHECKS_FORMS true
-#endif
+#define KT_CHECKS_FORMS (KT_IS_FULL || KT_HAS_LOOPS)
 
 /* Of loops on surfaces and curves. */
 static void check_form(kt_checked *c, const kt_key *key) {

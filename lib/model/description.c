@@ -41,21 +41,17 @@ kt_loop kt_loop_default(void) {
 }
 
 kt_effect kt_effect_default(void) {
-    const kt_effect effect = {
-        .name = NULL,
-        .stribeck = 0.01,
-        .smoothing = 1e-3,
-        .lower = -(double)INFINITY,
-        .upper = (double)INFINITY,
-        .limit = (double)INFINITY,
-        .exponent = 1.5,
-        .slip = 1e-3,
-#if KT_HAS_SWITCHES /* a small library does not read them */
-        .restitution = (double)INFINITY,
-        .rest_velocity = 1e-6,
-#endif
-        .axis = axis_z
-    };
+    const kt_effect effect = {.name = NULL,
+                              .stribeck = 0.01,
+                              .smoothing = 1e-3,
+                              .lower = -(double)INFINITY,
+                              .upper = (double)INFINITY,
+                              .limit = (double)INFINITY,
+                              .exponent = 1.5,
+                              .slip = 1e-3,
+                              .restitution = (double)INFINITY,
+                              .rest_velocity = 1e-6,
+                              .axis = axis_z};
     return effect;
 }
 

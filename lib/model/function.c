@@ -566,7 +566,7 @@ static const kt_key ramp_keys[] = {
     {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
     {"end", KT_KEY_NUMBER, AT(end), "s", KT_WORDS("t1, later than `start`"), .needed = true},
 };
-#ifndef KT_NO_JACOBIAN /* KT_HAS_FORMULAS */
+#if KT_HAS_FORMULAS
 static const kt_key bump_keys[] = {
     {"height", KT_KEY_NUMBER, AT(amplitude), "y", KT_WORDS("A, the value in the middle"), .needed = true},
     {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
@@ -652,7 +652,7 @@ static const kt_descriptor descriptors[] = {
             .keys = table_keys,
             .key_count = 2,
         },
-#ifndef KT_NO_JACOBIAN
+#if KT_HAS_FORMULAS
     [KT_FUNCTION_BUMP] =
         {
             .name = "bump",

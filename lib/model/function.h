@@ -2,24 +2,11 @@
 #ifndef KT_MODEL_FUNCTION_H
 #define KT_MODEL_FUNCTION_H
 
+#include "base/small.h"
 #include "kinetree/model.h"
 
 #include <stdbool.h>
 #include <stddef.h>
-
-/* Whether there are functions that are made of others, and formulas. A library without Jacobians, which is meant to be
- * small, has none. */
-#ifdef KT_NO_JACOBIAN
-enum { KT_HAS_FORMULAS = 0 };
-#else
-enum { KT_HAS_FORMULAS = 1 };
-#endif
-/* Slopes at the ends of cubic tables, which a library that is compiled for size leaves out. */
-#ifdef __OPTIMIZE_SIZE__
-enum { KT_HAS_END_SLOPES = 0 };
-#else
-enum { KT_HAS_END_SLOPES = 1 };
-#endif
 
 /* A compiled function. Its numbers lie in an array that the caller keeps for all functions (`numbers` below), from
  * numbers[first] on, so that a curve contains no pointer. */

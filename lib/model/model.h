@@ -37,26 +37,10 @@ typedef struct kt_counts {
     size_t spatial, spatial_angle, spatial_v, planar, plane, planar_loop;
 } kt_counts;
 
-/* Whether the library has loops. If not (-Dloops=disabled), no model has constraint groups, and the compiler removes
- * code that depends on this constant. */
-#ifdef KT_NO_LOOPS
-enum { KT_HAS_LOOPS = 0 };
-#else
-enum { KT_HAS_LOOPS = 1 };
-#endif
-
-/* Whether effects in joints may act in relative coordinates of loops. A library without Jacobians, which is meant to be
- * small, has none. */
-#if defined(KT_NO_LOOPS) || defined(KT_NO_JACOBIAN)
-enum { KT_HAS_RELATIVE = 0 };
-#else
-enum { KT_HAS_RELATIVE = 1 };
-#endif
-
 /* Returns the count of an array that only models with some of these need. */
 static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
 
-/* A library without formulas has no own states. */
+/* A small library has no own states. */
 #define KT_OWN_STATES(n) (KT_HAS_FORMULAS ? (n)->x : 0)
 
 /* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), which begin at any index: seven entries
@@ -222,6 +206,11 @@ static inline const kt_curve *kt_mass_curve(const kt_model *model, size_t k) {
     (void)model, (void)k;
     return NULL;
 #endif
+}
+
+/* Whether a link is computed in a plane. */
+static inline bool kt_link_is_planar(const kt_model *model, size_t link) {
+    return KT_HAS_PLANE && link >= model->n.spatial;
 }
 
 /* Whether a velocity coordinate is one of those that move no mass. Its armature in the model is 1, which is none of a

@@ -9,6 +9,7 @@
 #define KT_MODEL_RECORD_H
 
 #include "algebra/real3.h"
+#include "base/small.h"
 #include "kinetree/model.h"
 #include "model/front.h"
 #include "model/function.h"
@@ -16,31 +17,8 @@
 
 #include <stdint.h>
 
-/* Whether loops and effects can be switched on and off (switching.h). A library without Jacobians, which is meant to be
- * small, switches nothing. */
-#ifdef KT_NO_JACOBIAN
-#define KT_HAS_SWITCHES 0
-#else
-#define KT_HAS_SWITCHES 1
-#endif
-
 /* Of a loop or an effect that is compiled: whether it is off in this model. */
 #define KT_IS_OFF(item) (KT_HAS_SWITCHES && (item)->switching == KT_SWITCHED_OFF)
-
-/* Whether masses may be functions of time. A library without Jacobians, which is meant to be small, has none. */
-#ifdef KT_NO_JACOBIAN
-#define KT_HAS_VARIABLE_MASS 0
-#else
-#define KT_HAS_VARIABLE_MASS 1
-#endif
-
-/* Whether coordinates that move no mass may follow from the balance of forces. A library without Jacobians, which is meant
- * to be small, refuses them. */
-#ifdef KT_NO_JACOBIAN
-#define KT_HAS_QUASI_STATICS 0
-#else
-#define KT_HAS_QUASI_STATICS 1
-#endif
 
 /* The axes of a joint at q = 0, expressed in the joint frame. */
 typedef struct kt_joint_axes {

@@ -115,7 +115,7 @@ static kt_status check(const kt_simulation *simulation, kt_error *error) {
     if (kt_motion_work_size(simulation) == 0)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "a step of '%s' depends on earlier steps, and has no derivatives by a state; without "
-                            "implicit methods (-Djacobian=disabled) take rk4 or dopri5",
+                            "implicit methods (-Dsmall=enabled) take rk4 or dopri5",
                             kt_integrator_method(simulation->integrator)->name);
     return KT_OK;
 }

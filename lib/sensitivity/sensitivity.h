@@ -426,11 +426,6 @@ KT_CHECKED kt_status kt_coupled_adjoint(kt_step_work *w, kt_error *error);
 void kt_coupled_recall(kt_step_work *w);
 
 /* Whether a method is linearly implicit. Its stages, and the changes at the end (change_q, rate_v). */
-#ifdef KT_NO_JACOBIAN
-#define KT_HAS_ROSENBROCK 0
-#else
-#define KT_HAS_ROSENBROCK 1
-#endif
 static inline bool kt_method_is_linear(const kt_method *method) {
     return KT_HAS_ROSENBROCK && method->transformed != NULL;
 }

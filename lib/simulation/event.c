@@ -712,7 +712,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
         return KT_ERROR_ARGUMENT;
     if (!KT_HAS_EVENTS)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_add",
-                            "a small library (-Djacobian=disabled) has no events");
+                            "a small library (-Dsmall=enabled) has no events");
     if (event->name == NULL || event->function == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
                             "an event needs a name and a function");

@@ -123,17 +123,12 @@ const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_meth
 /* ---- limits -------------------------------------------------------------------------------------------------------
  * */
 
-/* Where size counts, bits that are none are ignored, as is the list of markers, which only a recorder reads. */
 kt_status kt_record_check(unsigned record, kt_error *error) {
-#ifdef __OPTIMIZE_SIZE__
-    (void)record, (void)error;
-#else
 #define KT_RECORD_OR(id, bit, name) | (bit)
     static const unsigned all = 0U KT_RECORD_LIST(KT_RECORD_OR);
 #undef KT_RECORD_OR
     if ((record & ~all) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "record", "0x%x: is no sum of KT_RECORD_ bits", record);
-#endif
     return KT_OK;
 }
 
@@ -157,11 +152,9 @@ kt_status kt_run_check(const kt_run *run, kt_error *error) {
         return kt_error_set(error, KT_ERROR_ARGUMENT, "interval", "%g s: more records than can be counted",
                             run->interval);
     kt_status status = kt_record_check(run->record, error);
-#ifndef __OPTIMIZE_SIZE__
     if (status == KT_OK && (run->marker_count < 0 || (run->marker_count > 0 && !run->markers)))
         status = kt_error_set(error, KT_ERROR_ARGUMENT, "marker_count", "%d: is not the length of the array `markers`",
                               run->marker_count);
-#endif
     if (status == KT_OK)
         status = check_step(run, error);
     if (status == KT_OK)

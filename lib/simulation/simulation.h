@@ -3,22 +3,13 @@
 #define KT_SIMULATION_SIMULATION_H
 
 #include "base/arena.h"
+#include "base/small.h"
 #include "kinetree/simulation.h"
 #include "mechanism/gaps.h"
 #include "model/model.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Whether there are implicit methods, and Jacobians of mechanisms for them. */
-#ifdef KT_NO_JACOBIAN
-#define KT_HAS_JACOBIAN 0
-#else
-#define KT_HAS_JACOBIAN 1
-#endif
-
-/* A small library has no events, either, and no hard contacts. */
-#define KT_HAS_EVENTS KT_HAS_JACOBIAN
 
 /* Which inputs a step has: torques in joints, wrenches on bodies. */
 typedef struct kt_input_flags {
@@ -137,7 +128,7 @@ typedef struct kt_work_panel {
 #define KT_SQUARE(x) ((x) * (x))
 
 /* Those of an implicit method. */
-#ifdef KT_NO_JACOBIAN
+#if !KT_HAS_JACOBIAN
 #define KT_NEWTON_ARRAYS(X)
 #else
 #define KT_NEWTON_ARRAYS(X)                                                                                            \

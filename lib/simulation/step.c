@@ -587,7 +587,7 @@ kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model, kt_pa
         return KT_ERROR_ARGUMENT;
     if (!KT_HAS_EVENTS)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_change",
-                            "a small library (-Djacobian=disabled) has no events; set parameters one by one");
+                            "a small library (-Dsmall=enabled) has no events; set parameters one by one");
     const instant_change change = {.x = x, .model = model, .parameters = changes, .count = count};
     kt_status status = check_model(simulation, model, error);
     if (status == KT_OK && x != NULL)

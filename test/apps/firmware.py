@@ -1,4 +1,5 @@
-"""firmware PROGRAM SOURCE-ROOT BUILD-DIRECTORY: apps/firmware prints the same here and on a Cortex-M7, where it fits into 200 kB."""
+"""firmware PROGRAM LEFT-OUT SOURCE-ROOT BUILD-DIRECTORY: apps/firmware prints the same here and on a Cortex-M7, where it fits into
+200 kB; and a small library rejects whatever it leaves out."""
 import pathlib
 import re
 import shutil
@@ -26,7 +27,7 @@ def build(source, folder):
         made = run("meson", "setup", folder, source, "--cross-file", source / ".ci/cortex-m7.ini", "-Dwerror=true")
         if made.returncode != 0:
             return (made.stdout + made.stderr).splitlines()
-    made = run("ninja", "-C", folder, "apps/firmware/firmware")
+    made = run("ninja", "-C", folder, "apps/firmware/firmware", "apps/firmware/left_out")
     return [] if made.returncode == 0 else (made.stdout + made.stderr).splitlines()[-40:]
 
 
@@ -44,8 +45,24 @@ def not_linked(source, archive):
     return missing
 
 
+def outcomes(result):
+    """Part -> (whether it is accepted, the message), as left_out.c prints them."""
+    lines = (line.partition(": ") for line in result.stdout.splitlines())
+    return {part: (rest.startswith("accepted"), rest) for part, _, rest in lines}
+
+
+def compare_parts(program, device):
+    here, there = outcomes(run(program)), outcomes(run(*EMULATOR, device, timeout=100))
+    claim("full_library_accepts_what_a_small_one_leaves_out",
+          [f"{part}: {rest}" for part, (accepted, rest) in here.items() if not accepted] if len(here) > 10 else [str(here)])
+    claim("small_library_rejects_what_it_leaves_out_with_a_message",
+          [f"{part}: {rest}" for part, (accepted, rest) in there.items() if accepted != (part == "nothing") or len(rest) < 8]
+          if there.keys() == here.keys() else [str(there)])
+    note(f"{len(here) - 1} parts that a small library leaves out were tried")
+
+
 def main():
-    program, source, folder = (pathlib.Path(argument) for argument in sys.argv[1:])
+    program, left_out, source, folder = (pathlib.Path(argument) for argument in sys.argv[1:])
     here = run(program)
     lines = dict(line.split() for line in here.stdout.splitlines())
     claim("program_ends_well_here", [] if here.returncode == 0 else [here.stdout + here.stderr])
@@ -82,6 +99,7 @@ def main():
     claim("program_ends_well_on_the_device", [] if there.returncode == 0 else [f"status {there.returncode}", there.stdout, there.stderr])
     claim("cortex_m7_gives_the_bits_of_this_machine_over_500_steps",
           [] if there.stdout == here.stdout and "all" in lines else [f"here: {here.stdout}", f"there: {there.stdout}"])
+    compare_parts(left_out, folder / "apps/firmware/left_out")
     finish()
 
 
