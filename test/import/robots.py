@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What becomes of files of robots: a row of Markdown for each, of bodies, degrees of freedom, loops and what was told.
+"""What becomes of files of robots: a row of Markdown for each, of bodies, degrees of freedom, loops and notes.
 
     robots.py KINETREE FOLDER|PACKAGE.deb...      of a package of Debian what it contains (`apt-get download PACKAGE`)
 
 Files that are no robots (other XML) are passed over, and in folders those called scene*, which stand another file's robot on a floor, and
-those below `assets`, which are parts. A file that is refused has the reason in place of numbers; the last line sums up.
+those below `assets`, which are parts. A file that is rejected has the reason in place of numbers; the last line sums up.
 """
 import json
 import pathlib
@@ -14,6 +14,7 @@ import sys
 import tempfile
 
 kinetree = sys.argv[1]
+NOTE = ": (?:note|warning): "
 ROOTS = {"robot": "URDF", "mujoco": "MJCF", "sdf": "SDF"}
 
 
@@ -29,23 +30,23 @@ def run(*words):
 
 def row(path, name):
     scene = run("import", path)
-    notes = [line.split(": note: ", 1)[1] for line in scene.stderr.splitlines() if ": note: " in line]
+    notes = re.findall(NOTE + "(.*)", scene.stderr)
     if scene.returncode:
-        first = next((line for line in scene.stderr.splitlines() if ": note: " not in line), "?")
+        first = next((line for line in scene.stderr.splitlines() if not re.search(NOTE, line)), "?")
         reason = re.sub(r"^.*?:[0-9]+:[0-9]+: ", "", first)
-        return f"| {name} | {format_of(path)} | | | | refused: {reason if len(reason) < 120 else reason[:117] + '...'} |", "refused"
+        return f"| {name} | {format_of(path)} | | | | rejected: {reason if len(reason) < 120 else reason[:117] + '...'} |", "rejected"
     bodies = len(re.findall(r"^  - name: ", scene.stdout.split("\nloops:")[0].split("\neffects:")[0], flags=re.M))
     loops = len(re.findall(r"^  - \{?name: ", scene.stdout.split("\nloops:")[1].split("\neffects:")[0], flags=re.M)) if "\nloops:" in scene.stdout else 0
     done = run("run", path, "--duration", "1e-4", "--out", "/dev/null", "--summary", "-")
     dofs = json.loads(done.stdout)["freedom"]["minimal"] if done.returncode == 0 else "-"
-    told = "; ".join(sorted({kind for pattern, kind in KINDS for n in notes if re.search(pattern, n)}))
-    return f"| {name} | {format_of(path)} | {bodies} | {dofs} | {loops} | {told} |", "run" if done.returncode == 0 else "read"
+    kinds = "; ".join(sorted({kind for pattern, kind in KINDS for n in notes if re.search(pattern, n)}))
+    return f"| {name} | {format_of(path)} | {bodies} | {dofs} | {loops} | {kinds} |", "run" if done.returncode == 0 else "read"
 
 
-KINDS = [("meshes that are not found", "missing meshes"), ("far larger than the robot", "large collisions"), ("contacts", "contacts"), ("do not concern", "extensions"), ("friction", "smooth friction"), ("free|freely", "free root"),
+KINDS = [("meshes that are not found", "missing meshes"), ("far larger than the robot", "large collisions"), ("contacts", "contacts"), ("do not concern|not known here", "extensions"), ("smooth", "smooth friction"), ("free|freely", "free root"),
          ("fixed to the world", "fixed root"), ("inertias that no body", "odd inertias"), ("not said", "standard masses"), ("no link has a mass", "no masses"),
-         ("of their geoms|of their collisions", "masses by shapes"), ("close loops", "loops"), ("soft equal", "soft equalities"), ("forces and eq", "some forces"),
-         ("keyframes", "keyframes"), ("limits of position", "limits"), ("not in the model", "missing files"), ("cannot be read", "missing files"),
+         ("of their geoms|of their collisions", "masses by shapes"), ("close loops", "loops"), ("soft equal", "soft equalities"), ("forces and eq|not that of the file", "some forces"),
+         ("keyframes", "keyframes"), ("limits of position", "limits"), ("nor on the search path", "missing files"), ("cannot be read", "missing files"),
          ("two axes|after the first|not at the origin", "joints on bodies of their own"), ("motors|servos", "controls"), ("transmissions", "transmissions")]
 
 
@@ -65,7 +66,7 @@ def name_of(path, base, argument):
 
 def main():
     counts = {}
-    print("| file | format | bodies | degrees of freedom | loops | told |\n|---|---|---|---|---|---|")
+    print("| file | format | bodies | degrees of freedom | loops | notes |\n|---|---|---|---|---|---|")
     for argument in sys.argv[2:]:
         with tempfile.TemporaryDirectory() as folder:
             base, files = files_of(argument, folder)
