@@ -20,8 +20,6 @@
 
 static void free_own(kt_own_columns *own);
 static void evaluate_own(kt_own_columns *own, const kt_record *record, double *values);
-static const char *own_name(const kt_own_columns *own, int column);
-static const char *own_unit(const kt_own_columns *own, int column);
 static int own_count(const kt_own_columns *own);
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
@@ -229,196 +227,6 @@ void kt_columns_free(kt_columns *columns) {
     free(columns->quantities);
     kt_singular_free(columns->singular);
     *columns = (kt_columns){.count = 0};
-}
-
-/* ---- names ------------------------------------------------------------------------------------------------------- */
-
-/* "KIND.NAME", or "KIND.NAME[k]" if there is more than one of them. */
-static int name_numbered(char *text, size_t size, const char *kind, const char *name, const char *of, int k,
-                         int count) {
-    return count == 1 ? snprintf(text, size, "%s.%s%s", kind, name, of)
-                      : snprintf(text, size, "%s.%s%s[%d]", kind, name, of, k);
-}
-
-/* "effect.tyre.force"; "effect[2].force" of one without a name. */
-static int name_quantity(const kt_columns *columns, const kt_column *c, char *text, size_t size) {
-    const char *name = kt_effect_name(columns->model, c->index);
-    const char *quantity = kt_quantity_name(kt_effect_quantity_at(columns->model, c->index, c->component),
-                                            kt_effect_is_sliding(columns->model, c->index));
-    return name[0] != '\0' ? snprintf(text, size, "effect.%s.%s", name, quantity)
-                           : snprintf(text, size, "effect[%d].%s", c->index, quantity);
-}
-
-int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size) {
-    static const char *const kinds[] = {"position", "velocity", "acceleration"};
-    static const char *const energies[] = {"kinetic", "potential", "total"};
-    static const char *const works[] = {"dissipated", "supplied", "balance"};
-    static const char *const orders[] = {"", "v", "a"};
-    static const char *const momenta[] = {"px", "py", "pz", "lx", "ly", "lz"};
-    static const char *const axes[] = {"x", "y", "z", "body_x", "body_y", "body_z"};
-    static const char *const wrench[] = {"fx", "fy", "fz", "mx", "my", "mz"};
-    static const char *const closure[] = {"x", "y", "z", "rx", "ry", "rz", "arc"};
-    const kt_column *c = &columns->columns[column];
-    const kt_model *model = columns->model;
-    switch (c->source) {
-    case KT_COLUMN_TIME:
-        return snprintf(text, size, "time");
-    case KT_COLUMN_POSITION:
-    case KT_COLUMN_VELOCITY:
-    case KT_COLUMN_ACCELERATION: {
-        const kt_coordinates at = kt_body_coordinates(model, c->index);
-        return name_numbered(text, size, kinds[c->source - KT_COLUMN_POSITION], kt_joint_name(model, c->index), "",
-                             c->component, c->source == KT_COLUMN_POSITION ? at.nq : at.nv);
-    }
-    case KT_COLUMN_MARKER:
-    case KT_COLUMN_MARKER_VELOCITY:
-    case KT_COLUMN_MARKER_ACCELERATION:
-        return snprintf(text, size, "marker.%s.%s.%s%c", kt_body_name(model, c->index),
-                        kt_marker_name(model, c->index, c->marker), orders[c->source - KT_COLUMN_MARKER],
-                        "xyz"[c->component]);
-    case KT_COLUMN_ORIENTATION:
-        return snprintf(text, size, "orientation.%s.%c", kt_body_name(model, c->index), "wxyz"[c->component]);
-    case KT_COLUMN_ANGULAR_VELOCITY:
-    case KT_COLUMN_ANGULAR_ACCELERATION:
-        return snprintf(text, size, "angular_%s.%s.%s", kinds[1 + (int)c->source - KT_COLUMN_ANGULAR_VELOCITY],
-                        kt_body_name(model, c->index), axes[c->component]);
-    case KT_COLUMN_SINGULAR_VALUE:
-        return snprintf(text, size, "constraint.singular_value");
-    case KT_COLUMN_MOMENTUM:
-        return snprintf(text, size, "momentum.%s", momenta[c->component]);
-    case KT_COLUMN_ENERGY:
-        return snprintf(text, size, "energy.%s", energies[c->component]);
-    case KT_COLUMN_WORK:
-        return snprintf(text, size, "energy.%s", works[c->component]);
-    case KT_COLUMN_RESIDUAL:
-        return snprintf(text, size, "constraint.%s", kinds[c->component]);
-    case KT_COLUMN_REACTION:
-        return snprintf(text, size, "reaction.%s.%s", kt_joint_name(model, c->index), wrench[c->component]);
-    case KT_COLUMN_LOOP_REACTION:
-        return snprintf(text, size, "reaction.%s.%s", kt_loop_name(model, c->index), wrench[c->component]);
-    case KT_COLUMN_MULTIPLIER:
-        return name_numbered(text, size, "reaction", kt_loop_name(model, c->index), ".multiplier", c->component,
-                             kt_loop_rows_of(model, c->index).count);
-    case KT_COLUMN_CLOSURE:
-        return snprintf(text, size, "closure.%s.%s", kt_loop_name(model, c->index), closure[c->component]);
-    case KT_COLUMN_OWN:
-        return snprintf(text, size, "%s", own_name(columns->own, c->index));
-    case KT_COLUMN_STATE:
-        return snprintf(text, size, "state.%s", kt_own_state_name(model, c->index));
-    case KT_COLUMN_EFFECT:
-        return name_quantity(columns, c, text, size);
-    }
-    return 0;
-}
-
-static const char *unit_of_quantity(const kt_columns *columns, const kt_column *c) {
-    return kt_quantity_unit(kt_effect_quantity_at(columns->model, c->index, c->component),
-                            kt_effect_is_sliding(columns->model, c->index));
-}
-
-int kt_column_header(const kt_columns *columns, size_t column, char *text, size_t size) {
-    const kt_column *c = &columns->columns[column];
-    const int length = kt_column_name(columns, column, text, size);
-    const char *unit = c->source == KT_COLUMN_EFFECT ? unit_of_quantity(columns, c)
-                       : c->source == KT_COLUMN_OWN  ? own_unit(columns->own, c->index)
-                                                     : NULL;
-    if (unit == NULL)
-        return length;
-    const size_t used = (size_t)length < size ? (size_t)length : size;
-    return length + snprintf(text != NULL ? text + used : NULL, size - used, " [%s]", unit);
-}
-
-static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_column *c) {
-    static const kt_quantity angles[] = {
-        {"Angles", "rad"}, {"Angular velocities", "rad/s"}, {"Angular accelerations", "rad/s\u00b2"}};
-    static const kt_quantity lengths[] = {{"Lengths", "m"}, {"Velocities", "m/s"}, {"Accelerations", "m/s\u00b2"}};
-    const int order = (int)c->source - KT_COLUMN_POSITION;
-    switch (kt_joint_coordinate_kind(kt_body_coordinates(columns->model, c->index).type, c->component)) {
-    case KT_COORDINATE_LENGTH:
-    case KT_COORDINATE_TRANSLATION:
-        return lengths[order];
-    case KT_COORDINATE_ROTATION:
-        return order == 0 ? (kt_quantity){"Quaternions", ""} : angles[order];
-    case KT_COORDINATE_ANGLE:
-    case KT_COORDINATE_TURNS:
-    case KT_COORDINATE_NONE:
-        break;
-    }
-    return angles[order];
-}
-
-static kt_quantity quantity_of_effect(const kt_columns *columns, const kt_column *c) {
-    static const struct {
-        const char *unit;
-        kt_quantity quantity;
-    } of[] = {{"N", {"Forces of effects", "N"}},
-              {"N m", {"Torques of effects", "N m"}},
-              {"W", {"Powers of effects", "W"}},
-              {"m", {"Lengths of effects", "m"}},
-              {"m/s", {"Rates of effects", "m/s"}},
-              {"rad", {"Angles of effects", "rad"}},
-              {"rad/s", {"Angular rates of effects", "rad/s"}}};
-    const char *unit = unit_of_quantity(columns, c);
-    for (size_t i = 0; i < sizeof of / sizeof *of; i++)
-        if (strcmp(of[i].unit, unit) == 0)
-            return of[i].quantity;
-    return (kt_quantity){"Effects", ""};
-}
-
-/* One that has a unit is a quantity of its own. */
-static kt_quantity own_quantity(const kt_own_columns *own, int column) {
-    const char *unit = own_unit(own, column);
-    return unit != NULL ? (kt_quantity){own_name(own, column), unit} : (kt_quantity){"Own columns", ""};
-}
-
-kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
-    const kt_column *c = &columns->columns[column];
-    switch (c->source) {
-    case KT_COLUMN_TIME:
-        return (kt_quantity){"Time", "s"};
-    case KT_COLUMN_POSITION:
-    case KT_COLUMN_VELOCITY:
-    case KT_COLUMN_ACCELERATION:
-        return coordinate_quantity(columns, c);
-    case KT_COLUMN_MARKER:
-        return (kt_quantity){"Markers", "m"};
-    case KT_COLUMN_MARKER_VELOCITY:
-        return (kt_quantity){"Velocities of markers", "m/s"};
-    case KT_COLUMN_MARKER_ACCELERATION:
-        return (kt_quantity){"Accelerations of markers", "m/s\u00b2"};
-    case KT_COLUMN_ORIENTATION:
-        return (kt_quantity){"Orientations", ""};
-    case KT_COLUMN_ANGULAR_VELOCITY:
-        return (kt_quantity){"Angular velocities of bodies", "rad/s"};
-    case KT_COLUMN_ANGULAR_ACCELERATION:
-        return (kt_quantity){"Angular accelerations of bodies", "rad/s\u00b2"};
-    case KT_COLUMN_SINGULAR_VALUE:
-        return (kt_quantity){"Smallest singular value of the loops", ""};
-    case KT_COLUMN_MOMENTUM:
-        return c->component < 3 ? (kt_quantity){"Momentum", "kg m/s"}
-                                : (kt_quantity){"Angular momentum", "kg m\u00b2/s"};
-    case KT_COLUMN_ENERGY:
-    case KT_COLUMN_WORK:
-        return (kt_quantity){"Energies", "J"};
-    case KT_COLUMN_RESIDUAL:
-        return c->component == 0 ? (kt_quantity){"Loops open by", "m, rad"}
-                                 : (kt_quantity){"Loops open by, per second", "m/s, rad/s"};
-    case KT_COLUMN_REACTION:
-    case KT_COLUMN_LOOP_REACTION:
-        return c->component < 3 ? (kt_quantity){"Reactions: forces", "N"} : (kt_quantity){"Reactions: moments", "N m"};
-    case KT_COLUMN_CLOSURE:
-        return c->component < 3 || c->component == 6 ? (kt_quantity){"Relative positions in loops", "m"}
-                                                     : (kt_quantity){"Relative rotations in loops", "rad"};
-    case KT_COLUMN_OWN:
-        return own_quantity(columns->own, c->index);
-    case KT_COLUMN_STATE:
-        return (kt_quantity){"Own states", ""};
-    case KT_COLUMN_EFFECT:
-        return quantity_of_effect(columns, c);
-    case KT_COLUMN_MULTIPLIER:
-        break;
-    }
-    return (kt_quantity){"Multipliers", "N, N m"};
 }
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
@@ -764,8 +572,8 @@ static void evaluate_own(kt_own_columns *own, const kt_record *record, double *v
         values[k] = kt_expression_evaluate(own->formula[k], all);
 }
 
-static const char *own_name(const kt_own_columns *own, int column) { return own->scene->columns[column].name; }
-static const char *own_unit(const kt_own_columns *own, int column) { return own->scene->columns[column].unit; }
+const char *kt_own_column_name(const kt_own_columns *own, int column) { return own->scene->columns[column].name; }
+const char *kt_own_column_unit(const kt_own_columns *own, int column) { return own->scene->columns[column].unit; }
 static int own_count(const kt_own_columns *own) { return own != NULL ? own->scene->column_count : 0; }
 
 kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error) {

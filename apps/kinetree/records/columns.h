@@ -44,6 +44,10 @@ typedef struct kt_column {
 
 typedef struct kt_own_columns kt_own_columns; /* of output.columns, with all that their formulas read */
 
+/* The name and the unit (NULL: none) of an own column. */
+const char *kt_own_column_name(const kt_own_columns *own, int column);
+const char *kt_own_column_unit(const kt_own_columns *own, int column);
+
 /* The columns of a run, in their order in files. */
 typedef struct kt_columns {
     const kt_model *model;
