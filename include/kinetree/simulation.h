@@ -55,6 +55,7 @@ extern "C" {
     X(KT_RECORD_BALANCE, 64, balance)          /* energies and works */                                                \
     X(KT_RECORD_CONSTRAINT, 16, constraint)    /* residuals of loops */                                                \
     X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */                                               \
+    X(KT_RECORD_BEARING, 262144, bearing)      /* in joints, without effects and drives */                             \
     X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */                                           \
     X(KT_RECORD_MOMENTUM, 256, momentum)       /* linear, and angular about the world's origin */                      \
     X(KT_RECORD_ORIENTATION, 512, orientation) /* of bodies */                                                         \

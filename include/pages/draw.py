@@ -1,4 +1,4 @@
-"""Draws the pictures of joints, loops and effects that types.md shows: one SVG each, from the table at the end.
+"""Draws the pictures of joints, loops and effects that types.md shows, and those of other pages: one SVG each, from the table at the end.
 
 draw.py FOLDER [NAME...]      writes FOLDER/NOUN-TYPE.svg (all, or those named)
 
@@ -553,12 +553,34 @@ def thrust(p, loop):
     p.text((272, 128), "m'(t) u", "i f")
 
 
+# ---- other pages -----------------------------------------------------------------------------------------------------
+
+def reactions(p, _):
+    """What acts on a body in its joint: three parts of the wrench."""
+    pivot = (92, 112)
+
+    p.path([(88, 101), (296, 60), (300, 76), (96, 123)], "b2", True)
+    p.dot(pivot, 15, "b3")
+    p.dot(pivot, 7, "card")
+    p.text((284, 96), "arm", "a")
+    p.arrow(pivot, (48, 58), "f")
+    p.text((12, 34), "bearing.arm", "f", "start")
+    p.text((12, 50), "fx fy fz mx my", "i f", "start")
+    flat_turn(p, pivot, 30, 60, 320)
+    p.text((136, 146), "effect.spring.torque", "m", "start")
+    flat_turn(p, pivot, 46, 75, 295)
+    p.text((126, 42), "reaction.drive.multiplier", "m", "start")
+    p.path([(124, 46), (106, 66)], "thin")
+    p.path([(134, 142), (117, 134)], "thin")
+    p.text((160, 178), "reaction.arm: all of these together", "")
+
+
 PAIRS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, free]
 LOOPS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, parallel, orthogonal, coaxial,
          inline, inplane, distance, coupling, motion, rolling, knife_edge, rates, homokinetic, surface, curve]
 EFFECTS = [spring, bushing, joint_spring, joint_damper, joint_friction, joint_limit, motor, servo, force, torque, drag,
            attraction, contact, expression, thrust]
-FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS}
+FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS, "page": [reactions]}
 
 
 def name_of(noun, draw):

@@ -14,9 +14,10 @@
 
 /* Columns that are no variables of a description. */
 static bool is_recorded(const char *name) {
-    static const char *const kinds[] = {"acceleration.", "effect.",   "energy.",           "momentum.",
-                                        "orientation.",  "reaction.", "constraint.",       "closure.",
-                                        "marker.",       "effect[",   "angular_velocity.", "angular_acceleration."};
+    static const char *const kinds[] = {
+        "acceleration.",        "effect.",  "energy.",  "momentum.", "orientation.", "reaction.",
+        "constraint.",          "closure.", "bearing.", "marker.",   "effect[",      "angular_velocity.",
+        "angular_acceleration."};
     for (size_t i = 0; i < KT_COUNT_OF(kinds); i++)
         if (strncmp(name, kinds[i], strlen(kinds[i])) == 0)
             return true;

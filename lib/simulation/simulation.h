@@ -519,7 +519,7 @@ KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, doubl
 
 /* The bits that request reactions at each record. */
 enum {
-    KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER,
+    KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER | KT_RECORD_BEARING,
     KT_RECORD_ACCELERATIONS = KT_RECORD_ACCELERATION | KT_RECORD_MARKER_ACCELERATION | KT_RECORD_ANGULAR_ACCELERATION,
     /* read from the kinematics by who is given the record */
     KT_RECORD_KINEMATICS = KT_RECORD_MOMENTUM | KT_RECORD_ORIENTATION | KT_RECORD_MARKER_VELOCITY |

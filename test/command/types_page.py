@@ -56,7 +56,7 @@ def main():
     claim("scene_shows_its_type", [f"{noun} {name}" for noun, name, _, _, scene in sections
                                    if not re.search(alone.get((noun, name), rf"\b{name}\b"), scene.partition("bodies:")[2])])
 
-    shown = set(re.findall(r"\(pictures/([\w-]+\.svg)\)", page))
+    shown = {name for one in PAGE.parent.glob("*.md") for name in re.findall(r"\(pictures/([\w-]+\.svg)\)", one.read_text())}
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([sys.executable, PAGE.parent / "draw.py", folder], check=True)
         drawn = {path.name: path.read_text() for path in pathlib.Path(folder).iterdir()}

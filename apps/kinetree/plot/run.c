@@ -109,7 +109,9 @@ static bool is_residual(const kt_plot_run *plot, int panel) {
 /* Reactions are one family, whatever their panels. */
 static int family_of(const kt_plot_run *plot, size_t column) {
     const kt_column_source source = plot->columns->columns[column].source;
-    return source == KT_COLUMN_REACTION || source == KT_COLUMN_LOOP_REACTION ? -1 : plot->panel[column];
+    return source == KT_COLUMN_REACTION || source == KT_COLUMN_LOOP_REACTION || source == KT_COLUMN_BEARING
+               ? -1
+               : plot->panel[column];
 }
 
 /* columns: the rows transposed, plot->count numbers each. */

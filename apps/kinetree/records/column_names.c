@@ -70,6 +70,8 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
         return snprintf(text, size, "constraint.%s", kinds[c->component]);
     case KT_COLUMN_REACTION:
         return snprintf(text, size, "reaction.%s.%s", kt_joint_name(model, c->index), wrench[c->component]);
+    case KT_COLUMN_BEARING:
+        return snprintf(text, size, "bearing.%s.%s", kt_joint_name(model, c->index), wrench[c->component]);
     case KT_COLUMN_LOOP_REACTION:
         return snprintf(text, size, "reaction.%s.%s", kt_loop_name(model, c->index), wrench[c->component]);
     case KT_COLUMN_MULTIPLIER:
@@ -78,7 +80,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_CLOSURE:
         return snprintf(text, size, "closure.%s.%s", kt_loop_name(model, c->index), closure[c->component]);
     case KT_COLUMN_OWN:
-        return snprintf(text, size, "%s", kt_own_column_name(columns->own, c->index));
+        return snprintf(text, size, "%s", columns->formulas[c->index].name);
     case KT_COLUMN_STATE:
         return snprintf(text, size, "state.%s", kt_own_state_name(model, c->index));
     case KT_COLUMN_EFFECT:
@@ -96,7 +98,7 @@ int kt_column_header(const kt_columns *columns, size_t column, char *text, size_
     const kt_column *c = &columns->columns[column];
     const int length = kt_column_name(columns, column, text, size);
     const char *unit = c->source == KT_COLUMN_EFFECT ? unit_of_quantity(columns, c)
-                       : c->source == KT_COLUMN_OWN  ? kt_own_column_unit(columns->own, c->index)
+                       : c->source == KT_COLUMN_OWN  ? columns->formulas[c->index].unit
                                                      : NULL;
     if (unit == NULL)
         return length;
@@ -144,9 +146,8 @@ static kt_quantity quantity_of_effect(const kt_columns *columns, const kt_column
 }
 
 /* One that has a unit is a quantity of its own. */
-static kt_quantity own_quantity(const kt_own_columns *own, int column) {
-    const char *unit = kt_own_column_unit(own, column);
-    return unit != NULL ? (kt_quantity){kt_own_column_name(own, column), unit} : (kt_quantity){"Own columns", ""};
+static kt_quantity own_quantity(const kt_scene_column *column) {
+    return column->unit != NULL ? (kt_quantity){column->name, column->unit} : (kt_quantity){"Own columns", ""};
 }
 
 kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
@@ -184,11 +185,13 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_REACTION:
     case KT_COLUMN_LOOP_REACTION:
         return c->component < 3 ? (kt_quantity){"Reactions: forces", "N"} : (kt_quantity){"Reactions: moments", "N m"};
+    case KT_COLUMN_BEARING:
+        return c->component < 3 ? (kt_quantity){"Bearings: forces", "N"} : (kt_quantity){"Bearings: moments", "N m"};
     case KT_COLUMN_CLOSURE:
         return c->component < 3 || c->component == 6 ? (kt_quantity){"Relative positions in loops", "m"}
                                                      : (kt_quantity){"Relative rotations in loops", "rad"};
     case KT_COLUMN_OWN:
-        return own_quantity(columns->own, c->index);
+        return own_quantity(&columns->formulas[c->index]);
     case KT_COLUMN_STATE:
         return (kt_quantity){"Own states", ""};
     case KT_COLUMN_EFFECT:

@@ -3,6 +3,7 @@
  */
 #include "records/columns.h"
 
+#include "records/bearing.h"
 #include "records/quantities.h"
 
 #include "kinetree/descriptor.h"
@@ -75,6 +76,15 @@ static bool add_reactions(kt_columns *columns) {
         fine = fine && (!is_relation(columns->model, loop) || add_multipliers(columns, loop));
     }
     return fine;
+}
+
+/* And the room for a Jacobian. */
+static bool add_bearings(kt_columns *columns) {
+    bool fine = true;
+    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
+        fine = add(columns, KT_COLUMN_BEARING, body, 6, 0);
+    columns->jacobian = fine ? malloc((6 * (size_t)kt_model_nv(columns->model) + 1) * sizeof *columns->jacobian) : NULL;
+    return columns->jacobian != NULL;
 }
 
 /* The multipliers that add_reactions leaves out. */
@@ -198,6 +208,8 @@ static bool list_columns(kt_columns *columns, const kt_scene *scene, const kt_mo
         fine = add(columns, KT_COLUMN_SINGULAR_VALUE, 0, 1, 0);
     if (fine && (record & KT_RECORD_REACTION) != 0)
         fine = add_reactions(columns);
+    if (fine && (record & KT_RECORD_BEARING) != 0)
+        fine = add_bearings(columns);
     if (fine && (record & KT_RECORD_MULTIPLIER) != 0)
         fine = add_all_multipliers(columns, (record & KT_RECORD_REACTION) != 0);
     if (fine && (record & KT_RECORD_CLOSURE) != 0)
@@ -225,6 +237,7 @@ void kt_columns_free(kt_columns *columns) {
     free(columns->columns);
     free(columns->values);
     free(columns->quantities);
+    free(columns->jacobian);
     kt_singular_free(columns->singular);
     *columns = (kt_columns){.count = 0};
 }
@@ -254,6 +267,18 @@ static kt_column_group rotation_group(const kt_model *model, const kt_data *data
     return (kt_column_group){{u.x, u.y, u.z, w.x, w.y, w.z}};
 }
 
+static kt_column_group wrench_group(kt_wrench p) {
+    return (kt_column_group){{p.force.x, p.force.y, p.force.z, p.moment.x, p.moment.y, p.moment.z}};
+}
+
+static kt_column_group bearing_group(const kt_columns *columns, const kt_column *c, const kt_record *record) {
+    const kt_vec3 unknown = kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
+    if (record->reactions == NULL)
+        return wrench_group((kt_wrench){unknown, unknown});
+    return wrench_group(
+        kt_bearing_of(record->model, record->data, c->index, record->reactions[c->index], columns->jacobian));
+}
+
 static kt_column_group closure_group(const kt_model *model, const kt_data *data, int loop) {
     kt_loop_motion m = {.rotation = kt_mat3_identity()};
     (void)kt_loop_motion_evaluate(model, data, loop, &m); /* loops of columns have ends */
@@ -265,7 +290,7 @@ static kt_column_group closure_group(const kt_model *model, const kt_data *data,
 /* Whether group_of computes anything for a source. */
 static bool is_grouped(kt_column_source source) {
     return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_MOMENTUM) || source == KT_COLUMN_CLOSURE ||
-           source == KT_COLUMN_SINGULAR_VALUE;
+           source == KT_COLUMN_SINGULAR_VALUE || source == KT_COLUMN_BEARING;
 }
 
 static kt_column_group group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
@@ -288,10 +313,10 @@ static kt_column_group group_of(const kt_columns *columns, const kt_column *c, c
     case KT_COLUMN_ANGULAR_ACCELERATION:
         return rotation_group(model, record->data, c->index,
                               kt_body_acceleration(model, record->data, c->index).angular);
-    case KT_COLUMN_MOMENTUM: {
-        const kt_wrench p = kt_momentum(model, record->data);
-        return (kt_column_group){{p.force.x, p.force.y, p.force.z, p.moment.x, p.moment.y, p.moment.z}};
-    }
+    case KT_COLUMN_MOMENTUM:
+        return wrench_group(kt_momentum(model, record->data));
+    case KT_COLUMN_BEARING:
+        return bearing_group(columns, c, record);
     case KT_COLUMN_SINGULAR_VALUE:
         return (kt_column_group){{kt_singular_evaluate(columns->singular, model, record->time, record->q, record->v)}};
     case KT_COLUMN_CLOSURE:
@@ -327,6 +352,7 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
     case KT_COLUMN_MOMENTUM:
     case KT_COLUMN_CLOSURE:
     case KT_COLUMN_SINGULAR_VALUE:
+    case KT_COLUMN_BEARING:
         return group->value[c->component];
     case KT_COLUMN_ENERGY:
         return c->component == 0   ? record->kinetic
@@ -480,6 +506,7 @@ static unsigned record_for(kt_column_source source) {
         return KT_RECORD_CONSTRAINT;
     case KT_COLUMN_REACTION:
     case KT_COLUMN_LOOP_REACTION:
+    case KT_COLUMN_BEARING:
         return KT_RECORD_REACTION;
     case KT_COLUMN_MULTIPLIER:
         return KT_RECORD_MULTIPLIER;
@@ -572,8 +599,6 @@ static void evaluate_own(kt_own_columns *own, const kt_record *record, double *v
         values[k] = kt_expression_evaluate(own->formula[k], all);
 }
 
-const char *kt_own_column_name(const kt_own_columns *own, int column) { return own->scene->columns[column].name; }
-const char *kt_own_column_unit(const kt_own_columns *own, int column) { return own->scene->columns[column].unit; }
 static int own_count(const kt_own_columns *own) { return own != NULL ? own->scene->column_count : 0; }
 
 kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error) {
@@ -581,6 +606,7 @@ kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigne
     if (scene->column_count == 0)
         return KT_OK;
     const kt_status status = create_own(scene, columns->model, &columns->own, record, error);
+    columns->formulas = scene->columns;
     if (status != KT_OK)
         return status;
     bool fine = true;

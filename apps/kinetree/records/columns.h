@@ -29,6 +29,7 @@ typedef enum kt_column_source {
     KT_COLUMN_SINGULAR_VALUE,       /* the smallest one of the loops' Jacobian */
     KT_COLUMN_REACTION,             /* in the joint of body `index`: force x, y, z, moment x, y, z */
     KT_COLUMN_LOOP_REACTION,        /* in loop `index` */
+    KT_COLUMN_BEARING,              /* in the joint of body `index`, without effects and drives: likewise */
     KT_COLUMN_MULTIPLIER,           /* of equation `component` of loop `index` */
     KT_COLUMN_CLOSURE,              /* of loop `index`: d, Euler vector; of a curve the arc length alone */
     KT_COLUMN_OWN,                  /* `index` of output.columns */
@@ -44,10 +45,6 @@ typedef struct kt_column {
 
 typedef struct kt_own_columns kt_own_columns; /* of output.columns, with all that their formulas read */
 
-/* The name and the unit (NULL: none) of an own column. */
-const char *kt_own_column_name(const kt_own_columns *own, int column);
-const char *kt_own_column_unit(const kt_own_columns *own, int column);
-
 /* The columns of a run, in their order in files. */
 typedef struct kt_columns {
     const kt_model *model;
@@ -55,11 +52,13 @@ typedef struct kt_columns {
     unsigned record;                   /* KT_RECORD_ bits */
     kt_column *columns;
     size_t count, room;
-    double *values;        /* [count], of the record that was evaluated last */
-    kt_own_columns *own;   /* NULL: there are none */
-    const bool *is_used;   /* [count]: which are evaluated; NULL: all */
-    double *quantities;    /* of all effects, likewise; NULL: they are not recorded */
-    kt_singular *singular; /* NULL: singular values are not recorded */
+    double *values;                  /* [count], of the record that was evaluated last */
+    kt_own_columns *own;             /* NULL: there are none */
+    const kt_scene_column *formulas; /* of the scene: what these are called */
+    const bool *is_used;             /* [count]: which are evaluated; NULL: all */
+    double *quantities;              /* of all effects, likewise; NULL: they are not recorded */
+    double *jacobian;                /* room for that of a body; NULL: bearings are not recorded */
+    kt_singular *singular;           /* NULL: singular values are not recorded */
 } kt_columns;
 
 /* Lists the columns of what is recorded (KT_RECORD_ bits); the scene and its model must outlive the list. Returns false if memory

@@ -90,6 +90,8 @@ static const struct kind {
     {"momentum", ".lx|.ly|.lz", "Angular momentum", "kg m\u00b2/s", false, false, false},
     {"energy", NULL, "Energies", "J", true, false, true},
     {"constraint", NULL, "Loops open by", "rad or m, and per second", true, true, true},
+    {"bearing", ".fx|.fy|.fz", "Bearings: forces", "N", false, false, false},
+    {"bearing", ".mx|.my|.mz", "Bearings: moments", "N m", false, false, false},
     {"reaction", ".fx|.fy|.fz", "Reactions: forces", "N", false, false, false},
     {"reaction", ".mx|.my|.mz", "Reactions: moments", "N m", false, false, false},
     {"reaction", NULL, "Multipliers", "N or N m", false, false, false},
@@ -212,7 +214,7 @@ static void add_column(kt_chart *chart, int column) {
         (kt_candidate){.name = name,
                        .y = chart->table->cells + (size_t)column * chart->table->rows,
                        .panel = kind,
-                       .family = strncmp(name, "reaction", 8) == 0 ? -1 : kind,
+                       .family = strncmp(name, "reaction", 8) == 0 || strncmp(name, "bearing.", 8) == 0 ? -1 : kind,
                        .is_error = is_log(chart, kind) && kind_at(chart, kind).is_residual};
 }
 

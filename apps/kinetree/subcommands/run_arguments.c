@@ -24,7 +24,8 @@ static const kt_option options[] = {
     {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "with two-step: the spectral radius at infinity, 0 to 1", NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
     {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
-     "of position, velocity, acceleration, energy, balance, constraint, reaction, multiplier, momentum, orientation, "
+     "of position, velocity, acceleration, energy, balance, constraint, reaction, bearing, multiplier, momentum, "
+     "orientation, "
      "marker velocity, marker acceleration, effect",
      NULL},
     {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
