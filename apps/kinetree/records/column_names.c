@@ -63,15 +63,14 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_MOMENTUM:
         return snprintf(text, size, "momentum.%s", momenta[c->component]);
     case KT_COLUMN_ENERGY:
-        return snprintf(text, size, "energy.%s", energies[c->component]);
     case KT_COLUMN_WORK:
-        return snprintf(text, size, "energy.%s", works[c->component]);
+        return snprintf(text, size, "energy.%s", (c->source == KT_COLUMN_ENERGY ? energies : works)[c->component]);
     case KT_COLUMN_RESIDUAL:
         return snprintf(text, size, "constraint.%s", kinds[c->component]);
     case KT_COLUMN_REACTION:
-        return snprintf(text, size, "reaction.%s.%s", kt_joint_name(model, c->index), wrench[c->component]);
     case KT_COLUMN_BEARING:
-        return snprintf(text, size, "bearing.%s.%s", kt_joint_name(model, c->index), wrench[c->component]);
+        return snprintf(text, size, "%s.%s.%s", c->source == KT_COLUMN_BEARING ? "bearing" : "reaction",
+                        kt_joint_name(model, c->index), wrench[c->component]);
     case KT_COLUMN_LOOP_REACTION:
         return snprintf(text, size, "reaction.%s.%s", kt_loop_name(model, c->index), wrench[c->component]);
     case KT_COLUMN_MULTIPLIER:
