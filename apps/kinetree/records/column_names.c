@@ -25,6 +25,12 @@ static int name_quantity(const kt_columns *columns, const kt_column *c, char *te
                            : snprintf(text, size, "effect[%d].%s", c->index, quantity);
 }
 
+static int name_coordinate(const kt_columns *columns, const kt_column *c, const char *kind, char *text, size_t size) {
+    const kt_coordinates at = kt_body_coordinates(columns->model, c->index);
+    return name_numbered(text, size, kind, kt_joint_name(columns->model, c->index), "", c->component,
+                         c->source == KT_COLUMN_POSITION ? at.nq : at.nv);
+}
+
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size) {
     static const char *const kinds[] = {"position", "velocity", "acceleration"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
@@ -41,11 +47,8 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
         return snprintf(text, size, "time");
     case KT_COLUMN_POSITION:
     case KT_COLUMN_VELOCITY:
-    case KT_COLUMN_ACCELERATION: {
-        const kt_coordinates at = kt_body_coordinates(model, c->index);
-        return name_numbered(text, size, kinds[c->source - KT_COLUMN_POSITION], kt_joint_name(model, c->index), "",
-                             c->component, c->source == KT_COLUMN_POSITION ? at.nq : at.nv);
-    }
+    case KT_COLUMN_ACCELERATION:
+        return name_coordinate(columns, c, kinds[c->source - KT_COLUMN_POSITION], text, size);
     case KT_COLUMN_MARKER:
     case KT_COLUMN_MARKER_VELOCITY:
     case KT_COLUMN_MARKER_ACCELERATION:
