@@ -166,4 +166,51 @@ with tempfile.TemporaryDirectory() as folder:
         if checked.returncode == 0 or told not in checked.stderr + checked.stdout:
             wrong.append(f"{columns}: {checked.stderr}{checked.stdout}")
     claim("wrong_units_are_refused", wrong)
+
+
+def mean_square(times, values):
+    """The mean over the pieces without a gap, by the trapezoidal rule; None of single values."""
+    covered = total = 0.0
+    for (s, x), (t, y) in zip(zip(times, values), zip(times[1:], values[1:])):
+        if math.isfinite(x) and math.isfinite(y):
+            covered, total = covered + t - s, total + 0.5 * (t - s) * (x * x + y * y)
+    return total / covered if covered > 0 else None
+
+
+with tempfile.TemporaryDirectory() as folder:
+    path, wrong, worst, count, bridged = pathlib.Path(folder), [], 0.0, 0, 0.0
+    for seed in range(10):
+        r = random.Random(seed)
+        c = r.uniform(-0.4, 0.4)
+        (path / "arm.yaml").write_text(ARM.format(columns=f'{{own: "3 + sqrt(position.arm - {c:.4f})"}}'))
+        run(path, "run", "arm.yaml", "--out", "arm.csv", "--summary", "arm.json", "--quiet")
+        run(path, "sweep", "arm.yaml", "--vary", "bodies.arm.mass=1,1", "--columns", "own", "--functionals", "rms,mean,integral", "--out", "s.csv")
+        with (path / "arm.csv").open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        times, own = [float(row["time"]) for row in rows], [float(row["own"]) for row in rows]
+        expected = mean_square(times, own)
+        found = json.loads((path / "arm.json").read_text())["columns"]["own"]["rms"]
+        if expected is None:
+            continue
+        with (path / "s.csv").open(newline="") as file:
+            swept = [float(row["own.rms"]) for row in csv.DictReader(file)]
+        wrong += [] if len(swept) == 2 and all(abs(x - math.sqrt(expected)) < 1e-9 for x in swept) else [f"seed {seed}: sweep {swept}, {math.sqrt(expected)}"]
+        count += 1
+        worst = max(worst, abs(found - math.sqrt(expected)))
+        kept = [(t, x) for t, x in zip(times, own) if math.isfinite(x)]
+        bridged = max(bridged, abs(math.sqrt(expected) - math.sqrt(mean_square([t for t, _ in kept], [x for _, x in kept]))))
+    note(f"{count} columns with gaps: rms off by {worst:.1e} of 1e-9; over bridged gaps it would be off by up to {bridged:.2g}")
+    claim("root_mean_squares_do_not_bridge_gaps", wrong if worst < 1e-9 and count > 5 and bridged > 1e-3 else [*wrong, f"{worst}, {count}, {bridged}"])
+
+with tempfile.TemporaryDirectory() as folder:
+    path, faults = pathlib.Path(folder), []
+    (path / "arm.yaml").write_text(ARM.format(columns="{}").replace("output: {columns: {}}\n", ""))
+    for words, title in ((["--out", "arm.csv"], "arm"), (["--out", "arm.csv", "--summary", "arm.json"], "swinging arm"),
+                         (["--out", "arm.csv", "--duration", "3"], "arm"), (["--out", "far.csv", "--summary", "x.json"], None)):
+        ran = run(path, "run", "arm.yaml", *words, "--quiet")
+        run(path, "plot", "arm.csv", "--out", "p.svg")
+        texts = re.findall(r"<text[^>]*>(?:<tspan[^>]*>)?([^<]*)", (path / "p.svg").read_text())
+        if title is not None and texts[0] != title:
+            faults.append(f"{words}: the title is {texts[:1]}, not {title}; {ran.stderr[:100]}")
+    claim("a_plot_has_the_name_of_the_scene_where_the_summary_beside_it_is_that_of_the_run", faults)
 finish()

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import pathlib
+import random
 import re
 import struct
 import subprocess
@@ -303,10 +304,46 @@ simulate: {duration: 10, until: t > 0.8}
     return ([] if good else [f"marks are {marks}"]) + ([] if lines >= 4 else [f"the plot has {lines} lines of events in two panels"])
 
 
+def check_released(folder):
+    """Times at which loops and effects are released and engaged: the first frames behind the events, in random scenes."""
+    faults = []
+    for seed in range(4):
+        r = random.Random(seed)
+        cut, caught, gust = r.uniform(0.1, 0.5), r.uniform(0.6, 0.9), r.uniform(0.1, 0.9)
+        scene = f"""kinetree: 1
+bodies:
+  - {{name: a, joint: {{type: free}}, mass: 1, inertia: [1, 1, 1], markers: {{m: [0, 0, 0]}}}}
+  - {{name: b, joint: {{type: free, position: {{position: [1, 0, 0]}}}}, mass: 1, inertia: [1, 1, 1], markers: {{m: [0, 0, 0]}}}}
+loops:
+  - {{name: rod, type: distance, between: [a.m, b.m], length: 1}}
+  - {{name: string, type: distance, slack: true, between: [a.m, b.m], length: 1}}
+effects: [{{name: spring, type: spring, between: [a.m, b.m], stiffness: 1, length: 1, switched: off}}]
+events:
+  - {{name: cut, when: t - {cut:.5f}, then: {{release: rod}}}}
+  - {{name: torn, when: t - {cut:.5f}, then: {{release: string}}}}
+  - {{name: caught, when: t - {caught:.5f}, then: {{engage: rod}}}}
+  - {{name: gust, when: t - {gust:.5f}, then: {{engage: spring}}}}
+simulate: {{duration: 1}}
+"""
+        (pathlib.Path(folder) / "r.yaml").write_text(scene)
+        ran = kinetree("view", "r.yaml", "--view", "r.html", "--interval", "0.01", "--quiet", folder=folder)
+        if ran.returncode != 0:
+            faults.append(ran.stderr)
+            continue
+        data, _, _ = read_view(pathlib.Path(folder) / "r.html")
+        expected = {"rod": [cut, caught], "string": [cut], "spring": [0, gust]}
+        for one in data["loops"] + data["effects"]:
+            times, events = one.get("released", []), expected[one["name"]]
+            if len(times) != len(events) or any(not 0 <= t - e <= 0.01 + 1e-6 for t, e in zip(times, events)):
+                faults.append(f"seed {seed}: {one['name']} released at {times}, events {events}")
+    return faults
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         for name in ("four-bar", "landing-gear", "bead", "stewart"):
             claim(f"frames_are_the_records_{name}", check_scene(name, folder))
+        claim("loops_and_effects_are_shown_released_from_the_event_on", check_released(folder))
         claim("meshes_are_on_the_page_with_points_and_normals", check_mesh(folder))
         claim("frames_have_the_forces_of_effects", check_effects(folder))
         claim("events_are_marked_in_views_and_plots", check_marks(folder))

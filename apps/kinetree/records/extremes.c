@@ -6,7 +6,7 @@
 
 bool kt_extremes_start(kt_extremes *extremes, size_t count) {
     const double nan = (double)NAN;
-    const kt_extreme none = {nan, nan, nan, nan, 0.0, nan, nan, nan, 0.0, nan};
+    const kt_extreme none = {nan, nan, nan, nan, 0.0, nan, 0.0, nan, 0.0, nan};
     extremes->column = malloc((count + 1) * sizeof *extremes->column);
     extremes->count = extremes->column != NULL ? count : 0;
     for (size_t i = 0; i < extremes->count; i++)
@@ -23,6 +23,7 @@ static void add(kt_extreme *e, double time, double value) {
     if (!isfinite(value)) {
         e->gap_time = e->gaps > 0.0 ? e->gap_time : time;
         e->gaps++;
+        e->time = (double)NAN;
         return;
     }
     if (!(value >= e->least)) { /* also where there is none yet */
@@ -33,10 +34,10 @@ static void add(kt_extreme *e, double time, double value) {
         e->greatest = value;
         e->greatest_time = time;
     }
-    if (isnan(e->first_time))
-        e->first_time = time;
-    else
+    if (!isnan(e->time)) {
+        e->covered += time - e->time;
         e->square += 0.5 * (time - e->time) * (value * value + e->last * e->last);
+    }
     e->last = value;
     e->time = time;
 }
@@ -47,8 +48,7 @@ void kt_extremes_add(kt_extremes *extremes, double time, const double *values) {
 }
 
 static double root_mean_square(const kt_extreme *e) {
-    const double duration = e->time - e->first_time;
-    return duration > 0.0 ? sqrt(e->square / duration) : fabs(e->last);
+    return e->covered > 0.0 ? sqrt(e->square / e->covered) : fabs(e->last);
 }
 
 json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns) {

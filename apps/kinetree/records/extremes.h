@@ -14,8 +14,8 @@ typedef struct kt_extreme {
     double least, greatest;           /* values */
     double least_time, greatest_time; /* s, of the first record that has them */
     double square;                    /* integral of the square over time */
-    double last, first_time, time;    /* the latest value; s, of the first and of the latest record */
-    double gaps, gap_time;            /* how many records have no finite value; s, the first of them */
+    double last, covered, time; /* the latest value; s, all pieces without a gap; of the latest record, NaN: a gap */
+    double gaps, gap_time;      /* how many records have no finite value; s, the first of them */
 } kt_extreme;
 
 typedef struct kt_extremes {
@@ -32,7 +32,7 @@ void kt_extremes_add(kt_extremes *extremes, double time, const double *values);
 
 /* Object that maps the name of each column but time to {min, min_time, max, max_time, rms, end, unit}, and where
  * there are gaps {gaps: {count, time}}; the square is
- * integrated by the trapezoidal rule. */
+ * integrated by the trapezoidal rule, and records on both sides of a gap are not joined. */
 json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns);
 
 #endif

@@ -32,7 +32,8 @@ static const kt_option options[] = {
     {"log", KT_OPTION_FLAG, KT_AT(log), NULL, "magnitudes on logarithmic axes", NULL},
     {"marks", KT_OPTION_TEXT, KT_AT(marks), "SUMMARY",
      "lines at the events and impacts that this summary of the run has", NULL},
-    {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT", "default: the scene's name in --marks, or the file's", NULL},
+    {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT",
+     "default: the scene's name in --marks or in the summary NAME.json next to NAME.csv, or the file's", NULL},
     {"size", KT_OPTION_TEXT, KT_AT(size), "WxH", "width and height, such as 1200x800; default: as it fits a screen",
      NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "FILE.svg, FILE.png or FILE.pdf; default: NAME.svg, here", NULL},
@@ -430,6 +431,23 @@ static int read_marks(const char *path, kt_marks *marks, char *name, size_t size
     return fine ? -1 : say_no_marks(path);
 }
 
+/* The name of the scene, from the summary next to records: NAME.json of NAME.csv, if it ends when they do. */
+static void find_scene_name(kt_chart *chart, const char *path) {
+    const char *ending = strrchr(path, '.');
+    char summary[4096];
+    if (chart->scene[0] != '\0' || chart->table->part_count > 1 || ending == NULL || strcmp(ending, ".csv") != 0 ||
+        snprintf(summary, sizeof summary, "%.*s.json", (int)(ending - path), path) >= (int)sizeof summary)
+        return;
+    json_t *root = json_load_file(summary, 0, NULL);
+    const double *times = kt_table_column(chart->table, "time");
+    const char *scene = json_string_value(json_object_get(root, "scene"));
+    const double end = json_number_value(json_object_get(root, "time"));
+    if (scene != NULL && times != NULL && chart->table->rows > 0 &&
+        fabs(times[chart->table->rows - 1] - end) <= 1e-9 * fabs(end))
+        (void)snprintf(chart->scene, sizeof chart->scene, "%s", scene);
+    json_decref(root);
+}
+
 /* Adds them to all panels, which are over the time. Returns -1, or an exit code after printing the error. */
 static int add_marks(kt_chart *chart) {
     const kt_plot_arguments *arguments = chart->arguments;
@@ -499,7 +517,8 @@ static int paint(const kt_chart *chart, const char *base, const char *out) {
     return kt_plot_draw(&plot, out);
 }
 
-static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
+static int draw(const kt_plot_arguments *arguments, const kt_table *table, const char *path, const char *base,
+                const char *out) {
     kt_chart *chart = calloc(1, sizeof *chart);
     double *magnitudes = malloc((size_t)table->columns * table->rows * sizeof *magnitudes);
     kt_candidate *candidates = malloc((size_t)table->columns * sizeof *candidates);
@@ -529,6 +548,7 @@ static int draw(const kt_plot_arguments *arguments, const kt_table *table, const
     if (code < 0)
         code = add_marks(chart);
     if (code < 0) {
+        find_scene_name(chart, path);
         code = paint(chart, base, out);
     }
     free(candidates);
@@ -621,7 +641,8 @@ static int draw_sweep(const kt_plot_arguments *arguments, const kt_table *table,
     return code;
 }
 
-static int draw_table(const kt_plot_arguments *arguments, const kt_table *table, const char *base, const char *out) {
+static int draw_table(const kt_plot_arguments *arguments, const kt_table *table, const char *path, const char *base,
+                      const char *out) {
     int first, count;
     if (kt_sweep_table_find(table, &first, &count)) {
         if (arguments->marks == NULL)
@@ -634,7 +655,7 @@ static int draw_table(const kt_plot_arguments *arguments, const kt_table *table,
                "this is none");
         return KT_EXIT_USAGE;
     }
-    return draw(arguments, table, base, out);
+    return draw(arguments, table, path, base, out);
 }
 
 int kt_command_plot(int argc, char **argv) {
@@ -663,7 +684,7 @@ int kt_command_plot(int argc, char **argv) {
     if (code < 0)
         code = kt_table_read_files(argv + 1, operands, &table);
     if (code < 0) {
-        code = draw_table(&arguments, &table, base != NULL ? base : "result", out);
+        code = draw_table(&arguments, &table, argv[1], base != NULL ? base : "result", out);
         kt_table_free(&table);
     }
     free(base);

@@ -475,8 +475,10 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_say("there is not enough memory for the results");
         code = KT_EXIT_INTEGRATION;
     }
-    if (results.motion != NULL)
+    if (results.motion != NULL) {
         results.motion->boxes = arguments->boxes;
+        results.motion->simulation = outcome->simulation;
+    }
     if (code < 0)
         code = open_records(arguments, outcome, checkpoint, names->out, &results);
     if (code < 0) {

@@ -83,18 +83,20 @@ static char *end_line(cells *to) {
 
 /* ---- the scene of a run ------------------------------------------------------------------------------------------ */
 
-/* The values of a column: a NaN is none. */
+/* The values of a column: a NaN is none, and the records on both sides of it are not joined. */
 typedef struct range {
     double last, least, greatest;
-    double first_time, time;  /* of the first and the last value; NaN: there is none */
+    double covered, time;     /* of all pieces without a gap; of the last value, NaN: the record has none */
     double integral, squares; /* over time, of the value and of its square */
 } range;
 
 static void extend(range *of, double time, double value) {
-    if (isnan(value))
+    if (isnan(value)) {
+        of->time = (double)NAN;
         return;
+    }
     const double step = isnan(of->time) ? 0.0 : time - of->time, before = step > 0.0 ? of->last : value;
-    of->first_time = isnan(of->time) ? time : of->first_time;
+    of->covered += step;
     of->integral += 0.5 * step * (before + value);
     of->squares += 0.5 * step * (before * before + value * value);
     of->time = time;
@@ -103,9 +105,9 @@ static void extend(range *of, double time, double value) {
     of->greatest = value > of->greatest ? value : of->greatest;
 }
 
-/* A single value is its own mean. */
+/* Values without any duration have the last one as their mean. */
 static double functional_of(const range *of, kt_functional which) {
-    const double duration = of->time - of->first_time;
+    const double duration = of->covered;
     switch (which) {
     case KT_FUNCTIONAL_MIN:
         return of->least;
@@ -128,11 +130,8 @@ static double functional_of(const range *of, kt_functional which) {
 static range *create_ranges(size_t count) {
     range *ranges = malloc((count + 1) * sizeof *ranges);
     for (size_t i = 0; ranges != NULL && i < count; i++)
-        ranges[i] = (range){.last = (double)NAN,
-                            .least = HUGE_VAL,
-                            .greatest = -HUGE_VAL,
-                            .first_time = (double)NAN,
-                            .time = (double)NAN};
+        ranges[i] =
+            (range){.last = (double)NAN, .least = HUGE_VAL, .greatest = -HUGE_VAL, .covered = 0.0, .time = (double)NAN};
     return ranges;
 }
 

@@ -29,10 +29,15 @@ const DRIVES = ["motor", "servo"];
 
 const PICKABLE = ["joints", "loops", "springs", "contacts", "markers"];
 
+/* Whether a loop or an effect acts at a time; `released` are the times at which it is released, engaged, released, ... */
+const acts = ({released = []}, t) => released.filter((at) => at <= t).length % 2 === 0;
+
 class Figure {
     constructor(painter, data, motion) {
         Object.assign(this, {painter, data, motion});
         this.hidden = new Set();
+        this.time = motion.times[0];
+        this.switched = [...data.loops, ...data.effects, ...data.relations].filter(({released}) => released !== undefined);
         this.traced = new Set(data.markers.map((m, i) => (m.traced ? i : -1)).filter((i) => i >= 0));
         this.force_scale = 1;
         this.strongest = Object.fromEntries(Object.keys(ARROWS).map((source) => [source,
@@ -107,9 +112,9 @@ class Figure {
         this.data.bodies.forEach((body, i) => this.thing(describe_body(this.data, i), i));
         this.data.solids.forEach((solid, i) => this.hidden.has(solid.body) || this.put_solid(solid, i));
         this.data.joints.filter((joint) => !joint.loop && !this.hidden.has(joint.body)).forEach((joint) => this.put_joint(joint));
-        this.data.loops.forEach((loop, i) => this.put_loop(loop, i));
+        this.data.loops.forEach((loop, i) => acts(loop, this.time) && this.put_loop(loop, i));
         this.data.effects.filter((effect) => effect.type === "contact").forEach((effect) => this.put_contact(effect));
-        this.data.effects.filter((effect) => effect.type === "bushing").forEach((effect) => this.put_bushing(effect));
+        this.data.effects.filter((effect) => effect.type === "bushing" && acts(effect, this.time)).forEach((effect) => this.put_bushing(effect));
         this.data.markers.forEach((marker) => this.put("markers", "sphere", marker.body, marker.at, [1, 0, 0, 0],
             Array(3).fill(0.8 * this.data.radius), this.theme.ink,
             this.thing(`marker ${this.data.bodies[marker.body].name}.${marker.name}`, marker.body)));
@@ -185,7 +190,16 @@ class Figure {
         lines.numbers.push_colour(colour);
     }
 
+    /* What is fixed to bodies is built anew where a loop or an effect is released or engaged. */
+    set_time(t) {
+        const before = this.time;
+        this.time = t;
+        if (this.switched.some((one) => acts(one, t) !== acts(one, before)))
+            this.build(this.theme);
+    }
+
     update(t, poses, shown) {
+        this.set_time(t);
         this.thin.numbers.clear();
         this.thick.numbers.clear();
         this.drives.numbers.clear();
@@ -197,15 +211,15 @@ class Figure {
         if (shown.axes)
             this.data.joints.filter((joint) => !joint.loop).forEach((joint) => this.draw_axis(poses, joint));
         if (shown.loops)
-            this.data.loops.forEach((loop, i) => { this.draw_strokes(poses, loop); this.draw_gap(poses, loop, i); });
+            this.data.loops.forEach((loop, i) => { this.draw_strokes(poses, loop); acts(loop, t) && this.draw_gap(poses, loop, i); });
+        const effects = this.data.effects.filter((effect) => acts(effect, t));
         if (shown.springs)
-            this.data.effects.filter(({ends, type}) => ends.length === 2 && type !== "contact")
-                .forEach((effect) => this.draw_spring(poses, effect));
+            effects.filter(({ends, type}) => ends.length === 2 && type !== "contact").forEach((effect) => this.draw_spring(poses, effect));
         if (shown.springs)
-            this.data.effects.filter(({joint}) => joint !== undefined).forEach((effect) => this.draw_in_joint(poses, effect));
+            effects.filter(({joint}) => joint !== undefined).forEach((effect) => this.draw_in_joint(poses, effect));
         if (shown.drives) {
-            this.data.effects.filter(({type, joint}) => joint !== undefined && DRIVES.includes(type)).forEach(({joint}) => this.draw_drive(poses, joint));
-            this.data.relations.forEach(({joint, other}) => (other < 0 ? this.draw_drive(poses, joint) : this.draw_coupling(poses, joint, other)));
+            effects.filter(({type, joint}) => joint !== undefined && DRIVES.includes(type)).forEach(({joint}) => this.draw_drive(poses, joint));
+            this.data.relations.filter((relation) => acts(relation, t)).forEach(({joint, other}) => (other < 0 ? this.draw_drive(poses, joint) : this.draw_coupling(poses, joint, other)));
         }
         this.data.arrows.forEach((arrow, i) => {
             if (shown[arrow.source] && !this.hidden.has(arrow.body))

@@ -4,6 +4,7 @@
 #include "command.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/mechanism.h"
+#include "scene/released.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -52,6 +53,7 @@ void kt_motion_free(kt_motion *motion) {
     free(motion->turns);
     free(motion->values);
     free(motion->force_values);
+    free(motion->released);
     free(motion);
 }
 
@@ -126,6 +128,7 @@ static int make_room(kt_motion *motion) {
         !widen(&motion->places, room, 3 * bodies * sizeof *motion->places) ||
         !widen(&motion->turns, room, 4 * bodies * sizeof *motion->turns) ||
         !widen(&motion->values, room, kt_motion_width(motion) * sizeof *motion->values) ||
+        !widen(&motion->released, room, sizeof *motion->released) ||
         !widen(&motion->force_values, room, 3 * (size_t)motion->force_count * sizeof *motion->force_values)) {
         kt_say("there is not enough memory for the motion");
         return -1;
@@ -222,6 +225,8 @@ int kt_motion_take(kt_motion *motion, const kt_record *record, const double *val
     if ((motion->picture == NULL && begin_picture(motion, record->data) != 0) || make_room(motion) != 0)
         return -1;
     motion->times[motion->count] = record->time;
+    motion->released[motion->count] =
+        motion->simulation != NULL ? kt_released_set(motion->scene, motion->simulation) : 0;
     put_poses(motion, record->data);
     find_fastest(motion, record->data);
     put_values(motion, record, values);

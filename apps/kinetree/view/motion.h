@@ -35,10 +35,11 @@ typedef struct kt_motion_force {
 typedef struct kt_motion {
     const kt_scene *scene;
     const kt_model *model;
-    kt_picture *picture; /* NULL: there is no frame yet */
-    bool boxes;          /* it shows boxes of inertia; set by the caller before the first frame */
-    kt_columns *columns; /* the caller's; the first is time, which frames have apart */
-    bool has_drift;      /* after the columns comes the change of the total energy, or of the balance */
+    kt_picture *picture;             /* NULL: there is no frame yet */
+    const kt_simulation *simulation; /* what is released at a frame; NULL: nothing is. Set as `boxes` */
+    bool boxes;                      /* it shows boxes of inertia; set by the caller before the first frame */
+    kt_columns *columns;             /* the caller's; the first is time, which frames have apart */
+    bool has_drift;                  /* after the columns comes the change of the total energy, or of the balance */
     double energy_start;
     kt_motion_force *forces;
     int force_count;
@@ -52,6 +53,7 @@ typedef struct kt_motion {
     float *places;       /* [frame][body][3], m */
     int16_t *turns;      /* [frame][body][4]: quaternions times 32767, of the sign that is nearer to the frame before */
     float *values;       /* [frame][kt_motion_width] */
+    uint64_t *released;  /* loops and effects that do not act (kt_released_set) */
     float *force_values; /* [frame][force][3], N, world axes */
     int64_t stride;      /* every stride-th record becomes a frame; the last one always does */
     int64_t taken;       /* records */

@@ -8,6 +8,7 @@
 #include "kinetree/mechanism.h"
 #include "picture/mesh.h"
 #include "records/output.h"
+#include "scene/released.h"
 #include "text/json_writer.h"
 #include "view/page.h"
 
@@ -181,11 +182,29 @@ static void put_joint(kt_json_writer *out, const kt_motion *motion, int i) {
         kt_json_put_vector(out, "axis2", joint->axis2);
 }
 
+/* The times at which a loop or an effect is released, engaged, released, ...; nothing of what always acts. */
+static void put_released(kt_json_writer *out, const kt_motion *motion, const char *name) {
+    bool is_off = false, is_open = false;
+    for (size_t i = 0; i < motion->count; i++) {
+        const bool off = motion->released[i] != 0 && kt_released_holds(motion->scene, motion->released[i], name);
+        if (off == is_off)
+            continue;
+        if (!is_open)
+            kt_put_open(out, "released", '[');
+        is_open = true;
+        is_off = off;
+        kt_json_put_number(out, NULL, motion->times[i]);
+    }
+    if (is_open)
+        kt_put_close(out, ']');
+}
+
 static void put_loop(kt_json_writer *out, const kt_motion *motion, int i) {
     const kt_picture_loop *loop = &motion->picture->loops[i];
     kt_put_text(out, "name", loop->name);
     kt_put_text(out, "type", kt_loop_type_name(loop->type));
     put_ends(out, loop->ends, 2);
+    put_released(out, motion, loop->name);
     if (loop->stroke_count > 0)
         kt_json_put_numbers(out, "strokes", &loop->strokes[0].from.x, 6 * loop->stroke_count);
 }
@@ -196,6 +215,7 @@ static void put_relation(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_put_text(out, "type", kt_loop_type_name(relation->type));
     kt_put_integer(out, "joint", relation->joint);
     kt_put_integer(out, "other", relation->other);
+    put_released(out, motion, relation->name);
 }
 
 /* lower, upper: null where there is no limit */
@@ -204,6 +224,7 @@ static void put_effect(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_put_text(out, "name", effect->name);
     kt_put_text(out, "type", kt_effect_type_name(effect->type));
     put_ends(out, effect->ends, effect->end_count);
+    put_released(out, motion, effect->name);
     kt_json_put_number(out, "radius", effect->radius);
     kt_put_boolean(out, "stiff", effect->has_stiffness);
     if (effect->joint >= 0)
