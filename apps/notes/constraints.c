@@ -13,7 +13,7 @@ typedef struct equations {
     double jacobian[ROWS * NV], phi[ROWS], rate[ROWS], drift[ROWS];
 } equations;
 
-static bool evaluate(const mechanism *m, double t, const double *q, const double *v, equations *e) {
+static bool evaluate_equations(const mechanism *m, double t, const double *q, const double *v, equations *e) {
     kt_error error = {0};
     return works(kt_loop_equations(m->model, m->data, t, q, v, e->jacobian, e->phi, e->rate, e->drift, &error), &error);
 }
@@ -33,14 +33,14 @@ static bool derivatives(const mechanism *m, double *first, double *second) {
     const double h = 1e-5;
     double q[32];
     *first = *second = 0.0;
-    if (!evaluate(m, 0.0, m->q, m->v, &here))
+    if (!evaluate_equations(m, 0.0, m->q, m->v, &here))
         return false;
     for (int s = 0; s < 2; s++) {
         double step[NV];
         for (int i = 0; i < NV; i++)
             step[i] = (s ? h : -h) * m->v[i];
         kt_position_add(m->model, m->q, step, q);
-        if (!evaluate(m, s ? h : -h, q, m->v, &side[s]))
+        if (!evaluate_equations(m, s ? h : -h, q, m->v, &side[s]))
             return false;
     }
     for (int r = 0; r < k; r++) {

@@ -156,7 +156,7 @@ static kt_status move(const search *s, double part, double d, kt_error *error) {
     return kt_linearization_begin(l, s->t, l->q, l->direction, s->tau, &unused, error);
 }
 
-static kt_status refuse(const search *s, const char *why, kt_error *error) {
+static kt_status reject_search(const search *s, const char *why, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "own state '%.60s', t = %.9g s", kt_own_state_name(s->l->model, 0), s->t);
     return kt_error_set(error, KT_ERROR_STEP, where,
@@ -200,7 +200,7 @@ static kt_status step(search *s, double *length, kt_error *error) {
         return KT_OK;
     memcpy(l->matrix, l->factor, (size_t)n * (size_t)n * sizeof *l->factor);
     if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
-        return refuse(s, "nothing holds a position or a state where it is", error);
+        return reject_search(s, "nothing holds a position or a state where it is", error);
     const double whole = length_of(s, l->step);
     *length = whole;
     if (whole <= ARRIVED)
@@ -217,7 +217,7 @@ static kt_status step(search *s, double *length, kt_error *error) {
     }
     status = move(s, 0.0, HUGE_VAL, error);
     *length = 0.0;
-    return status == KT_OK && whole > STALLED ? refuse(s, "no part of a step leads nearer", error) : status;
+    return status == KT_OK && whole > STALLED ? reject_search(s, "no part of a step leads nearer", error) : status;
 }
 
 /* ---- the motion itself --------------------------------------------------------------------------------------------- */
@@ -231,7 +231,7 @@ static kt_status step_in_time(search *s, double d, double *length, kt_error *err
     const int n = s->dofs + (int)l->size.x;
     choose_units(s, true);
     if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
-        return refuse(s, "nothing holds a position or a state where it is", error);
+        return reject_search(s, "nothing holds a position or a state where it is", error);
     *length = length_of(s, l->step);
     return *length > FOLLOWED_LENGTH ? KT_OK : move(s, 1.0, d, error);
 }
@@ -252,7 +252,7 @@ static kt_status follow(search *s, kt_equilibrium *found, double *length, kt_err
         else if (*length < 0.5 * FOLLOWED_LENGTH)
             d = fmin(2.0 * d, LAST);
     }
-    return status == KT_OK ? refuse(s, "the motion from there does not come to rest", error) : status;
+    return status == KT_OK ? reject_search(s, "the motion from there does not come to rest", error) : status;
 }
 
 /* ---- the call ------------------------------------------------------------------------------------------------------ */
@@ -270,7 +270,7 @@ kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_opt
         found->steps += length > 0.0;
     }
     if (status == KT_OK && length > ARRIVED)
-        status = refuse(&s, "the most steps are taken", error);
+        status = reject_search(&s, "the most steps are taken", error);
     if (status == KT_ERROR_STEP) {
         kt_copy(l->x0, l->x_given, l->size.x * sizeof *l->x0);
         status = kt_linearization_begin(l, t, q, l->model->zero, tau, &system, error);

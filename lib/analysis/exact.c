@@ -74,7 +74,7 @@ static void perturb_state(kt_linearization *l, double side, bool rates) {
 }
 
 /* Evaluates all matrices at the neighbouring state on one side. */
-static kt_status evaluate(kt_linearization *l, double side, kt_error *error) {
+static kt_status evaluate_linearization(kt_linearization *l, double side, kt_error *error) {
     const bool is_bare = l->model->n.group == 0 && l->model->n.effect == 0 && l->size.x == 0;
     const kt_state_derivatives states = {l->by_state, l->rate_q, l->rate_v, l->rate_x};
     perturb_state(l, side, true);
@@ -226,7 +226,7 @@ kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *
     kt_status status = kt_dynamics_inverse(l->model, l->data, l->q0, l->v0, NULL, NULL, l->weight, error);
     for (int side = 0; side < 2; side++) {
         if (status == KT_OK)
-            status = evaluate(l, side ? 1.0 : -1.0, error);
+            status = evaluate_linearization(l, side ? 1.0 : -1.0, error);
         if (status != KT_OK)
             return status;
         write_inputs(l, side == 1);

@@ -247,7 +247,7 @@ static kt_linearization_options nothing_besides(void) {
     return options;
 }
 
-static kt_spectrum_sizes measure(const kt_model *model, int samples) {
+static kt_spectrum_sizes measure_spectrum(const kt_model *model, int samples) {
     const kt_linearization_options options = nothing_besides();
     kt_spectrum_sizes s = {.nq = (size_t)kt_model_nq(model),
                            .nv = (size_t)kt_model_nv(model),
@@ -262,7 +262,7 @@ static kt_spectrum_sizes measure(const kt_model *model, int samples) {
 size_t kt_spectrum_size(const kt_model *model, int samples) {
     if (!model)
         return 0;
-    const kt_spectrum_sizes sizes = measure(model, samples);
+    const kt_spectrum_sizes sizes = measure_spectrum(model, samples);
     return sizes.samples > 0 ? lay_out(NULL, &sizes) : 0;
 }
 
@@ -270,7 +270,7 @@ kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, siz
                            kt_error *error) {
     if (KT_IS_MISSING(error, model, spectrum))
         return KT_ERROR_ARGUMENT;
-    const kt_spectrum_sizes sizes = measure(model, samples);
+    const kt_spectrum_sizes sizes = measure_spectrum(model, samples);
     const kt_linearization_options options = nothing_besides();
     if (sizes.samples == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "samples", "%d: at least one state is needed", samples);

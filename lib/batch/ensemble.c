@@ -228,7 +228,8 @@ static void gather(kt_ensemble *e, kt_lane_mask mask) {
 }
 
 /* Slope i of the stages at e->stage. Returns the lanes of `mask` where it could be computed. */
-static kt_lane_mask evaluate(kt_ensemble *e, const kt_model *model, double c, kt_lane_mask mask, double *slope) {
+static kt_lane_mask evaluate_members(kt_ensemble *e, const kt_model *model, double c, kt_lane_mask mask,
+                                     double *slope) {
     const size_t q = e->n.width * e->n.nq, x = q + e->n.width * e->n.nv;
     const kt_lane_state at = {
         .t = e->t, .q = e->stage, .v = e->stage + q, .x = e->stage + x, .tau = e->tau, .live = mask};
@@ -254,7 +255,7 @@ static kt_lane_mask take_stages(kt_ensemble *e, const kt_simulation *leader, kt_
     const size_t s = (size_t)it->table->stages, N = e->n.N;
     for (size_t i = 1; i < s && mask; i++) {
         e->kernels->combine(e->stage, e->y, e->h, it->terms + it->row[i], it->row[i + 1] - it->row[i], e->k, N);
-        mask = evaluate(e, leader->model, it->table->c[i], mask, e->k[i]);
+        mask = evaluate_members(e, leader->model, it->table->c[i], mask, e->k[i]);
     }
     if (!it->table->fsal)
         e->kernels->combine(e->stage, e->y, e->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], e->k, N);

@@ -214,8 +214,8 @@ static kt_status refuse_open(const kt_model *model, kt_data *data, double t, con
         false, error);
 }
 
-static kt_status refuse(const kt_model *model, kt_data *data, double t, kt_closure closure, const kt_input *input,
-                        bool moving, kt_error *error) {
+static kt_status reject_open_loops(const kt_model *model, kt_data *data, double t, kt_closure closure,
+                                   const kt_input *input, bool moving, kt_error *error) {
     if (closure == KT_CLOSURE_OPEN && !moving)
         return refuse_open(model, data, t, input->q, error);
     if (closure == KT_CLOSURE_DEAD)
@@ -268,7 +268,7 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
     if (closure == KT_CLOSURE_DONE)
         return KT_OK;
     const bool closed = kt_loops_are_closed(model, q, violation.gap, KT_CLOSED_STEP);
-    const kt_status status = refuse(model, data, t, closure, input, closed, error);
+    const kt_status status = reject_open_loops(model, data, t, closure, input, closed, error);
     return kt_loops_explain(model, data, t, input->q, input->v, status, error);
 }
 
@@ -285,7 +285,7 @@ kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, 
     remember(data);
     if (closure == KT_CLOSURE_DONE)
         return KT_OK;
-    const kt_status status = refuse(model, data, t, closure, input, true, error);
+    const kt_status status = reject_open_loops(model, data, t, closure, input, true, error);
     return kt_loops_explain(model, data, t, input->q, input->v, status, error);
 }
 #endif

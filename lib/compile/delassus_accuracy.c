@@ -37,7 +37,8 @@ static double off_by(const kt_model *model, kt_data *data, size_t g, const doubl
 }
 
 /* v, tau and a: nv numbers each; inexact: of the groups, false. */
-static void measure(kt_model *model, kt_data *data, double *v, double *tau, double *a, bool *inexact) {
+static void measure_delassus_accuracy(kt_model *model, kt_data *data, double *v, double *tau, double *a,
+                                      bool *inexact) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     const kt_dynamic_state at = {.t = 0.0, .q = model->q0, .v = v, .tau = tau};
     for (size_t i = 0; i < model->n.v; i++) {
@@ -68,7 +69,7 @@ kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error) {
     if (data && (!numbers || !inexact))
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (numbers && inexact)
-        measure(model, data, numbers, numbers + model->n.v, numbers + 2 * model->n.v, inexact);
+        measure_delassus_accuracy(model, data, numbers, numbers + model->n.v, numbers + 2 * model->n.v, inexact);
     free(inexact);
     free(numbers);
     kt_data_free(data);

@@ -84,7 +84,7 @@ typedef struct finder {
     bool *used;                 /* of the coordinates: a pivot */
 } finder;
 
-static kt_status refuse(const kt_model *m, size_t k, const char *what, kt_error *error) {
+static kt_status reject_massless(const kt_model *m, size_t k, const char *what, kt_error *error) {
     char where[KT_WHERE_SIZE];
     const int body = kt_body_of_velocity(m, m->massless[k]);
     (void)snprintf(where, sizeof where, "body '%.100s'", kt_body_name(m, body));
@@ -140,12 +140,13 @@ static kt_status find_motions(const finder *f, kt_error *error) {
             double *first = m->massless_motion + k * nv;
             const char *why = find_motion(f, k);
             if (why != NULL)
-                return refuse(m, k, why, error);
+                return reject_massless(m, k, why, error);
             if (variant == 0)
                 memcpy(first, f->motion, nv * sizeof *first);
             for (size_t i = 0; i < nv; i++)
                 if (!(fabs(f->motion[i] - first[i]) <= 1e-9))
-                    return refuse(m, k, "what moves with it so that no mass moves changes with the positions", error);
+                    return reject_massless(m, k, "what moves with it so that no mass moves changes with the positions",
+                                           error);
         }
     }
     return KT_OK;
@@ -232,7 +233,7 @@ static kt_status find_basis(const finder *f, kt_error *error) {
         if (!(all > nothing))
             break;
         if (!(fabs(f->c[p * (n + 1)]) > nothing))
-            return refuse(m, p, "forces depend on its velocity, but do not resist it", error);
+            return reject_massless(m, p, "forces depend on its velocity, but do not resist it", error);
         eliminate(f, p);
     }
     sort_basis(f);
@@ -277,7 +278,7 @@ kt_status kt_massless_find(kt_model *model, const kt_description *description, k
     if (status == KT_OK) {
         list_coordinates(model, description);
         if (model->n.varying)
-            status = refuse(model, 0, "masses of other bodies are functions of time", error);
+            status = reject_massless(model, 0, "masses of other bodies are functions of time", error);
     }
     if (status == KT_OK) {
         kt_parameter_put(model, &gravity, weightless);
@@ -292,7 +293,7 @@ kt_status kt_massless_find(kt_model *model, const kt_description *description, k
         combine(&f);
         kt_massless_attach(model);
         if (!(f.stiffest > 0.0) && model->damped == 0)
-            status = refuse(model, 0, "no spring or damper holds it", error);
+            status = reject_massless(model, 0, "no spring or damper holds it", error);
     }
     kt_data_free(f.data);
     free(f.used);

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void measure(kt_model *m, const kt_description *description, const kt_pose *poses) {
+static void measure_mechanism(kt_model *m, const kt_description *description, const kt_pose *poses) {
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
         kt_effect_record *r = &m->effect[i];
         if (!kt_effect_has_initial_length(&description->effects[r->source]))
@@ -33,7 +33,7 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
         kt_model_initial(model, state, state + model->n.q);
         kt_assemble_initial(model, data, state, state + model->n.q);
         kt_link_poses(model, state, poses);
-        measure(model, description, poses);
+        measure_mechanism(model, description, poses);
     }
     kt_data_free(data);
     free(poses);

@@ -177,7 +177,7 @@ static bool all_close(const kt_model *model) {
 
 /* Factors the equations, those to be closed before all, which may be the same. Returns false if a number is not
  * finite. */
-static bool factor(const kt_model *model, kt_data *data, int rows) {
+static bool factor_all_groups(const kt_model *model, kt_data *data, int rows) {
     return (rows == KT_ROWS_ALL && all_close(model)) || model->group_kernels->factor(model, data, (kt_rows)rows, false);
 }
 
@@ -195,7 +195,7 @@ static void sample_groups(kt_model *model, kt_data *data, const double *q, bool 
     if (!kernels->residuals(model, data, 0.0, q, NULL, NULL, &violation))
         return;
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0; rows--) {
-        if (!factor(model, data, rows))
+        if (!factor_all_groups(model, data, rows))
             return;
         for (size_t g = 0; g < model->n.group; g++) {
             kt_group *group = &model->group[g];
@@ -588,7 +588,7 @@ static kt_status choose_among_delayed(kt_model *model, samples *found, kt_error 
         model->weight[i] = 1.0;
     bool done = data && kernels->residuals(model, data, 0.0, q, NULL, NULL, &violation);
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0 && done; rows--) {
-        done = factor(model, data, rows);
+        done = factor_all_groups(model, data, rows);
         for (size_t g = 0; g < model->n.group && done; g++)
             if (model->group[g].front.delayed_most && data->rank[g] == model->group[g].rank[rows])
                 note_steps(model, data, &model->group[g], rows, true, found);

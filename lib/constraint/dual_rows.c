@@ -52,8 +52,8 @@ static void write_rates(const kt_loop_end end[2], const kt_loop_row *rows, int c
 
 /* Evaluates, along degree of freedom k, the derivative of b'' - A a (e), and the wrenches on the ends as dual
  * numbers. */
-static void evaluate(const kt_support *w, const kt_loop_record *loop, int32_t k, kt_direction along,
-                     const double *lambda, double *e, kt_end_wrench wrench[2]) {
+static void evaluate_dual_rows(const kt_support *w, const kt_loop_record *loop, int32_t k, kt_direction along,
+                               const double *lambda, double *e, kt_end_wrench wrench[2]) {
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_loop_end end[2];
     const int count = evaluate_rows(w, loop, k, along, end, rows);
@@ -80,9 +80,9 @@ void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, d
         kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
         for (int32_t k = 0; k < w.count; k++) {
             const size_t j = (size_t)x->dof[k].v;
-            evaluate(&w, loop, k, KT_BY_POSITION, lambda + row, e_q + j * p + row, wrench);
+            evaluate_dual_rows(&w, loop, k, KT_BY_POSITION, lambda + row, e_q + j * p + row, wrench);
             kt_support_subtract(&w, k, KT_BY_POSITION, wrench, d_q + j * n);
-            evaluate(&w, loop, k, KT_BY_RATE, lambda + row, e_v + j * p + row, wrench);
+            evaluate_dual_rows(&w, loop, k, KT_BY_RATE, lambda + row, e_v + j * p + row, wrench);
         }
     }
 }

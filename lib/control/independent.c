@@ -114,8 +114,8 @@ kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, con
 /* ---- the basis --------------------------------------------------------------------------------------------------- */
 
 /* The rows of exactly as many coordinates as there are degrees of freedom. */
-static kt_status factor(kt_actuation_work *w, kt_data *data, double t, const double *q, kt_coordinate_list list,
-                        kt_error *error) {
+static kt_status factor_basis(kt_actuation_work *w, kt_data *data, double t, const double *q, kt_coordinate_list list,
+                              kt_error *error) {
     const kt_status status = kt_actuation_factor(w, data, t, q, list, NULL, "in which all of the list rest", error);
     if (status == KT_OK && list.count != w->dofs)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates",
@@ -134,7 +134,7 @@ kt_status kt_independent_basis(const kt_model *model, kt_data *data, void *work,
     kt_actuation_work w;
     kt_status status = kt_actuation_begin(model, work, work_size, independent, &w, error);
     if (status == KT_OK)
-        status = factor(&w, data, t, q, independent, error);
+        status = factor_basis(&w, data, t, q, independent, error);
     if (status != KT_OK)
         return status;
     for (int j = 0; j < w.dofs; j++) {
@@ -187,7 +187,7 @@ static kt_status solve_loops(kt_actuation_work *w, kt_data *data, double t, cons
 static kt_status complete(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
                           kt_coordinate_list list, double *x, kt_error *error) {
     const size_t nv = w->model->n.v;
-    kt_status status = factor(w, data, t, q, list, error);
+    kt_status status = factor_basis(w, data, t, q, list, error);
     if (status == KT_OK)
         status = solve_loops(w, data, t, q, v, error);
     if (status != KT_OK)

@@ -62,7 +62,7 @@ static double free_fraction_by_generic(kt_mass_inverse *w, int rows, int r, cons
 
 /* Factors J X, whose lower triangle is in w->task. Returns the row whose pivot vanishes, or `rows`; *rcond receives the
  * least part of a row. */
-static int factor(kt_mass_inverse *w, int rows, double *rcond) {
+static int factor_task_inertia(kt_mass_inverse *w, int rows, double *rcond) {
     double *l = w->task;
     *rcond = 1.0;
     for (int n = 0; n < rows; n++) {
@@ -147,7 +147,7 @@ kt_status kt_operational_inertia(kt_mass_inverse *inverse, int rows, const doubl
     if (status != KT_OK)
         return status;
     fill(w, rows, jacobian);
-    const int failed = factor(w, rows, &least);
+    const int failed = factor_task_inertia(w, rows, &least);
     if (failed < rows)
         return kt_error_set(
             error, KT_ERROR_SINGULAR, "jacobian",

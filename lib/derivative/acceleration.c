@@ -49,7 +49,7 @@ size_t kt_acceleration_work_size(const kt_model *model) {
 }
 
 /* The factors of M, those of kkt.h, or reduced = Cholesky of Z' M Z. */
-static kt_status factor(work *w, const double *q, kt_error *error) {
+static kt_status factor_reduced_mass(work *w, const double *q, kt_error *error) {
     const kt_model *model = w->of.model;
     const size_t n = w->of.n, r = (size_t)w->of.qr.rank, f = n - r;
     if (!w->of.p) {
@@ -152,7 +152,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     (void)lay_out(&w, (char *)memory + used, model);
     status = kt_linearized_fill(&w.of, at, a, error);
     if (status == KT_OK)
-        status = factor(&w, at->q, error);
+        status = factor_reduced_mass(&w, at->q, error);
     if (status == KT_OK)
         status = solve(&w, w.of.n, w.of.d_q, w.of.e_q, error);
     if (status == KT_OK)

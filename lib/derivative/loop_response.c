@@ -54,8 +54,8 @@ kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows ro
 
 /* The measured error of an acceleration, or infinity; it is left out of what data tell of the motion: nothing moves
  * there. */
-static kt_status measure(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *size,
-                         kt_error *error) {
+static kt_status measure_loop_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                       double *size, kt_error *error) {
     const kt_passage passage = data->passage;
     const kt_crossings crossings = data->crossings;
     data->passage = (kt_passage){.time = 0.0};
@@ -78,7 +78,7 @@ kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const 
     if (!kt_is_near_singular(model, data))
         return KT_OK;
     const double s = kt_smallest_direction(model, data, KT_ROWS_ALL);
-    const kt_status status = measure(model, data, at, a, size, error);
+    const kt_status status = measure_loop_response(model, data, at, a, size, error);
     if (status != KT_OK)
         return status;
     *size *= 3.0 / s;

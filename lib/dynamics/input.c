@@ -18,8 +18,8 @@ bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external) {
     return sum == 0.0;
 }
 
-static kt_status refuse(const kt_model *model, size_t body, const char *what, const double *x, int count,
-                        kt_error *error) {
+static kt_status reject_numbers(const kt_model *model, size_t body, const char *what, const double *x, int count,
+                                kt_error *error) {
     char where[KT_WHERE_SIZE];
     int k = 0;
     while (k + 1 < count && isfinite(x[k]))
@@ -53,11 +53,11 @@ static kt_status blame(const kt_model *model, const kt_input *in, kt_error *erro
         const kt_body_record *b = &model->body[i];
         const size_t nq = (size_t)kt_joint_sizes[b->type].nq, nv = (size_t)kt_joint_sizes[b->type].nv;
         if (!kt_all_finite(in->q + b->q, nq))
-            return refuse(model, i, "position", in->q + b->q, (int)nq, error);
+            return reject_numbers(model, i, "position", in->q + b->q, (int)nq, error);
         if (in->v && !kt_all_finite(in->v + b->v, nv))
-            return refuse(model, i, "velocity", in->v + b->v, (int)nv, error);
+            return reject_numbers(model, i, "velocity", in->v + b->v, (int)nv, error);
         if (in->x && !kt_all_finite(in->x + b->v, nv))
-            return refuse(model, i, in->what, in->x + b->v, (int)nv, error);
+            return reject_numbers(model, i, in->what, in->x + b->v, (int)nv, error);
         const kt_status status = check_quaternion(model, i, in->q, error);
         if (status != KT_OK)
             return status;

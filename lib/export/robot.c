@@ -157,7 +157,7 @@ static void find_tree(kt_export *x) {
 }
 
 /* MJCF has something for each joint. */
-static kt_status refuse(const kt_export *x, kt_error *error) {
+static kt_status reject_for_urdf(const kt_export *x, kt_error *error) {
     for (int i = 0; i < x->d->body_count; i++) {
         const kt_body *b = &x->d->bodies[i];
         if (b->joint.type == KT_JOINT_SCREW || b->joint.type == KT_JOINT_SPHERICAL)
@@ -197,7 +197,7 @@ static kt_status write_robot(kt_export *x, kt_robot_format format, kt_error *err
     if (!take_memory(x))
         return out_of_memory(error);
     find_tree(x);
-    const kt_status status = is_urdf ? refuse(x, error) : KT_OK;
+    const kt_status status = is_urdf ? reject_for_urdf(x, error) : KT_OK;
     if (status != KT_OK)
         return status;
     if (!kt_export_assemble(x) || !(is_urdf || kt_export_find_roles(x)) ||

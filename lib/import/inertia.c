@@ -145,7 +145,7 @@ static bool accepts(const kt_judge *j, double odd) {
     return odd <= 0.0 || how == KT_ROBOT_INERTIA_ACCEPT || (how == KT_ROBOT_INERTIA_WARN && odd <= excess_most);
 }
 
-static void refuse(kt_judge *j, const kt_element *e, kt_vec3 m, double odd) {
+static void reject_inertia(kt_judge *j, const kt_element *e, kt_vec3 m, double odd) {
     (void)kt_robot_fault(
         j->r, e,
         "the principal moments are %g, %g, %g, and with what is fixed to it, too, %s: of no body is one "
@@ -173,7 +173,7 @@ static void judge(parts *p, int b, double own, kt_vec3 moments) {
     kt_vec3 ignored;
     const double odd = all->moves ? oddness(all->inertia, &ignored) : 0.0;
     if (!accepts(j, odd)) {
-        refuse(j, e, moments, odd);
+        reject_inertia(j, e, moments, odd);
         return;
     }
     kt_left_count(odd > 0.0 ? &j->odd_inertias : &j->odd_links, e);

@@ -24,7 +24,7 @@ enum { SLOT_START, SLOT_PREDICTED };
 
 static int past_of(const kt_method *m) { return m->steps - 1; }
 
-static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+static void measure_adams(const kt_method *method, kt_integrator_sizes *sizes) {
     kt_explicit_measure(method, sizes);
     sizes->history = HISTORY_SLOPES + (size_t)past_of(method) * sizes->n;
 }
@@ -79,7 +79,7 @@ const kt_method_family kt_family_adams = {
     .name = "adams",
     .check_sizes = kt_multistep_check_sizes,
     .check_order = kt_multistep_check_order,
-    .measure = measure,
+    .measure = measure_adams,
     .init = kt_explicit_init,
     .start = forget,
     .change = change,

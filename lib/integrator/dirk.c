@@ -31,7 +31,7 @@ static double gamma_of(const kt_method *m) { return entry(m, m->stages - 1, m->s
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+static void measure_dirk(const kt_method *method, kt_integrator_sizes *sizes) {
     sizes->slots = (size_t)method->stages + 1; /* one more for the differences of a Jacobian */
     kt_newton_measure(sizes, KT_DIRK_ROWS, kt_dirk_history(sizes->n));
 }
@@ -272,7 +272,7 @@ const kt_method_family kt_family_dirk = {
     .name = "dirk",
     .implicit = true,
     .check_sizes = kt_table_check_sizes,
-    .measure = measure,
+    .measure = measure_dirk,
     .init = kt_dirk_init,
     .start = kt_newton_forget,
     .prepare = kt_dirk_prepare,

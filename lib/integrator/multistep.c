@@ -138,7 +138,7 @@ static kt_complex divide(kt_complex a, kt_complex b) {
 static double size_of(kt_complex a) { return hypot(a.re, a.im); }
 
 /* p(xi); *slope = p'(xi). */
-static kt_complex evaluate(const roots *r, kt_complex xi, kt_complex *slope) {
+static kt_complex evaluate_polynomial_at_root(const roots *r, kt_complex xi, kt_complex *slope) {
     kt_complex value = r->c[0];
     *slope = (kt_complex){0.0, 0.0};
     for (int i = 1; i <= r->count; i++) {
@@ -166,7 +166,7 @@ static void iterate(roots *r) {
     for (int k = 0; k < 200 && moved > 1e-15; k++) {
         moved = 0.0;
         for (int i = 0; i < r->count; i++) {
-            kt_complex unused, step = evaluate(r, r->xi[i], &unused);
+            kt_complex unused, step = evaluate_polynomial_at_root(r, r->xi[i], &unused);
             for (int j = 0; j < r->count; j++)
                 if (j != i)
                     step = divide(step, kt_complex_subtract(r->xi[i], r->xi[j]));
@@ -181,7 +181,7 @@ static void correct(roots *r) {
     for (int i = 0; i < r->count; i++)
         for (int k = 0; k < 2; k++) {
             kt_complex slope;
-            const kt_complex value = evaluate(r, r->xi[i], &slope), step = divide(value, slope);
+            const kt_complex value = evaluate_polynomial_at_root(r, r->xi[i], &slope), step = divide(value, slope);
             if (size_of(step) <= 1e-6 * size_of(r->xi[i]))
                 r->xi[i] = kt_complex_subtract(r->xi[i], step);
         }

@@ -74,7 +74,7 @@ static inline void transform(const double m[STAGES][STAGES], const double x[STAG
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+static void measure_radau(const kt_method *method, kt_integrator_sizes *sizes) {
     (void)method;
     sizes->slots = SLOTS;
     kt_newton_measure(sizes, ROWS, HISTORY_SLOPES + (1 + STAGES) * sizes->n);
@@ -345,7 +345,7 @@ const kt_method_family kt_family_radau = {
     .name = "radau",
     .implicit = true,
     .check_sizes = kt_table_check_sizes,
-    .measure = measure,
+    .measure = measure_radau,
     .init = init,
     .start = kt_newton_forget,
     .prepare = prepare,

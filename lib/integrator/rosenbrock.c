@@ -77,7 +77,7 @@ static double gamma_of(const kt_method *m) { return m->gamma[0]; }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+static void measure_rosenbrock(const kt_method *method, kt_integrator_sizes *sizes) {
     (void)method;
     sizes->slots = SLOTS;
     kt_newton_measure(sizes, ROWS, HISTORY_SLOPES + 3 * sizes->n);
@@ -400,7 +400,7 @@ const kt_method_family kt_family_rosenbrock = {
     .implicit = true,
     .exact = true,
     .check_sizes = kt_table_check_sizes,
-    .measure = measure,
+    .measure = measure_rosenbrock,
     .init = init,
     .start = kt_newton_forget,
     .prepare = prepare,

@@ -75,7 +75,7 @@ int kt_chebyshev_stages(double z, double damping) {
 /* Slots of slopes: f0, the current stage, f1. */
 enum { SLOT_STAGE = 1, SLOT_END, SLOTS };
 
-static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+static void measure_stabilised(const kt_method *method, kt_integrator_sizes *sizes) {
     (void)method;
     sizes->slots = SLOTS;
     sizes->history = KT_STABILISED_HISTORY;
@@ -320,7 +320,7 @@ const kt_method_family kt_family_stabilised = {
     .name = "stabilised",
     .stages_max = KT_STABILISED_STAGES_MAX,
     .check_sizes = kt_table_check_sizes,
-    .measure = measure,
+    .measure = measure_stabilised,
     .init = init,
     .start = kt_radius_forget,
     .change = change,

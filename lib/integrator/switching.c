@@ -147,7 +147,7 @@ static void switch_to(kt_integrator *it, bool stiff) {
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+static void measure_switching(const kt_method *method, kt_integrator_sizes *sizes) {
     kt_integrator_sizes implicit = *sizes;
     kt_family_radau.measure(&kt_method_radau5, &implicit);
     kt_family_explicit.measure(method, sizes);
@@ -443,7 +443,7 @@ const kt_method_family kt_family_switching = {
     .name = "switching",
     .switches = true,
     .check_sizes = kt_table_check_sizes,
-    .measure = measure,
+    .measure = measure_switching,
     .init = init,
     .start = start,
     .restore = restore,

@@ -23,7 +23,7 @@ enum { HISTORY_STEP, HISTORY_GAMMA, HISTORY_STATE };
 
 static double *past_of(const kt_integrator *it) { return kt_newton_history(it) + kt_dirk_history(it->sizes.n); }
 
-static void measure(const kt_method *method, kt_integrator_sizes *sizes) {
+static void measure_two_step(const kt_method *method, kt_integrator_sizes *sizes) {
     sizes->slots = (size_t)method->stages + 1; /* one more for the differences of a Jacobian */
     kt_newton_measure(sizes, KT_DIRK_ROWS, kt_dirk_history(sizes->n) + HISTORY_STATE + 2 * sizes->n);
 }
@@ -98,7 +98,7 @@ const kt_method_family kt_family_two_step = {
     .open = true,
     .check_sizes = kt_multistep_check_sizes,
     .check_order = kt_multistep_check_order,
-    .measure = measure,
+    .measure = measure_two_step,
     .init = kt_dirk_init,
     .start = kt_newton_forget,
     .change = change,

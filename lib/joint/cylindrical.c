@@ -7,8 +7,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 2;
 }
 
-static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a) {
+static void measure_cylindrical(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
+                                double *v, double *a) {
     kt_measure_revolute(axes, motion, near[0], q, v, a);
     kt_measure_prismatic(axes->triad.z, motion, q + 1, v + 1, a + 1);
 }
@@ -43,5 +43,5 @@ const kt_joint_kind kt_joint_cylindrical = {
     .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_LENGTH},
     .elements = elements,
     .loop = KT_LOOP_CYLINDRICAL,
-    .measure = measure,
+    .measure = measure_cylindrical,
     .wrench = wrench};

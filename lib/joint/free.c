@@ -8,8 +8,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
-static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a) {
+static void measure_free(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
+                         double *v, double *a) {
     const kt_mat3 *r = &motion->pose.rotation;
     (void)axes;
     kt_joint_store(q, motion->pose.position);
@@ -54,5 +54,5 @@ const kt_joint_kind kt_joint_free = {
                    KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION},
     .elements = elements,
     .loop = KT_LOOP_TYPE_COUNT,
-    .measure = measure,
+    .measure = measure_free,
     .wrench = wrench};

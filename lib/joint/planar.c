@@ -9,8 +9,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 3;
 }
 
-static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a) {
+static void measure_planar(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
+                           double *v, double *a) {
     kt_measure_prismatic(axes->triad.x, motion, q, v, a);
     kt_measure_prismatic(axes->triad.y, motion, q + 1, v + 1, a + 1);
     kt_measure_revolute(axes, motion, near[2], q + 2, v + 2, a + 2);
@@ -50,5 +50,5 @@ const kt_joint_kind kt_joint_planar = {
     .coordinate = {KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION, KT_COORDINATE_ANGLE},
     .elements = elements,
     .loop = KT_LOOP_PLANAR,
-    .measure = measure,
+    .measure = measure_planar,
     .wrench = wrench};

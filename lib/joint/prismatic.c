@@ -6,8 +6,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
-static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a) {
+static void measure_prismatic(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
+                              double *v, double *a) {
     (void)near;
     kt_measure_prismatic(axes->triad.z, motion, q, v, a);
 }
@@ -41,5 +41,5 @@ const kt_joint_kind kt_joint_prismatic = {
     .coordinate = {KT_COORDINATE_LENGTH},
     .elements = elements,
     .loop = KT_LOOP_PRISMATIC,
-    .measure = measure,
+    .measure = measure_prismatic,
     .wrench = wrench};

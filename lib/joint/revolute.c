@@ -6,8 +6,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
-static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a) {
+static void measure_revolute(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
+                             double *v, double *a) {
     kt_measure_revolute(axes, motion, near[0], q, v, a);
 }
 
@@ -38,5 +38,5 @@ const kt_joint_kind kt_joint_revolute = {
     .coordinate = {KT_COORDINATE_ANGLE},
     .elements = elements,
     .loop = KT_LOOP_REVOLUTE,
-    .measure = measure,
+    .measure = measure_revolute,
     .wrench = wrench};

@@ -7,8 +7,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
-static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a) {
+static void measure_screw(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
+                          double *v, double *a) {
     kt_measure_revolute(axes, motion, near[0], q, v, a);
 }
 
@@ -43,5 +43,5 @@ const kt_joint_kind kt_joint_screw = {
     .coordinate = {KT_COORDINATE_TURNS},
     .elements = elements,
     .loop = KT_LOOP_SCREW,
-    .measure = measure,
+    .measure = measure_screw,
     .wrench = wrench};

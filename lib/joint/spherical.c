@@ -7,8 +7,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
-static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a) {
+static void measure_spherical(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
+                              double *v, double *a) {
     const kt_mat3 *r = &motion->pose.rotation;
     (void)axes;
     kt_measured_quaternion(r, near, q);
@@ -49,5 +49,5 @@ const kt_joint_kind kt_joint_spherical = {
     .coordinate = {KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION},
     .elements = elements,
     .loop = KT_LOOP_SPHERICAL,
-    .measure = measure,
+    .measure = measure_spherical,
     .wrench = wrench};

@@ -36,8 +36,8 @@ static void split(kt_vec3 e1, kt_vec3 e2, kt_vec3 x, double *y) {
  * the rotation about e2. Rates:
  *     w  = v1 e1 + v2 e2
  *     w' = a1 e1 + a2 e2 + v1 v2 e1 x e2 */
-static void measure(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
-                    double *a) {
+static void measure_universal(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
+                              double *v, double *a) {
     const double turn = 6.283185307179586;
     const kt_vec3 e1 = axes->triad.z, rest = axes->second, e2 = kt_mat3_apply(motion->pose.rotation, rest);
     const kt_vec3 across = kt_vec3_cross(e1, rest); /* normal to e1 and to e2 at q = 0 */
@@ -90,5 +90,5 @@ const kt_joint_kind kt_joint_universal = {
     .check = check,
     .elements = elements,
     .loop = KT_LOOP_UNIVERSAL,
-    .measure = measure,
+    .measure = measure_universal,
     .wrench = wrench};

@@ -55,7 +55,7 @@ static bool has_room(void) {
     return room != NULL;
 }
 
-static kt_status refuse(const char *reason, kt_error *error) {
+static kt_status reject_lapack(const char *reason, kt_error *error) {
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, KT_LAPACK_MODULE,
                         "LAPACK, needed for groups of loops with 40 coordinates and more, the reduction by singular "
                         "values, modes, equilibria and constraint formulations, cannot be loaded: %s",
@@ -67,14 +67,14 @@ kt_status kt_lapack_open(kt_error *error) {
     if (atomic_load_explicit(&loaded, memory_order_acquire) != NULL)
         return KT_OK;
     if (!has_room())
-        return refuse("OpenBLAS takes more memory than this process may have; raise its limit (ulimit -v, ulimit -d)",
-                      error);
+        return reject_lapack(
+            "OpenBLAS takes more memory than this process may have; raise its limit (ulimit -v, ulimit -d)", error);
     void *module = dlopen(find_module(path, sizeof path) ? path : KT_LAPACK_MODULE, RTLD_NOW | RTLD_LOCAL);
     const kt_lapack_table *table = module != NULL ? dlsym(module, "kt_lapack_module") : NULL;
     if (table == NULL)
-        return refuse(dlerror(), error);
+        return reject_lapack(dlerror(), error);
     if (strcmp(table->version, kt_version()) != 0)
-        return refuse("it is of another version than the library; install both together", error);
+        return reject_lapack("it is of another version than the library; install both together", error);
     atomic_store_explicit(&loaded, table, memory_order_release);
     return KT_OK;
 }

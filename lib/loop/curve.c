@@ -268,8 +268,8 @@ static kt_loop_row row_along(const kt_loop_record *loop, const double *numbers, 
                          .holonomic = true};
 }
 
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_curve(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                          kt_loop_row *rows) {
     const kt_loop_relative r = kt_loop_relative_of(end);
     const kt_vector *e = end[0].axes;
     const foot f = foot_moving(loop, numbers, kt_apply_transposed(e, r.d), kt_apply_transposed(e, r.u));
@@ -388,7 +388,7 @@ static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_curve) = {.rows = 3,
-                                               .evaluate = evaluate,
+                                               .evaluate = evaluate_curve,
                                                .part = {KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL},
                                                .row_count = row_count,
                                                .number_count = number_count,

@@ -215,8 +215,8 @@ static direction direction_of(const kt_custom_motion *m) {
 }
 #endif
 
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_custom(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                           kt_loop_row *rows) {
     (void)numbers;
     const kt_loop_relative r = kt_loop_relative_of(end);
     const kt_vector *e = end[0].axes;
@@ -255,7 +255,7 @@ static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record
 
 const kt_loop_kind KT_KERNEL(kt_loop_custom) = {
     .rows = KT_LOOP_ROW_MAX,
-    .evaluate = evaluate,
+    .evaluate = evaluate_custom,
     .part = {KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL},
     .row_count = row_count,
     .prepare = prepare};

@@ -12,8 +12,8 @@
 #include <math.h>
 
 #ifndef KT_NO_LOOPS
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_distance(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                             kt_loop_row *rows) {
     double length[3];
     kt_curve_evaluate(&loop->curve, numbers, t, length);
     const kt_vector d = end[1].point - end[0].point, rate = end[1].velocity - end[0].velocity;
@@ -33,7 +33,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_distance) = {
-    .rows = 1, .evaluate = evaluate, .part = {KT_PART_DISTANCE}, .initial_distance = true};
+    .rows = 1, .evaluate = evaluate_distance, .part = {KT_PART_DISTANCE}, .initial_distance = true};
 #endif
 
 #if KT_DESCRIBES

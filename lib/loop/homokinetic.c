@@ -10,8 +10,8 @@
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_homokinetic(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                                kt_loop_row *rows) {
     (void)numbers, (void)t;
     const kt_loop_relative r = kt_loop_relative_of(end);
     for (int k = 0; k < 3; k++)
@@ -27,8 +27,10 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 4;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_homokinetic) = {
-    .rows = 4, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_SPATIAL}, .initial_angle = true};
+const kt_loop_kind KT_KERNEL(kt_loop_homokinetic) = {.rows = 4,
+                                                     .evaluate = evaluate_homokinetic,
+                                                     .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_SPATIAL},
+                                                     .initial_angle = true};
 #endif
 
 #if KT_DESCRIBES

@@ -2,8 +2,8 @@
 #include "loop/relative.h"
 
 #ifndef KT_NO_LOOPS
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_inline(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                           kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
     const kt_loop_relative r = kt_loop_relative_of(end);
     for (int k = 0; k < 2; k++)
@@ -11,7 +11,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 2;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_inline) = {.rows = 2, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y}};
+const kt_loop_kind KT_KERNEL(kt_loop_inline) = {.rows = 2, .evaluate = evaluate_inline, .part = {KT_PART_X, KT_PART_Y}};
 #endif
 
 #if KT_DESCRIBES

@@ -7,8 +7,8 @@
 #include "loop/relative.h"
 
 #ifndef KT_NO_LOOPS
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_knife_edge(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                               kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
     const kt_loop_relative r = kt_loop_relative_of(end);
     const kt_vector a = end[1].axes[2];
@@ -17,7 +17,8 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 1;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_knife_edge) = {.rows = 1, .evaluate = evaluate, .part = {KT_PART_SPATIAL}};
+const kt_loop_kind KT_KERNEL(kt_loop_knife_edge) = {
+    .rows = 1, .evaluate = evaluate_knife_edge, .part = {KT_PART_SPATIAL}};
 #endif
 
 #if KT_DESCRIBES

@@ -2,8 +2,8 @@
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_planar_loop(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                                kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
     const kt_loop_relative r = kt_loop_relative_of(end);
     rows[0] = kt_row_along(&r, end[0].axes[2]);
@@ -12,7 +12,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_planar) = {
-    .rows = 3, .evaluate = evaluate, .part = {KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y}};
+    .rows = 3, .evaluate = evaluate_planar_loop, .part = {KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y}};
 #endif
 
 #if KT_DESCRIBES

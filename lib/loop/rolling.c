@@ -46,8 +46,8 @@ static inline contact find_contact(const kt_loop_end *wheel, kt_vector n, kt_vec
     return k;
 }
 
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_rolling(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                            kt_loop_row *rows) {
     (void)numbers, (void)t;
     const double rho = loop->radius;
     const kt_vector w2 = end[1].omega, n = end[1].axes[2];
@@ -88,7 +88,7 @@ static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *re
 #endif
 
 const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {
-    .rows = 3, .evaluate = evaluate, .row_count = row_count, .prepare = choose_form};
+    .rows = 3, .evaluate = evaluate_rolling, .row_count = row_count, .prepare = choose_form};
 #endif
 
 #if KT_DESCRIBES

@@ -13,8 +13,8 @@ static kt_real advance(const kt_loop_record *loop, kt_real theta, kt_real along)
     return lead != 0.0 ? kt_remainder(phi, lead) : phi;
 }
 
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_screw(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                          kt_loop_row *rows) {
     (void)numbers, (void)t;
     const kt_loop_relative r = kt_loop_relative_of(end);
     for (int k = 0; k < 2; k++)
@@ -29,7 +29,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
     return 5;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate, .initial_angle = true};
+const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate_screw, .initial_angle = true};
 #endif
 
 #if KT_DESCRIBES

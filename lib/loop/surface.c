@@ -53,8 +53,8 @@ static inline normal normal_about_axis(const kt_loop_record *loop, const kt_vect
     return (normal){.n = n, .phi = tau - loop->tube, .bias = (swept * swept + s * around) * inverse_tau};
 }
 
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_surface(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                            kt_loop_row *rows) {
     (void)numbers, (void)t;
     const kt_loop_relative r = kt_loop_relative_of(end);
     const kt_vector *e = end[0].axes;
@@ -78,7 +78,7 @@ static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_surface) = {
-    .rows = 1, .evaluate = evaluate, .part = {KT_PART_SPATIAL}, .prepare = prepare};
+    .rows = 1, .evaluate = evaluate_surface, .part = {KT_PART_SPATIAL}, .prepare = prepare};
 #endif
 
 #if KT_DESCRIBES

@@ -2,8 +2,8 @@
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS
-static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                    kt_loop_row *rows) {
+static int evaluate_universal(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
+                              kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
     const kt_loop_relative r = kt_loop_relative_of(end);
     for (int k = 0; k < 3; k++)
@@ -13,7 +13,7 @@ static int evaluate(const kt_loop_record *loop, const double *numbers, const kt_
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_universal) = {
-    .rows = 4, .evaluate = evaluate, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_NORMAL}};
+    .rows = 4, .evaluate = evaluate_universal, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_NORMAL}};
 #endif
 
 #if KT_DESCRIBES

@@ -47,7 +47,7 @@ static kt_status power_of_loops(const kt_model *model, kt_data *data, const kt_d
 }
 
 /* Powers can overflow where accelerations do not. */
-static kt_status refuse(const kt_model *model, double t, const kt_input *input, kt_error *error) {
+static kt_status reject_power(const kt_model *model, double t, const kt_input *input, kt_error *error) {
     const kt_status status = kt_input_check(model, input, error);
     if (status != KT_OK)
         return status;
@@ -92,7 +92,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
         sum.supplied += power_of_wrenches(model, data, q, v, external);
     if (!isfinite(sum.dissipated + sum.supplied)) {
         const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque", .external = external};
-        return refuse(model, t, &input, error);
+        return reject_power(model, t, &input, error);
     }
     kt_copy(a, acceleration, model->n.v * sizeof *a);
     *power = sum;

@@ -115,7 +115,7 @@ static void neighbour(const balance *b, double s, const double *dv, const double
     }
 }
 
-static kt_status refuse(const balance *b, const char *what, kt_error *error) {
+static kt_status reject_quasi_static(const balance *b, const char *what, kt_error *error) {
     char where[KT_WHERE_SIZE];
     const int body = kt_body_of_velocity(b->model, b->model->massless[0]);
     (void)snprintf(where, sizeof where, "joint '%.100s', t = %.9g s", kt_joint_name(b->model, body), b->at.t);
@@ -129,7 +129,7 @@ static const char unbalanced[] = "the forces on it do not determine where it is:
                                  "every position, each damper always or never";
 
 /* Factors the derivative of the residuals by what moves. */
-static kt_status factor(const balance *b, double scale, kt_error *error) {
+static kt_status factor_quasi_static(const balance *b, double scale, kt_error *error) {
     double *matrix = b->data->balance_matrix;
     const size_t count = b->last - b->first;
     const double small = sqrt(DBL_EPSILON) * fmax(1.0, scale);
@@ -142,7 +142,7 @@ static kt_status factor(const balance *b, double scale, kt_error *error) {
             matrix[j * count + i] = (b->near_residual[b->first + i] - b->residual[b->first + i]) / small;
     }
     if (status == KT_OK && !kt_lu_factor(matrix, count, b->data->balance_pivot))
-        return refuse(b, unbalanced, error);
+        return reject_quasi_static(b, unbalanced, error);
     return status;
 }
 
@@ -154,13 +154,13 @@ static kt_status find_balance(const balance *b, kt_error *error) {
         const double scale = b->speeds ? largest(b->v, nv) : largest(b->q, b->model->n.q);
         kt_status status = find_residual(b, b->at.t, b->q, b->v, b->residual, error);
         if (status == KT_OK && !(faster > 0.0 && faster < 0.1))
-            status = factor(b, scale, error);
+            status = factor_quasi_static(b, scale, error);
         if (status != KT_OK)
             return status;
         kt_lu_solve(b->data->balance_matrix, count, b->data->balance_pivot, b->residual + b->first);
         const double size = largest(b->residual + b->first, count);
         if (!isfinite(size))
-            return refuse(b, unbalanced, error);
+            return reject_quasi_static(b, unbalanced, error);
         if (size <= 4.0 * DBL_EPSILON * scale || (k > 0 && size >= 0.5 * last && size <= 1e-9 * fmax(1.0, scale)))
             return KT_OK;
         faster = k > 0 ? size / last : 0.0;
@@ -171,7 +171,8 @@ static kt_status find_balance(const balance *b, kt_error *error) {
         kt_copy(b->q, q, (b->speeds ? 0 : b->model->n.q) * sizeof *q);
         kt_copy(b->v, v, (b->speeds ? nv : 0) * sizeof *v);
     }
-    return count == 0 ? KT_OK : refuse(b, "no balance of the forces on it is found near the last one", error);
+    return count == 0 ? KT_OK
+                      : reject_quasi_static(b, "no balance of the forces on it is found near the last one", error);
 }
 
 /* The velocities of what springs alone hold: the residual, differenced along the motion, does not change. The derivative
@@ -232,7 +233,7 @@ kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynam
     double *a = b.a + nv;
     status = find_residual(&b, at->t, b.q, b.v, b.residual, error);
     if (status == KT_OK)
-        status = factor(&springs, largest(b.q, model->n.q), error);
+        status = factor_quasi_static(&springs, largest(b.q, model->n.q), error);
     if (status != KT_OK)
         return status;
     status = find_residual(&b, at->t, b.q, b.v, b.residual, error);
@@ -240,7 +241,7 @@ kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynam
     kt_lu_solve(data->balance_matrix, n - springs.first, data->balance_pivot, b.residual + springs.first);
     if (status == KT_OK &&
         !(largest(b.residual + springs.first, n - springs.first) <= 1e-7 * fmax(1.0, largest(b.q, model->n.q))))
-        return refuse(&b, unbalanced, error);
+        return reject_quasi_static(&b, unbalanced, error);
     return status == KT_OK ? follow(&springs, a, error) : status;
 }
 

@@ -65,7 +65,7 @@ static size_t find_not_finite(const kt_wrench *wrenches, size_t count) {
 }
 
 /* Reactions can overflow where accelerations do not: a torque that a loop holds moves nothing. */
-static kt_status refuse(const char *kind, const char *name, double t, kt_error *error) {
+static kt_status reject_reaction(const char *kind, const char *name, double t, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s, %s '%s'", t, kind, name);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
@@ -82,9 +82,9 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dyna
     const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
     const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
     if (loop < model->n.loop)
-        return refuse("loop", kt_loop_name(model, (int)loop), at->t, error);
+        return reject_reaction("loop", kt_loop_name(model, (int)loop), at->t, error);
     if (body < model->n.body)
-        return refuse("body", kt_body_name(model, (int)body), at->t, error);
+        return reject_reaction("body", kt_body_name(model, (int)body), at->t, error);
     if (loops)
         memcpy(loops, data->loop_wrench, model->n.loop * sizeof *loops);
     if (joints)
@@ -110,7 +110,7 @@ kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double
     for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++)
             if (!isfinite(multiplier_of(model, data, &model->loop[i], r)))
-                return refuse("loop", kt_loop_name(model, (int)i), t, error);
+                return reject_reaction("loop", kt_loop_name(model, (int)i), t, error);
     for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++)
             multipliers[model->loop[i].equation + r] = multiplier_of(model, data, &model->loop[i], r);

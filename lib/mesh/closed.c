@@ -83,7 +83,7 @@ static open_edges find_open_edges(const edge *edges, size_t count) {
     return found;
 }
 
-static kt_status refuse(const kt_triangles *mesh, const open_edges *found, kt_error *error) {
+static kt_status reject_open_mesh(const kt_triangles *mesh, const open_edges *found, kt_error *error) {
     const edge *first = found->holes > 0 ? found->hole : found->twist;
     const kt_vec3 a = mesh->vertices[first->from], b = mesh->vertices[first->to];
     if (found->holes > 0)
@@ -110,7 +110,7 @@ kt_status kt_triangles_check_closed(const kt_triangles *mesh, kt_error *error) {
         const size_t count = list_edges(mesh, place, edges);
         const open_edges found = find_open_edges(edges, count);
         if (found.holes + found.turned > 0)
-            status = refuse(mesh, &found, error);
+            status = reject_open_mesh(mesh, &found, error);
     }
     free(corners);
     free(place);

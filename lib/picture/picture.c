@@ -392,7 +392,7 @@ static bool has_own(const maker *m, int body) {
 }
 
 /* Size of the mechanism, and what looks right at this size. Centres of mass count, too: a body may have no shape. */
-static kt_bounds measure(maker *m, double *lengths) {
+static kt_bounds measure_picture(maker *m, double *lengths) {
     kt_picture *p = m->picture;
     kt_bounds bounds = kt_picture_widen(p, m->poses, kt_bounds_empty());
     for (int body = 1; body < p->body_count; body++)
@@ -733,7 +733,7 @@ static kt_status fill(maker *m, double *lengths, kt_error *error) {
         list_shapes(m);
         status = list_meshes(m, error);
     }
-    const kt_bounds bounds = measure(m, lengths);
+    const kt_bounds bounds = measure_picture(m, lengths);
     list_planes(m, bounds);
     kt_strokes_list(p, m->description->loops, m->poses, bounds);
     thicken(m);

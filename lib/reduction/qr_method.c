@@ -108,7 +108,7 @@ static int factor_large(kt_group_work *w, int cap) {
     return rank;
 }
 
-static int factor(kt_group_work *w, int cap) {
+static int factor_qr_method(kt_group_work *w, int cap) {
     if (w->m == 0 || w->k == 0)
         return 0;
     return w->m >= KT_LARGE ? factor_large(w, cap) : factor_small(w, cap, NULL);
@@ -176,7 +176,7 @@ const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
                                                       .fronts = true,
                                                       .large = KT_LARGE,
                                                       .open = kt_lapack_open,
-                                                      .factor = factor,
+                                                      .factor = factor_qr_method,
                                                       .size = size,
                                                       .particular = particular,
                                                       .basis = basis,

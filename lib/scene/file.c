@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static kt_status refuse(kt_error *error, const char *path, int number) {
+static kt_status reject_scene_file(kt_error *error, const char *path, int number) {
     char reason[160];
     if (strerror_r(number, reason, sizeof reason) != 0)
         (void)snprintf(reason, sizeof reason, "error %d", number);
@@ -24,7 +24,7 @@ static const char *kind_of(mode_t mode) {
 static kt_status check_kind(const char *path, int file, kt_error *error) {
     struct stat status;
     if (fstat(file, &status) != 0)
-        return refuse(error, path, errno);
+        return reject_scene_file(error, path, errno);
     if (!S_ISREG(status.st_mode))
         return kt_error_set(error, KT_ERROR_FILE, path, "this is %s; name a scene file", kind_of(status.st_mode));
     if (status.st_size > KT_FILE_SIZE_MAX)
@@ -44,7 +44,7 @@ static kt_status read_all(const char *path, int file, char **text, size_t *size,
         if (got < 0) {
             int number = errno;
             free(bytes);
-            return refuse(error, path, number);
+            return reject_scene_file(error, path, number);
         }
         if (got == 0) {
             *text = bytes;
@@ -71,7 +71,7 @@ static kt_status read_all(const char *path, int file, char **text, size_t *size,
 kt_status kt_file_read(const char *path, char **text, size_t *size, kt_error *error) {
     int file = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (file < 0)
-        return refuse(error, path, errno);
+        return reject_scene_file(error, path, errno);
     kt_status status = check_kind(path, file, error);
     if (status == KT_OK)
         status = read_all(path, file, text, size, error);

@@ -247,7 +247,7 @@ double *kt_resets_states(kt_resets *resets, const kt_simulation *simulation) {
 }
 
 /* Evaluates all that follows from the states, and lists what differs from the model. */
-static kt_status evaluate(kt_resets *r, int *count, kt_error *error) {
+static kt_status evaluate_assignment(kt_resets *r, int *count, kt_error *error) {
     for (int k = 0; k < r->parameter_count; k++)
         if (r->is_set[k] && r->state[k] >= 0)
             r->parameters[k] = r->x[r->state[k]];
@@ -281,7 +281,7 @@ static kt_status evaluate(kt_resets *r, int *count, kt_error *error) {
 
 kt_status kt_resets_apply(kt_resets *resets, kt_simulation *simulation, kt_error *error) {
     int count = 0;
-    kt_status status = evaluate(resets, &count, error);
+    kt_status status = evaluate_assignment(resets, &count, error);
     if (status == KT_OK)
         status = kt_simulation_change(simulation, resets->model, resets->news, count, resets->x, error);
     return status;
@@ -290,7 +290,7 @@ kt_status kt_resets_apply(kt_resets *resets, kt_simulation *simulation, kt_error
 kt_status kt_resets_sync(kt_resets *resets, const kt_simulation *simulation, kt_error *error) {
     int count = 0;
     (void)kt_resets_states(resets, simulation);
-    kt_status status = evaluate(resets, &count, error);
+    kt_status status = evaluate_assignment(resets, &count, error);
     for (int i = 0; status == KT_OK && i < count; i++)
         status = kt_parameter_set(resets->model, &resets->news[i].parameter, resets->news[i].values, error);
     return status;

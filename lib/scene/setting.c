@@ -18,9 +18,9 @@ typedef struct kt_setting {
     const kt_table *top;
 } kt_setting;
 
-static bool refuse(const kt_setting *s, size_t at, const char *format, ...) KT_PRINTF(3, 4);
+static bool reject_setting(const kt_setting *s, size_t at, const char *format, ...) KT_PRINTF(3, 4);
 
-static bool refuse(const kt_setting *s, size_t at, const char *format, ...) {
+static bool reject_setting(const kt_setting *s, size_t at, const char *format, ...) {
     char text[KT_MESSAGE_SIZE];
     va_list arguments;
     va_start(arguments, format);
@@ -45,7 +45,7 @@ static kt_node *read_value(const kt_setting *s, size_t at) {
     const size_t before = s->r->fault_count;
     kt_node *value = NULL;
     if (s->text[at + strspn(s->text + at, " \t")] == '\0') {
-        (void)refuse(s, at, "a value is missing after '='");
+        (void)reject_setting(s, at, "a value is missing after '='");
         return NULL;
     }
     if (!kt_node_parse(s->r, s->text + at, strlen(s->text + at), &value))
@@ -104,17 +104,18 @@ static kt_node *enter_named(const kt_setting *s, kt_node *list, const char *word
             return item;
         (void)kt_nearest_try(&nearest, name->of.text);
     }
-    (void)refuse(s, at, "no item of this list has the name %s%s%s%s", kt_name_quote(word).text,
-                 nearest.best != NULL ? "; did you mean '" : "; name one, or count from [0]",
-                 nearest.best != NULL ? nearest.best : "", nearest.best != NULL ? "'?" : "");
+    (void)reject_setting(s, at, "no item of this list has the name %s%s%s%s", kt_name_quote(word).text,
+                         nearest.best != NULL ? "; did you mean '" : "; name one, or count from [0]",
+                         nearest.best != NULL ? nearest.best : "", nearest.best != NULL ? "'?" : "");
     return NULL;
 }
 
 static kt_node *enter_index(const kt_setting *s, kt_node *list, const char *digits, size_t at) {
     const unsigned long index = strlen(digits) < 9 ? strtoul(digits, NULL, 10) : 999999999UL;
     if (list->kind != KT_NODE_LIST || index >= list->count) {
-        (void)refuse(s, at, list->kind == KT_NODE_LIST ? "the list has %u items; count from [0]" : "this is no list",
-                     (unsigned)list->count);
+        (void)reject_setting(s, at,
+                             list->kind == KT_NODE_LIST ? "the list has %u items; count from [0]" : "this is no list",
+                             (unsigned)list->count);
         return NULL;
     }
     kt_node *item = list->of.first;
@@ -130,8 +131,8 @@ static kt_node *enter(const kt_setting *s, kt_node *node, const char *word, size
         return enter_map(s, node, word, at);
     if (node->kind == KT_NODE_LIST)
         return enter_named(s, node, word, at);
-    (void)refuse(s, at, "the file has a single value here, without a %s; end the path before it",
-                 kt_name_quote(word).text);
+    (void)reject_setting(s, at, "the file has a single value here, without a %s; end the path before it",
+                         kt_name_quote(word).text);
     return NULL;
 }
 
@@ -141,7 +142,7 @@ static const char *next_word(const kt_setting *s, size_t *at, bool *is_index) {
     *is_index = *from == '[';
     const size_t length = *is_index ? strspn(from + 1, "0123456789") : strcspn(from, ".[=");
     if (length == 0 || (*is_index && from[1 + length] != ']')) {
-        (void)refuse(s, *at, *is_index ? "write [k], k from 0" : "a word of the path is missing here");
+        (void)reject_setting(s, *at, *is_index ? "write [k], k from 0" : "a word of the path is missing here");
         return NULL;
     }
     const char *word = kt_pool_text(&s->r->scratch, from + *is_index, length);
@@ -172,9 +173,10 @@ static kt_node *enter_parameter(const kt_setting *s, const char *word) {
     if (parameters != NULL && parameters->kind == KT_NODE_MAP)
         for (const kt_node *key = parameters->of.first; key != NULL; key = key->next->next)
             (void)kt_nearest_try(&nearest, key->kind == KT_NODE_TEXT ? key->of.text : NULL);
-    (void)refuse(s, 0, "the scene has no parameter %s%s%s%s", kt_name_quote(word).text,
-                 nearest.best != NULL ? "; did you mean '" : "; other values have a path, such as bodies.crank.mass",
-                 nearest.best != NULL ? nearest.best : "", nearest.best != NULL ? "'?" : "");
+    (void)reject_setting(s, 0, "the scene has no parameter %s%s%s%s", kt_name_quote(word).text,
+                         nearest.best != NULL ? "; did you mean '"
+                                              : "; other values have a path, such as bodies.crank.mass",
+                         nearest.best != NULL ? nearest.best : "", nearest.best != NULL ? "'?" : "");
     return NULL;
 }
 
@@ -198,7 +200,7 @@ static kt_node *follow(const kt_setting *s, size_t *at) {
 static void apply(const kt_setting *s) {
     size_t at = 0;
     if (strchr(s->text, '=') == NULL) {
-        (void)refuse(s, 0, "a setting is PATH=VALUE, such as L=1.5 or bodies.crank.mass=2");
+        (void)reject_setting(s, 0, "a setting is PATH=VALUE, such as L=1.5 or bodies.crank.mass=2");
         return;
     }
     kt_node *node = follow(s, &at);

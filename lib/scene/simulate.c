@@ -369,7 +369,7 @@ const kt_table kt_output_table = {.fields = output_fields, .count = KT_COUNT_OF(
 static bool is_positive(double value) { return isfinite(value) && value > 0.0; }
 static bool is_not_negative(double value) { return isfinite(value) && value >= 0.0; }
 
-static kt_status refuse(kt_error *error, const char *where, const char *message) {
+static kt_status reject_run_value(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
 }
 
@@ -379,14 +379,15 @@ static kt_status check_run_method(const kt_run *run, kt_error *error) {
         return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.integrator", "there is no method %s",
                             kt_name_quote(run->integrator).text);
     if (!is_not_negative(run->step))
-        return refuse(error, "simulate.step", "the step must be finite and not negative");
+        return reject_run_value(error, "simulate.step", "the step must be finite and not negative");
     if (run->step > 0.0)
         return KT_OK;
     if (method != NULL && !kt_method_is_adaptive(method))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.step", "%s has a fixed step; give it", method->name);
     if (!is_not_negative(run->relative) || !is_not_negative(run->absolute) ||
         !is_positive(run->relative + run->absolute))
-        return refuse(error, "simulate.tolerance", "tolerances must be finite, not negative, and one of them above 0");
+        return reject_run_value(error, "simulate.tolerance",
+                                "tolerances must be finite, not negative, and one of them above 0");
     return KT_OK;
 }
 
@@ -406,7 +407,7 @@ static kt_status check_marker(const kt_names *names, const kt_run *run, int i, k
 
 static kt_status check_markers(const kt_run *run, const kt_description *description, kt_error *error) {
     if (run->marker_count < 0 || (run->marker_count > 0 && run->markers == NULL))
-        return refuse(error, "output.markers", "the list is NULL, or its count negative");
+        return reject_run_value(error, "output.markers", "the list is NULL, or its count negative");
     if (run->marker_count == 0)
         return KT_OK;
     kt_pool pool = {NULL, 0};
@@ -425,11 +426,11 @@ kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_
     static const unsigned known = 0U KT_RECORD_LIST(RECORD_OR);
 #undef RECORD_OR
     if (!is_not_negative(run->duration))
-        return refuse(error, "simulate.duration", "the duration must be finite and not negative");
+        return reject_run_value(error, "simulate.duration", "the duration must be finite and not negative");
     if (!is_not_negative(run->interval))
-        return refuse(error, "output.interval", "the interval must be finite and not negative");
+        return reject_run_value(error, "output.interval", "the interval must be finite and not negative");
     if ((run->record & ~known) != 0)
-        return refuse(error, "output.record", "a record bit stands for nothing; use those of KT_RECORD_LIST");
+        return reject_run_value(error, "output.record", "a record bit stands for nothing; use those of KT_RECORD_LIST");
     kt_status status = check_run_method(run, error);
     if (status == KT_OK)
         status = kt_run_check(run, error);

@@ -276,7 +276,7 @@ static int evaluate_formula(formula *f, const kt_instant *at, double *value, kt_
     return 0;
 }
 
-static int evaluate(const kt_instant *at, double *value, kt_error *error, void *user) {
+static int evaluate_watched(const kt_instant *at, double *value, kt_error *error, void *user) {
     return evaluate_formula(&((watched *)user)->formula, at, value, error);
 }
 
@@ -491,7 +491,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
         return status;
     const bool acts = event->switch_count > 0 || event->set_count > 0;
     const kt_event added = {.name = name,
-                            .function = evaluate,
+                            .function = evaluate_watched,
                             .action = to->call_count > 0 || acts ? act : NULL,
                             .corner = to->formula.part_count > 0 ? next_corner : NULL,
                             .user = to,
@@ -549,7 +549,7 @@ bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation
     if (!watch || !simulation || !watch->until)
         return false;
     const kt_instant at = instant_of(watch, simulation);
-    return evaluate(&at, &value, NULL, watch->until) == 0 && value > 0.0;
+    return evaluate_watched(&at, &value, NULL, watch->until) == 0 && value > 0.0;
 }
 
 kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation, kt_error *error) {

@@ -82,7 +82,7 @@ static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double 
 }
 
 /* Factors the equations of one kind, and W. */
-static kt_status factor(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
+static kt_status factor_projected(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
     if (!w->dense)
         return factor_along(w, rows, q, mass, error);
     const kt_status status = kt_jacobian_qr_factor(&w->qr, w->model, rows, w->jacobian, error);
@@ -254,7 +254,7 @@ static bool is_in_mass_metric(const kt_projection_work *w) { return w->model->me
 static kt_status factor_positions(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_status status =
         kt_loop_equations(w->model, w->data, w->t, q, NULL, w->jacobian, w->residual, NULL, NULL, error);
-    return status == KT_OK ? factor(w, KT_ROWS_CLOSED, q, is_in_mass_metric(w), error) : status;
+    return status == KT_OK ? factor_projected(w, KT_ROWS_CLOSED, q, is_in_mass_metric(w), error) : status;
 }
 
 /* Of the factors along the tree what data hold is lost to other evaluations. */
@@ -280,7 +280,7 @@ static kt_status prepare_positions(kt_projection_work *w, const double *q, kt_er
 static kt_status prepare_velocities(kt_projection_work *w, const double *q, const double *v, kt_error *error) {
     kt_status status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK)
-        status = factor(w, KT_ROWS_ALL, q, true, error);
+        status = factor_projected(w, KT_ROWS_ALL, q, true, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < w->n; i++)
@@ -451,7 +451,7 @@ kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, 
     kt_projection_work then = *w;
     then.t = t;
     if (status == KT_OK)
-        status = factor(&then, KT_ROWS_ALL, q, false, error);
+        status = factor_projected(&then, KT_ROWS_ALL, q, false, error);
     memset(x, 0, w->n * sizeof *x);
     if (status == KT_OK)
         solve(&then, false, 1, e, x);

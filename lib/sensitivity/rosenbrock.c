@@ -61,7 +61,7 @@ static void form_plain(kt_step_work *w) {
         w->matrix[l] = (l % (n + 1) == 0 ? 1.0 : 0.0) - g * (w->by_v[l] + g * w->by_q[l]);
 }
 
-static kt_status factor(kt_step_work *w, kt_error *error) {
+static kt_status factor_shifted(kt_step_work *w, kt_error *error) {
     if (kt_is_reduced(w->model))
         form_plain(w);
     else
@@ -166,7 +166,7 @@ static kt_status run(kt_step_work *w, const double *q, const double *v, size_t h
     if (status == KT_OK)
         status = differentiate(w, 0, w->step->t, w->y, w->slope + w->model->n.q, held, error);
     if (status == KT_OK)
-        status = factor(w, error);
+        status = factor_shifted(w, error);
     for (size_t i = 0; i < w->stages && status == KT_OK; i++)
         status = solve_stage(w, i, error);
     if (status == KT_OK)

@@ -315,7 +315,7 @@ static void name_effect(const kt_model *model, const kt_effect_record *effect, c
                  kt_effect_type_name((kt_effect_type)effect->type));
 }
 
-static kt_status refuse(const kt_simulation *simulation, size_t k, double t, double depth, kt_error *error) {
+static kt_status reject_gap(const kt_simulation *simulation, size_t k, double t, double depth, kt_error *error) {
     char name[KT_WHERE_SIZE];
     const kt_effect_record *effect = simulation->gap_source[k].effect;
     name_effect(simulation->model, effect, name, sizeof name);
@@ -346,7 +346,7 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     for (size_t k = 0; k < simulation->size.gap; k++) {
         const double path = (t1 - t0) * sqrt(speed_squared(&begin[k], &end[k]));
         if (now[k].distance + boundary_of(deepest(begin[k].distance, end[k].distance), depth_of_record * path) < 0.0)
-            return refuse(simulation, k, t, -now[k].distance, error);
+            return reject_gap(simulation, k, t, -now[k].distance, error);
     }
     return KT_OK;
 }

@@ -412,7 +412,7 @@ static void form_state(const kt_simulation *s, kt_complex sigma, size_t j, vecto
     set(to, n + j, kt_complex_add(get(to, n + j), sigma));
 }
 
-static int factor(kt_complex sigma, void *user) {
+static int factor_newton(kt_complex sigma, void *user) {
     kt_simulation *s = user;
     const bool complex = sigma.im != 0.0;
     const size_t free = s->size.free, n = free + s->size.states;
@@ -550,4 +550,4 @@ static int time_derivative(double t, const double *y, const double *dydt, double
     return kt_acceleration_time_derivative(model, s->data, &at, a, slope + s->size.nq, &error) == KT_OK ? 0 : 1;
 }
 
-const kt_newton kt_simulation_newton = {jacobian, factor, solve, autonomous, time_derivative};
+const kt_newton kt_simulation_newton = {jacobian, factor_newton, solve, autonomous, time_derivative};

@@ -30,7 +30,7 @@ static double work_until(const kt_power_points *p, double s) {
 }
 
 /* Adds the powers at the present time by an evaluation of its own, with the forces of the time `at`. */
-static void evaluate(kt_simulation *simulation, double at) {
+static void evaluate_work_watch(kt_simulation *simulation, double at) {
     kt_power power;
     kt_error ignored; /* the next step tells it */
     if (kt_simulation_power(simulation, at, simulation->integrator->y, &power, &ignored) == 0)
@@ -45,14 +45,14 @@ void kt_simulation_end_powers(kt_simulation *simulation) {
     if (slope != NULL && slope == evaluated)
         kt_simulation_note_power(simulation, simulation->end_power);
     else if (slope != NULL || jumps) /* else the first evaluation of the next step is at this state */
-        evaluate(simulation, jumps ? simulation->corners.before : t);
+        evaluate_work_watch(simulation, jumps ? simulation->corners.before : t);
 }
 
 void kt_simulation_complete_powers(kt_simulation *simulation) {
     const kt_power_points *p = &simulation->memory.powers;
     const double t = kt_integrator_time(simulation->integrator);
     if (p->count > 0 && t > p->t[0])
-        evaluate(simulation, t);
+        evaluate_work_watch(simulation, t);
 }
 
 kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t) {

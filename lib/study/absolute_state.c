@@ -126,8 +126,8 @@ static kt_joint_motion relative_motion(const motion *p, const motion *c, const k
 }
 
 /* Computes the coordinates of one joint; q and v hold those of `ago` seconds earlier. */
-static void measure(const kt_absolute_joint *j, kt_coordinates at, const kt_joint_motion *m, double ago, double *q,
-                    double *v, double *a) {
+static void measure_absolute_state(const kt_absolute_joint *j, kt_coordinates at, const kt_joint_motion *m, double ago,
+                                   double *q, double *v, double *a) {
     const kt_joint_kind *kind = kt_joint_kinds[at.type];
     double near[KT_JOINT_NQ_MAX], rate[KT_JOINT_NV_MAX], second[KT_JOINT_NV_MAX];
     memcpy(near, q + at.q, (size_t)at.nq * sizeof *near);
@@ -154,7 +154,7 @@ static void from_free(const kt_transformation *self, const double *free_q, const
         const motion p = motion_of(absolute, j->parent, free_q, free_v, free_a);
         const motion c = motion_of(absolute, j->body, free_q, free_v, free_a);
         const kt_joint_motion m = relative_motion(&p, &c, &j->frame);
-        measure(j, at, &m, ago, q, v, a);
+        measure_absolute_state(j, at, &m, ago, q, v, a);
     }
 }
 

@@ -37,7 +37,7 @@ static double measure_joint(kt_joint_type type, int count, double length, bool o
     return largest;
 }
 
-static double measure(const kt_model *model, double length, bool of_rates, const double *d) {
+static double measure_accuracy_norm(const kt_model *model, double length, bool of_rates, const double *d) {
     double largest = 0.0;
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
@@ -50,10 +50,10 @@ kt_accuracy_norm kt_accuracy_distance(const kt_model *model, double length, cons
                                       const double *q_other, const double *v_other, double *dv) {
     kt_accuracy_norm norm;
     kt_position_subtract(model, q_other, q, dv);
-    norm.position = measure(model, length, false, dv);
+    norm.position = measure_accuracy_norm(model, length, false, dv);
     for (int i = 0; i < kt_model_nv(model); i++)
         dv[i] = v_other[i] - v[i];
-    norm.velocity = measure(model, length, true, dv);
+    norm.velocity = measure_accuracy_norm(model, length, true, dv);
     return norm;
 }
 

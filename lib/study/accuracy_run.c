@@ -56,7 +56,7 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
 
 /* Reading a clock is slow, so it is read every sixteen evaluations. */
 /* NOLINTNEXTLINE(readability-non-const-parameter): the type of a right-hand side */
-static int evaluate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+static int evaluate_stage_of_run(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     kt_accuracy_guard *guard = user;
     const bool is_due = guard->study->options.clock != NULL && guard->evaluations % 16 == 0;
     (void)rate;
@@ -70,7 +70,7 @@ static int evaluate(const kt_instant *at, double *rate, double *a, kt_error *err
 }
 
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options) {
-    options->acceleration = evaluate;
+    options->acceleration = evaluate_stage_of_run;
     options->user = guard;
 }
 

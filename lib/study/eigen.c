@@ -100,7 +100,7 @@ static void sort(const kt_group_work *w) {
     }
 }
 
-static int factor(kt_group_work *w, int cap) {
+static int factor_eigen(kt_group_work *w, int cap) {
     const size_t m = (size_t)w->m;
     if (w->m == 0 || w->k == 0)
         return 0;
@@ -163,7 +163,7 @@ static double size(const kt_group_work *w, int i) { return kt_group_singular_val
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_eigen) = {.least = true,
                                                          .large = INT_MAX,
-                                                         .factor = factor,
+                                                         .factor = factor_eigen,
                                                          .size = size,
                                                          .particular = particular,
                                                          .basis = basis,

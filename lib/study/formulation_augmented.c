@@ -26,7 +26,7 @@
 #include <string.h>
 
 /* Factors M + s A' A (lower triangle). */
-static int factor(kt_constraint_formulation *formulation) {
+static int factor_augmented(kt_constraint_formulation *formulation) {
     const int n = formulation->n, k = formulation->k;
     for (int j = 0; j < n; j++) {
         const double *right = formulation->jacobian + (size_t)j * (size_t)k;
@@ -93,7 +93,7 @@ static double correction(const kt_constraint_formulation *formulation) {
 }
 
 kt_status kt_formulation_augmented(kt_constraint_formulation *formulation, double t, double *a, kt_error *error) {
-    if (factor(formulation) != 0)
+    if (factor_augmented(formulation) != 0)
         return kt_formulation_refuse(
             t, KT_ERROR_SINGULAR,
             "M + A' s A is singular or not finite: give the bodies that move inertia, or less penalty", error);

@@ -28,8 +28,8 @@ typedef struct kt_formulation_spectrum {
 KT_ARENA_LAYOUT(lay_out, kt_formulation_spectrum, KT_SPECTRUM_FIELDS, size_t n, size_t nq)
 
 /* (xi', v') at x = (xi, v) */
-static kt_status evaluate(kt_formulation_spectrum *s, kt_constraint_formulation *formulation, kt_data *data, double t,
-                          const double *q, double *out, kt_error *error) {
+static kt_status evaluate_spectrum(kt_formulation_spectrum *s, kt_constraint_formulation *formulation, kt_data *data,
+                                   double t, const double *q, double *out, kt_error *error) {
     const size_t n = (size_t)formulation->n;
     kt_position_add(formulation->model, q, s->x, s->q);
     const kt_status status =
@@ -49,10 +49,10 @@ static kt_status differentiate(kt_formulation_spectrum *s, kt_constraint_formula
         memset(s->x, 0, half * sizeof(double));
         memcpy(s->x + half, v, half * sizeof(double));
         s->x[j] += h;
-        status = evaluate(s, formulation, data, t, q, s->ahead, error);
+        status = evaluate_spectrum(s, formulation, data, t, q, s->ahead, error);
         s->x[j] -= 2.0 * h;
         if (status == KT_OK)
-            status = evaluate(s, formulation, data, t, q, column, error);
+            status = evaluate_spectrum(s, formulation, data, t, q, column, error);
         for (size_t i = 0; i < n; i++)
             column[i] = (s->ahead[i] - column[i]) / (2.0 * h);
     }

@@ -85,7 +85,7 @@ static int eliminate(const kt_group_work *w, int cap) {
 }
 
 /* The weights (group.h) are divided out of U again: A' W S = P' L U W. */
-static int factor(kt_group_work *w, int cap) {
+static int factor_partition(kt_group_work *w, int cap) {
     const int rank = eliminate(w, cap);
     for (int c = 0; c < rank && w->weight; c++)
         for (int i = 0; i <= c; i++)
@@ -153,7 +153,7 @@ static double size(const kt_group_work *w, int i) { return fabs(*at(w, i, i)); }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_partition) = {.chooses = true,
                                                              .large = INT_MAX,
-                                                             .factor = factor,
+                                                             .factor = factor_partition,
                                                              .size = size,
                                                              .particular = particular,
                                                              .basis = basis,

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-static int factor(kt_group_work *w, int cap) {
+static int factor_svd(kt_group_work *w, int cap) {
     const size_t m = (size_t)w->m, k = (size_t)w->k;
     if (m == 0 || k == 0)
         return 0;
@@ -68,7 +68,7 @@ static double size(const kt_group_work *w, int i) { return kt_group_singular_val
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {.least = true,
                                                        .open = kt_lapack_open,
-                                                       .factor = factor,
+                                                       .factor = factor_svd,
                                                        .size = size,
                                                        .particular = particular,
                                                        .basis = basis,

@@ -18,6 +18,7 @@ FACES = {"status": "base", "description": "model", "descriptor": "model", "kinet
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 LONG, TOO_LONG = 600, 800
+NAME_FILES_MOST = 22  # files that have a static function of one name; lower it when a name becomes rare
 LARGEST_PICTURE, LARGEST_MOVING = 60_000, 300_000  # bytes
 
 
@@ -81,6 +82,15 @@ def unbuilt(root, folder, pattern):
             yield f"{path.relative_to(root)}: in no meson.build"
 
 
+def repeated_names(sources):
+    """Names of static functions -> in how many files each is, the most frequent first."""
+    files = collections.Counter()
+    for path in sources:
+        if path.suffix == ".c":
+            files.update(set(re.findall(r"^static (?:inline )?(?:\w+ |\w+ \*|const )+\**(\w+)\(", path.read_text(), re.M)))
+    return files.most_common()
+
+
 def strays_at_top(root):
     """What git keeps at the top level and TOP does not name; files with a dot are tools' own."""
     kept = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=True).stdout.split("\n")
@@ -138,6 +148,13 @@ def main():
     pictures = [*sorted((root / "apps/pictures").glob("*.svg")), *sorted((root / "include/pages/pictures").glob("*.svg"))]
     claim("pictures_are_shown_and_small_and_keep_text_as_text",
           [problem for path in pictures for problem in picture_problems(path, pages)] if pictures else ["no pictures"])
+
+    names = repeated_names([*library, *sorted((root / "apps").rglob("*.c"))])
+    often = [f"{name}: in {count} files; give it the name of its object" for name, count in names if count > NAME_FILES_MOST]
+    alone = sum(count == 1 for _, count in names)
+    note(f"static functions have {len(names)} names, {alone} of them in one file alone; '{names[0][0]}' is in {names[0][1]} files, "
+         f"bound {NAME_FILES_MOST}")
+    claim("static_names_repeat_less_and_less", often if len(names) > 1000 else ["names are not found"])
 
     lengths = {path.relative_to(root): path.read_text().count("\n") for path in everything}
     for path, length in sorted(lengths.items(), key=lambda item: -item[1]):

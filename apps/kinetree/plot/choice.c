@@ -13,7 +13,7 @@ static const double NOISE = 1e-11;
 /* Residuals may be as small as rounding of anything; what is smaller than this is zero in any unit. */
 static const double NOTHING = 1e-30;
 
-static void measure(kt_candidate *one, size_t rows) {
+static void measure_candidate(kt_candidate *one, size_t rows) {
     double least = HUGE_VAL, greatest = -HUGE_VAL;
     for (size_t i = 0; i < rows; i++)
         if (isfinite(one->y[i])) {
@@ -67,7 +67,7 @@ static bool is_any_shown(const kt_candidate *candidates, int count) {
 
 void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows) {
     for (int i = 0; i < count; i++)
-        measure(&candidates[i], rows);
+        measure_candidate(&candidates[i], rows);
     for (int i = 0; i < count; i++)
         candidates[i].is_noise = is_noise(candidates, count, &candidates[i]);
     if (!is_any_shown(candidates, count)) /* a picture of zeros is one */

@@ -294,7 +294,7 @@ static void check_driven_angles(check *c) {
 /* ---- a scene ----------------------------------------------------------------------------------------------------- */
 
 /* Prints an error of the scene, and returns its exit code. */
-static int refuse(const check *c, kt_status status, const kt_error *error) {
+static int reject_scene(const check *c, kt_status status, const kt_error *error) {
     fprintf(stderr, "%s: %s%s%s\n", c->path, error->where, error->where[0] != '\0' ? ": " : "", error->message);
     return kt_exit_code(status);
 }
@@ -309,7 +309,7 @@ static int check_accelerations(check *c) {
         warn(c, "accelerations cannot be computed: %s: %s", error.where, error.message);
         return KT_EXIT_DONE;
     }
-    const int code = refuse(c, status, &error);
+    const int code = reject_scene(c, status, &error);
     return status == KT_ERROR_SINGULAR ? KT_EXIT_SCENE : code;
 }
 
@@ -319,7 +319,7 @@ static int check_simulation(const check *c) {
     kt_simulation *simulation = NULL;
     const kt_status status = kt_simulation_create(c->model, &c->scene->run, NULL, &simulation, &error);
     kt_simulation_free(simulation);
-    return status == KT_OK ? KT_EXIT_DONE : refuse(c, status, &error);
+    return status == KT_OK ? KT_EXIT_DONE : reject_scene(c, status, &error);
 }
 
 static int check_start(check *c) {
@@ -330,7 +330,7 @@ static int check_start(check *c) {
     if (status == KT_OK)
         status = kt_massless_balance(c->model, c->data, 0.0, c->q, c->v, NULL, NULL, &error);
     if (status != KT_OK) {
-        const int code = refuse(c, status, &error);
+        const int code = reject_scene(c, status, &error);
         if (status == KT_ERROR_CONSTRAINT)
             kt_say_open_loops(c->scene, c->model);
         return code;

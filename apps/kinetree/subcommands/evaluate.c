@@ -263,7 +263,7 @@ static json_t *describe(const kt_evaluation *e, bool with_inverse) {
     return root;
 }
 
-static int evaluate(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
+static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
     kt_evaluation e = {.may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
@@ -309,7 +309,7 @@ int kt_command_evaluate(int argc, char **argv) {
     code = kt_load_model(argv[1], &arguments.settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
-    code = evaluate(&arguments, &scene, model);
+    code = evaluate_instant(&arguments, &scene, model);
     kt_model_free(model);
     kt_scene_free(&scene);
     return code;
