@@ -54,10 +54,6 @@ static inline double kt_smallest_direction(const kt_model *model, const kt_data 
     return least;
 }
 
-/* Scales quaternions to unit norm; those within rounding of it keep their bits (repeated division would let them
- * drift). Returns false if one is zero or not finite. */
-bool kt_unit_quaternions(const kt_model *model, double *q);
-
 /* The in-place forms of kt_state_project and kt_state_assemble for a model with loops; `given` are the positions before
  * the assembly. `input` is used in messages. */
 kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
@@ -104,9 +100,6 @@ typedef struct kt_projection_limits {
  * closed). *changed becomes true if any number changed. */
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                const kt_projection_limits *limits, bool *changed, kt_violation *violation);
-
-/* Assembles the initial state into q and v; leaves them untouched if that fails. */
-void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
 
 #endif
 

@@ -1,8 +1,8 @@
 /* Measures springs that start unstretched: their lengths in the assembled initial state, or in the given one if the
  * loops do not close (a simulation reports that). */
-#include "closure/project.h"
 #include "compile/compile.h"
 #include "effect/effect.h"
+#include "mechanism/evaluate.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -14,6 +14,13 @@ KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *dat
 KT_CHECKED kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               bool *changed, kt_error *error);
 
+/* Scales quaternions to unit norm; those within rounding of it keep their bits (repeated division would let them
+ * drift). Returns false if one is zero or not finite. */
+bool kt_unit_quaternions(const kt_model *model, double *q);
+
+/* Assembles the initial state into q and v; leaves them untouched if that fails. */
+void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
+
 /* Adds the forces of the effects to at->tau and at->external: afterwards these point to sums in data if there was
  * something to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the
  * time. */
