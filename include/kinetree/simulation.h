@@ -245,7 +245,17 @@ typedef struct kt_simulation_options {
     int events;                 /* the most events that kt_simulation_event_add adds; 0: none */
     const kt_transformation *transformation; /* to the model that is integrated, and must outlive the simulation as that
                                                 model must; NULL: the simulation's own model is integrated */
+    int event_evaluations; /* the most values of an event's function that one step takes to find when the event happens:
+                              KT_EVENT_EVALUATIONS_LEAST or more; 0: KT_EVENT_EVALUATIONS. An adaptive step that needs more
+                              is repeated shorter. A fixed one is searched more coarsely, and counted
+                              (kt_simulation_event_cuts) */
 } kt_simulation_options;
+
+/* Limits of kt_simulation_options.event_evaluations. */
+enum {
+    KT_EVENT_EVALUATIONS = 4096,      /* the default */
+    KT_EVENT_EVALUATIONS_LEAST = 1200 /* the smallest one: nine repetitions of a step and 128 values for each root */
+};
 
 /* Returns options that are all zero: the engine's own equations and projection, no limits. */
 KT_API kt_simulation_options kt_simulation_options_default(void);
@@ -477,6 +487,18 @@ KT_API const kt_event *kt_simulation_stopped(const kt_simulation *simulation);
 /* How often the event of this name has happened since the start or the last kt_simulation_set_state; 0 if there is none
  * of that name. */
 KT_API uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name);
+
+/* Searches for the time of events that took kt_simulation_options.event_evaluations values, and were cut: an event may have
+ * been missed in these steps. */
+typedef struct kt_event_cuts {
+    uint64_t count;        /* such steps since the start, or the last kt_simulation_set_state */
+    double time;           /* s, the beginning of the first one; NaN: there is none */
+    const kt_event *event; /* one that needed the values there; NULL: there is none */
+} kt_event_cuts;
+
+/* Returns these. A step of fixed length is searched coarsely if joints turn often within the step, or if the event's function
+ * has many corners in time. Remedy: a smaller step, or more values. */
+KT_API kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation);
 
 /* ---- hard contacts ----------------------------------------------------------------------------------------------- */
 

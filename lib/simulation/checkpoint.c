@@ -17,6 +17,12 @@
 #include <stdio.h>
 #include <string.h>
 
+#if KT_HAS_EVENTS
+#define KT_CHECKPOINT_EVENTS(X) X(event_evaluations, "the option 'event_evaluations' at", simulation->event_evaluations)
+#else
+#define KT_CHECKPOINT_EVENTS(X)
+#endif
+
 /* What the steps and records after a checkpoint depend on: name, words, value. One list writes, compares and tells. */
 #define KT_CHECKPOINT_SETTINGS(X)                                                                                      \
     X(step, "a step of", simulation->step)                                                                             \
@@ -29,7 +35,8 @@
     X(unprojected, "the option 'unprojected' at", simulation->unprojected)                                             \
     X(smooth_inputs, "the option 'smooth_inputs' at", simulation->smooth_inputs)                                       \
     X(accelerates, "accelerations of the caller's at", simulation->acceleration != NULL)                               \
-    X(projects, "a projection of the caller's at", simulation->projection != NULL)
+    X(projects, "a projection of the caller's at", simulation->projection != NULL)                                     \
+    KT_CHECKPOINT_EVENTS(X)
 
 typedef struct kt_checkpoint_settings {
 #define KT_CHECKPOINT_SETTING(name, words, value) double name;

@@ -6,7 +6,10 @@
  * shows them. (Two roots closer than that are seen by no step: max_step bounds what can be missed.) A step is long where
  * the motion is simple (a crank that is driven, a wheel that turns by itself), and g need not be: such a step is divided
  * into panels, in which no joint turns by more than half a turn (by its rates at the ends of the step), and which end at
- * the corners of g as a function of time; each is looked at so, until one has a root. The first root in
+ * the corners of g as a function of time; each is looked at so, until one has a root. The values of g that the search of a
+ * step may take are limited, all its repetitions together: each repetition takes half of what is left at most. Beyond that
+ * an adaptive step is repeated as long as half of these values reach; a fixed one has fewer, longer panels, and is counted
+ * (kt_event_cuts). The first root in
  * the event's direction is enclosed by ITP (Oliveira, Takahashi 2021, "An enhancement of the bisection method average
  * performance preserving minmax optimality"), to four units of rounding of the time.
  *
@@ -28,6 +31,7 @@
 #include "simulation/simulation.h"
 
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -36,26 +40,24 @@
 enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, ROOT_STEPS = 128 };
 _Static_assert(KT_EVENT_VALUES == LOOKS + 1, "the last row of values is that of the beginning of the step");
 
-/* What a joint turns by in a panel at most, by the rates at both ends of the step; into how many panels of equal length a
- * step is divided at most. */
+/* What a joint turns by in a panel at most, by the rates at both ends of the step. */
 static const double half_turn = 3.14159265358979323846;
-static const double panels_most = 1e6;
+
+/* Values that every repetition of a step may take: of a panel that is the whole step, and of the search for the time of a
+ * root. PARABOLAS: those of the vertices in a panel at most. */
+enum { AT_LEAST = LOOKS - 1 + ROOT_STEPS, PARABOLAS = (LOOKS - 2) * VERTICES };
+_Static_assert((REPETITIONS + 1) * AT_LEAST + 2 <= KT_EVENT_EVALUATIONS_LEAST, "what a step takes in any case");
 
 /* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
 static double together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
 static double least_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
+/* No step is as short. */
+static double shortest(double t) { return 64.0 * DBL_EPSILON * fabs(t); }
 
-/* Instants of events that come ever closer accumulate: with intervals d, r d, r^2 d ... at d r / (1 - r) from the last, r the
- * largest ratio of so many that shrink (two events that happen to be close to each other make one ratio small).
- * Where that is this part of the time between records, nothing comes behind them but rounding; nor where so many instants in a row
- * follow at such intervals themselves. Besides, no more than WITHIN may lie within one fixed step, or within one interval between records:
- * this bounds the cost of a step. */
-static const double at_once = 1e-9;
 /* Values below this part of the largest along a step are its root, where the step was to end at that. */
 static const double reached = 1e-3;
 /* Reactions below this part of the largest along a step are rounding. */
 static const double nothing = 1e-9;
-enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000 };
 
 /* ---- the function ------------------------------------------------------------------------------------------------ */
 
@@ -81,6 +83,7 @@ static kt_status evaluate(kt_simulation *simulation, size_t k, double t, const d
     at.tau = simulation->memory.now.torque ? simulation->torque : NULL;
     at.external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
     simulation->cached = KT_CACHED_NOTHING; /* data are the function's scratch */
+    simulation->event_search[k].spent++;
     const int code = event->function(&at, value, &from, event->user);
     if (code != 0 || isnan(*value)) {
         if (code == 0)
@@ -180,6 +183,16 @@ static double clear_rounding(const kt_simulation *simulation, size_t k, knot *ba
     return left;
 }
 
+/* Whether the search of the step may take a panel's parabolas. */
+static bool may_look(const kt_simulation *simulation, size_t k) {
+#if KT_HAS_EVENTS
+    return simulation->event_search[k].spent + PARABOLAS <= simulation->event_most;
+#else
+    (void)simulation, (void)k;
+    return true;
+#endif
+}
+
 /* The knots of event k along the step, with those that parabolas add. */
 static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *times, knot *knots, int *count,
                            kt_error *error) {
@@ -194,7 +207,7 @@ static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *ti
         const int side = sign_of(base[j].g);
         knot hidden = base[j];
         bool found;
-        if (side == 0 || sign_of(base[j - 1].g) != side || sign_of(base[j + 1].g) != side)
+        if (!may_look(simulation, k) || side == 0 || sign_of(base[j - 1].g) != side || sign_of(base[j + 1].g) != side)
             continue;
         status = find_hidden(simulation, k, base[j - 1], base[j], base[j + 1], &hidden, &found, error);
         if (status == KT_OK && found && !(fabs(hidden.g) <= left))
@@ -344,9 +357,9 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, d
     return status;
 }
 
-/* The first corner of an event after t. One that is known is not sought again before it is passed: that costs more than a
- * step. */
-static double next_corner(kt_simulation *simulation, double t) {
+/* The first corner of an event after t, and which event has it. One that is known is not sought again before it is passed:
+ * that costs more than a step. */
+static double next_corner(kt_simulation *simulation, double t, size_t *of) {
     double next = HUGE_VAL;
     for (size_t k = 0; k < simulation->event_count; k++) {
         const kt_event *event = &simulation->event[k];
@@ -355,8 +368,10 @@ static double next_corner(kt_simulation *simulation, double t) {
             continue;
         if (!(t < *corner))
             *corner = event->corner(event->user, t);
-        if (*corner > t)
-            next = fmin(next, *corner);
+        if (*corner > t && *corner < next) {
+            next = *corner;
+            *of = k;
+        }
     }
     return next;
 }
@@ -377,13 +392,6 @@ static double largest_rate(kt_simulation *simulation, double t, const double *y)
         most = fmax(most, square);
     }
     return sqrt(most);
-}
-
-static bool any_is_armed(const kt_simulation *simulation) {
-    for (size_t k = 0; k < simulation->event_count; k++)
-        if (is_armed(simulation, k))
-            return true;
-    return false;
 }
 
 /* g at the present time, where that is not known; the sides that are not. */
@@ -411,27 +419,103 @@ static void begin_search(kt_simulation *simulation) {
     kt_copy(simulation->event_value + LOOKS * n, simulation->event_value, n * sizeof(double));
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
+                                                        .spent = simulation->event_search[k].spent,
                                                         .corner = simulation->event_memory[k].corner};
 }
 
+/* The most values of any event that the step has taken so far. */
+static int most_spent(const kt_simulation *simulation) {
+    int most = 0;
+    for (size_t k = 0; k < simulation->event_count; k++)
+        most = simulation->event_search[k].spent > most ? simulation->event_search[k].spent : most;
+    return most;
+}
+
+/* The first armed event; event_count if there is none. */
+static size_t first_armed(const kt_simulation *simulation) {
+    size_t k = 0;
+    while (k < simulation->event_count && !is_armed(simulation, k))
+        k++;
+    return k;
+}
+
+/* Along a step that is searched: what may be taken, and how far that has led. */
+typedef struct reach {
+    int begin, most; /* values taken before, and those with which the search ends */
+    double half;     /* s, where half of them were taken */
+    bool cut;        /* the last panel has more than half a turn, or corners */
+    size_t of;       /* by which event */
+} reach;
+
+static reach begin_reach(kt_simulation *simulation) {
+    const int begin = most_spent(simulation);
+    reach r = {.begin = begin, .most = INT_MAX, .half = -HUGE_VAL, .of = first_armed(simulation)};
+#if KT_HAS_EVENTS
+    const int left = simulation->event_evaluations - KT_EVENT_EVALUATIONS_LEAST - begin;
+    r.most = simulation->event_most = begin + (left > 0 ? left / 2 : 0);
+#endif
+    return r;
+}
+
+/* Into how many panels of equal length a step is divided. An adaptive one is searched as far as its values reach. */
+static double count_panels(const kt_simulation *simulation, double length, reach *r) {
+    const double turn = length * fmax(simulation->event_rate, simulation->event_rate_end);
+    const double count = fmax(1.0, ceil(turn / half_turn)), most = (r->most - r->begin) / (LOOKS - 1);
+    if (simulation->step > 0.0 && count > most) {
+        r->cut = true;
+        return fmax(1.0, most);
+    }
+    return count;
+}
+
+/* The end of a panel, or that of the step if one more panel is too much. */
+static double end_of_panel(const kt_simulation *simulation, double from, double to, double t1, reach *r) {
+    const int spent = most_spent(simulation);
+    if (2 * (spent - r->begin) <= r->most - r->begin)
+        r->half = from;
+    if (!(to < t1) || spent + 2 * (LOOKS - 1) <= r->most)
+        return to;
+    r->cut = true;
+    return t1;
+}
+
+/* Counts a search that was cut, whose last panel is longer than it should be. */
+static void count_cut(kt_simulation *simulation, const reach *r) {
+#if KT_HAS_EVENTS
+    kt_simulation_memory *memory = &simulation->memory;
+    if (memory->event_cuts++ == 0) {
+        memory->event_cut_time = kt_integrator_previous_time(simulation->integrator);
+        memory->event_cut_of = (int64_t)r->of;
+    }
+#else
+    (void)simulation, (void)r;
+#endif
+}
+
 /* The roots of all events in the first panel of the last step that has any, and of one instant with these; *first: the
- * earliest, HUGE_VAL for none. */
-static kt_status find_roots(kt_simulation *simulation, double *first, kt_error *error) {
+ * earliest, HUGE_VAL for none. *shorter: where an adaptive step is to end, whose search takes too many values; else HUGE_VAL. */
+static kt_status find_roots(kt_simulation *simulation, bool may_shorten, double *first, double *shorter,
+                            kt_error *error) {
     const size_t n = simulation->size.event;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
     double *value = simulation->event_value;
     double times[LOOKS], from = t0, i = 1.0;
     kt_status status = KT_OK;
-    *first = HUGE_VAL;
+    *first = *shorter = HUGE_VAL;
     begin_search(simulation);
-    if (!any_is_armed(simulation))
+    reach r = begin_reach(simulation);
+    if (r.of == simulation->event_count)
         return KT_OK;
-    const double turn = (t1 - t0) * fmax(simulation->event_rate, simulation->event_rate_end);
-    const double count = fmax(1.0, fmin(ceil(turn / half_turn), panels_most));
+    const double count = count_panels(simulation, t1 - t0, &r);
     while (status == KT_OK && from < t1 && from <= *first + together(*first)) {
-        const double even = i < count ? t0 + (t1 - t0) * (i / count) : t1;
-        const double to = fmin(even, next_corner(simulation, from));
+        const double even = i < count ? t0 + (t1 - t0) * (i / count) : t1,
+                     corner = next_corner(simulation, from, &r.of);
+        const double to = end_of_panel(simulation, from, fmin(even, corner), t1, &r);
+        if (may_shorten && r.cut && r.half > t0 + shortest(t0)) {
+            *shorter = r.half;
+            break;
+        }
         if (from > t0)
             kt_copy(value, value + (LOOKS - 1) * n, n * sizeof(double));
         status = sample_panel(simulation, from, to, times, error);
@@ -440,6 +524,8 @@ static kt_status find_roots(kt_simulation *simulation, double *first, kt_error *
         from = to;
         i += to == even;
     }
+    if (r.cut && !(*shorter < HUGE_VAL))
+        count_cut(simulation, &r);
     kt_copy(value, value + LOOKS * n, n * sizeof(double));
     simulation->event_reach = from;
     return status;
@@ -506,17 +592,33 @@ static double within(kt_simulation *simulation, double instant, double t1) {
 #endif
 }
 
+/* Whether this is the first search of a step. */
+static bool is_first_search(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    const bool first = !simulation->event_searched;
+    simulation->event_searched = true;
+    return first;
+#else
+    (void)simulation;
+    return true;
+#endif
+}
+
 static kt_status take_back(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
-    double first;
+    double first, shorter;
     *again = false;
+    if (is_first_search(simulation))
+        for (size_t k = 0; k < simulation->event_count; k++)
+            simulation->event_search[k].spent = 0;
     for (size_t k = 0; repetition == 0 && k < simulation->event_count; k++)
         simulation->event_root[k].due = false;
     forget_beyond(simulation, repetition);
-    kt_status status = find_roots(simulation, &first, error);
+    const bool may_shorten = simulation->step == 0.0 && repetition < REPETITIONS;
+    kt_status status = find_roots(simulation, may_shorten, &first, &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
-    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || repetition == REPETITIONS);
+    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || repetition >= REPETITIONS);
     if (fires && simulation->event_reach != t1) /* the end of the step is not that of the panel */
         status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
                               simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
@@ -525,13 +627,19 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
         kt_integrator_retreat(simulation->integrator, t1 - t0);
         return status;
     }
+    if (shorter < HUGE_VAL) {
+        kt_integrator_retreat(simulation->integrator, shorter - t0);
+        *again = true;
+        *t_limit = shorter;
+        return KT_OK;
+    }
     if (fires || !(instant < HUGE_VAL)) {
         pass(simulation, fires);
         return KT_OK;
     }
     instant = within(simulation, instant, t1);
     kt_integrator_retreat(simulation->integrator, instant - t0);
-    *again = instant - t0 > 64.0 * DBL_EPSILON * fabs(instant);
+    *again = instant - t0 > shortest(instant);
     *t_limit = instant;
     if (!*again) { /* no step is so short: it is here already */
         for (size_t k = 0; k < simulation->event_count; k++)
@@ -543,81 +651,6 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
 }
 
 /* ---- what events do ---------------------------------------------------------------------------------------------- */
-
-static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
-    return kt_error_set(
-        error, KT_ERROR_STEP, where,
-        "events follow each other without end: this is one of the %llu instants at which any has happened, and the one "
-        "before was %.3g s ago; %s",
-        (unsigned long long)simulation->memory.event_instants + 1, t - simulation->memory.event_last,
-        k < kt_simulation_contact_events(simulation)
-            ? "give its contact a larger rest_velocity, from which it rests; let no prescribed motion close a gap"
-            : "give it a limit, let it stop the run, or change what it sets so that the chain ends");
-}
-
-static kt_status refuse_many(const kt_simulation *simulation, size_t k, double t, double span, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
-                        "%d instants of events lie within %.3g s (a fixed step, or the interval between records), the "
-                        "last one %.3g s behind the one before; %s",
-                        (int)WITHIN, span, t - simulation->memory.event_last,
-                        k < kt_simulation_contact_events(simulation)
-                            ? "give its contact a larger rest_velocity, from which it rests, or a smaller restitution, "
-                              "or take a smaller step or interval"
-                            : "give it a limit, or take a smaller step or interval");
-}
-
-/* Counts those within a fixed step, or an interval. */
-static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_error *error) {
-#if KT_HAS_EVENTS
-    kt_simulation_memory *memory = &simulation->memory;
-    const double span = simulation->step > 0.0 ? simulation->step : simulation->interval;
-    if (memory->event_many == 0 || !(t - memory->event_since <= span)) {
-        memory->event_since = t;
-        memory->event_many = 0;
-    }
-    return ++memory->event_many > WITHIN
-               ? kt_simulation_explain_disc(simulation, refuse_many(simulation, k, t, span, error), error)
-               : KT_OK;
-#else
-    return refuse_many(simulation, k, t, 0.0, error);
-#endif
-}
-
-/* Whether what accumulates is a hard contact's bounces, which end now. */
-static bool comes_to_rest(kt_simulation *simulation, size_t k) {
-#if KT_HAS_EVENTS
-    simulation->memory.event_row = simulation->memory.event_shrinking = 0;
-    return k < simulation->contact_count && simulation->contact_calls->rest(simulation, k);
-#else
-    (void)simulation, (void)k;
-    return false;
-#endif
-}
-
-/* Counts an instant of events; an error if such instants have no end. */
-static kt_status count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
-    kt_simulation_memory *memory = &simulation->memory;
-    const double close = at_once * simulation->interval, d = t - memory->event_last, before = memory->event_interval;
-    const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
-    memory->event_shrinking = shrinks ? memory->event_shrinking + 1 : 0;
-    memory->event_ratio = shrinks ? fmax(memory->event_shrinking > 1 ? memory->event_ratio : 0.0, d / before) : 0.0;
-    const double r = memory->event_ratio;
-    memory->event_row = follows && d <= close ? memory->event_row + 1 : 0;
-    if ((memory->event_row >= IN_A_ROW || (memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r))) &&
-        !comes_to_rest(simulation, k))
-        return kt_simulation_explain_disc(simulation, refuse_chain(simulation, k, t, error), error);
-    const kt_status status = count_within(simulation, k, t, error);
-    if (status != KT_OK)
-        return status;
-    memory->event_interval = follows ? d : 0.0;
-    memory->event_last = t;
-    memory->event_instants++;
-    return KT_OK;
-}
 
 /* The record of an event, once before its action and once behind it if that has changed the state. */
 static kt_status hand_over(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
@@ -684,7 +717,7 @@ static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void
     while (k < simulation->event_count && !simulation->event_root[k].due)
         k++;
     if (status == KT_OK && k < simulation->event_count && !simulation->event_root[k].recorded)
-        status = count_instant(simulation, k, kt_integrator_time(simulation->integrator), error);
+        status = kt_simulation_count_instant(simulation, k, kt_integrator_time(simulation->integrator), error);
     for (; status == KT_OK && k < simulation->event_count; k++)
         if (simulation->event_root[k].due)
             status = fire(simulation, k, recorder, user, error);
@@ -733,6 +766,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     simulation->event[k] = *event;
     simulation->event_memory[k] = (kt_event_memory){.corner = (double)NAN};
     simulation->event_root[k] = (kt_event_root){.due = 0};
+    simulation->event_search[k] = (kt_event_search){.corner = (double)NAN};
     simulation->event_time = (double)NAN;
     if (simulation->watch == NULL) /* contacts have their own (contact.c) */
         simulation->watch = &watch;
@@ -746,4 +780,17 @@ const kt_event *kt_simulation_stopped(const kt_simulation *simulation) {
 uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name) {
     const size_t k = simulation && name ? find_event(simulation, name) : 0;
     return simulation && name && k < simulation->event_count ? simulation->event_memory[k].count : 0;
+}
+
+kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation) {
+    kt_event_cuts cuts = {.time = (double)NAN};
+#if KT_HAS_EVENTS
+    if (simulation && simulation->memory.event_cuts > 0)
+        cuts = (kt_event_cuts){.count = simulation->memory.event_cuts,
+                               .time = simulation->memory.event_cut_time,
+                               .event = &simulation->event[simulation->memory.event_cut_of]};
+#else
+    (void)simulation;
+#endif
+    return cuts;
 }

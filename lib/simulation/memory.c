@@ -45,6 +45,9 @@ static kt_status check_options(const kt_simulation_options *options, kt_error *e
                             first ? options->initial_step : options->max_step);
     if (KT_HAS_EVENTS && options->events < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "events", "%d: must be zero or more", options->events);
+    if (KT_HAS_EVENTS && options->event_evaluations != 0 && options->event_evaluations < KT_EVENT_EVALUATIONS_LEAST)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "event_evaluations", "%d: must be 0, or %d or more",
+                            options->event_evaluations, (int)KT_EVENT_EVALUATIONS_LEAST);
     return kt_record_check(options->record, error);
 }
 
@@ -260,6 +263,10 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
         return status;   /* GCOVR_EXCL_LINE */
     simulation->unprojected = settings->options.unprojected;
     simulation->smooth_inputs = settings->options.smooth_inputs;
+#if KT_HAS_EVENTS
+    const int evaluations = settings->options.event_evaluations;
+    simulation->event_evaluations = evaluations > 0 ? evaluations : KT_EVENT_EVALUATIONS;
+#endif
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;

@@ -58,8 +58,11 @@ typedef struct kt_simulation_memory {
     int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
     uint64_t set;             /* of the switched loops and effects that are on */
 #if KT_HAS_EVENTS
-    double event_since;  /* s, from where those are counted that lie within one fixed step, or one interval */
-    uint64_t event_many; /* of these, how many */
+    double event_since;    /* s, from where those are counted that lie within one fixed step, or one interval */
+    uint64_t event_many;   /* of these, how many */
+    uint64_t event_cuts;   /* searches of events that were cut; the first: */
+    double event_cut_time; /* s, where its step begins */
+    int64_t event_cut_of;  /* the event */
     kt_contact_counts contacts;
     double slip[KT_SWITCH_MAX][2];   /* directions in which contacts slip, in the order of contact.c */
     double closes_at[KT_SWITCH_MAX]; /* likewise, gaps at which open ones close, slips that are rest: 0 or less */
@@ -90,6 +93,7 @@ typedef struct kt_event_root {
 /* Of an event, while its roots are looked for along a step. */
 typedef struct kt_event_search {
     int side;      /* the sign of its value where the next panel begins; 0: not known */
+    int spent;     /* how many of its values the step has taken */
     double size;   /* the largest |value| so far */
     double corner; /* the next corner; NaN: not known */
 } kt_event_search;
@@ -316,6 +320,9 @@ struct kt_simulation {
     uint64_t contact_released; /* of all, those that are released at first */
     double contact_margin;     /* gaps that become smaller than this below zero have not parted */
     double event_beyond;       /* where a try of this step ended that went beyond an event */
+    int event_evaluations;     /* the most values of an event that the search of a step takes */
+    int event_most;            /* of these, those with which the search after this try ends */
+    bool event_searched;       /* this step has been searched */
     double contact_time;       /* s, of the values of contacts (contact.c); NaN: not known */
 #endif
     double event_time;                 /* of event_value; NaN: not known */
@@ -601,6 +608,9 @@ void kt_simulation_pass_clearances(kt_simulation *simulation);
 
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
+
+/* Counts an instant of events, at which event k happens (event_chain.c); an error if such instants have no end. */
+KT_CHECKED kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error);
 
 /* Hands over the record of an event at the present time. */
 KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,

@@ -329,7 +329,7 @@ static void forget_events(kt_simulation *simulation) {
     simulation->memory.fires = false;
     simulation->memory.event_instants = simulation->memory.event_row = simulation->memory.event_shrinking = 0;
 #if KT_HAS_EVENTS
-    simulation->memory.event_many = 0;
+    simulation->memory.event_many = simulation->memory.event_cuts = 0;
 #endif
     simulation->memory.stopped = 0;
 }

@@ -18,6 +18,9 @@ static inline kt_status kt_simulation_begin_step(kt_simulation *simulation, doub
     return status;
 }
 static inline kt_status kt_simulation_begin_watch(kt_simulation *simulation, kt_error *error) {
+#if KT_HAS_EVENTS
+    simulation->event_searched = false;
+#endif
     return KT_HAS_EVENTS && simulation->watch != NULL ? simulation->watch->begin(simulation, error) : KT_OK;
 }
 static inline void kt_simulation_begin_try(kt_simulation *simulation) {

@@ -39,6 +39,22 @@ static void warn_of_cuts(kt_outcome *outcome) {
             cut, cut == 1 ? "" : "es", cut == 1 ? "was" : "were");
 }
 
+/* Warns if the time of an event was searched too coarsely in fixed steps. */
+static void warn_of_event_cuts(kt_outcome *outcome) {
+    const kt_event_cuts cuts = kt_simulation_event_cuts(outcome->simulation);
+    kt_warning warning = kt_warning_of("cut_event_search", (double)cuts.count, NULL,
+                                       "Take a smaller step (--step), or an adaptive method, which finds them");
+    if (cuts.count == 0)
+        return;
+    warning.time = cuts.time;
+    kt_warn(&outcome->warnings, &warning,
+            "the search for the time of event '%.60s' was cut in %llu step%s, first at t = %.6g s, since joints turn "
+            "or the "
+            "event's formula changes too often within a step of %g s: events may have been missed",
+            cuts.event->name, (unsigned long long)cuts.count, cuts.count == 1 ? "" : "s", cuts.time,
+            outcome->run->step);
+}
+
 /* Near a dead point of drives, which a run may pass, or end at. */
 static void warn_of_joined(kt_outcome *outcome) {
     const unsigned long long joined = kt_simulation_counts_get(outcome->simulation).joined;
@@ -130,6 +146,7 @@ void kt_warn_of_counts(kt_outcome *outcome) {
     warn_of_missed(outcome);
     warn_of_caps(outcome);
     warn_of_cuts(outcome);
+    warn_of_event_cuts(outcome);
     warn_of_joined(outcome);
     warn_of_crossings(outcome);
     warn_of_branches(outcome);

@@ -1,0 +1,88 @@
+/* Chains of events: instants that follow each other without end, or too many of them. */
+#include "simulation/simulation.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* Instants of events that come ever closer accumulate: with intervals d, r d, r^2 d ... at d r / (1 - r) from the last, r the
+ * largest ratio of so many that shrink (two events that happen to be close to each other make one ratio small).
+ * Where that is this part of the time between records, nothing comes behind them but rounding; nor where so many instants in a row
+ * follow at such intervals themselves. Besides, no more than WITHIN may lie within one fixed step, or within one interval between records:
+ * this bounds the cost of a step. */
+static const double at_once = 1e-9;
+enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000 };
+
+static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
+    return kt_error_set(
+        error, KT_ERROR_STEP, where,
+        "events follow each other without end: this is one of the %llu instants at which any has happened, and the one "
+        "before was %.3g s ago; %s",
+        (unsigned long long)simulation->memory.event_instants + 1, t - simulation->memory.event_last,
+        k < kt_simulation_contact_events(simulation)
+            ? "give its contact a larger rest_velocity, from which it rests; let no prescribed motion close a gap"
+            : "give it a limit, let it stop the run, or change what it sets so that the chain ends");
+}
+
+static kt_status refuse_many(const kt_simulation *simulation, size_t k, double t, double span, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "%d instants of events lie within %.3g s (a fixed step, or the interval between records), the "
+                        "last one %.3g s behind the one before; %s",
+                        (int)WITHIN, span, t - simulation->memory.event_last,
+                        k < kt_simulation_contact_events(simulation)
+                            ? "give its contact a larger rest_velocity, from which it rests, or a smaller restitution, "
+                              "or take a smaller step or interval"
+                            : "give it a limit, or take a smaller step or interval");
+}
+
+/* Counts those within a fixed step, or an interval. */
+static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_error *error) {
+#if KT_HAS_EVENTS
+    kt_simulation_memory *memory = &simulation->memory;
+    const double span = simulation->step > 0.0 ? simulation->step : simulation->interval;
+    if (memory->event_many == 0 || !(t - memory->event_since <= span)) {
+        memory->event_since = t;
+        memory->event_many = 0;
+    }
+    return ++memory->event_many > WITHIN
+               ? kt_simulation_explain_disc(simulation, refuse_many(simulation, k, t, span, error), error)
+               : KT_OK;
+#else
+    return refuse_many(simulation, k, t, 0.0, error);
+#endif
+}
+
+/* Whether what accumulates is a hard contact's bounces, which end now. */
+static bool comes_to_rest(kt_simulation *simulation, size_t k) {
+#if KT_HAS_EVENTS
+    simulation->memory.event_row = simulation->memory.event_shrinking = 0;
+    return k < simulation->contact_count && simulation->contact_calls->rest(simulation, k);
+#else
+    (void)simulation, (void)k;
+    return false;
+#endif
+}
+
+/* Counts an instant of events; an error if such instants have no end. */
+kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
+    kt_simulation_memory *memory = &simulation->memory;
+    const double close = at_once * simulation->interval, d = t - memory->event_last, before = memory->event_interval;
+    const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
+    memory->event_shrinking = shrinks ? memory->event_shrinking + 1 : 0;
+    memory->event_ratio = shrinks ? fmax(memory->event_shrinking > 1 ? memory->event_ratio : 0.0, d / before) : 0.0;
+    const double r = memory->event_ratio;
+    memory->event_row = follows && d <= close ? memory->event_row + 1 : 0;
+    if ((memory->event_row >= IN_A_ROW || (memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r))) &&
+        !comes_to_rest(simulation, k))
+        return kt_simulation_explain_disc(simulation, refuse_chain(simulation, k, t, error), error);
+    const kt_status status = count_within(simulation, k, t, error);
+    if (status != KT_OK)
+        return status;
+    memory->event_interval = follows ? d : 0.0;
+    memory->event_last = t;
+    memory->event_instants++;
+    return KT_OK;
+}
