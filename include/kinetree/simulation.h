@@ -217,6 +217,9 @@ typedef struct kt_transformation {
                       const kt_wrench *free_reactions, kt_wrench *joints, kt_wrench *loops);
 } kt_transformation;
 
+/* Shows how far a run has come; it must not change the simulation. */
+typedef void kt_progress_callback(const struct kt_simulation *simulation, void *user);
+
 /* Options of a simulation that a scene file does not contain. */
 typedef struct kt_simulation_options {
     const kt_method *method; /* the caller's method instead of run->integrator; NULL: none */
@@ -245,6 +248,9 @@ typedef struct kt_simulation_options {
     int events;                 /* the most events that kt_simulation_event_add adds; 0: none */
     const kt_transformation *transformation; /* to the model that is integrated, and must outlive the simulation as that
                                                 model must; NULL: the simulation's own model is integrated */
+    kt_progress_callback *progress; /* called by kt_simulation_run after every `progress_steps` steps; NULL: never */
+    uint64_t progress_steps;        /* 1 or more if `progress` is given */
+    void *progress_user;
     int event_evaluations; /* the most values of an event's function that one step takes to find when the event happens:
                               KT_EVENT_EVALUATIONS_LEAST or more; 0: KT_EVENT_EVALUATIONS. An adaptive step that needs more
                               is repeated shorter. A fixed one is searched more coarsely, and counted
@@ -643,6 +649,7 @@ typedef struct kt_simulation_counts {
                                  ended at their limit, and those of the method (`capped` above), too */
     kt_crossings crossings;   /* of all accelerations, those for records included */
     uint64_t cut; /* searches for what a formula of time does next that were cut: a pulse of it may be missed */
+    uint64_t corners; /* of functions of time, at which adaptive steps ended; 0 in a library without Jacobians */
 } kt_simulation_counts;
 
 /* Returns the counts since the start, or the last kt_simulation_set_state. */

@@ -190,6 +190,9 @@ kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error) 
     kt_simulation_recall_corners(simulation);
     if (c->from <= t && t < c->next - margin_at(c->next))
         return KT_OK;
+#if KT_HAS_EVENTS
+    simulation->memory.corners += t >= c->next - margin_at(c->next);
+#endif
     const bool jumps = enter_piece(simulation, t);
     if (KT_HAS_FORMULAS)
         simulation->memory.cut += c->cut;

@@ -45,6 +45,8 @@ static kt_status check_options(const kt_simulation_options *options, kt_error *e
                             first ? options->initial_step : options->max_step);
     if (KT_HAS_EVENTS && options->events < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "events", "%d: must be zero or more", options->events);
+    if (KT_HAS_EVENTS && options->progress != NULL && options->progress_steps == 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "progress_steps", "0: must be one or more");
     if (KT_HAS_EVENTS && options->event_evaluations != 0 && options->event_evaluations < KT_EVENT_EVALUATIONS_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "event_evaluations", "%d: must be 0, or %d or more",
                             options->event_evaluations, (int)KT_EVENT_EVALUATIONS_LEAST);
@@ -264,6 +266,9 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->unprojected = settings->options.unprojected;
     simulation->smooth_inputs = settings->options.smooth_inputs;
 #if KT_HAS_EVENTS
+    simulation->progress = settings->options.progress;
+    simulation->progress_user = settings->options.progress_user;
+    simulation->progress_steps = simulation->progress_due = settings->options.progress_steps;
     const int evaluations = settings->options.event_evaluations;
     simulation->event_evaluations = evaluations > 0 ? evaluations : KT_EVENT_EVALUATIONS;
 #endif

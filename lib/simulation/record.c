@@ -223,6 +223,17 @@ kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
     return KT_OK;
 }
 
+static void show_progress(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    if (simulation->progress == NULL || --simulation->progress_due > 0)
+        return;
+    simulation->progress_due = simulation->progress_steps;
+    simulation->progress(simulation, simulation->progress_user);
+#else
+    (void)simulation;
+#endif
+}
+
 kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, record))
         return KT_ERROR_ARGUMENT;
@@ -240,6 +251,7 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
         status = kt_simulation_take_step(simulation, simulation->duration, error);
         if (status != KT_OK)
             return status;
+        show_progress(simulation);
     }
 }
 

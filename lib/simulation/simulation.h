@@ -60,6 +60,7 @@ typedef struct kt_simulation_memory {
 #if KT_HAS_EVENTS
     double event_since;    /* s, from where those are counted that lie within one fixed step, or one interval */
     uint64_t event_many;   /* of these, how many */
+    uint64_t corners;      /* at which steps ended */
     uint64_t event_cuts;   /* searches of events that were cut; the first: */
     double event_cut_time; /* s, where its step begins */
     int64_t event_cut_of;  /* the event */
@@ -322,8 +323,11 @@ struct kt_simulation {
     double event_beyond;       /* where a try of this step ended that went beyond an event */
     int event_evaluations;     /* the most values of an event that the search of a step takes */
     int event_most;            /* of these, those with which the search after this try ends */
-    bool event_searched;       /* this step has been searched */
-    double contact_time;       /* s, of the values of contacts (contact.c); NaN: not known */
+    kt_progress_callback *progress;
+    void *progress_user;
+    uint64_t progress_steps, progress_due; /* how many steps from call to call, and to the next one */
+    bool event_searched;                   /* this step has been searched */
+    double contact_time;                   /* s, of the values of contacts (contact.c); NaN: not known */
 #endif
     double event_time;                 /* of event_value; NaN: not known */
     double event_reach;                /* up to where the last step was looked at */

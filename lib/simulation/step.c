@@ -196,8 +196,12 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
                                    simulation->memory.joined,
                                    simulation->memory.iterations,
                                    simulation->memory.crossings,
-                                   simulation->memory.cut};
+                                   simulation->memory.cut,
+                                   0};
     counts.iterations.capped += (uint32_t)from.capped;
+#if KT_HAS_EVENTS
+    counts.corners = simulation->memory.corners;
+#endif
     return counts;
 }
 
@@ -329,7 +333,7 @@ static void forget_events(kt_simulation *simulation) {
     simulation->memory.fires = false;
     simulation->memory.event_instants = simulation->memory.event_row = simulation->memory.event_shrinking = 0;
 #if KT_HAS_EVENTS
-    simulation->memory.event_many = simulation->memory.event_cuts = 0;
+    simulation->memory.event_many = simulation->memory.event_cuts = simulation->memory.corners = 0;
 #endif
     simulation->memory.stopped = 0;
 }

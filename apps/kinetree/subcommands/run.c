@@ -166,6 +166,7 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
                     bool quiet) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
+    outcome->pace.progress = &progress;
     kt_sinks sinks = {.columns = &results->columns,
                       .csv = &results->csv,
                       .keep = &results->keep,
@@ -634,6 +635,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     unsigned record = 0;
     kt_status status = kt_columns_own_record(outcome->scene, outcome->model, &record, &error);
     options.record |= record;
+    kt_watch_pace(outcome, &options);
     if (status == KT_OK)
         status = create_simulation(outcome, &options, &error);
     int code = status != KT_OK ? kt_exit_code(status) : -1;

@@ -99,6 +99,16 @@ typedef struct kt_stability_watch {
     double fastest;        /* 1/s, of the bounded parts */
 } kt_stability_watch;
 
+/* The pace of adaptive steps (kt_watch_pace). */
+typedef struct kt_pace {
+    double begin;                 /* s of the clock, of the run */
+    double time;                  /* s, where the last window of steps ended */
+    uint64_t seen;                /* calls */
+    uint64_t corners;             /* up to there, at which steps ended */
+    bool said;                    /* the warning has been given */
+    struct kt_progress *progress; /* its bar is cleared first */
+} kt_pace;
+
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_outcome {
@@ -117,6 +127,7 @@ typedef struct kt_outcome {
     kt_error excess;              /* a value beyond all reason, which has ended the run */
     double corrected_since;       /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
     kt_stability_watch stability; /* watches adaptive explicit steps */
+    kt_pace pace;                 /* watches adaptive steps */
     double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
     kt_residual constraint;       /* largest residuals */
     kt_compressions compressions; /* of distances, at all records */
@@ -144,6 +155,10 @@ int kt_summary_write(const kt_outcome *outcome, const char *path);
 /* Warns of what the simulation has counted: corrections and Jacobians that methods did without, and states next to singular
  * positions. */
 void kt_warn_of_counts(kt_outcome *outcome);
+
+/* Lets the simulation that is created with these options warn while it runs, once, if adaptive steps are so short that it needs
+ * many: how many, for how long, and why. */
+void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options);
 
 /* Warns of own columns that are not finite at some records: one warning, with how many, and the first time. */
 void kt_warn_of_gaps(kt_outcome *outcome);
