@@ -250,7 +250,7 @@ typedef struct kt_simulation_options {
                                                 model must; NULL: the simulation's own model is integrated */
     kt_progress_callback *progress; /* called by kt_simulation_run after every `progress_steps` steps; NULL: never */
     uint64_t progress_steps;        /* 1 or more if `progress` is given */
-    void *progress_user;
+    void *progress_user;            /* the second argument of `progress` */
     int event_evaluations; /* the most values of an event's function that one step takes to find when the event happens:
                               KT_EVENT_EVALUATIONS_LEAST or more; 0: KT_EVENT_EVALUATIONS. An adaptive step that needs more
                               is repeated shorter. A fixed one is searched more coarsely, and counted
@@ -648,7 +648,7 @@ typedef struct kt_simulation_counts {
     kt_iterations iterations; /* of projections, and of the assembly at the start; iterations.capped counts those that
                                  ended at their limit, and those of the method (`capped` above), too */
     kt_crossings crossings;   /* of all accelerations, those for records included */
-    uint64_t cut; /* searches for what a formula of time does next that were cut: a pulse of it may be missed */
+    uint64_t cut;     /* searches for what a formula of time does next that were cut: a pulse of it may be missed */
     uint64_t corners; /* of functions of time, at which adaptive steps ended; 0 in a library without Jacobians */
 } kt_simulation_counts;
 

@@ -6,97 +6,22 @@
  * A partial derivative that is infinite where the argument does not change does not count: sqrt(0) has no slope, but a
  * constant under the root has none to pass on.
  *
- * The partial derivatives can be infinity times 0 although z', z'' are numbers: 1 / cosh(y) for y = 8000. If a derivative
- * of a finite value is not finite, a second evaluation takes bounds from the ratios x' / x (jet.h) for such operations.
+ * Intermediate values can be beyond the largest number although the result is a number: log(1 + exp(8000)), or the derivatives
+ * of 1 / cosh(8000). What is not finite is evaluated again, with numbers of any exponent (wide.h).
  */
 #include "expression/corner.h"
 #include "expression/expression.h"
-#include "expression/jet.h"
+#include "expression/wide.h"
 
 #include <math.h>
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-/* The result of an operator of two values. */
-static double value_of_two(kt_operator code, double x, double y) {
-    switch (code) {
-    case KT_OPERATOR_ADD:
-        return x + y;
-    case KT_OPERATOR_SUBTRACT:
-        return x - y;
-    case KT_OPERATOR_MULTIPLY:
-        return x * y;
-    case KT_OPERATOR_DIVIDE:
-        return x / y;
-    case KT_OPERATOR_POWER:
-        return pow(x, y);
-    case KT_OPERATOR_LESS:
-        return x < y;
-    case KT_OPERATOR_LESS_EQUAL:
-        return x <= y;
-    case KT_OPERATOR_GREATER:
-        return x > y;
-    case KT_OPERATOR_GREATER_EQUAL:
-        return x >= y;
-    case KT_OPERATOR_EQUAL:
-        return x == y;
-    case KT_OPERATOR_NOT_EQUAL:
-        return x != y;
-    case KT_OPERATOR_ATAN2:
-        return atan2(x, y);
-    case KT_OPERATOR_MIN:
-        return x <= y || isnan(x) ? x : y;
-    case KT_OPERATOR_MAX:
-        return x >= y || isnan(x) ? x : y;
-    case KT_OPERATOR_HYPOT:
-        return hypot(x, y);
-    default:
-        return (double)NAN; /* there is none: the reader puts only these */
-    }
-}
-
-/* The result of an operator or function of one value. */
-static double value_of_one(kt_operator code, double x) {
-    switch (code) {
-    case KT_OPERATOR_NEGATE:
-        return -x;
-    case KT_OPERATOR_SIN:
-        return sin(x);
-    case KT_OPERATOR_COS:
-        return cos(x);
-    case KT_OPERATOR_TAN:
-        return tan(x);
-    case KT_OPERATOR_ASIN:
-        return asin(x);
-    case KT_OPERATOR_ACOS:
-        return acos(x);
-    case KT_OPERATOR_ATAN:
-        return atan(x);
-    case KT_OPERATOR_SINH:
-        return sinh(x);
-    case KT_OPERATOR_COSH:
-        return cosh(x);
-    case KT_OPERATOR_TANH:
-        return tanh(x);
-    case KT_OPERATOR_EXP:
-        return exp(x);
-    case KT_OPERATOR_LOG:
-        return log(x);
-    case KT_OPERATOR_SQRT:
-        return sqrt(x);
-    case KT_OPERATOR_ABS:
-        return fabs(x);
-    case KT_OPERATOR_SIGN:
-        return (x > 0.0) - (x < 0.0);
-    case KT_OPERATOR_STEP:
-        return x >= 0.0;
-    default:
-        return (double)NAN; /* there is none: the reader puts only these */
-    }
-}
-
-double kt_operator_value(kt_operator code, double x, double y) {
-    return kt_operator_is_binary(code) ? value_of_two(code, x, y) : value_of_one(code, x);
+/* The value where the usual numbers give one that is not finite; that one if there is none. */
+static double value_with_wide_numbers(const kt_expression *expression, const double *values, double usual) {
+    double wide;
+    kt_expression_wide(expression, values, NULL, NULL, 0, &wide);
+    return isfinite(wide) ? wide : usual;
 }
 
 /* The operators of sums and products come first: they are most of a formula. */
@@ -133,12 +58,12 @@ double kt_expression_evaluate(const kt_expression *expression, const double *val
         default:
             if (kt_operator_is_binary((kt_operator)term->code)) {
                 top--;
-                top[0] = value_of_two((kt_operator)term->code, top[0], top[1]);
+                top[0] = kt_operator_value((kt_operator)term->code, top[0], top[1]);
             } else {
-                top[0] = value_of_one((kt_operator)term->code, top[0]);
+                top[0] = kt_operator_value((kt_operator)term->code, top[0], 0.0);
             }
         }
-    return *top;
+    return isfinite(*top) ? *top : value_with_wide_numbers(expression, values, *top);
 }
 
 /* Which of its branches an operation takes: 0 or 1, of sign also 2; those of smooth ones are all 0. */
@@ -310,68 +235,17 @@ static kt_taylor taylor_of_leaf(const kt_expression_term *term, const double *va
     return (kt_taylor){.v = values[k], .d = rates ? rates[k] : 0.0, .dd = second ? second[k] : 0.0};
 }
 
-/* ---- intermediate values beyond the largest number --------------------------------------------------------------- */
-
-static bool has_finite_derivatives(const kt_taylor *x) { return isfinite(x->d) && isfinite(x->dd); }
-
-/* Coefficients above the second do not enter those below. */
-static kt_jet jet_at(const kt_taylor *x) {
-    return (kt_jet){.c = {{x->v, x->v}, {x->d, x->d}, {0.5 * x->dd, 0.5 * x->dd}}};
-}
-
-/* Replaces *slope by the middle of its bounds, if they are close. */
-static void take_middle(double *slope, double factor, kt_interval bounds, double scale) {
-    static const double closeness = 1e-12;
-    if (!isfinite(*slope) && bounds.hi - bounds.lo <= closeness * scale)
-        *slope = factor * (bounds.lo + 0.5 * (bounds.hi - bounds.lo));
-}
-
-/* Replaces derivatives that are not finite. Terms that cancel in them are as large as powers of the pace. */
-static void mend(kt_taylor *z, const kt_jet *bounds, double pace) {
-    const double size = fmax(1.0, fabs(z->v));
-    take_middle(&z->d, 1.0, bounds->c[1], size * pace);
-    take_middle(&z->dd, 2.0, bounds->c[2], size * pace * pace);
-}
-
-/* |x' / x|, where |x| counts as 1 or more if it is a number; 0 if unknown. A larger one than
- * `most` does not make bounds close. */
-static double pace_of(const kt_taylor *x, const kt_jet *bounds) {
-    static const double most = 1e6;
-    const double pace = bounds->has_ratio ? fmax(fabs(bounds->ratio[1].lo), fabs(bounds->ratio[1].hi))
-                                          : fabs(x->d) / fmax(1.0, fabs(x->v));
-    return isfinite(pace) ? fmin(pace, most) : 0.0;
-}
-
-static kt_taylor taylor_with_bounds(const kt_expression *expression, const double *values, const double *rates,
-                                    const double *second) {
-    kt_taylor stack[KT_EXPRESSION_DEPTH_MAX] = {{0.0, 0.0, 0.0}};
-    kt_jet bounds[KT_EXPRESSION_DEPTH_MAX];
-    double pace = 1.0;
-    int top = -1;
-    for (size_t i = 0; i < expression->count; i++) {
-        const kt_expression_term *term = &expression->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
-            stack[++top] = taylor_of_leaf(term, values, rates, second);
-            bounds[top] = jet_at(&stack[top]);
-            pace = fmax(pace, pace_of(&stack[top], &bounds[top]));
-            continue;
-        }
-        const int two = kt_operator_is_binary(code);
-        top -= two;
-        kt_taylor z = apply(code, stack[top], two ? stack[top + 1] : (kt_taylor){.v = 0.0});
-        if (!isfinite(z.v) || !has_finite_derivatives(&z))
-            bounds[top] = kt_jet_operate(code, &bounds[top], &bounds[top + two]);
-        else
-            bounds[top] = jet_at(&z);
-        pace = fmax(pace, pace_of(&z, &bounds[top]));
-        if (isfinite(z.v))
-            mend(&z, &bounds[top], pace);
-        if (isfinite(z.v) && has_finite_derivatives(&z))
-            bounds[top] = jet_at(&z);
-        stack[top] = z;
+/* Replaces the first that is not finite, and what follows from that, by those that are numbers. */
+static void mend(const kt_expression *expression, const double *values, const double *rates, const double *second,
+                 double out[3]) {
+    double wide[3];
+    kt_expression_wide(expression, values, rates, second, 2, wide);
+    bool follows = false;
+    for (int k = 0; k < 3; k++) {
+        follows = follows || !isfinite(out[k]);
+        if (follows && isfinite(wide[0]) && isfinite(wide[k]))
+            out[k] = wide[k];
     }
-    return stack[0];
 }
 
 void kt_expression_taylor(const kt_expression *expression, const double *values, const double *rates,
@@ -392,9 +266,9 @@ void kt_expression_taylor(const kt_expression *expression, const double *values,
             stack[top] = apply(code, stack[top], (kt_taylor){.v = 0.0});
         }
     }
-    if (isfinite(stack[0].v) && !has_finite_derivatives(&stack[0]))
-        stack[0] = taylor_with_bounds(expression, values, rates, second);
     out[0] = stack[0].v;
     out[1] = stack[0].d;
     out[2] = stack[0].dd;
+    if (!isfinite(out[0]) || !isfinite(out[1]) || !isfinite(out[2]))
+        mend(expression, values, rates, second, out);
 }

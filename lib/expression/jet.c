@@ -280,6 +280,7 @@ static kt_jet jet_exp(const kt_jet *x) {
     kt_jet z = {.size = 0.0};
     z.c[0] = raise(exp, x->c[0]);
     z.c[0].lo = fmax(0.0, z.c[0].lo);
+    z.c[0].hi = fmax(DBL_TRUE_MIN, z.c[0].hi); /* it is above zero, whatever it is multiplied by */
     for (int k = 1; k <= ORDER; k++)
         z.c[k] = everything;
     kt_interval ratio[ORDER + 1] = {{1.0, 1.0}};
@@ -669,17 +670,13 @@ static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt
     kt_jet z = jet_of(code, x, y, meet, user);
     double value;
     if (is_saturated(code, x->c[0], &value))
-        z = number(value);
+        z = code == KT_OPERATOR_EXP ? constant((kt_interval){0.0, DBL_TRUE_MIN}) : number(value);
     else if (is_constant(x) && is_constant(y))
         z = constant(z.c[0]); /* also where f' is infinite, as that of sqrt(0) */
     z.size = size_of(&z, code, x, y);
     z.size = isfinite(z.size) ? z.size : 0.0;
     z.defined = defined;
     return z;
-}
-
-kt_jet kt_jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y) {
-    return jet_operate(code, x, y, NULL, NULL);
 }
 
 kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet, void *user) {

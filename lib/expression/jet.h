@@ -30,9 +30,6 @@ typedef struct kt_jet {
  * is not defined, the branch is that of NaN, which compares as false. */
 typedef void kt_switch(void *user, const kt_jet *decision);
 
-/* The result of an operator of one value x = y, or of two. */
-kt_jet kt_jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y);
-
 /* Bounds of a formula of time alone over [from, to]. `meet` is called for every operation that is not smooth (abs, sign,
  * min, max, step, clamp, comparisons), in the order of the text; NULL: for none. Next to such an operation the bounds are
  * those of all branches that are taken in the interval. O(length). */

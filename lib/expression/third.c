@@ -5,6 +5,7 @@
  * A derivative that is infinite where the argument does not change does not count, as in evaluate.c.
  */
 #include "expression/third.h"
+#include "expression/wide.h"
 
 #include <math.h>
 
@@ -197,5 +198,10 @@ double kt_expression_third(const kt_expression *expression, const double *values
             stack[top] = of_one(code, &stack[top], kt_operator_value(code, stack[top].d[0], 0.0));
         }
     }
-    return stack[0].d[3];
+    const double *d = stack[0].d;
+    if (isfinite(d[0]) && isfinite(d[1]) && isfinite(d[2]) && isfinite(d[3]))
+        return d[3];
+    double wide[4];
+    kt_expression_wide(expression, values, rates, NULL, 3, wide);
+    return isfinite(wide[3]) ? wide[3] : d[3];
 }

@@ -184,7 +184,7 @@ static double clear_rounding(const kt_simulation *simulation, size_t k, knot *ba
 }
 
 /* Whether the search of the step may take a panel's parabolas. */
-static bool may_look(const kt_simulation *simulation, size_t k) {
+static bool has_values_left(const kt_simulation *simulation, size_t k) {
 #if KT_HAS_EVENTS
     return simulation->event_search[k].spent + PARABOLAS <= simulation->event_most;
 #else
@@ -207,7 +207,8 @@ static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *ti
         const int side = sign_of(base[j].g);
         knot hidden = base[j];
         bool found;
-        if (!may_look(simulation, k) || side == 0 || sign_of(base[j - 1].g) != side || sign_of(base[j + 1].g) != side)
+        if (!has_values_left(simulation, k) || side == 0 || sign_of(base[j - 1].g) != side ||
+            sign_of(base[j + 1].g) != side)
             continue;
         status = find_hidden(simulation, k, base[j - 1], base[j], base[j + 1], &hidden, &found, error);
         if (status == KT_OK && found && !(fabs(hidden.g) <= left))
@@ -460,7 +461,7 @@ static reach begin_reach(kt_simulation *simulation) {
 /* Into how many panels of equal length a step is divided. An adaptive one is searched as far as its values reach. */
 static double count_panels(const kt_simulation *simulation, double length, reach *r) {
     const double turn = length * fmax(simulation->event_rate, simulation->event_rate_end);
-    const double count = fmax(1.0, ceil(turn / half_turn)), most = (r->most - r->begin) / (LOOKS - 1);
+    const double count = fmax(1.0, ceil(turn / half_turn)), most = floor((double)(r->most - r->begin) / (LOOKS - 1));
     if (simulation->step > 0.0 && count > most) {
         r->cut = true;
         return fmax(1.0, most);

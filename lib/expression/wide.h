@@ -1,0 +1,14 @@
+/* Formulas whose intermediate values are beyond the largest number, or below the smallest one. */
+#ifndef KT_EXPRESSION_WIDE_H
+#define KT_EXPRESSION_WIDE_H
+
+#include "base/inner.h"
+#include "expression/expression.h"
+
+/* Value and derivatives up to the third one along a curve, as those of kt_expression_taylor and kt_expression_third, with numbers
+ * of any exponent. order: of the highest derivative that is computed; out has order + 1 numbers. rates and second may be NULL
+ * (zero). What is not defined is infinite or NaN. O(length). */
+KT_INNER void kt_expression_wide(const kt_expression *expression, const double *values, const double *rates,
+                                 const double *second, int order, double *out);
+
+#endif
