@@ -25,24 +25,24 @@ typedef int kt_command_main(int argc, char **argv);
  * defines kt_command_NAME and kt_usage_NAME; help, man pages and completions are generated from these. The table is in
  * help.c, which alone knows all of them. */
 #define KT_SUBCOMMAND_LIST(X)                                                                                          \
-    X(run, "run a scene; records as CSV, a summary as JSON, a picture")                                                \
-    X(view, "a page that shows the motion of a scene, in one file for any browser")                                    \
-    X(sweep, "many runs of a scene with other values, a line each: grids, samples, tables")                            \
-    X(accuracy, "what accuracy costs: error against CPU time, for every method")                                       \
-    X(draw, "a picture of the mechanism: its start, poses of a run, paths of markers")                                 \
+    X(run, "run a scene; write records as CSV, a summary as JSON, a picture")                                          \
+    X(view, "make a page that shows the motion of a scene, in one file for any browser")                               \
+    X(sweep, "run a scene many times with other values: grids, samples, tables")                                       \
+    X(accuracy, "compare methods: error against CPU time")                                                             \
+    X(draw, "draw the mechanism: its start, poses of a run, paths of markers")                                         \
     X(plot, "draw the columns of a result: positions, energies, a phase plane")                                        \
-    X(evaluate, "mass matrix, bias, acceleration, poses of the initial state, as JSON")                                \
-    X(modes, "frequencies, damping and shapes of small motions; state matrices as JSON")                               \
-    X(equilibrium, "where a scene comes to rest, and whether it stays there")                                          \
-    X(info, "what a scene consists of: the tree, its degrees of freedom and masses")                                   \
+    X(evaluate, "compute mass matrix, bias, acceleration and poses of the initial state, as JSON")                     \
+    X(modes, "compute frequencies, damping and shapes of small motions; state matrices")                               \
+    X(equilibrium, "find the position in which a scene comes to rest, and its stability")                              \
+    X(info, "show the tree of a scene, its degrees of freedom and masses")                                             \
     X(check, "find every fault of scene files")                                                                        \
     X(demo, "run one of the bundled scenes, or list them")                                                             \
     X(import, "read a robot in URDF, MJCF or SDF and write it as a scene")                                             \
     X(export, "write a scene as a robot in URDF or MJCF")                                                              \
     X(make, "write chains, pendulums and trees of any size as scenes")                                                 \
-    X(stability, "the fastest modes, and the largest stable step of each method")                                      \
-    X(integrators, "the integration methods and where they are published")                                             \
-    X(help, "this help, that of a subcommand, man pages, completions for shells")
+    X(stability, "find the fastest modes, and the largest stable step of each method")                                 \
+    X(integrators, "list the integration methods and their publications")                                              \
+    X(help, "show this help or that of a subcommand; write man pages and completions")
 
 #define KT_SUBCOMMAND_DECLARE(name, summary)                                                                           \
     kt_command_main kt_command_##name;                                                                                 \

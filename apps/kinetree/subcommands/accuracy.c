@@ -19,32 +19,37 @@
 
 static const kt_option option_table[] = {
     KT_SET_OPTION(KT_AT(settings)),
-    {"integrators", KT_OPTION_TEXT, KT_AT(integrator_list), "A,B", "these methods only; default: all", NULL},
-    {"steps", KT_OPTION_TEXT, KT_AT(step_list), "H,...", "steps of methods without error estimate, s; default: found",
+    {"integrators", KT_OPTION_TEXT, KT_AT(integrator_list), "A,B", "compare these methods only; default: all", NULL},
+    {"steps", KT_OPTION_TEXT, KT_AT(step_list), "H,...",
+     "use these steps for methods without an error estimate, s; default: found", NULL},
+    {"tolerances", KT_OPTION_TEXT, KT_AT(tolerance_list), "T,...",
+     "use these tolerances for adaptive methods; default: found", NULL},
+    {"duration", KT_OPTION_POSITIVE, KT_AT(duration), "S", "simulate for S seconds", NULL},
+    {"goal", KT_OPTION_TEXT, KT_AT(goal_list), "E,...", "find settings for these errors; default: 1e-3,1e-6,1e-9",
      NULL},
-    {"tolerances", KT_OPTION_TEXT, KT_AT(tolerance_list), "T,...", "tolerances of adaptive methods; default: found",
-     NULL},
-    {"duration", KT_OPTION_POSITIVE, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
-    {"goal", KT_OPTION_TEXT, KT_AT(goal_list), "E,...", "errors to find settings for; default: 1e-3,1e-6,1e-9", NULL},
     {"vary", KT_OPTION_SETTING, KT_AT(vary), "NAME=VALUES",
-     "a study for each of them, as of sweep, and a line of CSV: what each goal costs; no pictures", NULL},
-    {"reference", KT_OPTION_TEXT, KT_AT(reference), "FILE", "records of a run that is right; default: computed", NULL},
-    {"budget", KT_OPTION_POSITIVE, KT_AT(budget), "S",
-     "CPU time for the study, seconds; default: 20; 60 with --formulations", NULL},
-    {"prices", KT_OPTION_FLAG, KT_AT(prices), NULL,
-     "what projection, formulation, reduction and records cost; default: where that is cheap", NULL},
-    {"formulations", KT_OPTION_FLAG, KT_AT(formulations), NULL,
-     "ways to keep loops closed, and what each gets wrong; by rk4 and dopri5", NULL},
-    {"baselines", KT_OPTION_FLAG, KT_AT(baselines), NULL,
-     "differential-algebraic formulations of the loops instead, by implicit methods; no other table and no file", NULL},
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
-     "every run as a line of CSV; '-': standard output; default: NAME-accuracy.csv, here; /dev/null: none", NULL},
-    {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
-     "the work-precision diagram: FILE.svg, FILE.png or FILE.pdf; default: NAME-accuracy.svg, here; /dev/null: none",
+     "run a study for each value, as sweep does, and write one line of CSV each: the cost of each goal; no pictures",
      NULL},
-    {"plot-dark", KT_OPTION_TEXT, KT_AT(plot_dark), "FILE", "the same on a dark page, besides or instead", NULL},
-    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
-    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no progress bar and no tables, but for errors", NULL},
+    {"reference", KT_OPTION_TEXT, KT_AT(reference), "FILE",
+     "compare with these records of a trusted run; default: computed", NULL},
+    {"budget", KT_OPTION_POSITIVE, KT_AT(budget), "S",
+     "limit the CPU time of the study to S seconds; default: 20; 60 with --formulations", NULL},
+    {"prices", KT_OPTION_FLAG, KT_AT(prices), NULL,
+     "measure the costs of projection, formulation, reduction and records; default: if that is cheap", NULL},
+    {"formulations", KT_OPTION_FLAG, KT_AT(formulations), NULL,
+     "compare methods that keep loops closed, and their errors; with rk4 and dopri5", NULL},
+    {"baselines", KT_OPTION_FLAG, KT_AT(baselines), NULL,
+     "compare differential-algebraic formulations of the loops, with implicit methods; no other table and no file",
+     NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
+     "write every run as a line of CSV; '-': standard output; default: NAME-accuracy.csv; /dev/null: none", NULL},
+    {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
+     "draw the work-precision diagram: FILE.svg, FILE.png or FILE.pdf; default: NAME-accuracy.svg; /dev/null: none",
+     NULL},
+    {"plot-dark", KT_OPTION_TEXT, KT_AT(plot_dark), "FILE", "draw the diagram on a dark page, with --plot or alone",
+     NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw the picture on a dark page", NULL},
+    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "print errors only: no progress bar, no tables", NULL},
 };
 
 const kt_usage kt_usage_accuracy = {
@@ -59,17 +64,24 @@ const kt_usage kt_usage_accuracy = {
     .least = 1,
     .most = 1,
     .about =
-        "What accuracy costs: runs a scene with every method at many steps or tolerances, measures the error against\n"
-        "a reference that is itself checked, and the CPU time, and says which setting is the cheapest for a goal.\n"
-        "An error is the largest over all joints and records: angles on the circle, quaternions by the rotation\n"
-        "between them, in rad; lengths over the scene's length scale (in metres where there are no angles).\n"
-        "Where the scene is chaotic the study ends when errors have grown a million times, and says so.\n"
-        "--formulations: the reduction with and without projection, the absolute formulation, Baumgarte's\n"
-        "stabilisation (gains of 0.1 and 0.4 over the step), the augmented Lagrangian, force projection.\n"
-        "--baselines: the equations with multipliers of index 3, 2 and 1, of Gear, Leimkuhler and Gupta, and of index\n"
-        "1 after Baumgarte, by implicit Euler, Crank-Nicolson, BDF2, the two-step method and Radau IIA, in tree and "
-        "in\n"
-        "absolute coordinates: errors of positions, velocities and multipliers, drift, condition, and orders.\n",
+        "Compares the cost of accuracy: runs a scene with every method at many steps or tolerances.\n"
+        "It measures CPU time, and the error against a reference that is itself checked.\n"
+        "It prints the cheapest setting for each goal.\n"
+        "An error is the largest one over all joints and records.\n"
+        "Angles are compared on the circle, and quaternions using the rotation between them, in rad.\n"
+        "Lengths are divided by the length scale of the scene; without angles they are in metres.\n"
+        "If the scene is chaotic, the study ends when errors have grown by a factor of a million, and prints a note.\n"
+        "\n"
+        "--formulations compares the reduction with and without projection, the absolute formulation, Baumgarte's "
+        "stabilisation,\n"
+        "the augmented Lagrangian and force projection.\n"
+        "Baumgarte's gains are 0.1 and 0.4, divided by the step.\n"
+        "\n"
+        "--baselines compares equations with multipliers: of index 3, 2 and 1, of Gear, Leimkuhler and Gupta, and of "
+        "index 1 after Baumgarte.\n"
+        "They are integrated with implicit Euler, Crank-Nicolson, BDF2, the two-step method and Radau IIA, in tree and "
+        "absolute coordinates.\n"
+        "The tables list errors of positions, velocities and multipliers, drift, condition and orders.\n",
     .options = option_table,
     .option_count = sizeof option_table / sizeof option_table[0],
 };
@@ -122,8 +134,8 @@ static int read_lists(kt_accuracy_arguments *a) {
     }
     if (a->baselines && (a->integrator_list != NULL || a->formulations || a->out != NULL || a->plot != NULL ||
                          a->plot_dark != NULL || a->prices || a->tolerance_list != NULL)) {
-        kt_say("accuracy: --baselines has a table of its own: --steps, --duration and --reference go with it, and no "
-               "other choice of what to run or write");
+        kt_say("accuracy: --baselines has a table of its own: it takes --steps, --duration and --reference, and no "
+               "other choice of runs and outputs");
         return KT_EXIT_USAGE;
     }
     if (a->baselines) { /* the study needs one run of its own */
@@ -280,9 +292,8 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     }
     if (!arguments->quiet && kt_model_mobility(model).minimal == 0)
         kt_say("accuracy: the scene has no degrees of freedom: its loops alone determine the motion, and the "
-               "projection after "
-               "each step closes them to rounding, whatever the method; what methods differ in is the step that the "
-               "projection can follow, and its cost");
+               "projection after each step closes them to rounding with any method. Methods differ in cost, and in the "
+               "largest step that the projection can follow");
     code = arguments->reference != NULL
                ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
                : -1;

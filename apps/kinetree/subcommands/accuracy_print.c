@@ -207,7 +207,7 @@ static void print_goal(const kt_findings *findings, double goal) {
         for (int i = 0; i < results->curve_count; i++)
             least = fmin(least, least_error(findings, &results->curves[i]));
         if (results->uncertainty.position > goal)
-            printf("for %.3g %s: the reference itself is only known to %.2g %s\n", goal, unit,
+            printf("for %.3g %s: the error of the reference itself is %.2g %s\n", goal, unit,
                    results->uncertainty.position, unit);
         else
             printf("for %.3g %s: no run came that close; the best was %.2g %s%s\n", goal, unit, least, unit,
@@ -294,7 +294,7 @@ int kt_findings_print_prices(const kt_findings *findings) {
         return KT_EXIT_DONE;
     char setting[64];
     kt_findings_setting(curve, point, setting, sizeof setting);
-    printf("\nwhat else costs how much, with %s at %s\n", curve->method->name, setting);
+    printf("\ncosts of other settings, with %s at %s\n", curve->method->name, setting);
     printf("  %-26s %10s  %6s  %8s  %9s  %9s  %9s\n", "", "ms", "times", "evals", "error", "energy, J", "loops open");
     double base = (double)NAN;
     for (int i = 0; i < count; i++) {

@@ -23,7 +23,7 @@ typedef struct kt_check_arguments {
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_check_arguments, settings)),
     {"view", KT_OPTION_TEXT, offsetof(kt_check_arguments, view), "FILE.html",
-     "a page that shows the given positions, and over them the assembled ones (one scene)", NULL},
+     "write a page that shows the given positions, and over them the assembled ones (one scene)", NULL},
 };
 
 const kt_usage kt_usage_check = {
@@ -35,11 +35,12 @@ const kt_usage kt_usage_check = {
     .operands = "SCENE...",
     .least = 1,
     .most = -1,
-    .about =
-        "Reads and compiles each scene, closes its loops and computes its first accelerations. Prints 'FILE: ok' for\n"
-        "each that runs, and on standard error every fault as FILE:LINE:COLUMN: message, and what is doubtful as\n"
-        "FILE: warning: message. Exit status 2 where any is wrong, 3 where loops cannot be closed; 0 with warnings\n"
-        "alone.\n",
+    .about = "Reads and compiles each scene, closes its loops and computes its first accelerations.\n"
+             "Prints 'FILE: ok' for each scene that runs.\n"
+             "Every fault is printed on standard error as FILE:LINE:COLUMN: message, and every doubt as FILE: warning: "
+             "message.\n"
+             "The exit status is 2 if any scene is wrong, and 3 if loops cannot be closed. It is 0 if there are only "
+             "warnings.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -166,9 +167,8 @@ static void check_inertia(check *c) {
         const double inertia = moved_inertia(c, at.v, work), share = inertia / largest_inertia(c, body);
         if (share < 1e-8)
             warn(c,
-                 "joint '%s' turns an inertia of %.3g kg m^2, %.1g of what its bodies could have about it, and begins "
-                 "with %.3g rad/s^2: its steps are as short as that asks for, or too short; give the joint an "
-                 "'armature', or the body an 'inertia'",
+                 "joint '%s' turns an inertia of %.3g kg m^2, %.1g of a usual one for its bodies, and begins with %.3g "
+                 "rad/s^2. This needs very short steps; give the joint an 'armature', or the body an 'inertia'",
                  kt_joint_name(c->model, body), inertia, share, c->a[at.v]);
     }
     free(work);

@@ -15,7 +15,7 @@ typedef struct kt_demo_arguments {
 } kt_demo_arguments;
 
 static const kt_option options[] = {
-    {"force", KT_OPTION_FLAG, offsetof(kt_demo_arguments, force), NULL, "replace results that are there already", NULL},
+    {"force", KT_OPTION_FLAG, offsetof(kt_demo_arguments, force), NULL, "replace existing results", NULL},
 };
 
 const kt_usage kt_usage_demo = {
@@ -26,11 +26,11 @@ const kt_usage kt_usage_demo = {
     .operands = "[NAME [OPTION OF run...]]",
     .least = 0,
     .most = 1,
-    .about =
-        "Without a name, lists the bundled scenes. With one, runs it as 'kinetree run' does and takes the same\n"
-        "options; but results that are there already stay, unless --force is given. Besides the records it writes\n"
-        "a page that shows the motion, NAME.html, unless --out names a file.\n"
-        "KINETREE_SCENES=FOLDER shows and runs the scenes of another folder.\n",
+    .about = "Without a name, lists the bundled scenes.\n"
+             "With a name, runs the scene as 'kinetree run' does, with the options of 'kinetree run'.\n"
+             "Existing results stay, unless --force is given.\n"
+             "It also writes a page that shows the motion, NAME.html, unless --out names a file.\n"
+             "KINETREE_SCENES=FOLDER lists and runs the scenes of another folder.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .also = &kt_usage_run,
@@ -54,7 +54,7 @@ static void list_scene(const char *folder, const char *file, int width) {
     join(path, sizeof path, folder, file);
     int length = (int)strlen(file) - 5;
     if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK) {
-        printf("%-*.*s  (does not read; 'kinetree check %s' says why)\n", width, length, file, path);
+        printf("%-*.*s  (does not read; 'kinetree check %s' shows the reason)\n", width, length, file, path);
         return;
     }
     printf("%-*.*s  %s\n", width, length, file,

@@ -42,24 +42,24 @@ typedef struct kt_draw_arguments {
 
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_draw_arguments, settings)),
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "the picture, .svg, .png or .pdf (default: NAME.svg)", NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "write the picture here, .svg, .png or .pdf; default: NAME.svg", NULL},
     {"view", KT_OPTION_TEXT, KT_AT(view), "VIEW",
-     "x, y or z: the plane normal to it; iso; or AZIMUTH,ELEVATION in degrees, from the front to the right and up "
-     "(default: the plane of a planar mechanism, else from 25 above)",
+     "set the direction of the view: x, y or z (the normal of the plane), iso, or AZIMUTH,ELEVATION in degrees, from "
+     "the front to the right and up; default: the plane of a planar mechanism, else from 25 above",
      NULL},
-    {"at", KT_OPTION_TEXT, KT_AT(at), "T,...", "the states at these times of a run, side by side, s", NULL},
-    {"strobe", KT_OPTION_COUNT, KT_AT(strobe), "N", "N states of a run over each other, earlier ones paler", NULL},
+    {"at", KT_OPTION_TEXT, KT_AT(at), "T,...", "draw the states at these times of a run, side by side, s", NULL},
+    {"strobe", KT_OPTION_COUNT, KT_AT(strobe), "N", "draw N states of a run over each other, earlier ones paler", NULL},
     {"animate", KT_OPTION_FLAG, KT_AT(animate), NULL,
-     "an SVG that moves by itself, light or dark as its page: the run, again and again", NULL},
-    {"speed", KT_OPTION_POSITIVE, KT_AT(speed), "X", "--animate: times real time (default: 1)", NULL},
+     "write an SVG that plays the run again and again, light or dark as its page", NULL},
+    {"speed", KT_OPTION_POSITIVE, KT_AT(speed), "X", "play --animate at X times real time; default: 1", NULL},
     {"until", KT_OPTION_POSITIVE, KT_AT(until), "T",
-     "--strobe, --trace and --animate: up to this time, s (default: the duration of the scene)", NULL},
-    {"trace", KT_OPTION_TEXT, KT_AT(trace), "B.M,...", "the paths of these markers, over the same time", NULL},
-    {"axes", KT_OPTION_FLAG, KT_AT(axes), NULL, "the axes of joints", NULL},
-    {"names", KT_OPTION_FLAG, KT_AT(names), NULL, "the names of bodies, loops and markers", NULL},
+     "end --strobe, --trace and --animate at this time, s; default: the duration of the scene", NULL},
+    {"trace", KT_OPTION_TEXT, KT_AT(trace), "B.M,...", "draw the paths of these markers, over the same time", NULL},
+    {"axes", KT_OPTION_FLAG, KT_AT(axes), NULL, "draw the axes of joints", NULL},
+    {"names", KT_OPTION_FLAG, KT_AT(names), NULL, "print the names of bodies, loops and markers", NULL},
     {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,
-     "in place of shapes and meshes, boxes that have mass and inertia of the bodies", NULL},
-    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "on a dark page", NULL},
+     "draw boxes with mass and inertia of the bodies instead of shapes and meshes", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw on a dark page", NULL},
 };
 
 const kt_usage kt_usage_draw = {
@@ -72,12 +72,14 @@ const kt_usage kt_usage_draw = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about =
-        "Draws shapes, joints, loops, springs, markers and planes to scale. Bodies without a shape are thin rods\n"
-        "between their joints and a ball at their mass; rods without radius and points get one that can be seen.\n"
-        "Joints and loops (with a dot) are circles in a plane, in space pins and balls; what is fixed to the ground\n"
-        "is grey. States after the start are those of `run`, with the events and `until` of the scene. Where loops\n"
-        "cannot be closed, the picture shows the given state with the gaps in red, and the exit status is 3.\n",
+    .about = "Draws shapes, joints, loops, springs, markers and planes to scale.\n"
+             "A body without a shape is drawn as thin rods between its joints, with a ball at its centre of mass.\n"
+             "Rods without a radius and points are drawn with a visible size.\n"
+             "Joints and loops (with a dot) are circles in a plane, and pins and balls in space. Parts that are fixed "
+             "to the ground are grey.\n"
+             "States after the start come from 'kinetree run', with the events and 'until' of the scene.\n"
+             "If loops cannot be closed, the picture shows the given state with the gaps in red, and the exit status "
+             "is 3.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

@@ -21,10 +21,10 @@ typedef struct kt_equilibrium_arguments {
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_equilibrium_arguments, settings)),
     {"nearest", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, nearest), NULL,
-     "the one nearest to the initial position, stable or not", NULL},
+     "find the equilibrium nearest to the initial position, stable or not", NULL},
     {"scene", KT_OPTION_TEXT, offsetof(kt_equilibrium_arguments, scene), "FILE",
      "write the scene with the equilibrium as its initial state", NULL},
-    {"json", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, json), NULL, "as JSON", NULL},
+    {"json", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, json), NULL, "print JSON", NULL},
 };
 
 const kt_usage kt_usage_equilibrium = {
@@ -35,10 +35,11 @@ const kt_usage kt_usage_equilibrium = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Finds where the scene comes to rest from its initial position in overdamped motion, under its effects\n"
-             "as they are at the start, and prints the joints' positions as a scene file has them. A start\n"
-             "that is an equilibrium is kept. What follows from the modes there is said: stable, unstable, neutral.\n"
-             "Where the search ends with an acceleration that is not that of rest, it ends with exit status 4.\n",
+    .about = "Follows an overdamped motion from the initial position until the scene rests, with its effects as they "
+             "are at the start.\n"
+             "Prints the positions of the joints as a scene file has them. A start that is an equilibrium is kept.\n"
+             "The verdict follows from the modes at the equilibrium: stable, unstable or neutral.\n"
+             "If the search ends in a state that is not at rest, the exit status is 4.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

@@ -16,8 +16,9 @@ typedef struct kt_evaluate_arguments {
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_evaluate_arguments, settings)),
     {"acceleration", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, acceleration), "A1,A2,...",
-     "inverse dynamics for these accelerations", NULL},
-    {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "a file instead of standard output", NULL},
+     "compute the inverse dynamics for these accelerations", NULL},
+    {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "write to a file instead of standard output",
+     NULL},
 };
 
 const kt_usage kt_usage_evaluate = {
@@ -28,14 +29,21 @@ const kt_usage kt_usage_evaluate = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about =
-        "Prints what the equations of motion consist of in the initial state, assembled:\n"
-        "    M a + h = Q + A' lambda,    A v = rate,    A a = drift,    A N = 0\n"
-        "coordinates (the velocities in order), mass_matrix M (rows) and bias h of the tree, applied_force Q of all\n"
-        "effects, acceleration a of the whole, energy, mass and its center, momentum (linear; angular about the "
-        "world's\n"
-        "origin and about the center of mass), pose of each body in the world; of loops constraint: jacobian A, rate,\n"
-        "drift, multiplier lambda, null_space N (rows); with --acceleration inverse_dynamics, the forces M a + h.\n",
+    .about = "Prints the terms of the equations of motion in the initial state, assembled:\n"
+             "\n"
+             "    M a + h = Q + A' lambda,    A v = rate,    A a = drift,    A N = 0\n"
+             "\n"
+             "    coordinates     the velocities, in order\n"
+             "    mass_matrix     M of the tree, as rows\n"
+             "    bias            h of the tree\n"
+             "    applied_force   Q of all effects\n"
+             "    acceleration    a of the whole\n"
+             "    energy, mass    and its center\n"
+             "    momentum        linear; angular about the world's origin and about the center of mass\n"
+             "    pose            of each body in the world\n"
+             "    constraint      of loops: jacobian A, rate, drift, multiplier lambda, null_space N (rows)\n"
+             "\n"
+             "With --acceleration it also prints inverse_dynamics, the forces M a + h.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

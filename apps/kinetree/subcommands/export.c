@@ -18,9 +18,9 @@ typedef struct kt_export_arguments {
 
 #define AT(member) offsetof(kt_export_arguments, member)
 static const kt_option options[] = {
-    {"urdf", KT_OPTION_FLAG, AT(urdf), NULL, "in URDF, the format of ROS", NULL},
-    {"mjcf", KT_OPTION_FLAG, AT(mjcf), NULL, "in MJCF, the format of MuJoCo", NULL},
-    {"out", KT_OPTION_TEXT, AT(out), "FILE", "where to (standard output)", NULL},
+    {"urdf", KT_OPTION_FLAG, AT(urdf), NULL, "write URDF, the format of ROS", NULL},
+    {"mjcf", KT_OPTION_FLAG, AT(mjcf), NULL, "write MJCF, the format of MuJoCo", NULL},
+    {"out", KT_OPTION_TEXT, AT(out), "FILE", "write to this file; default: standard output", NULL},
     KT_SET_OPTION(AT(settings)),
 };
 
@@ -32,14 +32,12 @@ const kt_usage kt_usage_export = {
     .least = 1,
     .most = 1,
     .about =
-        "Writes the mechanism of a scene as a robot in URDF or MJCF: bodies, joints, masses, shapes, meshes, dampers,\n"
-        "friction, limits, couplings of two joints. MJCF also gets gravity, markers, springs in joints, motors, "
-        "servos,\n"
-        "couplings of several joints, spherical, revolute and weld loops, and the assembled start. What is left out "
-        "or\n"
-        "changed is reported on standard error, each kind once, with its number. Read back, the mass matrix is the "
-        "same\n"
-        "but for rounding.\n",
+        "Writes the mechanism of a scene as a robot in URDF or MJCF.\n"
+        "Both have bodies, joints, masses, shapes, meshes, dampers, friction, limits and couplings of two joints.\n"
+        "MJCF also has gravity, markers, springs in joints, motors, servos and couplings of several joints.\n"
+        "It has spherical, revolute and weld loops and the assembled start, too.\n"
+        "Omissions and changes are reported on standard error, each kind once, with its number.\n"
+        "A file that is read back has the mass matrix of the scene, except for rounding.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

@@ -14,10 +14,11 @@ typedef struct kt_help_arguments {
 #define KT_AT(member) offsetof(kt_help_arguments, member)
 
 static const kt_option options[] = {
-    {"man", KT_OPTION_FLAG, KT_AT(man), NULL, "as a man page", NULL},
-    {"completion", KT_OPTION_CHOICE, KT_AT(completion), "SHELL", "a script that completes command lines", KT_SHELLS},
-    {"types", KT_OPTION_FLAG, KT_AT(types), NULL, "all types of joints, loops, effects, functions, shapes, as Markdown",
-     NULL},
+    {"man", KT_OPTION_FLAG, KT_AT(man), NULL, "print a man page", NULL},
+    {"completion", KT_OPTION_CHOICE, KT_AT(completion), "SHELL", "print a script that completes command lines",
+     KT_SHELLS},
+    {"types", KT_OPTION_FLAG, KT_AT(types), NULL,
+     "print all types of joints, loops, effects, functions and shapes, as Markdown", NULL},
 };
 
 const kt_usage kt_usage_help = {
@@ -29,9 +30,10 @@ const kt_usage kt_usage_help = {
     .operands = "[SUBCOMMAND|TYPE]",
     .least = 0,
     .most = 1,
-    .about = "Shows what there is, the help of one subcommand, or what a type of a scene file is: of a joint, loop,\n"
-             "effect, function of time or shape. Man pages and completions are installed with the command; these\n"
-             "options write them where it was built for another machine.\n",
+    .about = "Shows the list of subcommands, the help of one subcommand, or a type of scene files.\n"
+             "A type is that of a joint, loop, effect, function of time or shape.\n"
+             "Man pages and completions are installed with the command.\n"
+             "These options write them for a command that was built for another machine.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -46,11 +48,14 @@ static const kt_overview overview = {
     .examples = "  kinetree demo                          list the bundled scenes\n"
                 "  kinetree run pendulum.yaml             simulate; records go to pendulum.csv\n"
                 "  kinetree run pendulum.yaml --out - --interval 0.1 | head\n"
-                "  kinetree accuracy pendulum.yaml        which method and setting is the cheapest for an accuracy\n"
+                "  kinetree accuracy pendulum.yaml        find the cheapest method for an accuracy\n"
                 "  kinetree info robot.yaml               draw its tree\n"
                 "  kinetree make chain --links 100 | kinetree run - --duration 1\n",
-    .exit_status = "0 done; 1 usage; 2 the scene is wrong; 3 it could not be assembled or its constraints contradict;\n"
-                   "4 the integration failed or its results could not be written: records up to then are kept.\n",
+    .exit_status = "  0  done\n"
+                   "  1  the command line is wrong\n"
+                   "  2  the scene is wrong\n"
+                   "  3  the scene could not be assembled, or its constraints contradict each other\n"
+                   "  4  the integration failed, or its results could not be written; earlier records are kept\n",
     .subcommands = subcommands,
     .count = SUBCOMMAND_COUNT,
 };
@@ -59,8 +64,8 @@ static void print_overview(void) {
     printf("Examples\n%s\nUsage: kinetree SUBCOMMAND ...\n\n", overview.examples);
     for (size_t i = 0; i < SUBCOMMAND_COUNT; i++)
         printf("  %-12s %s\n", subcommands[i].name, subcommands[i].summary);
-    printf("\n'kinetree SUBCOMMAND --help' shows examples and options; 'kinetree --version' the version.\n"
-           "\nExit status: %s",
+    printf("\n'kinetree SUBCOMMAND --help' shows examples and options; 'kinetree --version' shows the version.\n"
+           "\nExit status\n%s",
            overview.exit_status);
 }
 
@@ -104,11 +109,11 @@ int kt_command_help(int argc, char **argv) {
         return code;
     const kt_subcommand *subcommand = operands > 0 ? find_subcommand(argv[1], &nearest) : NULL;
     if (arguments.completion >= 0 && (arguments.man || operands > 0)) {
-        kt_say("help: --completion is of all subcommands and takes neither --man nor the name of one");
+        kt_say("help: --completion covers all subcommands and takes neither --man nor the name of one");
         return KT_EXIT_USAGE;
     }
     if (arguments.types && (arguments.man || arguments.completion >= 0 || operands > 0)) {
-        kt_say("help: --types is of all types and takes neither a name nor another option");
+        kt_say("help: --types covers all types and takes neither a name nor another option");
         return KT_EXIT_USAGE;
     }
     if (operands > 0 && subcommand == NULL) {

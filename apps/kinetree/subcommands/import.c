@@ -15,30 +15,32 @@ typedef struct kt_import_arguments {
 
 #define AT(member) offsetof(kt_import_arguments, member)
 static const kt_option options[] = {
-    {"out", KT_OPTION_TEXT, AT(out), "FILE.yaml", "where to (standard output)", NULL},
-    {"floating", KT_OPTION_FLAG, AT(floating), NULL, "the root moves freely (it is fixed to the world)", NULL},
+    {"out", KT_OPTION_TEXT, AT(out), "FILE.yaml", "write to this file; default: standard output", NULL},
+    {"floating", KT_OPTION_FLAG, AT(floating), NULL, "let the root move freely; default: it is fixed to the world",
+     NULL},
     {"stops", KT_OPTION_POSITIVE, AT(stops), "STIFFNESS",
-     "limits of position become elastic stops, N m/rad or N/m (they are left out)", NULL},
+     "make limits of position elastic stops, N m/rad or N/m; default: they are left out", NULL},
     {"inertia", KT_OPTION_TEXT, AT(inertia), "HOW",
-     "inertias that no body has: 'warn' takes those of rigid parts that are off by up to 10 %, and tells them; "
-     "'strict' "
-     "none; 'accept' all (warn)",
+     "treat impossible inertias: 'warn' accepts those of rigid parts that are off by up to 10 %, with a warning; "
+     "'strict' accepts none, 'accept' all; default: warn",
      NULL},
     {"density", KT_OPTION_POSITIVE, AT(density), "DENSITY",
-     "links without <inertial>, in MJCF geoms without mass and density, have mass and inertia of their shapes, kg/m^3 "
-     "(URDF: none; MJCF: 1000; SDF: 1 kg, 1 kg m^2)",
+     "give links without <inertial>, and geoms of MJCF without mass and density, the mass and inertia of their shapes, "
+     "kg/m^3; default: none in URDF, 1000 in MJCF, and in SDF 1 kg and 1 kg m^2",
      NULL},
     {"mass", KT_OPTION_SETTING, AT(masses), "LINK=MASS",
-     "mass of a link, kg; its inertia grows with it, or is that of its shapes. Any number of times", NULL},
+     "set the mass of a link, kg; its inertia grows with it, or follows from its shapes; may be repeated", NULL},
     {"search", KT_OPTION_TEXT, AT(search), "FOLDER:FOLDER",
-     "where meshes of package:// and model:// are, before the folders of KINETREE_SEARCH, ROS_PACKAGE_PATH, "
-     "GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, that of the robot and those around it; and models that SDF includes",
+     "find meshes of package:// and model://, and models that SDF includes, in these folders first; then in those of "
+     "KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, that of the robot and those "
+     "around it",
      NULL},
     {"allow", KT_OPTION_TEXT, AT(allow), "FOLDER:FOLDER",
-     "folders outside of the robot's own from which it may include files", NULL},
+     "allow the robot to include files of these folders outside of its own", NULL},
     {"keyframe", KT_OPTION_TEXT, AT(keyframe), "NAME",
-     "MJCF: positions, velocities and controls at the start are those of this keyframe (reference positions)", NULL},
-    {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING", "of these stops, N m s/rad or N s/m (0)", NULL},
+     "start from the positions, velocities and controls of this keyframe of MJCF; default: reference positions", NULL},
+    {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING",
+     "set the damping of these stops, N m s/rad or N s/m; default: 0", NULL},
 };
 
 const kt_usage kt_usage_import = {
@@ -52,14 +54,13 @@ const kt_usage kt_usage_import = {
     .least = 1,
     .most = 1,
     .about =
-        "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene, to which\n"
-        "loops, effects and settings are then added. Every subcommand that reads a SCENE takes such a file itself, "
-        "too, as without "
-        "options\n"
-        "here. A body has the name of its link, and a joint keeps its own. What a scene does not have is left out, and "
-        "said\n"
-        "on standard error, each kind once, with the number and the first place: contacts, transmissions\n"
-        "without a rotor, actuators with a state of their own. Meshes are for pictures (draw, view).\n",
+        "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene.\n"
+        "Loops, effects and settings can be added to this scene.\n"
+        "Every subcommand that reads a SCENE also takes such a file itself, as if it was imported without options.\n"
+        "A body has the name of its link, and a joint keeps its name.\n"
+        "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
+        "They are contacts, transmissions without a rotor, and actuators with a state of their own.\n"
+        "Meshes are for pictures (draw, view).\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

@@ -133,8 +133,8 @@ typedef struct info_arguments {
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(info_arguments, settings)),
     {"plan", KT_OPTION_FLAG, offsetof(info_arguments, plan), NULL,
-     "what is computed at each evaluation, step and record, on how many items, and what the scene does without", NULL},
-    {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "the plan as JSON", NULL},
+     "print the computations of each evaluation, step and record, their sizes, and those that the scene avoids", NULL},
+    {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "print the plan as JSON", NULL},
 };
 
 const kt_usage kt_usage_info = {
@@ -145,8 +145,9 @@ const kt_usage kt_usage_info = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Shows sizes, masses and how the scene is run, and draws its tree: joints with their degrees of freedom\n"
-             "(dof), masses, markers. Long chains and large trees are abridged.\n",
+    .about = "Shows sizes, masses and the settings of a run, and draws the tree of the scene.\n"
+             "The tree has joints with their degrees of freedom (dof), masses and markers. Long chains and large trees "
+             "are abridged.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

@@ -11,12 +11,14 @@ const kt_usage kt_usage_integrators = {
                 "  kinetree run pendulum.yaml --integrator rk4 --step 1e-3\n",
     .operands = "",
     .about =
-        "Lists the methods. A stabilised one takes more stages than those listed where the motion decays fast; an\n"
-        "implicit one (dirk, two-step, rosenbrock, radau) solves equations in each step, for stiff motions.\n"
-        "Multistep ones (adams, two-step) use past steps, and start by a method of one step and their order. Adaptive\n"
-        "ones choose their steps by a tolerance and can also be given a fixed step; the others need one. Dense is the\n"
-        "order of the records between steps. A scene that names none has auto, or dopri5 with a fixed step or above\n"
-        "100 velocity coordinates.\n",
+        "Lists the methods.\n"
+        "A stabilised method takes more stages than those listed if the motion decays fast.\n"
+        "Implicit methods (dirk, two-step, rosenbrock, radau) solve equations in each step, for stiff motions.\n"
+        "Multistep methods (adams, two-step) use past steps, and start with a one-step method of their order.\n"
+        "Adaptive methods choose their steps from a tolerance, or take a fixed step. The others need a fixed step.\n"
+        "Dense is the order of the records between steps.\n"
+        "A scene without a method runs with auto. It runs with dopri5 if it has a fixed step or more than 100 velocity "
+        "coordinates.\n",
 };
 
 int kt_command_integrators(int argc, char **argv) {

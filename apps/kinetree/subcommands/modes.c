@@ -24,31 +24,30 @@ typedef struct kt_modes_arguments {
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_modes_arguments, settings)),
     {"at", KT_OPTION_CHOICE, offsetof(kt_modes_arguments, at), "STATE",
-     "the state they are about; default: where the scene comes to rest, or its initial state if it moves",
-     "initial|equilibrium"},
+     "linearise about this state; default: rest, or the initial state if it moves", "initial|equilibrium"},
     {"nearest", KT_OPTION_FLAG, offsetof(kt_modes_arguments, nearest), NULL,
-     "the equilibrium nearest to the initial position, stable or not", NULL},
+     "linearise about the equilibrium nearest to the initial position, stable or not", NULL},
     {"count", KT_OPTION_COUNT, offsetof(kt_modes_arguments, count), "N",
-     "show the N slowest that are not neutral; default 40", NULL},
+     "show the N slowest modes that are not neutral; default: 40", NULL},
     {"period", KT_OPTION_POSITIVE, offsetof(kt_modes_arguments, period), "S",
-     "the Floquet multipliers of the motion from the initial state over this period, seconds, instead", NULL},
+     "compute Floquet multipliers of the motion from the initial state over this period, s, instead", NULL},
     {"steps", KT_OPTION_COUNT, offsetof(kt_modes_arguments, steps), "N",
-     "with --period: steps of rk4 in it, an even number; default 400", NULL},
+     "take N steps of rk4 in --period, an even number; default: 400", NULL},
     {"formulation", KT_OPTION_CHOICE, offsetof(kt_modes_arguments, formulation), "NAME",
-     "what another formulation of the loops adds to the spectrum, instead", KT_FORMULATION_CHOICE},
+     "compute the spectrum that another formulation of the loops adds, instead", KT_FORMULATION_CHOICE},
     {"alpha", KT_OPTION_POSITIVE, offsetof(kt_modes_arguments, alpha), "A",
-     "with --formulation baumgarte or augmented: its first gain, 1/s; default 10", NULL},
+     "set the first gain of --formulation baumgarte or augmented, 1/s; default: 10", NULL},
     {"beta", KT_OPTION_POSITIVE, offsetof(kt_modes_arguments, beta), "B",
-     "with --formulation: its second gain, 1/s; default: the first", NULL},
+     "set the second gain of --formulation, 1/s; default: the first", NULL},
     {"json", KT_OPTION_FLAG, offsetof(kt_modes_arguments, json), NULL,
-     "everything as JSON: modes with their shapes, state, input and output matrices", NULL},
+     "print JSON: modes with their shapes, state, input and output matrices", NULL},
     {"plot", KT_OPTION_TEXT, offsetof(kt_modes_arguments, plot), "FILE",
-     "the mechanism deflected in each of the slowest, as SVG, PNG or PDF", NULL},
+     "draw the mechanism deflected in each of the slowest modes, as SVG, PNG or PDF", NULL},
     {"view", KT_OPTION_TEXT, offsetof(kt_modes_arguments, view), "FILE.html",
-     "a page that animates them, in one file for any browser", NULL},
+     "write a page that animates the modes, in one file for any browser", NULL},
     {"bars", KT_OPTION_FLAG, offsetof(kt_modes_arguments, bars), NULL,
-     "--plot: bars by joints in place of the mechanism, with their phases", NULL},
-    {"dark", KT_OPTION_FLAG, offsetof(kt_modes_arguments, dark), NULL, "the picture on a dark page", NULL},
+     "draw bars for the joints with their phases, instead of the mechanism (--plot)", NULL},
+    {"dark", KT_OPTION_FLAG, offsetof(kt_modes_arguments, dark), NULL, "draw the picture on a dark page", NULL},
 };
 
 const kt_usage kt_usage_modes = {
@@ -62,12 +61,17 @@ const kt_usage kt_usage_modes = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Linearises a scene and prints its modes, slowest first: frequency in Hz, rate in 1/s (the real part of\n"
-             "the eigenvalue: negative decays, positive grows), damping ratio, and the joints that move most with\n"
-             "their amplitudes relative to the first, and phases in degrees.\n"
-             "--period: about a motion that repeats itself, such as that of a rotor, linearisation at an instant says\n"
-             "little; the multipliers of a period say whether differences grow.\n"
-             "--formulation: eigenvalues in all tree coordinates; those that are not the mechanism's are its price.\n",
+    .about = "Linearises a scene and prints its modes, slowest first.\n"
+             "Each has a frequency in Hz, a damping ratio and a rate in 1/s: the real part of the eigenvalue. A "
+             "negative rate decays.\n"
+             "Each mode also lists the joints that move most, with amplitudes relative to the first, and phases in "
+             "degrees.\n"
+             "\n"
+             "--period is for a motion that repeats itself, such as that of a rotor.\n"
+             "The multipliers of a period decide whether differences grow; a linearisation at an instant does not.\n"
+             "\n"
+             "--formulation prints the eigenvalues in all tree coordinates.\n"
+             "Those that the mechanism does not have come from the formulation.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };

@@ -51,8 +51,8 @@ static const char *name_state(const kt_small_motion *motion, const kt_linear_sys
 
 static void warn(const kt_linear_system *system, const char *state) {
     if (state[0] == 'm')
-        kt_say("the initial state is in a motion that does not stay as it is: these modes are those of an instant, and "
-               "say little about motions that last longer (--at equilibrium takes the place where it rests)");
+        kt_say("the initial state is in a motion that changes: these modes hold for an instant only, not for longer "
+               "motions (--at equilibrium takes the position of rest)");
     if (state[0] == 'i')
         kt_say("the initial position is no equilibrium: the mechanism leaves it, and these modes hold for an instant");
     if (system->near_singular)

@@ -23,21 +23,25 @@ typedef struct kt_plot_arguments {
 #define KT_AT(member) offsetof(kt_plot_arguments, member)
 
 static const kt_option options[] = {
-    {"columns", KT_OPTION_TEXT, KT_AT(columns), "A,B", "these columns: names, or beginnings such as 'velocity'", NULL},
-    {"phase", KT_OPTION_TEXT, KT_AT(phase), "JOINT", "its velocity against its position", NULL},
-    {"x", KT_OPTION_TEXT, KT_AT(x), "COLUMN", "what to draw them against; default: the first column", NULL},
-    {"by", KT_OPTION_TEXT, KT_AT(by), "COLUMN", "of a sweep: a curve for each of its values", NULL},
-    {"map", KT_OPTION_TEXT, KT_AT(map), "A,B", "of a sweep: colours over these two columns", NULL},
-    {"histogram", KT_OPTION_FLAG, KT_AT(histogram), NULL, "of a sweep: how many runs have which values", NULL},
-    {"log", KT_OPTION_FLAG, KT_AT(log), NULL, "magnitudes on logarithmic axes", NULL},
-    {"marks", KT_OPTION_TEXT, KT_AT(marks), "SUMMARY",
-     "lines at the events and impacts that this summary of the run has", NULL},
-    {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT",
-     "default: the scene's name in --marks or in the summary NAME.json next to NAME.csv, or the file's", NULL},
-    {"size", KT_OPTION_TEXT, KT_AT(size), "WxH", "width and height, such as 1200x800; default: as it fits a screen",
+    {"columns", KT_OPTION_TEXT, KT_AT(columns), "A,B", "draw these columns: names, or beginnings such as 'velocity'",
      NULL},
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "FILE.svg, FILE.png or FILE.pdf; default: NAME.svg, here", NULL},
-    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "on a dark page", NULL},
+    {"phase", KT_OPTION_TEXT, KT_AT(phase), "JOINT", "draw the velocity of a joint against its position", NULL},
+    {"x", KT_OPTION_TEXT, KT_AT(x), "COLUMN", "draw against this column; default: the first", NULL},
+    {"by", KT_OPTION_TEXT, KT_AT(by), "COLUMN", "draw a curve for each value of this column of a sweep", NULL},
+    {"map", KT_OPTION_TEXT, KT_AT(map), "A,B", "draw a sweep as colours over these two columns", NULL},
+    {"histogram", KT_OPTION_FLAG, KT_AT(histogram), NULL, "count the runs of a sweep by their values", NULL},
+    {"log", KT_OPTION_FLAG, KT_AT(log), NULL, "draw magnitudes on logarithmic axes", NULL},
+    {"marks", KT_OPTION_TEXT, KT_AT(marks), "SUMMARY",
+     "draw lines at the events and impacts in this summary of the run", NULL},
+    {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT",
+     "set the title; default: the name of the scene in --marks or in the summary NAME.json next to NAME.csv, or of the "
+     "file",
+     NULL},
+    {"size", KT_OPTION_TEXT, KT_AT(size), "WxH", "set width and height, such as 1200x800; default: it fits a screen",
+     NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
+     "write the picture here: FILE.svg, FILE.png or FILE.pdf; default: NAME.svg", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw on a dark page", NULL},
 };
 
 const kt_usage kt_usage_plot = {
@@ -55,15 +59,13 @@ const kt_usage kt_usage_plot = {
     .operands = "RESULT...",
     .least = 1,
     .most = -1,
-    .about =
-        "Draws what 'kinetree run' has recorded ('-': read from standard input): by default positions, forces of "
-        "effects,\n"
-        "energies and how far loops are open, against time: of each quantity the columns that vary most, and none of\n"
-        "rounding noise. Markers against a marker, paths in space, have one scale on both "
-        "axes. Several results, and the runs of an HDF5 file, are drawn over each other. Of a sweep it draws columns "
-        "over the first that varies, as curves where there is one run for each of "
-        "its\n"
-        "values, else as points.\n",
+    .about = "Draws the records of 'kinetree run' ('-': standard input).\n"
+             "The default is positions, forces of effects, energies and the openings of loops, against time.\n"
+             "Each quantity shows the columns that vary most, without columns of rounding noise.\n"
+             "If a marker is drawn against a marker, both axes have one scale.\n"
+             "Several results, and the runs of an HDF5 file, are drawn over each other.\n"
+             "The columns of a sweep are drawn over its first column that varies.\n"
+             "They are curves if each value has one run, and points otherwise.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -406,9 +408,8 @@ static int add_phase(kt_chart *chart, const char *joint, char *title, size_t siz
 /* ---- marks ------------------------------------------------------------------------------------------------------- */
 
 static int say_no_marks(const char *path) {
-    kt_say("plot: --marks: %s has none: it takes what 'kinetree run SCENE --summary FILE' writes of a scene with "
-           "events, hard "
-           "contacts, slack ropes or friction that sticks",
+    kt_say("plot: --marks: %s has none: it takes the file of 'kinetree run SCENE --summary FILE' for a scene with "
+           "events, hard contacts, slack ropes or friction that sticks",
            path);
     return KT_EXIT_SCENE;
 }
@@ -651,8 +652,8 @@ static int draw_table(const kt_plot_arguments *arguments, const kt_table *table,
         return KT_EXIT_USAGE;
     }
     if (arguments->by != NULL || arguments->map != NULL || arguments->histogram) {
-        kt_say("plot: --by, --map and --histogram draw the lines of a sweep ('run', what varies, 'status', ...), and "
-               "this is none");
+        kt_say("plot: --by, --map and --histogram draw the lines of a sweep ('run', its values, 'status', ...), and "
+               "this file is no sweep");
         return KT_EXIT_USAGE;
     }
     return draw(arguments, table, path, base, out);

@@ -11,57 +11,65 @@
 
 #define KT_AT(member) offsetof(kt_run_arguments, member)
 
+#define KT_RECORD_NAME(id, bit, name) " " #name ","
+static const char record_help[] = "record some of" KT_RECORD_LIST(KT_RECORD_NAME) " separated by commas";
+#undef KT_RECORD_NAME
+
 static const kt_option options[] = {
     KT_SET_OPTION(KT_AT(settings)),
     {"from", KT_OPTION_TEXT, KT_AT(from), "RESULT[:TIME]",
      "start from the end of another run: its summary or records, or its record at a time", NULL},
-    {"duration", KT_OPTION_NUMBER, KT_AT(duration), "S", "how long to simulate, seconds", NULL},
+    {"duration", KT_OPTION_NUMBER, KT_AT(duration), "S", "simulate for S seconds", NULL},
     {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME",
-     "the method; 'kinetree integrators' lists them; if none is named: auto, or dopri5 with a fixed step", NULL},
-    {"step", KT_OPTION_POSITIVE, KT_AT(step), "S", "fixed step, seconds", NULL},
-    {"tolerance", KT_OPTION_TEXT, KT_AT(tolerance), "R[,A]", "adaptive step: relative, absolute tolerance", NULL},
-    {"max-step", KT_OPTION_POSITIVE, KT_AT(max_step), "S", "adaptive step: the longest one, seconds", NULL},
-    {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "with two-step: the spectral radius at infinity, 0 to 1", NULL},
-    {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "time between records; default: about 1000 records", NULL},
-    {"record", KT_OPTION_TEXT, KT_AT(record), "A,B",
-     "of position, velocity, acceleration, energy, balance, constraint, reaction, bearing, multiplier, momentum, "
-     "orientation, "
-     "marker velocity, marker acceleration, effect",
-     NULL},
-    {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "world positions of these markers as well", NULL},
-    {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "coordinates", "tree|absolute"},
-    {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "how loops are removed", "qr|partition|svd|eigen"},
-    {"metric", KT_OPTION_CHOICE, KT_AT(metric), "NAME", "of the projections", "identity|mass"},
-    {"plan", KT_OPTION_CHOICE, KT_AT(plan), "NAME", "trees in planes: in the plane, or like all others",
+     "use this method; 'kinetree integrators' lists them; default: auto, or dopri5 with a fixed step", NULL},
+    {"step", KT_OPTION_POSITIVE, KT_AT(step), "S", "take fixed steps of S seconds", NULL},
+    {"tolerance", KT_OPTION_TEXT, KT_AT(tolerance), "R[,A]",
+     "take adaptive steps with this relative and absolute tolerance", NULL},
+    {"max-step", KT_OPTION_POSITIVE, KT_AT(max_step), "S", "limit adaptive steps to S seconds", NULL},
+    {"rho", KT_OPTION_NUMBER, KT_AT(rho), "R", "set the spectral radius of two-step at infinity, 0 to 1", NULL},
+    {"formulation", KT_OPTION_CHOICE, KT_AT(formulation), "NAME", "choose the coordinates", "tree|absolute"},
+    {"reduction", KT_OPTION_CHOICE, KT_AT(reduction), "NAME", "choose the elimination of loops",
+     "qr|partition|svd|eigen"},
+    {"metric", KT_OPTION_CHOICE, KT_AT(metric), "NAME", "choose the metric of the projections", "identity|mass"},
+    {"plan", KT_OPTION_CHOICE, KT_AT(plan), "NAME", "compute planar trees in their plane (auto), or like all others",
      "auto|spatial"},
+    {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL,
+     "let loops drift open, to see the effect of the projection", NULL},
+    {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "record every S seconds; default: about 1000 records", NULL},
+    {"record", KT_OPTION_TEXT, KT_AT(record), "A,B", record_help, NULL},
+    {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "record the world positions of these markers, too", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
-     "records as CSV, or as HDF5 (FILE.h5); '-': standard output; default: NAME.csv, here", NULL},
-    {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE", "the end state and the cost as JSON; '-': standard output",
+     "write the records here, as CSV, or as HDF5 (FILE.h5); '-': standard output; default: NAME.csv", NULL},
+    {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE",
+     "write the end state and the cost as JSON; '-': standard output", NULL},
+    {"scene", KT_OPTION_TEXT, KT_AT(scene), "FILE", "write the scene with the end of the run as its initial state",
      NULL},
-    {"scene", KT_OPTION_TEXT, KT_AT(scene), "FILE", "the scene with the end of the run as its initial state", NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
-     "a picture of what --record names, or of positions and energy: FILE.svg, FILE.png or FILE.pdf", NULL},
-    {"size", KT_OPTION_TEXT, KT_AT(size), "WxH", "of the picture, such as 1200x800; default: as it fits a screen",
+     "draw the quantities of --record, or positions and energy: FILE.svg, FILE.png or FILE.pdf", NULL},
+    {"size", KT_OPTION_TEXT, KT_AT(size), "WxH",
+     "set the size of the picture, such as 1200x800; default: it fits a screen", NULL},
+    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw the picture on a dark page", NULL},
+    {"view", KT_OPTION_TEXT, KT_AT(view), "FILE.html",
+     "write a page that shows the motion, in one file for any browser", NULL},
+    {"glb", KT_OPTION_TEXT, KT_AT(glb), "FILE.glb", "write the motion as glTF 2.0, for other viewers and modellers",
      NULL},
-    {"view", KT_OPTION_TEXT, KT_AT(view), "FILE.html", "a page that shows the motion, in one file for any browser",
-     NULL},
-    {"glb", KT_OPTION_TEXT, KT_AT(glb), "FILE.glb", "the motion as glTF 2.0, for other viewers and modellers", NULL},
     {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,
-     "--view, --glb: in place of shapes and meshes, boxes that have mass and inertia of the bodies", NULL},
-    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "the picture on a dark page", NULL},
-    {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL, "let loops drift open: shows what projection is worth",
+     "draw boxes with mass and inertia of the bodies instead of shapes and meshes (--view, --glb)", NULL},
+    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "print errors only, and no progress bar", NULL},
+    {"checkpoint", KT_OPTION_TEXT, KT_AT(checkpoint), "FILE", "write the state that --resume needs here, at intervals",
      NULL},
-    {"checkpoint", KT_OPTION_TEXT, KT_AT(checkpoint), "FILE", "every so often, keep there what --resume needs", NULL},
     {"checkpoint-interval", KT_OPTION_POSITIVE, KT_AT(checkpoint_interval), "S",
-     "seconds of the clock between two checkpoints; default: 10", NULL},
+     "write a checkpoint every S seconds of the clock; default: 10", NULL},
     {"resume", KT_OPTION_TEXT, KT_AT(resume), "FILE",
-     "go on from a checkpoint of the same run: the records continue in --out", NULL},
-    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no words and no progress bar, but for errors", NULL},
+     "continue from a checkpoint of the same run; the records continue in --out", NULL},
     {"modes", KT_OPTION_FLAG, KT_AT(modes), NULL,
-     "in place of the run: the modes about the place where the scene rests, or about its initial state if it moves; "
-     "'kinetree modes --view' has more choices",
+     "show the modes instead of a run: about rest, or about the initial state if it moves; 'kinetree modes --view' has "
+     "more choices",
      NULL}, /* of `view` alone: the last one */
 };
+
+static const kt_option_group groups[] = {{"Input", "set"},           {"Method", "duration"}, {"Output", "interval"},
+                                         {"Recovery", "checkpoint"}, {"Modes", "modes"},     {NULL, NULL}};
 
 const kt_usage kt_usage_run = {
     .command = "run",
@@ -73,13 +81,14 @@ const kt_usage kt_usage_run = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about =
-        "Simulates a scene ('-': read from standard input) and writes its records as CSV with 17 significant digits.\n"
-        "Each option overrides the key of the same name in the scene's 'simulate' or 'output'.\n"
-        "Results are written to NAME.partial and renamed at the end. A run that fails leaves its records until then\n"
-        "in NAME where there is none yet; where there is, that one stays and its own are in NAME.partial.\n",
+    .about = "Simulates a scene ('-': standard input) and writes its records as CSV with 17 significant digits.\n"
+             "Each option overrides the key with its name in the scene's 'simulate' or 'output'.\n"
+             "Results are written to NAME.partial, which is renamed at the end.\n"
+             "If a run fails and NAME does not exist yet, NAME keeps the records until the failure.\n"
+             "If NAME exists, it stays unchanged, and NAME.partial keeps these records.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0] - 1,
+    .groups = groups,
 };
 
 const kt_usage kt_usage_view = {
@@ -91,17 +100,17 @@ const kt_usage kt_usage_view = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about =
-        "Simulates a scene and writes a page that shows its motion: NAME.html, one file that any browser with WebGL 2 "
-        "opens,\n"
-        "without a network. It plays, and can be turned and zoomed; under the picture are curves of what is recorded.\n"
-        "Takes the options of 'kinetree run', and writes records only where --out names a file. Frames are the "
-        "records:\n"
-        "60 a second, but at least 600 and at most 6000 if the scene gives no interval. Reactions in joints and "
-        "loops,\n"
-        "which 'run --view' shows only if they are recorded, are always there.\n",
+    .about = "Simulates a scene and writes a page that shows its motion: NAME.html.\n"
+             "Any browser with WebGL 2 opens this one file without a network.\n"
+             "The motion plays, and can be turned and zoomed. Curves of the recorded quantities follow below.\n"
+             "\n"
+             "Takes the options of 'kinetree run'. Records are written only if --out names a file.\n"
+             "The frames are the records. If the scene gives no interval, there are 60 a second, but at least 600 and "
+             "at most 6000 in all.\n"
+             "The page always shows the reactions in joints and loops. 'run --view' shows them if they are recorded.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
+    .groups = groups,
 };
 
 static const kt_run_arguments not_given = {.duration = (double)NAN,
@@ -193,14 +202,13 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
         return KT_EXIT_USAGE;
     }
     if (arguments->resume != NULL && arguments->plot != NULL) {
-        kt_say(
-            "%s: --plot would not show what was before the checkpoint; 'kinetree plot' draws the finished records, and "
-            "with --marks the events that --summary lists",
-            arguments->command);
+        kt_say("%s: --plot would not show the time before the checkpoint; 'kinetree plot' draws the finished records, "
+               "and with --marks the events that --summary lists",
+               arguments->command);
         return KT_EXIT_USAGE;
     }
     if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL)) {
-        kt_say("%s: --view and --glb would not show what was before the checkpoint; leave --resume or them out",
+        kt_say("%s: --view and --glb would not show the time before the checkpoint; leave --resume or them out",
                arguments->command);
         return KT_EXIT_USAGE;
     }
@@ -210,13 +218,12 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
         return KT_EXIT_USAGE;
     }
     if (!isnan(arguments->step) && !isnan(arguments->max_step)) {
-        kt_say("%s: --step asks for a fixed step and --max-step bounds adaptive ones; give one of them",
+        kt_say("%s: --step sets a fixed step and --max-step bounds adaptive ones; give one of them",
                arguments->command);
         return KT_EXIT_USAGE;
     }
     if (!isnan(arguments->step) && arguments->tolerance != NULL) {
-        kt_say("%s: --step asks for a fixed step and --tolerance for an adaptive one; give one of them",
-               arguments->command);
+        kt_say("%s: --step sets a fixed step and --tolerance an adaptive one; give one of them", arguments->command);
         return KT_EXIT_USAGE;
     }
     return -1;

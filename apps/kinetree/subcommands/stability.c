@@ -26,16 +26,17 @@ typedef struct arguments {
 
 static const kt_option options[] = {
     KT_SET_OPTION(offsetof(arguments, settings)),
-    {"step", KT_OPTION_POSITIVE, offsetof(arguments, step), "S", "ask about this step, seconds", NULL},
-    {"integrator", KT_OPTION_TEXT, offsetof(arguments, integrator), "NAME", "the method to draw; default: the scene's",
+    {"step", KT_OPTION_POSITIVE, offsetof(arguments, step), "S", "check this step, seconds", NULL},
+    {"integrator", KT_OPTION_TEXT, offsetof(arguments, integrator), "NAME", "draw this method; default: the scene's",
      NULL},
-    {"duration", KT_OPTION_POSITIVE, offsetof(arguments, duration), "S", "of the motion; default: the scene's", NULL},
+    {"duration", KT_OPTION_POSITIVE, offsetof(arguments, duration), "S",
+     "follow the motion for S seconds; default: the scene's", NULL},
     {"samples", KT_OPTION_COUNT, offsetof(arguments, samples), "N",
-     "states along the motion that are linearised; default: 9, 1 for large scenes", NULL},
+     "linearise at N states along the motion; default: 9, 1 for large scenes", NULL},
     {"plot", KT_OPTION_TEXT, offsetof(arguments, plot), "FILE",
      "draw the modes times the step in the method's region of stability, .svg, .png or .pdf", NULL},
-    {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "the picture on a dark page", NULL},
-    {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "all modes and steps as JSON", NULL},
+    {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "draw the picture on a dark page", NULL},
+    {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "print all modes and steps as JSON", NULL},
 };
 
 const kt_usage kt_usage_stability = {
@@ -46,14 +47,17 @@ const kt_usage kt_usage_stability = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about =
-        "Linearises the scene at states along its motion and prints its fastest modes: how fast each decays or\n"
-        "oscillates, and which joints move in it; then the largest fixed step with which each method is stable:\n"
-        "with which no mode is amplified, over the duration, to more than twice its exact value. Methods that\n"
-        "are not stable on the imaginary axis (euler, heun, midpoint, ralston) slowly amplify undamped\n"
-        "oscillations at any step; their limits depend on the duration. Of implicit methods the verdict is given:\n"
-        "A-stable, where no mode that decays or oscillates grows, whatever the step; L-stable, where moreover what is\n"
-        "infinitely stiff is gone after a step; otherwise the factor by which it shrinks.\n",
+    .about = "Linearises the scene at states along its motion and prints its fastest modes.\n"
+             "For each mode it prints how fast the mode decays or oscillates, and which joints move.\n"
+             "Then it prints the largest stable fixed step of each method.\n"
+             "A step is stable if no mode is amplified, over the duration, to more than twice its exact value.\n"
+             "Some methods are not stable on the imaginary axis: euler, heun, midpoint and ralston.\n"
+             "They slowly amplify undamped oscillations at any step, and their limits depend on the duration.\n"
+             "\n"
+             "Each implicit method has a verdict.\n"
+             "It is A-stable if no mode that decays or oscillates grows, for any step.\n"
+             "It is L-stable if an infinitely stiff mode also vanishes after one step. Otherwise, the factor of its "
+             "decay is given.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -284,9 +288,9 @@ static void say_inactive(const kt_stability_subject *subject, const json_t *list
     if (count > NAMED)
         snprintf(names + used, sizeof names - used, " and %zu more", count - NAMED);
     if (count > 0)
-        kt_say("stability: %s act%s in none of the %d linearised state%s: what %s to the largest step is not in these "
-               "numbers; give more --samples, or a --duration in which %s",
-               names, count == 1 ? "s" : "", samples, samples == 1 ? "" : "s", count == 1 ? "it does" : "they do",
+        kt_say("stability: %s act%s in none of the %d linearised state%s: these numbers omit %s effect on the largest "
+               "step; give more --samples, or a --duration in which %s",
+               names, count == 1 ? "s" : "", samples, samples == 1 ? "" : "s", count == 1 ? "its" : "their",
                count == 1 ? "it acts" : "they act");
 }
 
@@ -357,7 +361,7 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
         kt_say_error(&error);
     if (spectrum != NULL && kt_spectrum_samples(spectrum) > 0) {
         if (status != KT_OK)
-            kt_say("stability: the motion could not be followed further; this is what it was up to there");
+            kt_say("stability: the motion could not be followed further; the results cover the motion up to there");
         subject.spectrum = spectrum;
         code = show(&subject, given);
     } else if (status == KT_OK) {

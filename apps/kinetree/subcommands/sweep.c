@@ -16,33 +16,37 @@
 
 static const kt_option options[] = {
     {"vary", KT_OPTION_SETTING, KT_AT(vary), "NAME=VALUES",
-     "FROM:TO:COUNT, log:FROM:TO:COUNT or A,B,C; given again: every combination", NULL},
+     "vary a value: FROM:TO:COUNT, log:FROM:TO:COUNT or A,B,C; repeated: every combination", NULL},
     {"random", KT_OPTION_SETTING, KT_AT(random), "NAME=DISTRIBUTION",
-     "in each run another of uniform(FROM,TO), normal(MEAN,DEVIATION), lognormal(MEAN,DEVIATION)", NULL},
+     "draw a value for each run: uniform(FROM,TO), normal(MEAN,DEVIATION), lognormal(MEAN,DEVIATION)", NULL},
     {"sample", KT_OPTION_TEXT, KT_AT(sample), "KIND:COUNT",
-     "points in the ranges of --vary FROM:TO: sobol:COUNT, latin:COUNT", NULL},
-    {"from", KT_OPTION_TEXT, KT_AT(from), "FILE.csv", "names in the first line, the values of a run in each other",
-     NULL},
-    {"repeats", KT_OPTION_COUNT, KT_AT(repeats), "COUNT", "runs of each point, for --random; default: 1", NULL},
-    {"seed", KT_OPTION_COUNT, KT_AT(seed), "N", "of random values and of latin; default: 0", NULL},
+     "place points in the ranges of --vary FROM:TO: sobol:COUNT, latin:COUNT", NULL},
+    {"from", KT_OPTION_TEXT, KT_AT(from), "FILE.csv",
+     "read a table: names in the first line, and the values of one run in each other line", NULL},
+    {"repeats", KT_OPTION_COUNT, KT_AT(repeats), "COUNT", "run each point COUNT times, for --random; default: 1", NULL},
+    {"seed", KT_OPTION_COUNT, KT_AT(seed), "N", "seed the random values and latin; default: 0", NULL},
     KT_SET_OPTION(KT_AT(settings)),
     {"columns", KT_OPTION_TEXT, KT_AT(columns), "A,B",
-     "of the records, whose end, min and max are written; default: all that the scene records", NULL},
+     "write these columns of the records; default: all that the scene records", NULL},
     {"functionals", KT_OPTION_TEXT, KT_AT(functionals), "A,B",
-     "what is written of each column: end, min, max, mean, rms, integral (over time); default: end,min,max", NULL},
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "a line a run, as CSV; '-': standard output; default: NAME-sweep.csv",
-     NULL},
+     "write these numbers of each column: end, min, max, mean, rms, integral (over time); default: end,min,max", NULL},
+    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
+     "write one line for each run, as CSV; '-': standard output; default: NAME-sweep.csv", NULL},
     {"keep", KT_OPTION_TEXT, KT_AT(keep), "FILE.h5",
-     "all records, too, as HDF5: a dataset for each run, what varies as its attributes", NULL},
-    {"jobs", KT_OPTION_COUNT, KT_AT(jobs), "COUNT", "threads; default: one a processor", NULL},
+     "write all records, too, as HDF5: a dataset for each run, with its values as attributes", NULL},
+    {"jobs", KT_OPTION_COUNT, KT_AT(jobs), "COUNT", "use COUNT threads; default: one for each processor", NULL},
     {"one-by-one", KT_OPTION_FLAG, KT_AT(one_by_one), NULL,
-     "each thread computes one run at a time, not as many as it has lanes: for comparison, the bytes are the same",
+     "compute one run at a time in each thread instead of one for each lane, for comparison; the bytes are equal",
      NULL},
-    {"shard", KT_OPTION_TEXT, KT_AT(shard), "K/N", "the K-th of N parts of the runs alone, for schedulers", NULL},
-    {"merge", KT_OPTION_FLAG, KT_AT(merge), NULL, "put the parts that --shard has written together, in --out", NULL},
-    {"resume", KT_OPTION_FLAG, KT_AT(resume), NULL, "go on with a sweep that was broken off", NULL},
-    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "no words and no progress bar, but for errors", NULL},
+    {"shard", KT_OPTION_TEXT, KT_AT(shard), "K/N", "compute the K-th of N parts of the runs only, for schedulers",
+     NULL},
+    {"merge", KT_OPTION_FLAG, KT_AT(merge), NULL, "join the parts that --shard has written, in --out", NULL},
+    {"resume", KT_OPTION_FLAG, KT_AT(resume), NULL, "continue an interrupted sweep", NULL},
+    {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "print errors only, and no progress bar", NULL},
 };
+
+static const kt_option_group groups[] = {{"Input", "vary"},     {"Output", "columns"}, {"Computation", "jobs"},
+                                         {"Recovery", "merge"}, {"Messages", "quiet"}, {NULL, NULL}};
 
 const kt_usage kt_usage_sweep = {
     .command = "sweep",
@@ -56,19 +60,22 @@ const kt_usage kt_usage_sweep = {
     .operands = "SCENE",
     .least = 1,
     .most = -1,
-    .about =
-        "Runs a scene with other values of what --set can replace, and writes a line for each run: the values, how "
-        "the\n"
-        "run ended (done, scene, assembly, integration) and why, its cost, the error of its energy, and the last, "
-        "least\n"
-        "and greatest value of each column of its records. A run that fails is a line. Lines are in the order of the\n"
-        "runs and have the same bytes whatever --jobs, --shard or a break, but for a library built with fused lanes.\n"
-        "Results are written to FILE.partial and renamed at the end; a sweep that was killed leaves that file, and\n"
-        "--resume goes on with it. A sweep of more than 100,000 runs asks first on a terminal, unless --quiet is "
-        "given.\n"
-        "Built with MPI, mpirun kinetree sweep ... computes by its processes.\n",
+    .about = "Runs a scene many times with other values, as --set gives them, and writes one line for each run.\n"
+             "A line has the values, the end of the run (done, scene, assembly, integration) and its reason, its cost, "
+             "and the error of its energy.\n"
+             "The last, least and greatest value of each column of the records follow.\n"
+             "A run that fails has a line, too.\n"
+             "Lines are in the order of the runs.\n"
+             "Their bytes do not depend on --jobs, --shard or an interruption, unless the library is built with fused "
+             "lanes.\n"
+             "\n"
+             "Results are written to FILE.partial, which is renamed at the end.\n"
+             "If a sweep is killed, FILE.partial stays, and --resume continues from it.\n"
+             "On a terminal, a sweep of more than 100,000 runs needs a confirmation, unless --quiet is given.\n"
+             "With MPI, 'mpirun kinetree sweep ...' divides the runs among its processes.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
+    .groups = groups,
 };
 
 /* ---- lines in files ---------------------------------------------------------------------------------------------- */

@@ -14,21 +14,75 @@ static const double radians_per_degree = 3.14159265358979323846 / 180.0;
 
 /* ---- help -------------------------------------------------------------------------------------------------------- */
 
+enum { HELP_WIDTH = 100, OPTION_WIDTH = 27 };
+
+/* Prints the words of a text, wrapped. The first line begins at a column, the next ones after an indentation. */
+static void print_wrapped(const char *text, size_t length, size_t column, size_t indentation) {
+    const char *end = text + length;
+    bool is_first = true;
+    while (text < end) {
+        const size_t gap = strspn(text, " \n"), word = strcspn(text + gap, " \n");
+        const size_t shown = text + gap + word > end ? 0 : word;
+        if (shown > 0 && !is_first && column + 1 + shown > HELP_WIDTH) {
+            printf("\n%*s", (int)indentation, "");
+            column = indentation;
+        } else if (shown > 0 && !is_first) {
+            putchar(' ');
+            column++;
+        }
+        printf("%.*s", (int)shown, text + gap);
+        column += shown;
+        is_first = is_first && shown == 0;
+        text += gap + word;
+    }
+    putchar('\n');
+}
+
+/* Prints paragraphs, wrapped; lines that are indented or empty are printed as they are. */
+static void print_about(const char *text) {
+    while (*text != '\0') {
+        size_t length = strcspn(text, "\n");
+        if (length == 0 || *text == ' ') {
+            printf("%.*s\n", (int)length, text);
+        } else {
+            while (text[length] == '\n' && strchr(" \n", text[length + 1]) == NULL)
+                length += 1 + strcspn(text + length + 1, "\n");
+            print_wrapped(text, length, 0, 0);
+        }
+        text += length + (text[length] == '\n');
+    }
+}
+
+const char *kt_group_title(const kt_usage *usage, const kt_option *option) {
+    for (const kt_option_group *group = usage->groups; group != NULL && group->title != NULL; group++)
+        if (strcmp(group->first, option->name) == 0)
+            return group->title;
+    return NULL;
+}
+
+static void print_option(const kt_option *option) {
+    char left[64], help[1024];
+    snprintf(left, sizeof left, "--%s%s%s", option->name, option->argument != NULL ? " " : "",
+             option->argument != NULL ? option->argument : "");
+    if (printf("  %-24s ", left) > OPTION_WIDTH)
+        printf("\n%*s", OPTION_WIDTH, "");
+    const bool is_choice = option->type == KT_OPTION_CHOICE;
+    snprintf(help, sizeof help, "%s%s%s%s", option->help, is_choice ? " (" : "", is_choice ? option->choices : "",
+             is_choice ? ")" : "");
+    print_wrapped(help, strlen(help), OPTION_WIDTH, OPTION_WIDTH);
+}
+
 void kt_usage_print(const kt_usage *usage) {
-    printf("Examples\n%s\nUsage: kinetree %s%s%s%s\n\n%s", usage->examples, usage->command,
-           usage->option_count > 0 ? " [OPTION...]" : "", *usage->operands != '\0' ? " " : "", usage->operands,
-           usage->about);
-    if (usage->option_count > 0)
+    printf("Examples\n%s\nUsage: kinetree %s%s%s%s\n\n", usage->examples, usage->command,
+           usage->option_count > 0 ? " [OPTION...]" : "", *usage->operands != '\0' ? " " : "", usage->operands);
+    print_about(usage->about);
+    if (usage->option_count > 0 && usage->groups == NULL)
         fputs("\nOptions\n", stdout);
     for (size_t i = 0; i < usage->option_count; i++) {
-        const kt_option *option = &usage->options[i];
-        char left[64];
-        snprintf(left, sizeof left, "--%s%s%s", option->name, option->argument != NULL ? " " : "",
-                 option->argument != NULL ? option->argument : "");
-        printf("  %-24s %s", left, option->help);
-        if (option->type == KT_OPTION_CHOICE)
-            printf(" (%s)", option->choices);
-        putchar('\n');
+        const char *title = kt_group_title(usage, &usage->options[i]);
+        if (title != NULL)
+            printf("\n%s\n", title);
+        print_option(&usage->options[i]);
     }
 }
 

@@ -38,18 +38,24 @@ typedef struct kt_option {
 #define KT_SET_OPTION(at)                                                                                              \
     {                                                                                                                  \
         "set", KT_OPTION_SETTING, at, "PATH=VALUE",                                                                    \
-            "replace a value of the scene: L=1.5, bodies.arm.mass=2; may be given again", NULL                         \
+            "replace a value of the scene: L=1.5, bodies.arm.mass=2; may be repeated", NULL                            \
     }
+
+/* A heading of the help, above the option `first`. */
+typedef struct kt_option_group {
+    const char *title, *first;
+} kt_option_group;
 
 typedef struct kt_usage {
     const char *command;  /* "run" */
     const char *examples; /* lines, shown first in the help */
     const char *operands; /* "SCENE" */
     int least, most;      /* number of operands; most < 0: any number */
-    const char *about;    /* lines, shown after the examples */
+    const char *about;    /* shown after the examples: paragraphs that are wrapped, and indented lines that are not */
     const kt_option *options;
     size_t option_count;
-    const struct kt_usage *also; /* NULL, or a subcommand whose options are all accepted, too; its help shows them */
+    const kt_option_group *groups; /* NULL, or headings in the order of the options; the last one has no title */
+    const struct kt_usage *also;   /* NULL, or a subcommand whose options are all accepted, too; its help shows them */
 } kt_usage;
 
 /* Parses argv[1] onwards into the struct `members`. Members whose options are not given keep their values. The operands
@@ -60,5 +66,8 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
 
 /* Prints the text of --help on standard output. */
 void kt_usage_print(const kt_usage *usage);
+
+/* Returns the title of the group that begins with this option; NULL: none does. */
+const char *kt_group_title(const kt_usage *usage, const kt_option *option);
 
 #endif

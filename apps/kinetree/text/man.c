@@ -38,20 +38,22 @@ static void put_text(const char *text, size_t length) {
 
 static void put(const char *text) { put_text(text, strlen(text)); }
 
-/* Prints lines as running text; indented lines are printed verbatim. */
+/* Prints lines as running text; indented lines are printed verbatim, and an empty line ends a paragraph. */
 static void put_lines(const char *text) {
-    bool stands = false;
+    bool is_verbatim = false;
     while (*text != '\0') {
         const size_t length = strcspn(text, "\n");
-        const bool indented = *text == ' ';
-        if (indented != stands)
-            puts(indented ? ".nf" : ".fi");
-        stands = indented;
-        put_text(text, length);
+        if ((*text == ' ') != is_verbatim)
+            puts(is_verbatim ? ".fi" : ".nf");
+        is_verbatim = *text == ' ';
+        if (length > 0)
+            put_text(text, length);
+        else
+            fputs(".PP", stdout);
         putchar('\n');
         text += length + (text[length] == '\n');
     }
-    if (stands)
+    if (is_verbatim)
         puts(".fi");
 }
 
@@ -91,12 +93,16 @@ static void put_option(const kt_option *option) {
 
 static void put_options(const kt_usage *usage) {
     puts(".SH OPTIONS");
-    for (size_t i = 0; i < usage->option_count; i++)
+    for (size_t i = 0; i < usage->option_count; i++) {
+        const char *title = kt_group_title(usage, &usage->options[i]);
+        if (title != NULL)
+            printf(".SS %s\n", title);
         put_option(&usage->options[i]);
+    }
     if (usage->also != NULL) {
         puts(".PP\nAll options of");
         put_reference(usage->also->command, "");
-        puts("are taken, too.");
+        puts("are accepted, too.");
     }
     puts(".TP\n\\fB\\-\\-help\\fR\nshow examples and options, and end");
 }
