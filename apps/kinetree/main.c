@@ -22,7 +22,7 @@ int main(int argc, char **argv) {
     ask_for_one_thread();
     kt_json_watch_memory();
     if (argc < 2) {
-        kt_say("a subcommand is missing; 'kinetree --help' lists them, 'kinetree demo' shows what there is to run");
+        kt_say("a subcommand is missing; 'kinetree --help' lists them, 'kinetree demo' lists scenes to run");
         return KT_EXIT_USAGE;
     }
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0)

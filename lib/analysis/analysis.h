@@ -72,10 +72,10 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, ahead, s->f, "probed ahead")                                                                             \
     X(double, behind, s->f, "probed behind")                                                                           \
     X(double, tableau, 2 * KT_TABLEAU_DEPTH * s->f, "two rows of an extrapolation")                                    \
-    X(double, derivative, s->f * s->n, "derivatives of what is probed")                                                \
+    X(double, derivative, s->f * s->n, "derivatives of the probed values")                                             \
     X(double, derivative_error, s->f * s->n, "their errors")                                                           \
     X(double, best_step, s->f, "that a derivative was taken from")                                                     \
-    X(double, floor, s->f, "rounding of what is probed")                                                               \
+    X(double, floor, s->f, "rounding of the probed values")                                                            \
     X(double, jacobian, 6 * s->v, "of a marker")                                                                       \
     X(double, overlap, s->n * s->n, "derivatives of the states along the directions taken")                            \
     X(double, weight, s->v, "forces at rest")                                                                          \

@@ -367,8 +367,8 @@ static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
             char where[KT_WHERE_SIZE];
             (void)snprintf(where, sizeof where, "loop '%s'", l->model->text + loop->name);
             return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                                "it is driven: at t = %g s it moves the mechanism, which so cannot be at rest; take a "
-                                "time when it stands still, or a constant",
+                                "it is driven: at t = %g s it moves the mechanism, so that there is no rest; take a "
+                                "time without this motion, or a constant",
                                 l->t);
         }
     }

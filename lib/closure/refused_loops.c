@@ -30,7 +30,7 @@ kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const
         return status;
     (void)snprintf(where, sizeof where, "loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);
     if (code < 0)
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback asked to stop (code %d)", code);
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback stopped (code %d)", code);
     return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "its callback cannot compute its equations here (code %d)",
                         code);
 }

@@ -206,8 +206,9 @@ static void check_side(kt_checker *checker, const kt_loop *loop) {
                      loop->type == KT_LOOP_COUPLING;
     if (loop->side == KT_SIDE_NONE && !(loop->slack && loop->type == KT_LOOP_DISTANCE)) {
         if (loop->restitution != 0.0 || loop->poisson)
-            kt_checker_fault(checker, loop->poisson ? "poisson" : "restitution", -1,
-                             "a loop that holds does not bounce; say which side it bounds (slack), or leave it out");
+            kt_checker_fault(
+                checker, loop->poisson ? "poisson" : "restitution", -1,
+                "a loop that holds does not bounce; give the side that it bounds (slack), or leave it out");
         return;
     }
     if (!KT_HAS_SWITCHES)
@@ -270,7 +271,7 @@ static void check_hold(kt_checker *checker) {
         checker->index = i;
         const int body = kt_checker_joint(checker, "hold", -1, d->hold[i]);
         if (body >= 0 && checker->mark[body] == stamp)
-            kt_checker_fault(checker, "hold", -1, "joint %s stands twice; name it once",
+            kt_checker_fault(checker, "hold", -1, "joint %s is listed twice; name it once",
                              kt_name_quote(d->hold[i]).text);
         if (body >= 0)
             checker->mark[body] = stamp;

@@ -48,8 +48,8 @@ static void check_markers(kt_checker *checker, const kt_body *body) {
                 "marker name %s is not valid; begin with a letter or _, go on with letters, digits, _ and -",
                 quoted.text);
         else if (first != i)
-            kt_checker_fault(checker, "markers", i, "marker %s stands twice, first as markers[%d]; choose another name",
-                             quoted.text, first);
+            kt_checker_fault(checker, "markers", i,
+                             "marker %s is given twice, first as markers[%d]; choose another name", quoted.text, first);
         char suffix[KT_NAME_TEXT_SIZE + 8];
         snprintf(suffix, sizeof suffix, " %s", name[0] != '\0' ? quoted.text : "");
         kt_checker_vector(checker, "markers", i, suffix, marker->at);

@@ -37,7 +37,7 @@ kt_status kt_actuation_begin(const kt_model *model, void *memory, size_t size, k
             return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates",
                                 "entry %d of the list is %d: velocity coordinates are 0 to %d", i, v, nv - 1);
         if (w->chosen[v])
-            return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates", "coordinate %d stands twice in the list", v);
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates", "coordinate %d is twice in the list", v);
         w->chosen[v] = true;
     }
     return KT_OK;

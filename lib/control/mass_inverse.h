@@ -16,11 +16,11 @@
     X(double, mass, s->closed * s->closed, "M")                                                                        \
     X(double, reduced, s->closed * s->closed, "Z' M Z, factored")                                                      \
     X(double, half, s->closed, "M z; Z' x")                                                                            \
-    X(double, size, s->closed, "what rounding errors of its diagonal are proportional to")                             \
+    X(double, size, s->closed, "the scale of rounding errors of its diagonal")                                         \
     X(double, column, s->rows * s->v, "M^-1 J'")                                                                       \
     X(double, task, s->rows * s->rows, "J M^-1 J', factored")                                                          \
     X(double, inertia, s->rows * s->rows, "its inverse")                                                               \
-    X(double, free_fraction, s->rows, "of what a row could be that the loops leave")                                   \
+    X(double, free_fraction, s->rows, "the part of a row that the loops leave free")                                   \
     X(double, unit, s->rows ? s->v : 0, "a large change of each coordinate")                                           \
     X(double, generic, s->rows ? s->v : 0, "a row of the same size as one of J; a row of X")
 

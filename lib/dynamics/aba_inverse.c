@@ -30,8 +30,9 @@ kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double 
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.100s'",
                    model->text + model->body[model->link[failed].body].joint_name);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                        "what it carries has no positive inertia along one of its degrees of freedom at this position");
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, where,
+        "the bodies it moves have no positive inertia along one of its degrees of freedom at this position");
 }
 
 void kt_inverse_apply(const kt_model *model, const kt_inverse_terms *terms, double *x) {

@@ -89,8 +89,9 @@ kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic
         return status;
     char where[KT_WHERE_SIZE];
     name_joint(model, failed, where);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                        "what it carries has no positive inertia along one of its degrees of freedom at this position");
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, where,
+        "the bodies it moves have no positive inertia along one of its degrees of freedom at this position");
 }
 
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,

@@ -58,8 +58,8 @@ kt_status kt_massless_refuse(const kt_model *model, const char *where, const cha
 #if KT_HAS_QUASI_STATICS
     if (model->n.massless)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                            "joint '%.60s' moves no mass and follows from the balance of forces, and %s; give what it "
-                            "moves a small mass, and integrate with an implicit method (radau5)",
+                            "joint '%.60s' moves no mass and follows from the balance of forces, and %s; give its "
+                            "bodies a small mass, and integrate with an implicit method (radau5)",
                             kt_joint_name(model, kt_body_of_velocity(model, model->massless[0])), what);
 #endif
     (void)model, (void)where, (void)what, (void)error;

@@ -108,10 +108,10 @@ kt_status kt_masses_check(const kt_model *model, double t, kt_error *error) {
         if (c.mass > 0.0 && isfinite(c.mass) && isfinite(all))
             continue;
         (void)snprintf(where, sizeof where, "body '%.100s', t = %.9g s", kt_body_name(model, r->body), t);
-        return kt_error_set(error, KT_ERROR_MODEL, where,
-                            "its mass is %g kg there; a mass must stay above 0, and inertias finite: let its function "
-                            "end at what remains",
-                            c.mass);
+        return kt_error_set(
+            error, KT_ERROR_MODEL, where,
+            "its mass is %g kg there; a mass must stay above 0, and inertias finite: let its function end above 0",
+            c.mass);
     }
     return KT_OK;
 }

@@ -214,7 +214,7 @@ static const kt_key keys[] = {
      KT_WORDS("mu, the coefficient of friction; of a hard contact it sticks"), .range = KT_RANGE_NOT_NEGATIVE},
     {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s",
      KT_WORDS("v0, the speed of slip over which friction of an elastic contact builds up"), .range = KT_RANGE_POSITIVE},
-    KT_HARD_KEYS("e: the contact is hard, and what comes at -w leaves at e w (Newton's rule)")};
+    KT_HARD_KEYS("e: the contact is hard; a point that arrives at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",
     .help = KT_WORDS("contact of a sphere with a half-space (Hunt and Crossley), with friction"),

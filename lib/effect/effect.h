@@ -190,7 +190,7 @@ void kt_effect_check_bounds(kt_checker *checker, const kt_effect *effect);
          KT_KEY_NUMBER,                                                                                                \
          KT_EFFECT_AT(rest_velocity),                                                                                  \
          "rad/s|m/s",                                                                                                  \
-         KT_WORDS("of a hard one: what comes slower does not bounce"),                                                 \
+         KT_WORDS("of a hard one: a slower arrival does not bounce"),                                                  \
          .range = KT_RANGE_NOT_NEGATIVE},                                                                              \
         KT_POISSON_KEY(KT_EFFECT_AT(poisson), "of a hard one: ")
 #else

@@ -82,7 +82,7 @@ static const kt_key keys[] = {
     {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_ELASTIC_WORDS("k"), KT_ELASTIC_STIFFNESS},
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m",
      KT_WORDS("c; the damping force grows from zero with the excess"), .range = KT_RANGE_NOT_NEGATIVE},
-    KT_HARD_KEYS("e: the stops are hard, and what comes at -w leaves at e w (Newton's rule)")};
+    KT_HARD_KEYS("e: the stops are hard; a joint that arrives at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_joint_limit_descriptor = {
     .name = "joint_limit",
     .help = KT_WORDS("elastic stops of a joint"),

@@ -54,7 +54,7 @@ static const kt_key keys[] = {
     {"mass", KT_KEY_FUNCTION, KT_EFFECT_AT(mass), "kg", KT_WORDS("m(t), the mass of the body; its rate alone counts"),
      .needed = true},
     {"exhaust", KT_KEY_VECTOR, KT_EFFECT_AT(exhaust), "m/s",
-     KT_WORDS("u, the velocity of what leaves or arrives relative to the point, body axes"), .needed = true},
+     KT_WORDS("u, the velocity of the mass that leaves or arrives relative to the point, body axes"), .needed = true},
 };
 const kt_descriptor kt_effect_thrust_descriptor = {
     .name = "thrust",

@@ -99,7 +99,7 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
     if (o->max_step > 0.0 && o->max_step < o->min_step)
         return refuse(error, "options", "max_step must not be below min_step");
     if (!(o->safety > 0.0 && o->safety < 1.0))
-        return refuse(error, "options", "safety must be between 0 and 1, 0.9 say");
+        return refuse(error, "options", "safety must be between 0 and 1, such as 0.9");
     if (!(o->alpha > 0.0 && o->alpha <= 2.0) || !(o->beta >= 0.0 && o->beta <= o->alpha))
         return refuse(error, "options", "the control needs 0 < alpha <= 2 and 0 <= beta <= alpha");
     if (!(o->factor_min > 0.0 && o->factor_min < 1.0) || !(o->factor_max > 1.0 && isfinite(o->factor_max)))
@@ -142,7 +142,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
         return status;
     if (memory == NULL || size < needed)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_integrator_init",
-                            "%zu bytes were given, kt_integrator_size asks for %zu", memory == NULL ? 0 : size, needed);
+                            "%zu bytes were given, kt_integrator_size needs %zu", memory == NULL ? 0 : size, needed);
 
     kt_integrator *it =
         (kt_integrator *)(void *)((unsigned char *)memory +
@@ -283,8 +283,7 @@ kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_e
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_derivative", "call kt_integrator_start first");
     if (it->derivative_slot < 0) { /* not in a slot of the last step's stages, which its dense output may need */
         if (kt_evaluate(it, it->memory.t, it->y, it->fresh, &r) != KT_TRY_PASSED)
-            return kt_try_report(it, &r, "the motion cannot go on from this state: look at what the model does here",
-                                 error);
+            return kt_try_report(it, &r, "the motion cannot continue from this state: check the model here", error);
         it->derivative_slot = (int)it->fresh;
     }
     *slope = it->k[it->derivative_slot];

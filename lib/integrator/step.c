@@ -160,7 +160,7 @@ static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) 
 }
 
 static const char advice_on_model[] =
-    "Look at what the model does there: a position it cannot reach, a singular one, or a pole of a force";
+    "Check the model there: a position it cannot reach, a singular one, or a pole of a force";
 /* A method that solves Newton's equations is not sent to another one that does, and nobody to one that is not built. */
 #define ADVICE_ON_MOTION "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances"
 static const char *advice_on_motion(const kt_integrator *it) {
@@ -273,7 +273,7 @@ static kt_status report_beyond_rounding(const kt_integrator *it, kt_error *error
     char where[64];
     snprintf(where, sizeof where, "t = %.17g", it->memory.t);
     return kt_error_set(error, KT_ERROR_STEP, where,
-                        "the tolerances (relative %g, absolute %g) ask for %.3g times less than the rounding of the "
+                        "the tolerances (relative %g, absolute %g) are %.3g times below the rounding of the "
                         "state; loosen them",
                         it->options.relative_tolerance, it->options.absolute_tolerance,
                         DBL_EPSILON * kt_scaled_norm(it, it->y, NULL));
@@ -333,8 +333,7 @@ static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
 static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *error) {
     kt_try r;
     if (prepare(it, &r) != KT_TRY_PASSED)
-        return kt_try_report(it, &r, "the motion cannot go on from this state: look at what the model does here",
-                             error);
+        return kt_try_report(it, &r, "the motion cannot continue from this state: check the model here", error);
     const kt_status status = choose_first(it, a->t_limit, &a->proposed, &a->least, error);
     if (status != KT_OK)
         return status;

@@ -66,7 +66,7 @@ kt_status kt_try_report(const kt_integrator *it, const kt_try *r, const char *ad
     snprintf(where, sizeof where, "t = %.17g", r->t);
     switch (r->result) {
     case KT_TRY_STOPPED:
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s asked to stop (code %d)", r->what, r->code);
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s stopped (code %d)", r->what, r->code);
     case KT_TRY_RECOVERABLE:
         return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s could not be computed (code %d); %s", r->what, r->code,
                             advice);

@@ -40,7 +40,7 @@ static const kt_key keys[] = {
      KT_WORDS("c_i, a mapping of joints of one coordinate to numbers"), KT_WORDS("none"), .needed = false},
     {"formula", KT_KEY_FORMULA, KT_LOOP_AT(formula), "",
      KT_WORDS("f, a formula of `position.JOINT` of such joints, as of a cam"), KT_WORDS("none"), .needed = false},
-    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", KT_WORDS("what all adds up to"), .needed = false},
+    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", KT_WORDS("the sum of all terms"), .needed = false},
 };
 const kt_descriptor kt_loop_coupling_descriptor = {
     .name = "coupling",

@@ -42,9 +42,9 @@ static const kt_key keys[] = {
 #if KT_HAS_SWITCHES
     {"slack", KT_KEY_FLAG, KT_LOOP_AT(slack), "", KT_WORDS("true: it only pulls, a rope, |d| <= L"), .needed = false},
     {"restitution", KT_KEY_NUMBER, KT_LOOP_AT(restitution), "",
-     KT_WORDS("e, of a rope that comes taut: what parts at w comes back at e w"), .range = KT_RANGE_NOT_NEGATIVE},
+     KT_WORDS("e, of a rope that becomes taut: ends that part at w return at e w"), .range = KT_RANGE_NOT_NEGATIVE},
     {"rest_velocity", KT_KEY_NUMBER, KT_LOOP_AT(rest_velocity), "m/s",
-     KT_WORDS("of a rope: what parts slower does not bounce"), .range = KT_RANGE_NOT_NEGATIVE},
+     KT_WORDS("of a rope: ends that part more slowly do not bounce"), .range = KT_RANGE_NOT_NEGATIVE},
     KT_POISSON_KEY(KT_LOOP_AT(poisson), "of a rope: ")
 #endif
         {"length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", KT_WORDS("L, a number or a function of time"),

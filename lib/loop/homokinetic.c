@@ -41,7 +41,7 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_homokinetic_descriptor = {
     .name = "homokinetic",
-    .help = KT_WORDS("constant-velocity joint: two shafts turn alike, whatever the angle between them"),
+    .help = KT_WORDS("constant-velocity joint: two shafts turn alike at any angle between them"),
     .formula = KT_WORDS("the equations of spherical, and\n"
                         "theta = theta0    theta: angle about the axis, theta0 at the start;  whole turns are not "
                         "counted"),

@@ -234,7 +234,7 @@ static kt_status refuse_code(const sum *s, kt_error *error) {
     char where[KT_WHERE_SIZE];
     name_effect(s, s->failed, where);
     if (s->code < 0)
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback asked to stop (code %d)", s->code);
+        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback stopped (code %d)", s->code);
     return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code %d)", s->code);
 }
 

@@ -41,7 +41,7 @@ static kt_status refuse_rate(const kt_model *model, size_t i, double t, double r
 static kt_status refuse_law(const kt_model *model, size_t i, double t, int code, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
-    return code < 0 ? kt_error_set(error, KT_ERROR_CALLBACK, where, "the law of its rate asked to stop (code %d)", code)
+    return code < 0 ? kt_error_set(error, KT_ERROR_CALLBACK, where, "the law of its rate stopped (code %d)", code)
                     : kt_error_set(error, KT_ERROR_EFFECT, where,
                                    "the law of its rate cannot compute it here (code %d)", code);
 }

@@ -119,13 +119,12 @@ static kt_status reject_quasi_static(const balance *b, const char *what, kt_erro
     char where[KT_WHERE_SIZE];
     const int body = kt_body_of_velocity(b->model, b->model->massless[0]);
     (void)snprintf(where, sizeof where, "joint '%.100s', t = %.9g s", kt_joint_name(b->model, body), b->at.t);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                        "it moves no mass, and %s; give what it moves a small mass, and integrate with an implicit "
-                        "method (radau5)",
-                        what);
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, where,
+        "it moves no mass, and %s; give its bodies a small mass, and integrate with an implicit method (radau5)", what);
 }
 
-static const char unbalanced[] = "the forces on it do not determine where it is: springs and dampers must hold it in "
+static const char unbalanced[] = "the forces on it do not determine its position: springs and dampers must hold it in "
                                  "every position, each damper always or never";
 
 /* Factors the derivative of the residuals by what moves. */

@@ -89,7 +89,7 @@ static void check_terms(kt_checked *c, const kt_key *key) {
         const kt_term *term = &loop->terms[i];
         const int body = kt_checker_scalar_joint(checker, key->name, i, term->joint);
         if (body >= 0 && checker->mark[body] == stamp)
-            kt_checker_fault(checker, key->name, i, "joint %s stands twice; add up its %s",
+            kt_checker_fault(checker, key->name, i, "joint %s is given twice; add up its %s",
                              kt_name_quote(term->joint).text, key->name);
         if (body >= 0)
             checker->mark[body] = stamp;

@@ -107,7 +107,7 @@ int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, con
         return body;
     if (kt_joint_sizes[type].nq != 1) {
         kt_checker_fault(checker, field, sub,
-                         "joint %s is %s; what is wanted has one coordinate: revolute, prismatic or screw",
+                         "joint %s is %s; name a joint of one coordinate: revolute, prismatic or screw",
                          kt_name_quote(name).text, type_name);
         return KT_BODY_UNKNOWN;
     }

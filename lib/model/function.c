@@ -552,7 +552,7 @@ double kt_curve_longest_step(const kt_curve *curve, const double *numbers) {
 /* The unit y stands for that of the function's value. */
 #define AT(member) offsetof(kt_function, member)
 static const kt_key constant_keys[] = {
-    {"value", KT_KEY_NUMBER, AT(value), "y", KT_WORDS("a; the number alone stands for the function"), .needed = true},
+    {"value", KT_KEY_NUMBER, AT(value), "y", KT_WORDS("a; a plain number is this function, too"), .needed = true},
 };
 static const kt_key sine_keys[] = {
     {"amplitude", KT_KEY_NUMBER, AT(amplitude), "y", KT_WORDS("A"), .needed = true},
@@ -580,7 +580,7 @@ static const kt_key product_keys[] = {
 };
 static const kt_key expression_keys[] = {
     {"text", KT_KEY_FORMULA, AT(text), "y",
-     KT_WORDS("a formula of t and parameters; the text alone stands for the function"), .needed = true},
+     KT_WORDS("a formula of t and parameters; a plain text is this function, too"), .needed = true},
 };
 #endif
 static const kt_key polynomial_keys[] = {

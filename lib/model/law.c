@@ -60,7 +60,7 @@ static void check_variable(kt_checker *checker, kt_formula_names *names, const c
             kt_checker_fault(checker, "variables", k, "%s is a component of a quaternion; take coordinates of markers",
                              kt_name_quote(name).text);
         else if (names->count == before)
-            kt_checker_fault(checker, "variables", k, "%s stands twice; name it once", kt_name_quote(name).text);
+            kt_checker_fault(checker, "variables", k, "%s is listed twice; name it once", kt_name_quote(name).text);
     } else if (kt_checker_formula(checker, "variables", name, names)) { /* which says what is unknown in it */
         kt_checker_fault(checker, "variables", k, "%s is a formula; give the name of a variable",
                          kt_name_quote(name).text);
@@ -81,7 +81,7 @@ static void check_state(kt_checker *checker, const kt_effect *effect, int k) {
                          kt_name_quote(name).text);
     for (int j = 0; j < k; j++)
         if (effect->states[j] != NULL && strcmp(effect->states[j], name) == 0)
-            kt_checker_fault(checker, "states", k, "%s stands twice; name it once", kt_name_quote(name).text);
+            kt_checker_fault(checker, "states", k, "%s is listed twice; name it once", kt_name_quote(name).text);
 }
 
 void kt_checker_law(kt_checker *checker, const kt_effect *effect) {

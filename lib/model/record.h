@@ -173,8 +173,8 @@ enum { KT_GROUP_MATRICES = 22 };
 /* Why a group has its form. X(id, words) */
 #define KT_FORM_REASON_LIST(X)                                                                                         \
     X(KT_FORM_REASON_SMALL, "dense matrices of its coordinates take the fewest operations")                            \
-    X(KT_FORM_REASON_ASKED, "it was asked for")                                                                        \
-    X(KT_FORM_REASON_METHOD, "the reduction that was asked for has no other form")                                     \
+    X(KT_FORM_REASON_ASKED, "it was requested")                                                                        \
+    X(KT_FORM_REASON_METHOD, "the requested reduction has no other form")                                              \
     X(KT_FORM_REASON_FORMULA, "an equation is a formula, which dense matrices alone have")                             \
     X(KT_FORM_REASON_PIN, "one pin closes three coordinates in a plane")                                               \
     X(KT_FORM_REASON_ARMATURE, "one pin closes three coordinates, but a joint has armature")                           \

@@ -47,7 +47,7 @@ static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, c
                         kt_error *error) {
     if (k < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, call,
-                            "there is no such %s, or it is always on: say in its description that it is switched "
+                            "there is no such %s, or it is always on: declare it switched in its description "
                             "(switching), before the model is compiled",
                             what);
     if (data && kt_is_other_data(error, call, *model, data))

@@ -21,7 +21,7 @@ typedef struct counts {
 } counts;
 
 #define KT_PICTURE_FIELDS(X)                                                                                           \
-    X(kt_solid, solids, n->solids, "what bodies look like")                                                            \
+    X(kt_solid, solids, n->solids, "the shapes of bodies")                                                             \
     X(kt_picture_joint, joints, n->joints + n->effects, "those that move, and coordinates of loops")                   \
     X(kt_picture_loop, loops, n->loops, "those between two ends")                                                      \
     X(kt_stroke, strokes, KT_STROKES_MOST * n->drawn, "of curves and surfaces")                                        \

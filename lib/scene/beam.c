@@ -176,7 +176,7 @@ static bool check_section(kt_reader *r, const kt_scope *scope, kt_node *node, co
     if (!b->plane && !stretches && b->polar < 0.0)
         return kt_fault_at(
             r, KT_ERROR_SCENE, scope, node,
-            "without EA the section's inertia is not known: give inertia_per_length, kg m, about the axis");
+            "without EA the section's inertia is missing: give inertia_per_length, kg m, about the axis");
     return true;
 }
 

@@ -76,11 +76,10 @@ static void describe(kt_phrase *to, const char *text, kt_operator last, kt_inter
     } else if (last == KT_OPERATOR_EQUAL || last == KT_OPERATOR_NOT_EQUAL) {
         advise_equality(to, text, last);
     } else if (compares(last)) {
-        kt_phrase_add(
-            to,
-            "the sides of %s never change places, whatever the motion, so that it never comes to hold; compare "
-            "with a value that the left side passes",
-            quoted.text);
+        kt_phrase_add(to,
+                      "the sides of %s never change places in any motion, so that the condition never becomes true; "
+                      "compare with a value that the left side passes",
+                      quoted.text);
     } else {
         const bool is_above = range.lo >= -rounding;
         kt_phrase_add(to,

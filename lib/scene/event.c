@@ -183,8 +183,8 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
             return true; /* whose value has been reported */
         if (!is_settable)
             return kt_fault_at(r, KT_ERROR_SCENE, scope, key,
-                               "there is no parameter, state or velocity %s%s; what an event sets is a name of "
-                               "`parameters` or `states`, or velocity.JOINT",
+                               "there is no parameter, state or velocity %s%s; an event sets a name of `parameters` or "
+                               "`states`, or velocity.JOINT",
                                kt_name_quote(key->of.text).text, did_you_mean(r, key->of.text).text);
         set->name = kt_pool_text(&r->keep, key->of.text, key->count);
         if (set->name == NULL)

@@ -66,7 +66,7 @@ static bool read_point(kt_reader *r, const kt_scope *scope, kt_node *node, const
     kt_end *on = &((kt_effect *)object)->between[0], point;
     (void)field;
     if (on->marker != NULL || on->at.x != 0.0 || on->at.y != 0.0 || on->at.z != 0.0)
-        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'on' says where already; leave one of them out");
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'on' gives the place already; leave one of them out");
     if (node->kind == KT_NODE_LIST)
         return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &on->at);
     if (node->kind != KT_NODE_TEXT || on->body == NULL)

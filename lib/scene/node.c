@@ -67,9 +67,8 @@ static const kt_syntax syntax_table[] = {
     {"could not find expected ':'", NULL, SPOT_CONTEXT,
      "a key needs a ':' and a blank before its value ('key: value')"},
     {"mapping values are not allowed in this context", NULL, SPOT_PROBLEM,
-     "a ':' cannot stand here; begin the key on a line of its own in the column of its neighbours, or put a text with "
-     "a "
-     "':' in it into quotes"},
+     "a ':' is not allowed here; begin the key on its own line in the column of its neighbours, or put a text with a "
+     "':' into quotes"},
     {"mapping keys are not allowed in this context", NULL, SPOT_PROBLEM,
      "a key cannot begin here; begin it on a line of its own"},
     {"block sequence entries are not allowed in this context", NULL, SPOT_PROBLEM,
@@ -163,8 +162,8 @@ static bool report_character(kt_reader *r, uint32_t line, uint32_t column, size_
         return kt_fault_put(r, KT_ERROR_SCENE, line, column, "this is not UTF-8 text; save the file as UTF-8");
     if (character == 0)
         return kt_fault_put(r, KT_ERROR_SCENE, line, column, "there is a zero byte here; a scene is plain UTF-8 text");
-    return kt_fault_put(r, KT_ERROR_SCENE, line, column, "the character U+%04X cannot stand in a scene file; remove it",
-                        (unsigned)character);
+    return kt_fault_put(r, KT_ERROR_SCENE, line, column,
+                        "the character U+%04X is not allowed in a scene file; remove it", (unsigned)character);
 }
 
 static bool check_characters(kt_reader *r, const char *text, size_t size) {
@@ -278,7 +277,7 @@ static bool add_alias(kt_builder *b, const yaml_event_t *event) {
     node->of.text = "";
     node->faulty = true;
     (void)kt_fault_put(b->r, KT_ERROR_SCENE, node->line, node->column,
-                       "aliases are not part of a scene file; write out here what %s stands for",
+                       "aliases are not part of a scene file; write out the value of %s here",
                        kt_name_quote((const char *)event->data.alias.anchor).text);
     return true;
 }

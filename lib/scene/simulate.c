@@ -232,7 +232,7 @@ static bool may_have_loops(const kt_reader *r) {
 static bool read_record(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     unsigned *out = kt_field_in(object, field), bits = 0;
     if (node->kind != KT_NODE_LIST || node->count == 0)
-        return kt_fault_expected(r, scope, node, "a list of what to record, such as [position, energy]");
+        return kt_fault_expected(r, scope, node, "a list of quantities, such as [position, energy]");
     int i = 0;
     for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
@@ -430,7 +430,7 @@ kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_
     if (!is_not_negative(run->interval))
         return reject_run_value(error, "output.interval", "the interval must be finite and not negative");
     if ((run->record & ~known) != 0)
-        return reject_run_value(error, "output.record", "a record bit stands for nothing; use those of KT_RECORD_LIST");
+        return reject_run_value(error, "output.record", "a record bit has no meaning; use those of KT_RECORD_LIST");
     kt_status status = check_run_method(run, error);
     if (status == KT_OK)
         status = kt_run_check(run, error);

@@ -42,7 +42,7 @@ typedef struct kt_rollout_counts {
     X(double, tangent, n->W * 3 * n->n, "of a stage, by xi and dv, and w = M^-1 mu")                                   \
     X(double, inputs, n->W * n->steps * n->n, "results, lane by lane")                                                 \
     X(double, value, n->W, "results")                                                                                  \
-    X(double, one, n->N + 3 * n->n, "the state of a lane; what its cost gives: by xi, dv and tau")                     \
+    X(double, one, n->N + 3 * n->n, "the state of a lane; derivatives of its cost by xi, dv and tau")                  \
     X(kt_stage_term, term, n->s, "a row of the table without zeros")                                                   \
     X(char, lanes, n->kernels->layout(n->model, NULL), "workspace of the recursions")                                  \
     X(char, adjoint, n->kernels->adjoint_layout(n->model, NULL), "of their adjoint")
@@ -73,7 +73,7 @@ static const char *why_alone(const kt_model *model, const kt_rollout *rollout) {
     if (kt_has_own_states(model))
         return "it has own states";
     if (model->family || kt_step_contact_rows(model) > 0 || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
-        return "it has hard contacts, what is switched, masses that vary, or coordinates without mass";
+        return "it has hard contacts, switched parts, masses that vary, or coordinates without mass";
     return model->n.v > 0 ? kt_sweep_refused(model) : "nothing moves";
 }
 

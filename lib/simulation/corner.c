@@ -337,7 +337,7 @@ kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t,
     if (!missed)
         return KT_OK;
     return kt_error_set(error, KT_ERROR_STEP, "functions of time",
-                        "what acts at t = %.9g s, between corners at %.9g and %.9g s, no stage of the step of %g s has "
-                        "seen; take a smaller step, or an adaptive method, whose steps end at corners",
-                        t, a, b, simulation->step);
+                        "no stage of the step of %g s evaluates the forces at t = %.9g s, between corners at %.9g and "
+                        "%.9g s; take a smaller step, or an adaptive method, whose steps end at corners",
+                        simulation->step, t, a, b);
 }

@@ -96,8 +96,8 @@ static kt_status refuse_dead_point(const kt_simulation *simulation, double left,
     (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.60s'", t,
                    kt_joint_name(simulation->model, kt_simulation_body_of(simulation, nq + fastest)));
     return kt_error_set(error, KT_ERROR_STEP, where,
-                        "a dead point of what drives the loops is at t = %.9g s, %.2g s ahead: velocities grow without "
-                        "bound towards it, for a direction of the loops' equations vanishes there and has %.2g of its "
+                        "a dead point of the driven loops is at t = %.9g s, %.2g s ahead. Velocities grow without "
+                        "bound towards it: a direction of the loops' equations vanishes there, and has %.2g of its "
                         "usual size already. Let the drives stop, or turn back, before",
                         t + left, left, simulation->memory.crossings.smallest);
 }

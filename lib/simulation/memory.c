@@ -31,7 +31,7 @@ static kt_status refuse_massless(const kt_simulation_request *settings, kt_error
     const kt_simulation_options *options = &settings->options;
     if (options->transformation != NULL)
         return kt_massless_refuse(options->transformation->model, "transformation",
-                                  "no other formulation knows that; integrate in tree coordinates", error);
+                                  "no other formulation supports this; integrate in tree coordinates", error);
     if (options->acceleration != NULL || options->projection != NULL)
         return kt_massless_refuse(settings->model, "acceleration",
                                   "equations in place of the engine's do not balance forces", error);
@@ -74,7 +74,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
 #if KT_HAS_VARIABLE_MASS
     if (status == KT_OK && settings->options.transformation != NULL)
         status = kt_masses_refuse(model, "transformation",
-                                  "no other formulation knows that; integrate in tree coordinates", error);
+                                  "no other formulation supports this; integrate in tree coordinates", error);
 #endif
     if (KT_HAS_QUASI_STATICS && status == KT_OK)
         status = refuse_massless(settings, error);

@@ -156,7 +156,7 @@ kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *
         return KT_OK;
     char where[KT_WHERE_SIZE];
     snprintf(where, sizeof where, "t = %.9g s", record->time);
-    return kt_error_set(error, KT_ERROR_CALLBACK, where, "the recorder asked to stop at record %lld",
+    return kt_error_set(error, KT_ERROR_CALLBACK, where, "the recorder stopped at record %lld",
                         (long long)record->index);
 }
 

@@ -377,15 +377,15 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
         return kt_error_set(
             error, KT_ERROR_UNSUPPORTED, "formulation",
             "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
-    kt_status status = kt_massless_refuse(model, "formulation", "absolute coordinates do not know that", error);
+    kt_status status = kt_massless_refuse(model, "formulation", "absolute coordinates do not support this", error);
     if (status == KT_OK)
         status = refuse_armature(model, error);
     if (status == KT_OK)
         status = kt_own_states_refuse(model, "formulation",
                                       "absolute coordinates do not carry them; use formulation: tree", error);
     if (status == KT_OK)
-        status = kt_masses_refuse(model, "formulation", "absolute coordinates do not know that; use formulation: tree",
-                                  error);
+        status = kt_masses_refuse(model, "formulation",
+                                  "absolute coordinates do not support this; use formulation: tree", error);
     if (status != KT_OK)
         return status;
     const size_t bytes = sizeof *made + model->n.body * sizeof made->joint[0];

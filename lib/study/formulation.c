@@ -151,9 +151,8 @@ kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *for
     if (f->least < KT_NEAR_SINGULAR || f->dropped)
         return kt_error_set(
             error, KT_ERROR_SINGULAR, where,
-            "the loops came within %.1e of a singular position, where this formulation divides its closure "
-            "errors by next to nothing (loops open by up to %.1e): compare with the reduction before "
-            "believing what follows",
+            "the loops came within %.1e of a singular position, in which this formulation divides its closure errors "
+            "by almost zero (loops open by up to %.1e): compare the rest with the reduction",
             f->least, f->open);
     if (f->open > 1e-3 * fmax(formulation->model->length, 1.0)) {
         (void)snprintf(where, sizeof where, "t = %.9g s", f->open_time);

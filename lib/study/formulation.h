@@ -16,10 +16,10 @@
     X(double, force, n, "f = tau - h")                                                                                 \
     X(double, jacobian, k *n, "A, k x n")                                                                              \
     X(double, phi, k, "closure, positions")                                                                            \
-    X(double, slip, k, "A v - b'; then what multipliers change by")                                                    \
+    X(double, slip, k, "A v - b'; then changes of multipliers")                                                        \
     X(double, rate, k, "b'")                                                                                           \
     X(double, drift, k, "b''")                                                                                         \
-    X(double, target, k, "c: what A a is to be")                                                                       \
+    X(double, target, k, "c: the wanted A a")                                                                          \
     X(double, factor, n *(n > k ? n : k), "L^-1 A' or A' factored; M + A' s A factored")                               \
     X(double, reflector_scale, n < k ? n : k, "scales of the reflectors")                                              \
     X(int32_t, pivot, k, "order of the equations")                                                                     \
@@ -27,7 +27,7 @@
     X(double, velocity, n, "u'")                                                                                       \
     X(double, state_q, q, "a state at placement")                                                                      \
     X(double, state_v, n, "a state at placement, and scratch of the projection")                                       \
-    X(double, x, n, "what is being solved for")                                                                        \
+    X(double, x, n, "the solution")                                                                                    \
     X(double, work, 34 * (n + k) + 65 * 64 + 64, "of LAPACK: dgeqp3, and dormqr on one column")
 
 struct kt_constraint_formulation {

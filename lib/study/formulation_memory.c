@@ -84,13 +84,13 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
     if (KT_IS_MISSING(error, model, data, options, formulation))
         return KT_ERROR_ARGUMENT;
     kt_status status = kt_own_states_refuse(model, "kt_constraint_formulation_init",
-                                            "only the engine's own equations of motion know them", error);
+                                            "only the engine's own equations of motion support them", error);
     if (status == KT_OK)
         status = kt_masses_refuse(model, "kt_constraint_formulation_init",
-                                  "only the engine's own equations of motion know that", error);
+                                  "only the engine's own equations of motion support this", error);
     if (status == KT_OK)
         status = kt_massless_refuse(model, "kt_constraint_formulation_init",
-                                    "only the engine's own equations of motion know that", error);
+                                    "only the engine's own equations of motion support this", error);
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status == KT_OK)

@@ -379,7 +379,7 @@ KT_TEST(motion_that_ends_leaves_the_modes_up_to_there) {
         return;
     run.duration = 1.0;
     check_words("along", kt_spectrum_along(spectrum, &run, &e), &e, KT_ERROR_CALLBACK,
-                "its callback asked to stop (code -1)");
+                "its callback stopped (code -1)");
     /* 0.3 cos(w t) leaves 0.1 after acos(1/3) / w = 0.1005 s: two of 0, 0.0526, 0.105, ... */
     kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);
     kt_spectrum_free(spectrum);

@@ -87,6 +87,6 @@ KT_TEST(written_scenes_have_their_columns_and_states) {
     rest = kt_json(kt_read_file("rest.json"));
     kt_check_near("state from a summary", kt_json_at(rest, "state.thrust"), 3.0 * exp(-2.0), 2e-12);
     json_decref(rest);
-    kt_expect(0, "half.csv has no state 'thrust', which starts as the scene says",
+    kt_expect(0, "half.csv has no state 'thrust', which starts with its value in the scene",
               "$K run block.yaml --from half.csv --quiet --duration 0.5 --out rest.csv");
 }

@@ -71,7 +71,7 @@ KT_TEST(what_does_not_fit_is_told) {
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_contains("velocities", ran.err, "r.json has no velocities of 1 joint, which starts at rest");
     kt_check_contains("another name", ran.err, "a joint 'bal', which the scene does not have; did you mean 'ball'?");
-    kt_check_contains("missing ones", ran.err, "r.json has no state of ball, crank: what the scene gives stays");
+    kt_check_contains("missing ones", ran.err, "r.json has no state of ball, crank: the values of the scene stay");
     kt_write_file("r.json", "{\"time\": 1, \"position\": {\"arm\": [1, 2]}}");
     kt_expect(2, "joint 'arm' has 2 positions there, and 1 in the scene", "$K run chain.yaml --from r.json");
     kt_write_file("r.json", "{\"time\": 1, \"position\": {\"x\": 1}}");
@@ -183,7 +183,7 @@ KT_TEST(what_is_released_stays_so_where_a_run_goes_on) {
     check_same_motion("from a summary", whole, "a.json");
     kt_expect(0, NULL, "$K run end.yaml --quiet --duration 1 --out b.csv --summary b.json");
     check_same_motion("the scene that was written", whole, "b.json");
-    kt_expect(3, "half.csv does not say which loops and effects are released there: string, floor, brake, drive begin",
+    kt_expect(3, "half.csv does not list the released loops and effects: string, floor, brake, drive begin",
               "$K run go.yaml --from half.csv --duration 1 --out c.csv");
     json_decref(whole);
 }

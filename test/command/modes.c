@@ -82,7 +82,7 @@ KT_TEST(modes_tells_which_state_it_is_about) {
     kt_check_contains("upright", ran.out, "-       4.33618  "); /* sqrt(1.15 9.81 / 0.6) */
     ran = kt_shell("sed 's/position: 90 deg/velocity: 3/' cart.yaml | $K modes -");
     kt_check_contains("motion", ran.out, "about its motion, 4 states\n");
-    kt_check_contains("warning", ran.err, "a motion that does not stay as it is");
+    kt_check_contains("warning", ran.err, "the initial state is in a motion that changes");
     ran = kt_shell("sed 's/position: 90 deg/velocity: 3/' cart.yaml | $K modes - --at equilibrium");
     kt_check_contains("equilibrium", ran.out, "   1      0.690125  ");
     ran = kt_shell("sed 's/position: 0.5/velocity: 0.5/; s/position: 90 deg/position: 0/' cart.yaml | $K modes -");

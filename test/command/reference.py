@@ -24,10 +24,12 @@ def kinetree(*words):
 
 def options_of(text):
     """The options that a help shows, with the words that each takes where it names them: {name: words}."""
-    shown = text.partition("\nOptions\n")[2]
+    shown = re.sub(r"\n {27}", " ", text.partition("\nUsage:")[2])
     found = {}
     for line in shown.splitlines():
         name = re.match(r"  --([\w-]+)( \S+)?", line)
+        if not name:
+            continue
         words = re.search(r"\(([\w-]+(?:\|[\w-]+)+)\)$", line)
         found[name[1]] = words[1].split("|") if words else []
     return found

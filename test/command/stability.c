@@ -429,7 +429,7 @@ KT_TEST(run_tells_velocities_that_do_not_fit_the_loops) {
             found = json_array_get(list, i);
     kt_note("%s", ran.err);
     kt_check_contains("words", ran.err,
-                      "velocities after steps of 0.1 s do not fit the loops: the projection has changed that of joint");
+                      "velocities after steps of 0.1 s do not fit the loops. The projection has changed that of joint");
     kt_check_equal_int("no drive, no dead point of it", count(ran.err, "dead point"), 0);
     kt_check_true("in the summary", found != NULL);
     kt_check_above("how much", json_number_value(json_object_get(found, "value")), 0.1);
@@ -472,7 +472,7 @@ static const char geared[] = "type: coupling, coefficients: {a1: 2, b1: 1}, offs
 
 /* By 2e-12 m, of which rounding of positions leaves little, no step is short enough: 2 % of the energy is lost. */
 KT_TEST(run_tells_a_path_that_bends_more_sharply_than_steps_follow) {
-    static const char words[] = "the path bends more sharply than steps have followed it: at t = 0.9";
+    static const char words[] = "the path bends more sharply than the steps resolve. At t = 0.9";
     make_lift("short.yaml", 1.0 - 2e-12, on_the_floor);
     kt_ran ran = kt_shell("$K run short.yaml --out /dev/null --summary -");
     kt_note("%s", ran.err);

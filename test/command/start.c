@@ -147,8 +147,8 @@ KT_TEST(hold_keeps_of_a_joint_what_the_scene_gives) {
     kt_write_file("box.yaml", text);
     kt_expect(
         0,
-        "box.yaml: warning: 'hold' keeps what the scene gives of box, its position; its orientation, which is not "
-        "given, moved to close the loops",
+        "box.yaml: warning: 'hold' keeps the part of box that the scene gives, its position. Its orientation is not "
+        "given and moved to close the loops",
         "$K check box.yaml");
     json_t *root = kt_json(kt_shell("$K evaluate box.yaml 2>/dev/null").out);
     kt_check_near("position", kt_json_at(root, "pose.box.position[2]"), 1.0, 0.0);
@@ -377,7 +377,7 @@ KT_TEST(accepted_inertias_are_told) {
                             "simulate: {duration: 0.01}\n");
     kt_ran ran = kt_shell("$K run i.yaml --out /dev/null --summary -");
     kt_check_contains("words", ran.err,
-                      "inertia_check: warn accepts 1 inertia that no body has: of 'cad' the largest principal moment "
+                      "inertia_check: warn accepts 1 impossible inertia: the largest principal moment of 'cad' "
                       "exceeds the sum of the others by 0.5 %; give inertias with more digits");
     json_t *root = kt_json(ran.out);
     kt_check_near("summary", kt_json_at(root, "inertia_excess.cad"), 0.005, 1e-14);
@@ -428,7 +428,7 @@ KT_TEST(a_joint_that_hardly_turns_its_mass_is_doubted) {
         "     inertia: [0, 0, 0]}\n";
     kt_write_file("head.yaml", head);
     kt_expect(0,
-              "warning: joint 'turn' turns an inertia of 1.3e-12 kg m^2, 1e-10 of what its bodies could have about it, "
+              "warning: joint 'turn' turns an inertia of 1.3e-12 kg m^2, 1e-10 of a usual one for its bodies, "
               "and begins with -1e+06 rad/s^2",
               "$K check head.yaml");
     kt_expect(0, NULL, "$K check head.yaml --set bodies.head.joint.armature=1e-6");

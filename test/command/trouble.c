@@ -235,7 +235,7 @@ KT_TEST(lengths_whose_rounding_decides_the_branch_are_told) {
     static const char *const silent[] = {"", "--set L=1.0000002 --set initial.tolerance=0", "--set L=1.01"};
     kt_write_file("p.yaml", CRANKS PIN END);
     kt_write_file("d.yaml", CRANKS COUPLER PINS END);
-    kt_expect(0, "their last digits decide how it goes on", "$K run p.yaml --set L=1.0000002 --out o.csv");
+    kt_expect(0, "their last digits decide how the motion continues", "$K run p.yaml --set L=1.0000002 --out o.csv");
     kt_ran ran = kt_shell("$K run p.yaml --set L=1.0000002 --quiet --out o.csv --summary -");
     json_t *root = kt_json(ran.out);
     kt_check_text("code", json_string_value(kt_json_find(root, "warnings[0].code")), "branch");
@@ -277,7 +277,7 @@ KT_TEST(rounded_parallelograms_that_repeat_each_other_pass_where_they_lie_flat) 
     static const char *const starts[] = {"1", "0.2"}, *const methods[] = {"dopri5", "radau5", "rodas5p", "dop853"};
     kt_worst apart = kt_worst_make("crank, rad");
     kt_write_file("d.yaml", CRANKS COUPLER PINS END);
-    kt_expect(0, "their ends are moved by as little as makes them agree",
+    kt_expect(0, "Their ends are moved as little as possible until the loops agree",
               "$K run d.yaml --set L=1.0000002 --out o.csv");
     for (size_t i = 0; i < sizeof starts / sizeof *starts; i++)
         for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {

@@ -108,7 +108,7 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "is the scene itself", "$K run p.yaml --out ./p.yaml");
     kt_expect(1, "is the scene itself", "$K run p.yaml --summary p.yaml");
     kt_expect(1, "kinetree: view: p.yaml is the scene itself", "$K view p.yaml --out p.yaml");
-    kt_expect(1, "kinetree: view: --step asks for", "$K view p.yaml --step 1e-3 --tolerance 1e-6");
+    kt_expect(1, "kinetree: view: --step sets", "$K view p.yaml --step 1e-3 --tolerance 1e-6");
     kt_expect(1, "kinetree: view: --markers: there is no body 'u'", "$K view p.yaml --markers u.tip");
     kt_check_text("the scene is untouched", kt_read_file("p.yaml"), pendulum);
     kt_expect(1, "--links takes a whole number, not '-3'", "$K make chain --links=-3");

@@ -162,7 +162,7 @@ KT_TEST(markers_are_checked) {
     REFUSES(CRANK, m.tips[0].name = "a.b", 0, "markers", "body 'crank'",
             "marker name 'a.b' is not valid; begin with a letter or _, go on with letters, digits, _ and -");
     REFUSES(CRANK, m.tips[0].name = "heel", 1, "markers", "body 'crank'",
-            "marker 'heel' stands twice, first as markers[0]; choose another name");
+            "marker 'heel' is given twice, first as markers[0]; choose another name");
     REFUSES(CRANK, m.tips[1].at.x = nan_value, 1, "markers", "body 'crank'",
             "markers 'heel'[0] is nan; give a finite number");
     REFUSES(CRANK, m.tips[1].at.y = 1e99, 1, "markers", "body 'crank'",

@@ -139,16 +139,16 @@ KT_TEST(joints_of_motions_have_one_coordinate) {
     REFUSES_LOOP(DRIVE, l->joint = "piston", -1, "joint", "loop 'drive'",
                  "joint 'piston' does not exist; name a body of the scene");
     REFUSES_LOOP(DRIVE, l->joint = "ball", -1, "joint", "loop 'drive'",
-                 "joint 'ball' is spherical; what is wanted has one coordinate: revolute, prismatic or screw");
+                 "joint 'ball' is spherical; name a joint of one coordinate: revolute, prismatic or screw");
     REFUSES_LOOP(DRIVE, l->joint = "base", -1, "joint", "loop 'drive'",
-                 "joint 'base' is fixed; what is wanted has one coordinate: revolute, prismatic or screw");
+                 "joint 'base' is fixed; name a joint of one coordinate: revolute, prismatic or screw");
     REFUSES_LOOP(DRIVE, l->joint = "wrld", -1, "joint", "loop 'drive'",
                  "joint 'wrld' does not exist; name a body of the scene");
     REFUSES_LOOP(DRIVE,
                  (l->joint = "crank", m.bodies[CRANK].joint.type = KT_JOINT_PLANAR, m.terms[0].joint = "screw",
                   m.effects[ENGINE].joint = "screw"),
                  -1, "joint", "loop 'drive'",
-                 "joint 'crank' is planar; what is wanted has one coordinate: revolute, prismatic or screw");
+                 "joint 'crank' is planar; name a joint of one coordinate: revolute, prismatic or screw");
     PASSES_LOOP("screw", DRIVE, l->joint = "screw");
     PASSES_LOOP("revolute", DRIVE, l->joint = "rocker");
     REFUSES_LOOP(DRIVE, l->function.type = KT_FUNCTION_NONE, -1, "position", "loop 'drive'",
@@ -161,9 +161,9 @@ KT_TEST(couplings_are_checked) {
     REFUSES_LOOP(GEAR, l->term_count = -3, -1, "coefficients", "loop 'gear'", missing);
     REFUSES_LOOP(GEAR, l->terms = NULL, -1, "coefficients", "loop 'gear'", missing);
     REFUSES_LOOP(GEAR, m.terms[1].joint = "crank", 1, "coefficients", "loop 'gear'",
-                 "joint 'crank' stands twice; add up its coefficients");
+                 "joint 'crank' is given twice; add up its coefficients");
     REFUSES_LOOP(GEAR, m.terms[1].joint = "bird", 1, "coefficients", "loop 'gear'",
-                 "joint 'bird' is free; what is wanted has one coordinate: revolute, prismatic or screw");
+                 "joint 'bird' is free; name a joint of one coordinate: revolute, prismatic or screw");
     REFUSES_LOOP(GEAR, m.terms[0].coefficient = nan_value, 0, "coefficients", "loop 'gear'",
                  "coefficients of 'crank' is nan; give a finite number");
     const char *zero = "coefficients are all zero, or next to it; give one that is not";
@@ -197,7 +197,7 @@ KT_TEST(effects_are_checked) {
     REFUSES_EFFECT(OIL, e->damping = 1e300, -1, "damping", "effect 'oil'",
                    "damping is 1e+300, and the equations would overflow; magnitudes end at 1e+50");
     REFUSES_EFFECT(OIL, e->joint = "gimbal", -1, "joint", "effect 'oil'",
-                   "joint 'gimbal' is universal; what is wanted has one coordinate: revolute, prismatic or screw");
+                   "joint 'gimbal' is universal; name a joint of one coordinate: revolute, prismatic or screw");
     REFUSES_EFFECT(ENGINE, e->joint = NULL, -1, "joint", "effect 'engine'",
                    "joint is missing; name the body that it carries");
     REFUSES_EFFECT(ENGINE, e->torque.type = KT_FUNCTION_NONE, -1, "torque", "effect 'engine'",

@@ -82,7 +82,7 @@ KT_TEST(held_joints_exist_once) {
     m.hold[1] = NULL;
     mechanism_fails(&m, KT_ITEM_HOLD, 1, -1, "hold", "hold[1]", "joint is missing; name the body that it carries");
     m.hold[1] = "crank";
-    mechanism_fails(&m, KT_ITEM_HOLD, 1, -1, "hold", "hold[1]", "joint 'crank' stands twice; name it once");
+    mechanism_fails(&m, KT_ITEM_HOLD, 1, -1, "hold", "hold[1]", "joint 'crank' is listed twice; name it once");
     m.hold[0] = m.hold[1] = "nobody";
     kt_check_equal_int("unknown joints do not stand twice", mechanism_faults(&m.description).count, 2);
     m.hold[0] = "crank";

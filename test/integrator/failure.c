@@ -209,8 +209,7 @@ KT_TEST(callbacks_go_on_refuse_or_stop) {
         kt_check_equal_int("adaptive, 0", outcome("dopri5", 0.0, f, &error), KT_OK);
         f.beyond = 0.54;
         f.code = -4;
-        const char *stopped =
-            project ? "the projection asked to stop (code -4)" : "the right-hand side asked to stop (code -4)";
+        const char *stopped = project ? "the projection stopped (code -4)" : "the right-hand side stopped (code -4)";
         kt_check_equal_int("fixed, < 0", outcome("rk4", 0.1, f, &error), KT_ERROR_CALLBACK);
         kt_check_contains("words", error.message, stopped);
         kt_check_contains("where", error.where, project ? "t = 0.6" : "t = 0.55"); /* the end, or a stage */

@@ -186,7 +186,7 @@ KT_TEST(wrong_options_are_refused_with_words) {
     kt_check_contains("words", error.message, "method 'rk4' has no error estimate: give a step");
     kt_check_equal_int("no equation", place_status("dopri5", 0, &o, 0, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("memory", place_status("dopri5", 2, &o, 1, &error), KT_ERROR_MEMORY);
-    kt_check_contains("words", error.message, "kt_integrator_size asks for");
+    kt_check_contains("words", error.message, "kt_integrator_size needs");
     kt_check_equal_int("as they are", place_status("dopri5", 2, &o, 0, &error), KT_OK);
     o.relative_tolerance = 0.0;
     kt_check_equal_int("absolute alone", place_status("dopri5", 2, &o, 0, &error), KT_OK);

@@ -262,9 +262,9 @@ KT_TEST(tolerances_below_the_rounding_of_the_state_are_refused) {
     o.relative_tolerance = 0.0;
     o.absolute_tolerance = 1e-30;
     kt_check_equal_int("1e-30 of 1", take_step(&o, 0.0, 1.0, 1.0, 10, &error), KT_ERROR_STEP);
-    kt_check_contains("words", error.message, "ask for 2.22e+14 times less than the rounding of the state");
+    kt_check_contains("words", error.message, "are 2.22e+14 times below the rounding of the state");
     kt_check_equal_int("1e-30 of what grows from 0", take_step(&o, 0.0, 0.0, 1.0, 1000, &error), KT_ERROR_STEP);
-    kt_check_contains("words", error.message, "less than the rounding of the state");
+    kt_check_contains("words", error.message, "below the rounding of the state");
     o.absolute_tolerance = 2.2e-16;
     kt_check_equal_int("2.2e-16 of 1", take_step(&o, 0.0, 1.0, 1.0, 1, &error), KT_ERROR_STEP);
     o.absolute_tolerance = 2.3e-16;

@@ -277,7 +277,7 @@ static double driven_error(driven *s, int steps, kt_integrator_counts *counts, k
         worst = fmax(worst, fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
     }
     if (*status != KT_OK)
-        kt_check_contains("words", error.message, "the slope in time asked to stop (code -3)");
+        kt_check_contains("words", error.message, "the slope in time stopped (code -3)");
     *counts = kt_integrator_counts_get(it);
     integrator_free(it);
     return worst;

@@ -419,7 +419,7 @@ KT_TEST(refusals_name_the_loop_and_its_code) {
         kt_status status;
         const char *says;
     } table[] = {{3, KT_ERROR_CONSTRAINT, "cannot compute its equations here (code 3)"},
-                 {-7, KT_ERROR_CALLBACK, "asked to stop (code -7)"}};
+                 {-7, KT_ERROR_CALLBACK, "stopped (code -7)"}};
     for (size_t i = 0; i < 2; i++) {
         mechanism m;
         int code = table[i].code;

@@ -178,7 +178,7 @@ KT_TEST(power_that_is_not_finite_is_its_effect_s) {
         wrong.code = 5;
         refuse_power(&l, NULL, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code 5)");
         wrong.code = -5;
-        refuse_power(&l, NULL, KT_ERROR_CALLBACK, where, "its callback asked to stop (code -5)");
+        refuse_power(&l, NULL, KT_ERROR_CALLBACK, where, "its callback stopped (code -5)");
         wrong.code = 0;
         kt_wrench external[2] = {{none, none}, {none, {0.0, HUGE_VAL, 0.0}}};
         refuse_power(&l, external, KT_ERROR_NOT_FINITE, "'bar'", "the external wrench on it is not finite");

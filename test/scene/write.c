@@ -345,9 +345,9 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     check_refused("markers that are NULL", &scene, KT_ERROR_ARGUMENT, "is not the length of the array");
     scene.run = kt_run_default();
     scene.run.metric = (kt_metric)9;
-    check_refused("a metric that does not exist", &scene, KT_ERROR_ARGUMENT, "stands for nothing");
+    check_refused("a metric that does not exist", &scene, KT_ERROR_ARGUMENT, "has no meaning");
     scene.run.metric = (kt_metric)-1;
-    check_refused("a metric below all", &scene, KT_ERROR_ARGUMENT, "stands for nothing");
+    check_refused("a metric below all", &scene, KT_ERROR_ARGUMENT, "has no meaning");
 }
 
 static int push_nothing(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,

@@ -442,11 +442,11 @@ KT_TEST(wrong_laws_are_told) {
     } table[] = {
         {{"velocity.amr", NULL}, {"current", "heat"}, "velocity.amr"},
         {{"2*t", "t"}, {"current", "heat"}, "'2*t' is a formula; give the name of a variable"},
-        {{"t", "t"}, {"current", "heat"}, "'t' stands twice"},
+        {{"t", "t"}, {"current", "heat"}, "'t' is listed twice"},
         {{"t", NULL}, {"current", "heat"}, "a name is NULL"},
         {{"t", "length"}, {"current", "heat"}, "length"},
         {{"t", "heat"}, {"current", "hat"}, "state 'hat' does not exist"},
-        {{"t", "heat"}, {"current", "current"}, "'current' stands twice"},
+        {{"t", "heat"}, {"current", "current"}, "'current' is listed twice"},
     };
     static mechanism m;
     const char *const three[] = {"current", "heat", "spare"};

@@ -116,7 +116,7 @@ KT_TEST(effect_that_refuses_is_told_and_leaves_the_state) {
     static const char where[] = "effect 'hand' (custom) on joint 'block', t = 0.625 s";
     static const char small[] = "its callback cannot compute its force here (code 1) (the step is fixed at 0.25 s: a "
                                 "smaller one may help, or an adaptive method)";
-    static const char never[] = "its callback asked to stop (code -1)";
+    static const char never[] = "its callback stopped (code -1)";
     const owner here = {.from = 0.6, .code = 1, .in_effect = true}, stop = {.from = 0.6, .code = -1, .in_effect = true};
     check_step(here, false, KT_RECORD_POSITION, KT_ERROR_EFFECT, where, small);
     check_step(stop, false, KT_RECORD_POSITION, KT_ERROR_CALLBACK, where, never);

@@ -149,9 +149,9 @@ int kt_say_disagreement(const kt_scene *scene, const kt_model *model) {
         if (!(d.length > 0.0) && !(d.angle > 0.0))
             continue;
         if (count++ == 0)
-            kt_say("loops repeat each other and disagree, by the rounding of their data (up to 'initial: {tolerance: "
-                   "%g}' is accepted); their ends are moved by as little as makes them agree, or, where that is not "
-                   "found, they are closed in the sense of least squares, and what they repeat is left out:",
+            kt_say("loops repeat each other and disagree, because their data are rounded (up to 'initial: {tolerance: "
+                   "%g}' is accepted). Their ends are moved as little as possible until the loops agree. If that "
+                   "fails, the loops are closed in the sense of least squares. Repeated equations are left out:",
                    scene->description.tolerance);
         if (count > LISTED_MAX)
             continue;

@@ -32,11 +32,10 @@ static void warn_of_cuts(kt_outcome *outcome) {
         "cut_search", (double)cut, NULL,
         "Make the formula simpler, or bound the steps by a fraction of its shortest feature (--max-step)");
     if (cut > 0)
-        kt_warn(
-            &outcome->warnings, &warning,
-            "%llu search%s for what a formula of time does next %s cut, since it took too many evaluations: a pulse "
-            "of it may have been missed",
-            cut, cut == 1 ? "" : "es", cut == 1 ? "was" : "were");
+        kt_warn(&outcome->warnings, &warning,
+                "%llu search%s for the next feature of a formula of time %s cut after too many evaluations: a pulse of "
+                "the formula may have been missed",
+                cut, cut == 1 ? "" : "es", cut == 1 ? "was" : "were");
 }
 
 /* Warns if the time of an event was searched too coarsely in fixed steps. */
@@ -71,16 +70,15 @@ static void warn_of_joined(kt_outcome *outcome) {
 /* Warns if rounding decides where a motion goes on from next to a singular position, whatever drives or brakes it. */
 static void warn_of_crossings(kt_outcome *outcome) {
     const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
-    const kt_warning warning = kt_warning_of("singular", seen.error, NULL,
-                                             "Compare with runs of slightly different lengths or starts: they may take "
-                                             "another way");
+    const kt_warning warning =
+        kt_warning_of("singular", seen.error, NULL,
+                      "Compare with runs of slightly different lengths or starts: they may take another branch");
     if (seen.error > outcome->run->relative)
-        kt_warn(
-            &outcome->warnings, &warning,
-            "next to a singular position of the loops, where a direction of their equations has %.2g of its usual "
-            "size, positions closer than rounding decide how the motion goes on: there it is uncertain by %.2g of a "
-            "radian or of the mechanism's length, more than the tolerance of %g",
-            seen.smallest, seen.error, outcome->run->relative);
+        kt_warn(&outcome->warnings, &warning,
+                "next to a singular position of the loops, a direction of their equations has %.2g of its usual size. "
+                "Rounding decides how the motion continues: it is uncertain by %.2g of a radian or of the mechanism's "
+                "length, more than the tolerance of %g",
+                seen.smallest, seen.error, outcome->run->relative);
 }
 
 /* Warns if the rounding of lengths may decide on which branch a motion goes on: where lengths are off by d of themselves,
@@ -89,15 +87,14 @@ static void warn_of_crossings(kt_outcome *outcome) {
 static void warn_of_branches(kt_outcome *outcome) {
     const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
     const double off = seen.smallest * seen.smallest, accepted = outcome->scene->description.tolerance;
-    const kt_warning warning =
-        kt_warning_of("branch", off, NULL,
-                      "Give lengths with more digits, or compare with runs of slightly different "
-                      "ones; `initial: {tolerance: 0}` says that they are meant so");
+    const kt_warning warning = kt_warning_of("branch", off, NULL,
+                                             "Give lengths with more digits, or compare with runs of slightly "
+                                             "different ones; `initial: {tolerance: 0}` declares them exact");
     if (seen.bend > 0.0 && off < 16.0 * accepted)
         kt_warn(&outcome->warnings, &warning,
-                "next to a singular position of the loops the motion bends away onto another branch, since lengths are "
-                "off by %.1g of themselves at most: that may be their rounding (`initial: {tolerance: %g}`), and their "
-                "last digits decide how it goes on",
+                "next to a singular position of the loops the motion bends away onto another branch, since lengths "
+                "have relative errors of %.1g at most. That may be their rounding (`initial: {tolerance: %g}`), and "
+                "their last digits decide how the motion continues",
                 off, accepted);
 }
 

@@ -91,8 +91,8 @@ void kt_warn_of_energy(kt_outcome *outcome) {
     else if (energy->has_estimate)
         kt_warn(&outcome->warnings, &warning,
                 "the balance of energies (kinetic + potential + dissipated - supplied) is off by %.3g J more than the "
-                "works are uncertain, which are estimated at the ends of steps (%.2g J): by %.2g of the energy of the "
-                "motion (%.3g J); the error exceeds %g of that from t = %g s on",
+                "uncertainty of the works (%.2g J), which are estimated at the ends of steps. That is %.2g of the "
+                "energy of the motion (%.3g J); the error exceeds %g of that from t = %g s on",
                 energy->error, energy->uncertainty, error, scale, KT_ENERGY_ERROR, energy->excess_time);
     else
         kt_warn(&outcome->warnings, &warning,
@@ -112,13 +112,11 @@ void kt_warn_of_passages(kt_outcome *outcome) {
                                              "of a smaller tolerance");
     if (outcome->run->step == 0.0 && counts.crossings.near > 0 && !(error > KT_ENERGY_ERROR) &&
         error > tolerance * fmax(100.0, 0.1 * (double)counts.steps))
-        kt_warn(
-            &outcome->warnings, &warning,
-            "the energy is off by %.2g J, %.2g of that of the motion (%.3g J) and more than steps at a tolerance of "
-            "%g leave by themselves, in a motion that passes a singular position of the loops, where a direction of "
-            "their equations has %.2g of its usual size: rounding is magnified there, and bends of the path may be "
-            "closer than steps",
-            energy->error, error, kt_energy_watch_scale(energy), tolerance, counts.crossings.smallest);
+        kt_warn(&outcome->warnings, &warning,
+                "the energy is off by %.2g J, %.2g of that of the motion (%.3g J) and more than a tolerance of %g "
+                "explains. The motion passes a singular position of the loops, in which a direction of their equations "
+                "has %.2g of its usual size. Rounding is magnified there, and the path may bend within a step",
+                energy->error, error, kt_energy_watch_scale(energy), tolerance, counts.crossings.smallest);
 }
 
 void kt_say_excess(kt_outcome *outcome) {

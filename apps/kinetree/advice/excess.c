@@ -8,8 +8,8 @@
 
 #include <math.h>
 
-static const char remedy[] = "the integration has blown up; take smaller steps, or an adaptive method, or find what "
-                             "drives the motion";
+static const char remedy[] =
+    "the integration has blown up; take smaller steps, or an adaptive method, or find the force that drives the motion";
 
 /* The index of the first value beyond a limit; count: there is none. NaN is beyond. */
 static int find_beyond(const double *values, int count, double most) {

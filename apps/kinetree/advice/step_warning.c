@@ -30,7 +30,7 @@ kt_mode_watch *kt_watch_steps(kt_outcome *outcome) {
         return watch;
     if (error.code == KT_ERROR_MEMORY)
         warning.remedy = "Run it again with more memory, or compare with a run of half the step";
-    kt_warn(&outcome->warnings, &warning, "whether steps of %g s are stable and short enough is not known: %s",
+    kt_warn(&outcome->warnings, &warning, "steps of %g s may be unstable or too long; this cannot be checked: %s",
             run->step, error.message);
     return NULL;
 }
@@ -151,8 +151,8 @@ static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt
                                 .remedy = "Mend that and run 'kinetree stability', or compare with a run of half the "
                                           "step"};
     kt_warn(&outcome->warnings, &warning,
-            "whether steps of %g s are stable and short enough for %s is not known: the rate of the fastest mode is "
-            "about %.3g /s at t = %g s, and its direction cannot be found: %s: %s",
+            "steps of %g s may be unstable or too long for %s: the rate of the fastest mode is about %.3g /s at t = %g "
+            "s, but its direction cannot be computed: %s: %s",
             outcome->run->step, method->name, fastest->rate, fastest->time, error->where, error->message);
 }
 
@@ -291,11 +291,9 @@ static void warn_of_impact(kt_outcome *outcome) {
     if (kt_simulation_counts_get(outcome->simulation).crossings.near > 0 &&
         correction.share > fmax(IMPACT_LEAST, 10.0 * outcome->run->relative))
         kt_warn(&outcome->warnings, &warning,
-                "next to a singular position of the loops the path bends more sharply than steps have followed it: at "
-                "t = %.9g s "
-                "the projection has changed the velocity of joint '%s' by %.2g times the fastest in the loops, as an "
-                "impact does, "
-                "and with it the energy",
+                "next to a singular position of the loops the path bends more sharply than the steps resolve. At t = "
+                "%.9g s the projection has changed the velocity of joint '%s' by %.2g times the fastest in the loops, "
+                "as an impact does. The energy has changed, too",
                 correction.time, kt_joint_name(outcome->model, correction.body), correction.share);
 }
 
@@ -314,9 +312,9 @@ void kt_warn_of_correction(kt_outcome *outcome) {
         warn_of_impact(outcome);
     if (outcome->run->step > 0.0 && jumping == NULL && !isnan(outcome->corrected_since))
         kt_warn(&outcome->warnings, &warning,
-                "velocities after steps of %g s do not fit the loops: the projection has changed that of joint '%s' by "
-                "up to %.2g times the fastest in the loops, and more than %g times from t = %.9g s on: the steps are "
-                "much too long there%s",
+                "velocities after steps of %g s do not fit the loops. The projection has changed that of joint '%s' by "
+                "up to %.2g times the fastest in the loops, and by more than %g times from t = %.9g s on. The steps "
+                "are much too long there%s",
                 outcome->run->step, kt_joint_name(outcome->model, correction.body), correction.share,
                 KT_CORRECTION_ERROR, outcome->corrected_since,
                 driven ? ", or have leapt over a dead point, where the loops cannot move as they are driven" : "");

@@ -57,8 +57,8 @@ bool kt_bundled_find(char *folder, size_t size) {
         if (is_folder(folder))
             return true;
     }
-    kt_say("demo: the bundled scenes are neither next to the program (%s) nor in %s; KINETREE_SCENES=FOLDER says where "
-           "they are",
+    kt_say("demo: the bundled scenes are neither next to the program (%s) nor in %s; set KINETREE_SCENES=FOLDER to "
+           "their folder",
            KT_SCENES_FROM_PROGRAM, KT_SCENES_INSTALLED);
     return false;
 }

@@ -246,7 +246,7 @@ static kt_status take_own_states(kt_scene *scene, const source *s, const kt_mode
     kt_own_states_initial(model, x);
     for (int i = 0; i < count; i++)
         if (read_part(s, "state", kt_own_state_name(model, i), 1, &x[i]) != 1)
-            kt_say("%s has no state '%s', which starts as the scene says; --record state records it", s->path,
+            kt_say("%s has no state '%s', which starts with its value in the scene; --record state records it", s->path,
                    kt_own_state_name(model, i));
     const kt_status status = kt_scene_start_states(scene, x, error);
     free(x);
@@ -261,9 +261,8 @@ static void take_released(kt_scene *scene, const source *s) {
     if (json_is_array(list))
         kt_released_apply(scene, list);
     else if (names[0] != '\0')
-        kt_say("%s does not say which loops and effects are released there: %s begin as the scene says; the summary of "
-               "that run "
-               "(--summary) says it",
+        kt_say("%s does not list the released loops and effects: %s begin as in the scene; the summary of that run "
+               "(--summary) lists them",
                s->path, names);
 }
 
@@ -281,10 +280,10 @@ static int take_state(kt_scene *scene, const source *s, const kt_model *model, d
         return KT_EXIT_SCENE;
     }
     if (missing[0] != '\0')
-        kt_say("%s has no state of %s: what the scene gives stays", s->path, missing);
+        kt_say("%s has no state of %s: the values of the scene stay", s->path, missing);
     if (has_functions_of_time(scene) || has_formulas_of_time(&scene->description))
-        kt_say("the motion starts at t = 0 from the state of %s: functions of time begin anew, and what they drive is "
-               "moved to where they begin",
+        kt_say("the motion starts at t = 0 from the state of %s: functions of time begin anew, and driven joints are "
+               "moved to their first values",
                s->path);
     kt_status status = kt_scene_start_from(scene, model, q, v, &error);
     if (status == KT_OK)

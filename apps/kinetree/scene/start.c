@@ -118,8 +118,8 @@ static void say_half_held(const char *path, const kt_scene *scene, const kt_mode
             change = fmax(change, fabs(q[first + k] - given[first + k]));
         if (change > KT_INITIAL_CHANGE_LEAST)
             fprintf(stderr,
-                    "%s%s: 'hold' keeps what the scene gives of %s, its %s; its %s, which is not given, moved "
-                    "to close the loops: give it, and it is kept, too\n",
+                    "%s%s: 'hold' keeps the part of %s that the scene gives, its %s. Its %s is not given and moved to "
+                    "close the loops: give it, and it is kept, too\n",
                     path != NULL ? path : "kinetree", path != NULL ? ": warning" : "", d->hold[i],
                     has_position ? "position" : "orientation", has_position ? "orientation" : "position");
     }
@@ -291,13 +291,12 @@ int kt_start_say_inertias(const kt_scene *scene) {
         most = fmax(most, excess);
     }
     if (count > 0 && isinf(most))
-        kt_say(
-            "inertia_check: %s accepts %d inertia%s that no body has: of '%s' a principal moment is negative, or only "
-            "one is above zero; what moves with such an inertia alone may have accelerations that are wrong",
-            how, count, count == 1 ? "" : "s", d->bodies[worst].name);
+        kt_say("inertia_check: %s accepts %d impossible inertia%s: '%s' has a negative principal moment, or only one "
+               "above zero; parts that move with such an inertia alone may have wrong accelerations",
+               how, count, count == 1 ? "" : "s", d->bodies[worst].name);
     else if (count > 0)
-        kt_say("inertia_check: %s accepts %d inertia%s that no body has: of '%s' the largest principal moment "
-               "exceeds the sum of the others by %.2g %%; %s",
+        kt_say("inertia_check: %s accepts %d impossible inertia%s: the largest principal moment of '%s' exceeds the "
+               "sum of the others by %.2g %%; %s",
                how, count, count == 1 ? "" : "s", d->bodies[worst].name, 100.0 * most,
                most <= 0.01 ? "give inertias with more digits"
                             : "that is no rounding: check units, order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that they "

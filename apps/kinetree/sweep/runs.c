@@ -157,7 +157,7 @@ static void work_one_by_one(runner *r) {
         const kt_sweep_result result = kt_sweep_one(r->shared->sweep, &r->worker, number);
         store(r->shared, number, &result);
     }
-    r->worker.alone = "--one-by-one asks for it";
+    r->worker.alone = "--one-by-one is given";
 }
 
 static void *work(void *user) {

@@ -44,38 +44,32 @@ FAMILY(track, (kt_track){.type = KT_TRACK_NONE})
 
 static const family families[] = {
     {"joint", "Joints",
-     "How a body moves on its parent. R and p are rotation and position of the body frame in the joint frame, q are "
-     "the\n"
-     "positions. A position or velocity that stands in the file, zero or not, is given: when loops are closed it moves "
-     "only\n"
-     "where they cannot be closed without.\n",
+     "A joint defines how a body moves on its parent. R and p are rotation and position of the body frame in the joint "
+     "frame;\nq are the positions. A position or velocity in the file is given, even if it is zero. When the loops are "
+     "closed, a given\nvalue changes only if the loops cannot be closed otherwise.\n",
      joint, joint_standard, 0, KT_JOINT_TYPE_COUNT, true},
     {"loop", "Loops",
-     "Constraints that the tree of joints cannot carry. Every loop has a `name`. An end is `BODY.MARKER`, `BODY` (its\n"
-     "origin), `world`, or `{body: B, at: [x, y, z], rotation: R}` (or `marker` instead of `at`, against whose axes R "
-     "then\n"
-     "turns).\n",
+     "Loops are constraints that the tree of joints cannot represent. Every loop has a `name`. An end is "
+     "`BODY.MARKER`,\n`BODY` (its origin), `world`, or `{body: B, at: [x, y, z], rotation: R}`. With `marker` instead "
+     "of `at`, the rotation R\nis relative to the axes of the marker.\n",
      loop, loop_standard, 0, KT_LOOP_TYPE_COUNT, true},
     {"effect", "Effects",
-     "What acts on bodies and joints besides gravity. An effect may have a `name`. A joint that an effect acts in has "
-     "one\n"
-     "coordinate q: an angle, or a length; v is its rate. Of two units the first is that of an angle.\n",
+     "Effects act on bodies and joints in addition to gravity. An effect may have a `name`. The joint of an effect has "
+     "one\ncoordinate q: an angle, or a length; v is its rate. If there are two units, the first is for an angle.\n",
      effect, effect_standard, 0, KT_EFFECT_TYPE_COUNT, true},
-    {"function", "Functions of time", "Where a key takes a function of time y(t). y stands for its unit.\n", function,
-     function_standard, KT_FUNCTION_NONE + 1, KT_FUNCTION_EXPRESSION + 1, false},
+    {"function", "Functions of time",
+     "Some keys take a function of time y(t). In the tables, y is the unit of the key.\n", function, function_standard,
+     KT_FUNCTION_NONE + 1, KT_FUNCTION_EXPRESSION + 1, false},
     {"shape", "Shapes",
-     "What a picture shows of a body. A body of mass m takes its `com` and `inertia` I from its shape where it gives "
-     "none.\n",
+     "Pictures show the shape of a body. A body of mass m without `com` or `inertia` I takes them from its shape.\n",
      shape, shape_standard, KT_SHAPE_NONE + 1, KT_SHAPE_TYPE_COUNT, false},
     {"surface", "Surfaces",
-     "On which a loop `surface` keeps a point: `surface: {NAME: {KEYS}}`. x, y, z are the point's coordinates in the "
-     "frame of\n"
-     "the loop's first end, z along its `axis`.\n",
+     "A loop `surface` keeps a point on a surface: `surface: {NAME: {KEYS}}`. x, y, z are the coordinates of the point "
+     "in the\nframe of the first end of the loop, with z along its `axis`.\n",
      surface, surface_standard, KT_SURFACE_NONE + 1, KT_SURFACE_TYPE_COUNT, false},
     {"curve", "Curves",
-     "On which a loop `curve` keeps a point: `curve: {NAME: {KEYS}}`. c is a point of the curve in the frame of the "
-     "loop's\n"
-     "first end, z along its `axis`; sigma is its arc length.\n",
+     "A loop `curve` keeps a point on a curve: `curve: {NAME: {KEYS}}`. c is a point of the curve in the frame of the "
+     "first\nend of the loop, with z along its `axis`; sigma is its arc length.\n",
      track, track_standard, KT_TRACK_NONE + 1, KT_TRACK_TYPE_COUNT, false},
 };
 
@@ -274,7 +268,7 @@ static void print_section(const family *f, int type) {
     print_lines("    ", d->formula);
     printf("\n");
     if (d->key_count > 0)
-        printf("| key | what it is | unit | default |\n|---|---|---|---|\n");
+        printf("| key | meaning | unit | default |\n|---|---|---|---|\n");
     for (int i = 0; i < d->key_count; i++) {
         const kt_key *key = &d->keys[i];
         const phrase unit = unit_of(type, key), standard = default_of(f, key);
@@ -284,7 +278,7 @@ static void print_section(const family *f, int type) {
     for (int i = 0; i < d->quantity_count; i++) {
         const phrase name = both_of(kt_quantity_name, d->quantities[i]);
         const phrase unit = both_of(kt_quantity_unit, d->quantities[i]);
-        printf("%s| `%s` | %s | %s |\n", i == 0 ? "\n| recorded | what it is | unit |\n|---|---|---|\n" : "", name.text,
+        printf("%s| `%s` | %s | %s |\n", i == 0 ? "\n| recorded | meaning | unit |\n|---|---|---|\n" : "", name.text,
                kt_quantity_help(d->quantities[i]), unit.text);
     }
     snprintf(scene, sizeof scene, "%s-%s", f->noun, d->name);
@@ -294,15 +288,15 @@ static void print_section(const family *f, int type) {
 }
 
 void kt_types_print_page(void) {
-    printf(
-        "# Joints, loops, effects, functions and shapes\n\n"
-        "Every type that a scene can have, with its keys, its formula and a scene that runs. This page is made by\n"
-        "`kinetree help --types` from the descriptors that scenes are read, checked and written by (`descriptor.h`);\n"
-        "`kinetree help NAME` shows a part of it. [Scene files](scene-files.md) tells how a scene is put "
-        "together.\n\n");
+    printf("# Joints, loops, effects, functions and shapes\n\n"
+           "This page lists every type that a scene can have, with its keys, its formula and a scene that runs.\n"
+           "`kinetree help --types` makes the page. It takes all of it from the descriptors (`descriptor.h`), which "
+           "also define\n"
+           "how scenes are read, checked and written. `kinetree help NAME` shows one type.\n"
+           "[Scene files](scene-files.md) explains how to compose a scene.\n\n");
     for (int i = 0; i < FAMILY_COUNT; i++) {
         const family *f = &families[i];
-        printf("## %s\n\n%s\n| %s | what it is |%s\n|---|---|%s\n", f->title, f->about, f->noun,
+        printf("## %s\n\n%s\n| %s | meaning |%s\n|---|---|%s\n", f->title, f->about, f->noun,
                size_of(f, f->first).text[0] ? " |" : "", size_of(f, f->first).text[0] ? "---|" : "");
         for (int type = f->first; type < f->count; type++) {
             const phrase size = size_of(f, type);
