@@ -230,6 +230,20 @@ def check_picture(folder):
     claim("a_picture_deflects_a_pendulum_by_the_amplitude_it_states", problems)
 
 
+def check_bars(folder):
+    """--bars draws joints. A mode of a state alone moves no body, and its panel states this."""
+    ran = kinetree("modes", "p.json", "--plot", "b.svg", "--bars", folder=folder)
+    faults = [] if ran.returncode == 0 and "in step with what moves most" in (pathlib.Path(folder) / "b.svg").read_text() else [ran.stderr or "no bars"]
+    scene = json.loads((pathlib.Path(folder) / "p.json").read_text())
+    scene["states"] = {"charge": {"initial": 1, "rate": "-2*charge"}}
+    (pathlib.Path(folder) / "c.json").write_text(json.dumps(scene))
+    ran = kinetree("modes", "c.json", "--plot", "c.svg", "--view", "c.html", folder=folder)
+    svg = (pathlib.Path(folder) / "c.svg").read_text() if ran.returncode == 0 else ""
+    faults += [] if "(no body moves)" in (pathlib.Path(folder) / "c.html").read_text() else ["the page does not say that no body moves"]
+    faults += [] if "decay, time constant 0.5 s (no body moves)" in svg and svg.count("no body moves") == 1 else [f"{ran.returncode}: {ran.stderr} {svg[-300:]}"]
+    claim("bars_are_there_and_modes_without_a_moving_body_say_so", faults)
+
+
 def check_words(folder):
     faults = []
     for words, expected in ((["view", "p.json", "--modes", "--duration", "2"], "leave out --duration"), (["run", "p.json", "--modes"], "--modes"),
@@ -248,6 +262,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         check_pages(folder)
         check_picture(folder)
+        check_bars(folder)
         check_words(folder)
     finish()
 

@@ -360,6 +360,21 @@ def check_large(page, folder):
           ([] if pace and (pace > 29 or "draws slowly" in notes) else [f"{pace} pictures a second, and no word"]))
 
 
+def check_modes(page, folder):
+    """Joints hold at three times the amplitude; a mode that is chosen moves, and after a period everything is where it was."""
+    run = kinetree("modes", f"{SCENES}/fishing-rod.yaml", "--view", "modes.html", folder=folder)
+    page.open(f"{folder}/modes.html")
+    page.evaluate("kinetree.choose_mode(3), kinetree.modes.size = 3, 0")
+    apart = page.evaluate("""(() => {const k = kinetree, at = (t) => { const p = new Float32Array(k.poses.length); k.pose_at(t, p); return p; };
+        const poses = at(0.1 * k.times[1]), rest = k.modes.rest, start = at(0), end = at(k.times[1]);
+        const far = (a, b) => Math.max(...k.data.bodies.map((_, i) => norm(sub([...a.subarray(8 * i, 8 * i + 3)], [...b.subarray(8 * i, 8 * i + 3)]))));
+        const open = Math.max(...k.data.joints.map(({on, at: p, body}) => norm(sub(point_of(poses, on, p), [...poses.subarray(8 * body, 8 * body + 3)]))));
+        return [open, far(poses, rest), far(start, end)]; })()""")
+    note(f"joints open by {apart[0]:.1e} m, moved by {apart[1]:.2g} m, after a period off by {apart[2]:.1e} m")
+    claim("modes_move_and_joints_hold", ([run.stderr] if run.returncode else []) + page.complaints() +
+          ([] if apart[0] < 1e-5 and apart[1] > 0.1 and apart[2] < 1e-5 else [f"{apart}"]))
+
+
 def check_long(page, folder):
     """100,000 frames."""
     run = kinetree("view", f"{SCENES}/pendulum.yaml", "--interval", "1e-4", "--duration", "10", "--quiet", folder=folder)
@@ -395,6 +410,7 @@ def main():
             timed("bushings", check_bushings, page, folder)
             timed("names", check_names, page, folder)
             timed("large", check_large, page, folder)
+            timed("modes", check_modes, page, folder)
             timed("long", check_long, page, folder)
             note(f"seconds: {times}")
     finally:

@@ -130,6 +130,8 @@ static reach reach_of(const kt_sheet *sheet, int body, kt_spot from, kt_spot alo
     return r.low <= r.high ? r : (reach){0.0, 0.0, 0.0, 0.0};
 }
 
+enum { GUIDE_MOST = 26 }; /* of a dashed guide beyond its block: within the border of a picture */
+
 /* A slider in the plane: on the ground hatched guides, one below a block, two on both sides of a bar; else a fine
  * line. */
 static void paint_guide(const kt_sheet *sheet, const kt_picture_joint *joint) {
@@ -153,7 +155,7 @@ static void paint_guide(const kt_sheet *sheet, const kt_picture_joint *joint) {
     const reach r = reach_of(sheet, joint->body, body, along);
     if (fabs(along.y) > 0.8 &&
         r.high - r.low <= 5.0 * (r.right - r.left)) { /* a block that does not rest on its guide */
-        const double more = fmax(4.0 * sheet->pin, 0.15 * (r.high - r.low));
+        const double more = fmin(fmax(4.0 * sheet->pin, 0.15 * (r.high - r.low)), GUIDE_MOST);
         kt_paint_dashes(sheet, kt_spot_offset(body, along, r.low - more, 0.0),
                         kt_spot_offset(body, along, r.high + more, 0.0), kt_sheet_faded(sheet, sheet->palette->quiet),
                         1.0);

@@ -20,11 +20,11 @@ enum { KT_MODES_AT_INITIAL = 0, KT_MODES_AT_EQUILIBRIUM }; /* -1: whichever says
  * an exit code. */
 int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char **state);
 
-/* "2: 13.1 Hz, damping ratio 0.010"; of a mode that does not oscillate its time constant. */
+/* "2: 13.1 Hz, damping ratio 0.010"; of a mode that does not oscillate its time constant; moves: any body. */
 typedef struct kt_mode_title {
     char text[96];
 } kt_mode_title;
-kt_mode_title kt_modes_title(int number, const kt_mode *mode);
+kt_mode_title kt_modes_title(int number, const kt_mode *mode, bool moves);
 
 /* Lists up to `most` of the slowest modes that are not neutral, *listed of them; returns how many there are of all
  * speeds. */

@@ -9,18 +9,18 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { DEFLECTED_MOST = 6, PANELS_MOST = 8, NAMES_MOST = 500 };
 
-kt_mode_title kt_modes_title(int number, const kt_mode *mode) {
+kt_mode_title kt_modes_title(int number, const kt_mode *mode, bool moves) {
+    const char *still = moves ? "" : " (no body moves)";
     kt_mode_title title;
     if (mode->imaginary > 0.0)
-        snprintf(title.text, sizeof title.text, "%d: %.4g Hz, damping ratio %.3f", number, mode->frequency,
-                 fabs(mode->real) > mode->error ? mode->damping : 0.0);
+        snprintf(title.text, sizeof title.text, "%d: %.4g Hz, damping ratio %.3f%s", number, mode->frequency,
+                 fabs(mode->real) > mode->error ? mode->damping : 0.0, still);
     else
-        snprintf(title.text, sizeof title.text, "%d: %s, time constant %.3g s", number,
-                 mode->real > 0.0 ? "growth" : "decay", 1.0 / fabs(mode->real));
+        snprintf(title.text, sizeof title.text, "%d: %s, time constant %.3g s%s", number,
+                 mode->real > 0.0 ? "growth" : "decay", 1.0 / fabs(mode->real), still);
     return title;
 }
 
@@ -66,12 +66,9 @@ static kt_status deflect(const kt_small_motion *motion, deflected *d, kt_error *
         if (status != KT_OK)
             break;
         status = kt_deflection_poses(motion, d->modes[i], &deflection, d->poses + (size_t)(i + 1) * bodies, error);
-        d->titles[i] = kt_modes_title(i + 1, &mode);
+        d->titles[i] = kt_modes_title(i + 1, &mode, deflection.moved > 0.0);
         d->captions[i] = d->titles[i].text;
         d->moved = fmax(d->moved, deflection.moved);
-        const size_t used = strlen(d->titles[i].text);
-        if (!(deflection.moved > 0.0))
-            snprintf(d->titles[i].text + used, sizeof d->titles[i].text - used, " (no body moves)");
     }
     return status;
 }
@@ -160,7 +157,7 @@ int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const c
     const int number = kt_modes_slowest(motion, PANELS_MOST, modes, &plot.panel_count);
     for (int i = 0; i < plot.panel_count; i++) {
         const kt_mode mode = kt_modes_at(motion->modes, modes[i]);
-        shapes->title[i] = kt_modes_title(i + 1, &mode);
+        shapes->title[i] = kt_modes_title(i + 1, &mode, true);
         shapes->panel[i] = (kt_shape_panel){shapes->title[i].text, shapes->bars[i]};
         fill_bars(motion, modes[i], shapes->bars[i]);
     }

@@ -76,7 +76,7 @@ static kt_status fill_mode(shown_modes *s, const kt_small_motion *motion, int i,
         for (int part = 0; part < 2; part++)
             put_screw(poses, s->twists + (ptrdiff_t)part * bodies, body, kt_body_parent(motion->model, body),
                       screws + 12 * (ptrdiff_t)body + 6 * (ptrdiff_t)part);
-    s->titles[i] = kt_modes_title(i + 1, &mode);
+    s->titles[i] = kt_modes_title(i + 1, &mode, deflection.moved > 0.0);
     s->list[i] = (kt_view_mode){.title = s->titles[i].text,
                                 .frequency = mode.imaginary > 0.0 ? mode.frequency : 0.0,
                                 .rate = mode.real,
