@@ -205,6 +205,17 @@ void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_jo
     }
 }
 
+/* Hard contacts, stops and slack ropes, and friction that sticks: their events end steps of a simulation alone. */
+static kt_status refuse_contacts(const kt_model *model, kt_error *error) {
+    for (int i = 0; i < kt_loop_count(model); i++)
+        if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i))
+            return kt_error_set(
+                error, KT_ERROR_UNSUPPORTED, kt_loop_name(model, i),
+                "it is hard or sticks, and steps of a batch do not follow where it closes, opens or slips; "
+                "take a simulation for each state (kt_ensemble_run)");
+    return KT_OK;
+}
+
 kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt_error *error) {
     if (!batch->method && job->task == KT_BATCH_STEP)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "batch",
@@ -212,5 +223,5 @@ kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt
     if (!isfinite(job->h) || job->steps < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%d steps of h = %g s cannot be taken", job->steps,
                             job->h);
-    return KT_OK;
+    return KT_HAS_SWITCHES ? refuse_contacts(batch->model, error) : KT_OK;
 }

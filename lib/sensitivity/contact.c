@@ -1,7 +1,8 @@
-/* Hard contacts, stops and slack ropes in a step whose derivatives are asked for. These are those of the equations of the
- * model, in which each is open or closed from the beginning of the step to its end; where one closes within it, or its
- * reaction would begin to pull, the motion has an event there whose impulse and time the derivatives would leave out. They
- * are refused, as what they say is wrong by more than rounding. */
+/* Hard contacts, stops and slack ropes in a step that is a function of a state, and in its derivatives. These are those of the
+ * equations of the model, in which each is open or closed from the beginning of the step to its end; where one closes within
+ * it, or its reaction would begin to pull, the motion has an event there, which the step would leave out. Friction that
+ * sticks has one where it comes to rest, and where it begins to slip. Such steps are refused, as they are wrong by more than
+ * rounding. */
 #include "dynamics/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -27,9 +28,26 @@ static kt_status refuse(const kt_step_work *w, size_t loop, const char *what, do
                    w->step->t + w->step->h);
     return kt_error_set(
         error, KT_ERROR_UNSUPPORTED, where,
-        "it %s (%.3g) within the step, an event that derivatives of the step would leave out; take those "
-        "of a simulation's motion (kt_motion_derivatives)",
+        "it %s (%.3g) within the step, an event that the step and its derivatives would leave out; take a simulation "
+        "(kt_simulation_advance, kt_motion_derivatives)",
         what, size);
+}
+
+/* Friction that sticks: of a joint always, of a contact while it sticks. */
+static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    for (size_t i = 0; i < w->model->n.loop; i++) {
+        const kt_loop_record *loop = &w->model->loop[i];
+        if (!kt_loop_is_stick(w->model, (int)i) || (loop->type != KT_LOOP_RATES && kt_loop_is_off(loop)))
+            continue;
+        (void)snprintf(where, sizeof where, "friction '%.60s' by t = %.9g s", kt_loop_name(w->model, (int)i),
+                       w->step->t + w->step->h);
+        return kt_error_set(
+            error, KT_ERROR_UNSUPPORTED, where,
+            "it sticks, and a step alone does not follow where it comes to rest and begins to slip; take a "
+            "simulation (kt_simulation_advance, kt_motion_derivatives)");
+    }
+    return KT_OK;
 }
 
 /* Gaps of those that are open. */
@@ -88,9 +106,11 @@ static uint64_t mask_of(const kt_model *model) {
 kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error) {
     const kt_model *model = w->model;
     const uint64_t mask = mask_of(model);
-    if (!KT_HAS_LOOPS || mask == 0)
+    if (!KT_HAS_LOOPS || model->family == NULL)
         return KT_OK;
-    kt_status status = (model->set & mask) != mask ? check_gaps(w, next, mask, error) : KT_OK;
+    kt_status status = check_sticks(w, error);
+    if (status == KT_OK && (model->set & mask) != mask)
+        status = check_gaps(w, next, mask, error);
     if (status == KT_OK && (model->set & mask) != 0)
         status = check_reactions(w, next, error);
     return status;

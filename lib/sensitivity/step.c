@@ -184,6 +184,8 @@ kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, siz
         status = kt_step_stages(&w, q, v, error);
     if (status == KT_OK)
         status = kt_step_close(model, data, step, w.next, w.next + nq, error);
+    if (status == KT_OK)
+        status = kt_step_refuse_contacts(&w, w.next, error);
     if (status != KT_OK)
         return status;
     kt_copy(next_q, w.next, nq * sizeof *next_q);
