@@ -197,7 +197,7 @@ typedef struct findings {
 
 /* Some states that cannot be computed, or come near to that. */
 static void spoil_states(kt_many *many, kt_random *random) {
-    static const double bad[] = {NAN, INFINITY, 1e300, -1e160, 1e-170};
+    static const double bad[] = {(double)NAN, (double)INFINITY, 1e300, -1e160, 1e-170};
     for (size_t i = 1; i < KT_MANY_STATES; i += 4) {
         double *x = i % 8 == 1 ? many->q + i * many->nq : many->v + i * many->nv;
         x[(size_t)kt_random_int(random, 0, (int)many->nv - 1)] = bad[kt_random_int(random, 0, 4)];

@@ -16,7 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { NUMBERS = 4096, OUTPUTS = 6, MOST = 32 };
+enum { NUMBERS = 4096, OUTPUTS = 6, MOST = 32, LATER = 256 };
 #define MEMORY ((size_t)1 << 20)
 
 typedef struct fixture {
@@ -111,6 +111,8 @@ typedef struct fixture {
     kt_variable variable, variable_out;
     double formula_memory[64];
     const kt_expression *formula, *formula_out;
+    void *later_block;
+    double later_before[LATER], later_after[LATER];
 } fixture;
 
 typedef struct call {
@@ -155,8 +157,32 @@ static bool all_finite(const double *x, size_t n) {
     return true;
 }
 
+/* What moves and is evaluated from now on with the same objects: a short run of the simulation, which is taken back, the
+ * accelerations, the states of the batch and that of the integrator. A call that is refused changes none of it. */
+static void find_later(fixture *f, double *out) {
+    const size_t nq = (size_t)kt_model_nq(f->model), nv = (size_t)kt_model_nv(f->model);
+    double *at = out;
+    for (int i = 0; i < LATER; i++)
+        out[i] = 0.0;
+    if (f->later_block == NULL || strstr(f->function, "_free") != NULL)
+        return;
+    kt_simulation_save(f->simulation, f->later_block);
+    at[0] = (double)kt_simulation_advance(f->simulation, kt_simulation_time(f->simulation) + 0.03, NULL);
+    at[1] = kt_simulation_time(f->simulation);
+    memcpy(at + 2, kt_simulation_positions(f->simulation), nq * sizeof *at);
+    memcpy(at + 2 + nq, kt_simulation_velocities(f->simulation), nv * sizeof *at);
+    at += 2 + nq + nv;
+    at[0] = (double)kt_simulation_restore(f->simulation, f->later_block, NULL);
+    at[1] = (double)kt_acceleration_evaluate(f->model, f->data, 0.1, f->q, f->v, NULL, NULL, at + 2, NULL);
+    at += 2 + nv;
+    for (size_t i = 0; f->batch != NULL && i < kt_batch_count(f->batch); i++, at += 2 + nq + nv)
+        at[0] = (double)kt_batch_get_state(f->batch, i, at + 1, at + 2, at + 2 + nq, NULL);
+    memcpy(at, kt_integrator_state(f->integrator), 2 * sizeof *at);
+}
+
 /* Arrays that a call changes in place are its inputs, too: those that were spoilt are compared up to their bits. */
 static void keep(fixture *f) {
+    find_later(f, f->later_before);
     memcpy(f->q_before, f->q_out, sizeof f->q_out);
     memcpy(f->v_before, f->v_out, sizeof f->v_out);
 }
@@ -185,6 +211,11 @@ static void end(fixture *f, kt_status status) {
         complain(f, "failed, and what it changes in place has changed");
     if (f->object != NULL)
         complain(f, "failed, and made an object");
+    if (status == KT_ERROR_CALLBACK) /* it went on until a recorder or an action ended it */
+        return;
+    find_later(f, f->later_after);
+    if (memcmp(f->later_after, f->later_before, sizeof f->later_after) != 0)
+        complain(f, "failed, and later motion has changed");
     if (f->error.code != KT_OK && (f->error.code != status || f->error.message[0] == '\0'))
         complain(f, "failed without the words of its status");
 }
@@ -399,6 +430,7 @@ static bool make_objects(fixture *f) {
     f->energy = kt_energy_watch_start(f->model);
     f->block = calloc(1, kt_simulation_state_size(f->simulation) + 64);
     kt_simulation_save(f->simulation, f->block);
+    f->later_block = calloc(1, kt_simulation_state_size(f->simulation) + 64);
     f->formulation_options = kt_constraint_formulation_options_default((kt_constraint_formulation_type)0, 0.01);
     f->dae_options = kt_dae_options_default((kt_dae_type)0);
     f->floquet_options = kt_floquet_options_default(0.02);
