@@ -18,6 +18,7 @@
 #include "expression/wide.h"
 
 #include <math.h>
+#include <stdio.h>
 
 enum { ORDER = 3 };
 
@@ -338,6 +339,20 @@ static series operate(kt_operator code, const series *x, const series *y) {
     return is_constant(x) && (x == y || is_constant(y)) ? constant(z.c[0]) : z;
 }
 
+/* The series of a number or a symbol, whose derivatives are given by `rates` and `second` (NULL: zero). */
+static series leaf_of(const kt_expression_term *term, const double *values, const double *rates, const double *second) {
+    if (term->code == KT_OPERATOR_NUMBER)
+        return constant(widen(term->number));
+    series x = constant(widen(values[term->symbol]));
+    x.c[1] = widen(rates ? rates[term->symbol] : 0.0);
+    x.c[2] = widen(second ? 0.5 * second[term->symbol] : 0.0);
+    return x;
+}
+
+static bool is_leaf(const kt_expression_term *term) {
+    return term->code == KT_OPERATOR_NUMBER || term->code == KT_OPERATOR_SYMBOL;
+}
+
 void kt_expression_wide(const kt_expression *expression, const double *values, const double *rates,
                         const double *second, int order, double *out) {
     static const double factorial[ORDER + 1] = {1.0, 1.0, 2.0, 6.0};
@@ -346,18 +361,65 @@ void kt_expression_wide(const kt_expression *expression, const double *values, c
     for (size_t i = 0; i < expression->count; i++) {
         const kt_expression_term *term = &expression->term[i];
         const kt_operator code = (kt_operator)term->code;
-        if (code == KT_OPERATOR_NUMBER) {
-            stack[++top] = constant(widen(term->number));
-        } else if (code == KT_OPERATOR_SYMBOL) {
-            stack[++top] = constant(widen(values[term->symbol]));
-            stack[top].c[1] = widen(rates ? rates[term->symbol] : 0.0);
-            stack[top].c[2] = widen(second ? 0.5 * second[term->symbol] : 0.0);
-        } else {
-            const int two = kt_operator_is_binary(code);
-            top -= two;
-            stack[top] = operate(code, &stack[top], &stack[top + two]);
+        if (is_leaf(term)) {
+            stack[++top] = leaf_of(term, values, rates, second);
+            continue;
         }
+        const int two = kt_operator_is_binary(code);
+        top -= two;
+        stack[top] = operate(code, &stack[top], &stack[top + two]);
     }
     for (int k = 0; k <= order; k++)
         out[k] = factorial[k] * double_of(stack[0].c[k]);
+}
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+#define NAME(id, name, least, most) [KT_OPERATOR_##id] = #name,
+static const char *const function_name[] = {KT_EXPRESSION_FUNCTION_LIST(NAME)};
+#undef NAME
+
+/* "exp(8000)", "1/0" */
+static void write_operation(kt_operator code, double first, double second, char *text, size_t size) {
+    const double x = first + 0.0, y = second + 0.0; /* -0 is written as 0 */
+    static const char sign[] = {[KT_OPERATOR_ADD] = '+',
+                                [KT_OPERATOR_SUBTRACT] = '-',
+                                [KT_OPERATOR_MULTIPLY] = '*',
+                                [KT_OPERATOR_DIVIDE] = '/',
+                                [KT_OPERATOR_POWER] = '^'};
+    if (code < sizeof sign && sign[code] != 0)
+        (void)snprintf(text, size, x < 0.0 ? "(%.4g)%c%.4g" : "%.4g%c%.4g", x, sign[code], y);
+    else if (kt_operator_is_binary(code))
+        (void)snprintf(text, size, "%s(%.4g, %.4g)", function_name[code], x, y);
+    else
+        (void)snprintf(text, size, "%s(%.4g)", function_name[code], x);
+}
+
+/* What is not defined comes before the first number that is too large, which may not matter. */
+bool kt_expression_fault(const kt_expression *expression, const double *values, char *text, size_t size) {
+    series stack[KT_EXPRESSION_DEPTH_MAX] = {{{nothing}}};
+    bool found = false;
+    int top = -1;
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        const kt_operator code = (kt_operator)term->code;
+        if (is_leaf(term)) {
+            stack[++top] = leaf_of(term, values, NULL, NULL);
+            continue;
+        }
+        const int two = kt_operator_is_binary(code);
+        top -= two;
+        const double x = double_of(stack[top].c[0]), y = double_of(stack[top + two].c[0]);
+        stack[top] = operate(code, &stack[top], &stack[top + two]);
+        const bool defined = isfinite(stack[top].c[0].m);
+        if (defined && (found || isfinite(double_of(stack[top].c[0]))))
+            continue;
+        char operation[64];
+        write_operation(code, x, y, operation, sizeof operation);
+        (void)snprintf(text, size, "%s %s", operation, defined ? "exceeds the largest number" : "is not defined");
+        found = true;
+        if (!defined)
+            return true;
+    }
+    return found;
 }

@@ -11,4 +11,8 @@
 KT_INNER void kt_expression_wide(const kt_expression *expression, const double *values, const double *rates,
                                  const double *second, int order, double *out);
 
+/* Writes the operation that makes a formula infinite or NaN, with its numbers: "exp(8000) exceeds the largest number",
+ * "log(-2) is not defined". Returns false, and writes nothing, if there is none. O(length). */
+KT_INNER bool kt_expression_fault(const kt_expression *expression, const double *values, char *text, size_t size);
+
 #endif

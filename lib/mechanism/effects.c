@@ -248,13 +248,27 @@ kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_re
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave derivatives that are not finite");
 }
 
+/* The operation of an effect's formulas that is not finite, "" if there is none. */
+static void explain_force(const sum *s, const kt_effect_record *effect, char *text, size_t size) {
+    double values[KT_FORMULA_VARIABLE_MAX];
+    kt_effect_end end[2];
+    text[0] = '\0';
+    if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
+        return;
+    if (effect->ends)
+        kt_effect_ends_of(s->data, effect, end);
+    kt_formula_variables_read(s->model, s->data, NULL, effect, s->at, end, values);
+    kt_formulas_explain(s->model, effect, values, text, size);
+}
+
 static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
-    char where[KT_WHERE_SIZE];
+    char where[KT_WHERE_SIZE], fault[120];
     name_effect(s, effect, where);
+    if (effect->type == KT_EFFECT_CUSTOM || (KT_HAS_FORMULAS && effect->law != NULL))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
+    explain_force(s, effect, fault, sizeof fault);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
-                        effect->type == KT_EFFECT_CUSTOM || (KT_HAS_FORMULAS && effect->law != NULL)
-                            ? "its callback gave a force or power that is not finite"
-                            : "its force is not finite; look for a number or a function of it that is huge there");
+                        "its force is not finite%s; look for a number or a function of it that is huge there", fault);
 }
 
 /* Whether the effect's force or power is not finite. */

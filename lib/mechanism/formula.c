@@ -2,8 +2,11 @@
  * formulas, or its law in C, are evaluated with them. */
 #include "mechanism/formula.h"
 
+#include "expression/wide.h"
 #include "mechanism/relative.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Position and velocity of a marker in the world. */
@@ -93,6 +96,20 @@ int kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, 
     for (int k = 0; k < count; k++)
         out[k] = effect->formula[k] > 0 ? kt_expression_evaluate(kt_formula_of(model, effect, k), values) : 0.0;
     return 0;
+}
+
+void kt_formulas_explain(const kt_model *model, const kt_effect_record *effect, const double *values, char *text,
+                         size_t size) {
+    char fault[100];
+    text[0] = '\0';
+    for (int k = 0; k < 6 && effect->law == NULL; k++) {
+        const kt_expression *formula = kt_formula_of(model, effect, k);
+        if (formula == NULL || isfinite(kt_expression_evaluate(formula, values)) ||
+            !kt_expression_fault(formula, values, fault, sizeof fault))
+            continue;
+        (void)snprintf(text, size, " (%s)", fault);
+        return;
+    }
 }
 
 int kt_law_differentiate(const kt_effect_record *effect, const double *values, double by[KT_FORMULA_VARIABLE_MAX][6]) {

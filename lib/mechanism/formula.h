@@ -13,6 +13,11 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
 /* The formulas with these variables; 0 for one that there is not. Returns the code of a law's callback, otherwise 0. */
 int kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]);
 
+/* Names the operation that makes one of the formulas infinite or NaN, in words for a message: " (exp(8000) exceeds the largest
+ * number)"; "" if there is none. */
+void kt_formulas_explain(const kt_model *model, const kt_effect_record *effect, const double *values, char *text,
+                         size_t size);
+
 /* The derivatives of a law that gives some: by[j][k] of number k by variable j, of its force or of one rate. Returns the
  * code of its callback. */
 int kt_law_differentiate(const kt_effect_record *effect, const double *values, double by[KT_FORMULA_VARIABLE_MAX][6]);

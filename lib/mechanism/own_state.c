@@ -30,12 +30,14 @@ void kt_own_states_initial(const kt_model *model, double *x) {
 
 double *kt_own_states(const kt_model *model, kt_data *data) { return kt_data_serve(model, data) ? data->x : NULL; }
 
-static kt_status refuse_rate(const kt_model *model, size_t i, double t, double rate, kt_error *error) {
-    char where[KT_WHERE_SIZE];
+static kt_status refuse_rate(const kt_model *model, size_t i, double t, double rate, const double *values,
+                             kt_error *error) {
+    char where[KT_WHERE_SIZE], fault[120];
+    kt_formulas_explain(model, &model->state[i], values, fault, sizeof fault);
     (void)snprintf(where, sizeof where, "state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
-                        "its rate is %g; look for a division by zero, or a function of a number that is huge there",
-                        rate);
+                        "its rate is %g%s; look for a division by zero, or a function of a number that is huge there",
+                        rate, fault);
 }
 
 static kt_status refuse_law(const kt_model *model, size_t i, double t, int code, kt_error *error) {
@@ -84,7 +86,7 @@ kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, doubl
         if (code != 0 && status == KT_OK)
             status = refuse_law(model, i, t, code, error);
         else if (!isfinite(rates[i]) && status == KT_OK)
-            status = refuse_rate(model, i, t, rates[i], error);
+            status = refuse_rate(model, i, t, rates[i], values, error);
     }
     return status;
 }

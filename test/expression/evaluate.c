@@ -1,5 +1,6 @@
 /* Values and derivatives of formulas, against the same formulas written in C, in long double, and their differences. */
 #include "expression/third.h"
+#include "expression/wide.h"
 #include "kinetree/expression.h"
 
 #include <float.h>
@@ -317,6 +318,28 @@ KT_TEST(values_are_numbers_where_numbers_within_overflow) {
     kt_check_worst(&one);
     kt_check_worst(&two);
     kt_check_worst(&three);
+}
+
+/* The first operation that has no number, with its arguments; what only exceeds the largest one is named if there is none. */
+KT_TEST(operation_that_makes_a_value_infinite_is_named) {
+    static const struct {
+        const char *text, *fault;
+    } rows[] = {
+        {"2*exp(1000*(x + 7)) - y", "exp(8000) exceeds the largest number"},
+        {"log(1 + exp(8000*x)) + y/(x - x)", "8000/0 is not defined"},
+        {"y*sqrt(x - 3)", "sqrt(-2) is not defined"},
+        {"(x - 3)^0.5", "(-2)^0.5 is not defined"},
+        {"max(y, 1)*1e307", "8000*1e+307 exceeds the largest number"},
+        {"x + y", ""},
+    };
+    static const double at[] = {1.0, 8000.0};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        char fault[100] = "";
+        const kt_expression *formula = read_formula(rows[k].text);
+        const bool found = formula != NULL && kt_expression_fault(formula, at, fault, sizeof fault);
+        kt_check_text(rows[k].text, fault, rows[k].fault);
+        kt_check_true("found", found == (rows[k].fault[0] != '\0'));
+    }
 }
 
 /* An infinite derivative remains infinite, and the value keeps its bits. */
