@@ -169,7 +169,7 @@ static kt_status add_step(motion *m, double t0, kt_error *error) {
                           .tau = simulation->tau,
                           .external = simulation->external,
                           .unprojected = simulation->unprojected};
-    if (simulation->model != m->model)
+    if (KT_HAS_SWITCHES && simulation->model != m->model)
         kt_data_adapt(simulation->model, m->data);
     m->model = simulation->model;
     kt_own_states_put(m->model, m->data, m->start);
