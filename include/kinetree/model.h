@@ -226,8 +226,8 @@ KT_API int kt_loop_switch(const kt_model *model, int loop);
 KT_API int kt_effect_switch(const kt_model *model, int effect);
 /* The set of those that are on in this model; kt_model_compile returns the model of the description's. */
 KT_API uint64_t kt_switch_set(const kt_model *model);
-/* The model with another set; NULL if a bit is none of a switch's. It belongs to the same block of memory: kt_model_free
- * releases all at once, kt_model_copy copies and kt_model_size counts all, and kt_parameter_set sets all. O(1). */
+/* The model with another set, in the same block of memory; NULL if there is none (of some of the contacts, if there are
+ * more than KT_SWITCH_MAX switches, a simulation alone has one). kt_model_free releases all at once, kt_model_copy copies and kt_model_size counts all, and kt_parameter_set sets all. O(1). */
 KT_API const kt_model *kt_model_switched(const kt_model *model, uint64_t set);
 
 /* Switches a loop on or off: *model becomes the model with it or without it, and the data, made for any of these models,

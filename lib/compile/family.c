@@ -1,5 +1,9 @@
 /* The models of a description whose loops or effects are switched: one for each set of those that are on.
  *
+ * These are 2^n models. From KT_SWITCH_MAX switches on, contacts are masked: for each set of the other switches there is a model with all
+ * contacts open, and one with all of them closed. The time and the memory of both grow with the number of contacts. A simulation makes the
+ * models of the sets between from the second one (simulation/mask.h), whose groups are dense.
+ *
  * Each is compiled by itself, from the description in which the others are off. Constraint groups, their ranks and forms,
  * and the planes of trees follow from the loops that are on, so that a model is as fast as one that never had the others:
  * apps/embed/standing.c, of 18 coordinates, takes 25,000 instructions an evaluation with all feet off the ground, as a
@@ -39,33 +43,65 @@ typedef struct compilation {
     kt_description description; /* with the arrays below */
     kt_loop *loops;
     kt_effect *effects;
-    int count;
-    kt_switch item[KT_SWITCH_MAX];
+    kt_switches switches;
     uint64_t initial;
-    kt_model **model; /* by their sets */
+    kt_model **model; /* by their indices */
 } compilation;
+
+/* The effect whose friction sticks by the loop of switch k; -1: none. */
+static int effect_of_stick(const compilation *c, int k) {
+    const kt_loop *loop = c->switches.item[k].loop >= 0 ? &c->loops[c->switches.item[k].loop] : NULL;
+    const bool may =
+        loop && loop->side == KT_SIDE_NONE && (loop->type == KT_LOOP_RATES || loop->type == KT_LOOP_ROLLING);
+    const int effect = may ? loop->equation_count - 1 : -1;
+    if (effect < 0 || effect >= c->description.effect_count)
+        return -1;
+    const kt_effect *of = &c->effects[effect];
+    return (loop->type == KT_LOOP_RATES ? kt_effect_sticks(of) : kt_effect_rubs(of)) ? effect : -1;
+}
 
 static void add_switch(compilation *c, kt_switch item, kt_switching switching) {
     if (switching == KT_ALWAYS_ON)
         return;
-    c->initial |= switching == KT_SWITCHED_ON ? (uint64_t)1 << c->count : 0;
-    c->item[c->count++] = item;
+    c->initial |= switching == KT_SWITCHED_ON ? (uint64_t)1 << c->switches.count : 0;
+    c->switches.item[c->switches.count++] = item;
+}
+
+/* Whether a switch is that of a contact: of a loop that bounds a side, or of a contact's friction that sticks (hard.c). */
+static bool is_contact(const compilation *c, int k) {
+    const kt_loop *loop = c->switches.item[k].loop >= 0 ? &c->loops[c->switches.item[k].loop] : NULL;
+    return loop && (loop->side != KT_SIDE_NONE || (loop->type == KT_LOOP_ROLLING && effect_of_stick(c, k) >= 0));
+}
+
+/* Too many switches for a model of each set: contacts are masked. */
+static kt_status mask_contacts(compilation *c, kt_error *error) {
+    int others = 0;
+    for (int k = 0; k < c->switches.count; k++)
+        if (is_contact(c, k))
+            c->switches.masked |= (uint64_t)1 << k;
+        else
+            others++;
+    if (others < KT_SWITCH_MAX)
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_MODEL, "switching",
+                        "%d loops and effects are switched besides contacts (friction that sticks in a joint counts "
+                        "twice), which would be %.0f models; switch at most %d",
+                        others, exp2(others + (c->switches.masked != 0)), KT_SWITCH_MAX - (c->switches.masked != 0));
 }
 
 static kt_status begin(compilation *c, const kt_description *d, kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const int count = kt_switches_count(d);
-    if (count > KT_SWITCH_MAX)
+    if (count > KT_FAMILY_SWITCHES)
         return kt_error_set(
             error, KT_ERROR_MODEL, "switching",
-            "%d loops and effects are switched (hard stops, contacts and slack ropes among them), which "
-            "would be %.0f models; switch at most %d",
-            count, exp2(count), KT_SWITCH_MAX);
+            "%d loops and effects are switched: hard stops and slack ropes count once, contacts with friction and "
+            "friction that sticks in a joint twice; switch at most %d",
+            count, KT_FAMILY_SWITCHES);
     c->description = *d;
     c->loops = malloc((loops + 1) * sizeof *c->loops);
     c->effects = malloc((effects + 1) * sizeof *c->effects);
-    c->model = calloc((size_t)1 << count, sizeof *c->model);
-    if (!c->loops || !c->effects || !c->model)
+    if (!c->loops || !c->effects)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     kt_copy(c->loops, d->loops, loops * sizeof *c->loops);
     kt_copy(c->effects, d->effects, effects * sizeof *c->effects);
@@ -75,19 +111,23 @@ static kt_status begin(compilation *c, const kt_description *d, kt_error *error)
         add_switch(c, (kt_switch){.loop = i, .effect = -1}, d->loops[i].switching);
     for (int i = 0; i < d->effect_count; i++)
         add_switch(c, (kt_switch){.loop = -1, .effect = i}, switching_of(&d->effects[i]));
-    return KT_OK;
+    const kt_status status = count > KT_SWITCH_MAX ? mask_contacts(c, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
+    c->model = calloc((size_t)kt_switches_models(&c->switches), sizeof(kt_model *));
+    return c->model ? KT_OK : kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
 }
 
 static void end(compilation *c) {
-    for (uint64_t set = 0; c->model && set < (uint64_t)1 << c->count; set++)
-        kt_model_free(c->model[set]);
+    for (uint64_t k = 0; c->model && k < kt_switches_models(&c->switches); k++)
+        kt_model_free(c->model[k]);
     free(c->model);
     free(c->effects);
     free(c->loops);
 }
 
 static const char *name_of(const compilation *c, int k) {
-    const kt_switch *item = &c->item[k];
+    const kt_switch *item = &c->switches.item[k];
     const char *name = item->loop >= 0 ? c->loops[item->loop].name : c->effects[item->effect].name;
     return name ? name : "";
 }
@@ -96,25 +136,13 @@ static const char *name_of(const compilation *c, int k) {
 static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from, kt_error *error) {
     char text[256] = "";
     size_t used = 0;
-    for (int k = 0; k < c->count && used < sizeof text - 1; k++)
+    for (int k = 0; k < c->switches.count && used < sizeof text - 1; k++)
         if (!(set >> k & 1)) {
             const int length = snprintf(text + used, sizeof text - used, "%s'%.40s'", used ? ", " : "", name_of(c, k));
             used += length > 0 ? (size_t)length : 0;
         }
     return used == 0 ? kt_error_set(error, from->code, from->where, "%s", from->message)
                      : kt_error_set(error, from->code, from->where, "with %s switched off: %s", text, from->message);
-}
-
-/* The effect whose friction sticks by the loop of switch k; -1: none. */
-static int effect_of_stick(const compilation *c, int k) {
-    const kt_loop *loop = c->item[k].loop >= 0 ? &c->loops[c->item[k].loop] : NULL;
-    const bool may =
-        loop && loop->side == KT_SIDE_NONE && (loop->type == KT_LOOP_RATES || loop->type == KT_LOOP_ROLLING);
-    const int effect = may ? loop->equation_count - 1 : -1;
-    if (effect < 0 || effect >= c->description.effect_count)
-        return -1;
-    const kt_effect *of = &c->effects[effect];
-    return (loop->type == KT_LOOP_RATES ? kt_effect_sticks(of) : kt_effect_rubs(of)) ? effect : -1;
 }
 
 /* A contact with friction: while it is closed and does not stick it slips. */
@@ -136,7 +164,7 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     const int effect = effect_of_stick(c, k);
     if (effect < 0)
         return;
-    const int32_t loop = c->item[k].loop;
+    const int32_t loop = c->switches.item[k].loop;
     if (model)
         model->loop[loop].friction = effect + 1;
     if (model && c->loops[loop].type == KT_LOOP_ROLLING)
@@ -144,8 +172,8 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     if (c->loops[loop].type == KT_LOOP_ROLLING)
         return;
     bool backwards = false;
-    for (int j = 0; j < c->count; j++)
-        backwards = backwards || (c->item[j].effect == effect && (set >> j & 1));
+    for (int j = 0; j < c->switches.count; j++)
+        backwards = backwards || (c->switches.item[j].effect == effect && (set >> j & 1));
     c->effects[effect].switching = set >> k & 1 ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
     c->loops[loop].switching = (set >> k & 1) && !backwards ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
     for (size_t i = 0; model && i < model->n.effect + model->n.effect_off; i++)
@@ -153,27 +181,39 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
             model->effect[i].direction = backwards ? -1.0 : 1.0;
 }
 
-static kt_status compile_set(compilation *c, const kt_model_options *options, kt_compile_call *compile, uint64_t set,
-                             kt_error *error) {
-    kt_error from = {.code = KT_OK};
-    for (int k = 0; k < c->count; k++) {
-        const kt_switching switching = set >> k & 1 ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
-        if (c->item[k].loop >= 0)
-            c->loops[c->item[k].loop].switching = switching;
-        else
-            c->effects[c->item[k].effect].switching = switching;
+/* The sets between are taken from the model in which all contacts are closed: its groups have the form of any set. */
+static kt_model_options options_of(const compilation *c, const kt_model_options *options, uint64_t set) {
+    kt_model_options own = *options;
+    if ((set & c->switches.masked) != 0) {
+        own.structure = KT_STRUCTURE_DENSE;
+        own.excluded_forms |= 1U << KT_FORM_PIN;
     }
-    for (int k = 0; k < c->count; k++)
+    return own;
+}
+
+static kt_status compile_one_set(compilation *c, const kt_model_options *options, kt_compile_call *compile,
+                                 uint64_t index, kt_error *error) {
+    const uint64_t set = kt_switches_set(&c->switches, index);
+    const kt_model_options own = options_of(c, options, set);
+    kt_error from = {.code = KT_OK};
+    for (int k = 0; k < c->switches.count; k++) {
+        const kt_switching switching = set >> k & 1 ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
+        if (c->switches.item[k].loop >= 0)
+            c->loops[c->switches.item[k].loop].switching = switching;
+        else
+            c->effects[c->switches.item[k].effect].switching = switching;
+    }
+    for (int k = 0; k < c->switches.count; k++)
         set_stick(c, k, set, NULL);
-    const kt_status status = compile(&c->description, options, &c->model[set], &from);
-    for (int k = 0; status == KT_OK && k < c->count; k++)
-        set_stick(c, k, set, c->model[set]);
+    const kt_status status = compile(&c->description, &own, &c->model[index], &from);
+    for (int k = 0; status == KT_OK && k < c->switches.count; k++)
+        set_stick(c, k, set, c->model[index]);
     return status == KT_OK ? KT_OK : refuse(c, set, &from, error);
 }
 
 /* Springs that start unstretched do so with what is on at the start: the other models take their lengths over. */
 static void share_lengths(const compilation *c, kt_model *to) {
-    const kt_model *from = c->model[c->initial];
+    const kt_model *from = c->model[kt_switches_index(&c->switches, c->initial)];
     const size_t count = from->n.effect + from->n.effect_off;
     for (size_t i = 0; i < count; i++)
         for (size_t j = 0; j < count; j++)
@@ -181,42 +221,54 @@ static void share_lengths(const compilation *c, kt_model *to) {
                 to->effect[i].length = from->effect[j].length;
 }
 
+/* Bytes of the data: of a mask, in which any contacts may slip, those of all of them. */
+static size_t data_size_of(const compilation *c, const kt_model *model) {
+    kt_model slipping = *model;
+    if ((model->set & c->switches.masked) == 0)
+        return kt_data_size(model);
+    slipping.n.slip = 0;
+    for (size_t i = 0; i < model->n.loop; i++)
+        slipping.n.slip += model->loop[i].rubs > 0;
+    slipping.family = NULL;
+    return kt_data_size(&slipping);
+}
+
 /* Copies all models into one block. */
 static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
-    const size_t head = kt_family_head(c->count);
+    const uint64_t models = kt_switches_models(&c->switches);
+    const size_t head = kt_family_head(models);
     size_t bytes = head;
-    for (uint64_t set = 0; set < (uint64_t)1 << c->count; set++)
-        bytes += kt_arena_round(c->model[set]->bytes);
+    for (uint64_t k = 0; k < models; k++)
+        bytes += kt_arena_round(c->model[k]->bytes);
     kt_family *family = kt_arena_allocate(bytes, "the models", error);
     if (!family)
         return KT_ERROR_MEMORY;
     memset(family, 0, head);
+    family->switches = c->switches;
     family->bytes = bytes;
-    family->count = c->count;
-    memcpy(family->item, c->item, sizeof c->item);
     size_t at = head;
-    for (uint64_t set = 0; set < kt_family_sets(family); set++) {
-        kt_model *from = c->model[set], *to = (kt_model *)(void *)((char *)family + at);
+    for (uint64_t k = 0; k < models; k++) {
+        kt_model *from = c->model[k], *to = (kt_model *)(void *)((char *)family + at);
         share_lengths(c, from);
+        from->set = kt_switches_set(&c->switches, k);
         kt_model_copy_one(from, to);
         to->placed = false;
         to->family = family;
-        to->set = set;
-        family->at[set] = at;
+        family->at[k] = at;
         at += kt_arena_round(from->bytes);
-        const size_t data = kt_data_size(from);
+        const size_t data = data_size_of(c, from);
         family->data = data > family->data ? data : family->data;
     }
-    *model = kt_family_model(family, c->initial);
+    *model = kt_family_model(family, (uint64_t)kt_switches_index(&c->switches, c->initial));
     return KT_OK;
 }
 
 kt_status kt_family_compile(const kt_description *description, const kt_model_options *options,
                             kt_compile_call *compile, kt_model **model, kt_error *error) {
-    compilation c = {.count = 0};
+    compilation c = {.initial = 0};
     kt_status status = begin(&c, description, error);
-    for (uint64_t set = 0; status == KT_OK && set < (uint64_t)1 << c.count; set++)
-        status = compile_set(&c, options, compile, set, error);
+    for (uint64_t k = 0; status == KT_OK && k < kt_switches_models(&c.switches); k++)
+        status = compile_one_set(&c, options, compile, k, error);
     if (status == KT_OK)
         status = join(&c, model, error);
     end(&c);

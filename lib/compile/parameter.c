@@ -290,7 +290,7 @@ kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter,
     const bool off = KT_HAS_SWITCHES && parameter->kind == KT_PARAMETER_LOOP_CURVE && status == KT_OK &&
                      kt_loop_is_off(&model->loop[parameter->item]);
     if (status == KT_OK) /* the function of a loop that is off is that of the models in which it is on */
-        get(off ? kt_family_model(model->family, kt_family_sets(model->family) - 1) : model, parameter, values);
+        get(off ? kt_family_model(model->family, kt_family_models(model->family) - 1) : model, parameter, values);
     return status;
 }
 
@@ -518,8 +518,8 @@ kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const 
         kt_parameter_put(copy, parameter, values);
         return KT_OK;
     }
-    for (uint64_t set = 0; set < kt_family_sets(copy->family); set++) {
-        kt_model *model = kt_family_model(copy->family, set);
+    for (uint64_t k = 0; k < kt_family_models(copy->family); k++) {
+        kt_model *model = kt_family_model(copy->family, k);
         const kt_parameter there = parameter_in(copy, parameter, model);
         kt_parameter_put(model, &there, values);
     }

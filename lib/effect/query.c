@@ -61,11 +61,12 @@ kt_energetics kt_model_energetics(const kt_model *model) {
 #if KT_HAS_SWITCHES
     /* Loops that are switched on take energy; what effects store comes and goes with them. */
     for (int k = 0; k < kt_switch_count(model); k++) {
-        const bool takes = model->family->item[k].loop >= 0 || is_stick(model, model->family->item[k].effect);
+        const bool takes =
+            model->family->switches.item[k].loop >= 0 || is_stick(model, model->family->switches.item[k].effect);
         const kt_energetics one = takes ? KT_ENERGY_DISSIPATED : KT_ENERGY_SUPPLIED;
         worst = one > worst ? one : worst;
     }
-    if (model->family && kt_family_model(model->family, kt_family_sets(model->family) - 1)->driven)
+    if (model->family && kt_family_model(model->family, kt_family_models(model->family) - 1)->driven)
         worst = KT_ENERGY_SUPPLIED;
 #endif
     return worst;

@@ -37,7 +37,9 @@ static void pose(const kt_coulomb *c, posed *p) {
     const int m = 3 * c->n;
     int row[3], column[3];
     double by[3], unused[3];
-    memset(p, 0, sizeof *p);
+    memset(p->W, 0, (size_t)(m * m) * sizeof *p->W);
+    memset(p->b, 0, (size_t)m * sizeof *p->b);
+    p->has_limit = false;
     p->symmetric = true;
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];

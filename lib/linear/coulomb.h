@@ -30,8 +30,8 @@
 struct kt_cone;
 
 enum {
-    KT_COULOMB_ITEMS = 10,
-    KT_COULOMB_ROWS = 15,
+    KT_COULOMB_ITEMS = 32,
+    KT_COULOMB_ROWS = 48,
     KT_COULOMB_COLUMNS = 1 + KT_COULOMB_ITEMS / 2, /* right-hand sides: at most half of the items slip */
     KT_COULOMB_ITERATIONS = 40,
 };
@@ -123,36 +123,37 @@ static inline bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_soluti
     return c->item[i].type == KT_COULOMB_CONE && (mode == KT_COULOMB_SLIP || mode == KT_COULOMB_SLIP_BACK);
 }
 
-static inline kt_coulomb_system kt_coulomb_begin(const kt_coulomb *c, const kt_coulomb_solution *to) {
-    kt_coulomb_system s = {.n = 0};
+static inline void kt_coulomb_begin(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
+    s->n = s->columns = 0;
+    s->shares = false;
+    memset(s->fixed, 0, sizeof s->fixed);
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         if (item->type == KT_COULOMB_DRY) {
             if (to->mode[i] == KT_COULOMB_STICK)
-                kt_coulomb_unknown(&s, i, item->row, -1);
+                kt_coulomb_unknown(s, i, item->row, -1);
             else
-                s.fixed[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
+                s->fixed[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
             continue;
         }
-        s.fixed[item->row] = item->least;
+        s->fixed[item->row] = item->least;
         if (to->mode[i] == KT_COULOMB_OPEN)
             continue;
         const bool presses = kt_coulomb_presses(to->mode[i]);
         if (presses)
-            kt_coulomb_unknown(&s, i, item->row, item->row);
+            kt_coulomb_unknown(s, i, item->row, item->row);
         if (item->type == KT_COULOMB_SLIPS || kt_coulomb_slips(c, to, i)) {
             for (int k = 0; k < 2; k++) {
                 if (presses)
-                    s.P[s.n - 1][item->across + k] = -item->friction * to->e[i][k];
-                s.fixed[item->across + k] = -item->friction * item->least * to->e[i][k];
+                    s->P[s->n - 1][item->across + k] = -item->friction * to->e[i][k];
+                s->fixed[item->across + k] = -item->friction * item->least * to->e[i][k];
             }
         } else if (item->type == KT_COULOMB_CONE) {
-            kt_coulomb_unknown(&s, i, item->across, item->row);
-            kt_coulomb_unknown(&s, i, item->across + 1, item->row);
-            s.is_tangential[s.n - 2] = s.is_tangential[s.n - 1] = true;
+            kt_coulomb_unknown(s, i, item->across, item->row);
+            kt_coulomb_unknown(s, i, item->across + 1, item->row);
+            s->is_tangential[s->n - 2] = s->is_tangential[s->n - 1] = true;
         }
     }
-    return s;
 }
 
 static inline double kt_coulomb_along(const kt_coulomb *c, int row, const double *p) {
@@ -295,7 +296,7 @@ static inline void kt_coulomb_eliminate(kt_coulomb_system *s) {
                 s->A[i][j] -= factor * s->A[rank][j];
         }
     }
-    memset(s->x, 0, sizeof s->x);
+    memset(s->x, 0, (size_t)s->columns * sizeof s->x[0]);
     for (int m = 0; m < s->columns; m++)
         for (int i = 0; i < rank; i++)
             s->x[m][order[i]] = s->A[i][s->n + m];
@@ -323,7 +324,7 @@ static inline bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_so
 
 /* p and u of a combination with given directions; in *s dx/de. */
 static inline void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to, kt_coulomb_system *s) {
-    *s = kt_coulomb_begin(c, to);
+    kt_coulomb_begin(c, to, s);
     kt_coulomb_fill(c, to, s);
     kt_coulomb_eliminate(s);
     to->shares = s->shares;
@@ -338,11 +339,17 @@ static inline void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *t
 /* One step of Newton's iteration for the directions: angles by which they turn. *residual: the largest e x u_t. */
 static inline void kt_coulomb_turn(const kt_coulomb *c, const kt_coulomb_solution *to, const kt_coulomb_system *s,
                                    double *angle, double *residual) {
-    kt_coulomb_system t = {.columns = 1};
+    kt_coulomb_system t;
+    t.n = 0;
+    t.columns = 1;
+    t.shares = false;
     *residual = 0.0;
     for (int i = 0; i < c->n; i++)
-        if (kt_coulomb_slips(c, to, i))
+        if (kt_coulomb_slips(c, to, i)) {
+            t.is_normal[t.n] = t.is_tangential[t.n] = false;
+            t.least[t.n] = 0.0;
             t.item[t.n++] = i;
+        }
     for (int k = 0; k < t.n; k++) {
         const double *e = to->e[t.item[k]];
         const int row = c->item[t.item[k]].across;

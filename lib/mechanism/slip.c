@@ -268,6 +268,7 @@ static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_
 static kt_status find_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                slow_slip *p, kt_error *error) {
     const size_t n = model->n.slip, rows = 3 * n;
+    memset(p->W, 0, rows * rows * sizeof *p->W);
     double N0[SLIPS], N[SLIPS], rate0[RATES], rate[RATES], drift[RATES];
     find_drift(model, data, at, a, drift);
     load(model, data, at->external);
@@ -350,7 +351,9 @@ static void predict_directions(const kt_data *data, slow_slip *p) {
 static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                            kt_error *error) {
     const size_t n = model->n.slip;
-    slow_slip p = {.unit = 0.0};
+    slow_slip p;
+    p.c = (kt_coulomb){.n = 0};
+    p.unit = 0.0;
     const kt_status status = find_response(model, data, at, a, &p, error);
     if (status != KT_OK)
         return status;

@@ -33,12 +33,16 @@ static kt_model *copy_family(const kt_model *model, void *memory) {
     kt_family *to = memory;
     memcpy(to, from, from->bytes);
     to->placed = true;
-    for (uint64_t set = 0; set < kt_family_sets(to); set++) {
-        kt_model *copy = kt_family_model(to, set);
-        kt_model_copy_one(kt_family_model(from, set), copy);
+    for (uint64_t k = 0; k < kt_family_models(to); k++) {
+        kt_model *copy = kt_family_model(to, k);
+        kt_model_copy_one(kt_family_model(from, k), copy);
         copy->family = to;
     }
-    return kt_family_model(to, model->set);
+    const int64_t index = kt_switches_index(&to->switches, model->set);
+    if (index >= 0)
+        return kt_family_model(to, (uint64_t)index);
+    /* of a mask the model without contacts */
+    return kt_family_model(to, (uint64_t)kt_switches_index(&to->switches, model->set & ~to->switches.masked));
 }
 #endif
 

@@ -5,20 +5,21 @@
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */
 
-int kt_switch_count(const kt_model *model) { return model && model->family ? model->family->count : 0; }
+int kt_switch_count(const kt_model *model) { return model && model->family ? model->family->switches.count : 0; }
 
 uint64_t kt_switch_set(const kt_model *model) { return model ? model->set : 0; }
 
 const kt_model *kt_model_switched(const kt_model *model, uint64_t set) {
     if (!model || !model->family)
         return set == 0 ? model : NULL;
-    return set < kt_family_sets(model->family) ? kt_family_model(model->family, set) : NULL;
+    const int64_t index = kt_switches_index(&model->family->switches, set);
+    return index >= 0 ? kt_family_model(model->family, (uint64_t)index) : NULL;
 }
 
 const char *kt_switch_name(const kt_model *model, int k) {
     if (!model || !KT_IS_INDEX(k, kt_switch_count(model)))
         return NULL;
-    const kt_switch *item = &model->family->item[k];
+    const kt_switch *item = &model->family->switches.item[k];
     if (item->loop >= 0)
         return model->text + model->loop[item->loop].name;
     for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++)
@@ -29,14 +30,14 @@ const char *kt_switch_name(const kt_model *model, int k) {
 
 int kt_loop_switch(const kt_model *model, int loop) {
     for (int k = 0; loop >= 0 && k < kt_switch_count(model); k++)
-        if (model->family->item[k].loop == loop)
+        if (model->family->switches.item[k].loop == loop)
             return k;
     return -1;
 }
 
 int kt_effect_switch(const kt_model *model, int effect) {
     for (int k = 0; effect >= 0 && k < kt_switch_count(model); k++)
-        if (model->family->item[k].effect == effect)
+        if (model->family->switches.item[k].effect == effect)
             return k;
     return -1;
 }
@@ -54,6 +55,10 @@ static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, c
         return KT_ERROR_ARGUMENT;
     const uint64_t bit = (uint64_t)1 << k;
     const kt_model *to = kt_model_switched(*model, on ? (*model)->set | bit : (*model)->set & ~bit);
+    if (!to)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, call,
+                            "it is one of more than %d contacts and switches, which only a simulation closes and opens",
+                            KT_SWITCH_MAX);
     if (data && data->bytes < (*model)->family->data)
         return kt_error_set(error, KT_ERROR_MEMORY, call,
                             "the data have %zu bytes, and need %zu for all models; make them for one of these "

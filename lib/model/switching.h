@@ -9,25 +9,66 @@ typedef struct kt_switch {
     int32_t loop, effect;
 } kt_switch;
 
-/* One block of memory: this struct, the offsets of the models, by their sets, and the models. */
+/* The most switches of a family: those of contacts count, too. */
+enum { KT_FAMILY_SWITCHES = 32 };
+
+/* What is switched. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more of them, those of contacts are masked: for
+ * each set of the others there are two models, one with no contact and one with all of them. A simulation makes the sets between from the
+ * second one (simulation/mask.h). */
+typedef struct kt_switches {
+    int32_t count;
+    uint64_t masked; /* contacts whose sets have no models of their own; 0: all sets have */
+    kt_switch item[KT_FAMILY_SWITCHES];
+} kt_switches;
+
+/* One block of memory: this struct, the offsets of the models, and the models. */
 typedef struct kt_family {
     size_t bytes;
-    size_t data;   /* bytes of the largest data */
-    int32_t count; /* of switches: 1 << count models */
-    bool placed;   /* in the caller's memory (kt_model_copy) */
-    kt_switch item[KT_SWITCH_MAX];
+    size_t data; /* bytes of the largest data */
+    bool placed; /* in the caller's memory (kt_model_copy) */
+    kt_switches switches;
     size_t at[]; /* of each model, from the beginning of the block */
 } kt_family;
 
-static inline uint64_t kt_family_sets(const kt_family *family) { return (uint64_t)1 << family->count; }
+/* How many models there are, and the set of the k-th: the last one has all that is switched. */
+static inline uint64_t kt_switches_models(const kt_switches *of) {
+    int count = of->masked != 0;
+    for (int k = 0; k < of->count; k++)
+        count += (of->masked >> k & 1) == 0;
+    return (uint64_t)1 << count;
+}
 
-static inline kt_model *kt_family_model(const kt_family *family, uint64_t set) {
-    return (kt_model *)(void *)((char *)(uintptr_t)family + family->at[set]);
+static inline uint64_t kt_switches_set(const kt_switches *of, uint64_t index) {
+    uint64_t set = 0;
+    int bit = 0;
+    for (int k = 0; k < of->count; k++)
+        if ((of->masked >> k & 1) == 0)
+            set |= (index >> bit++ & 1) << k;
+    return set | ((index >> bit & 1) != 0 ? of->masked : 0);
+}
+
+/* The index of a set's model; -1: it has none. */
+static inline int64_t kt_switches_index(const kt_switches *of, uint64_t set) {
+    const uint64_t contacts = set & of->masked;
+    uint64_t index = 0;
+    int bit = 0;
+    if (set >> of->count != 0 || (contacts != 0 && contacts != of->masked))
+        return -1;
+    for (int k = 0; k < of->count; k++)
+        if ((of->masked >> k & 1) == 0)
+            index |= (set >> k & 1) << bit++;
+    return (int64_t)(index | (uint64_t)(contacts != 0) << bit);
+}
+
+/* How many models a family has, and the k-th. */
+static inline uint64_t kt_family_models(const kt_family *family) { return kt_switches_models(&family->switches); }
+static inline kt_model *kt_family_model(const kt_family *family, uint64_t k) {
+    return (kt_model *)(void *)((char *)(uintptr_t)family + family->at[k]);
 }
 
 /* Bytes from the beginning of a family to its first model. */
-static inline size_t kt_family_head(int count) {
-    return kt_arena_round(sizeof(kt_family) + ((size_t)1 << count) * sizeof(size_t));
+static inline size_t kt_family_head(uint64_t models) {
+    return kt_arena_round(sizeof(kt_family) + (size_t)models * sizeof(size_t));
 }
 
 /* Copies one model, without the others of its family. */

@@ -52,7 +52,8 @@ static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
 
 /* Gaps of those that are open. */
 static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, kt_error *error) {
-    const kt_model *model = w->model, *all = kt_model_switched(model, model->set | mask);
+    const kt_model *model = w->model,
+                   *all = kt_model_switched(model, model->set | mask | model->family->switches.masked);
     const double least = -rounding * fmax(1.0, model->length);
     kt_data *data = NULL;
     kt_status status = kt_data_init(all, w->contact_memory, kt_data_size(model), &data, error);
@@ -118,8 +119,8 @@ kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error 
 
 size_t kt_step_contact_rows(const kt_model *model) {
     size_t rows = 0;
-    for (uint64_t set = 0; mask_of(model) != 0 && set < kt_family_sets(model->family); set++) {
-        const kt_model *one = kt_family_model(model->family, set);
+    for (uint64_t k = 0; mask_of(model) != 0 && k < kt_family_models(model->family); k++) {
+        const kt_model *one = kt_family_model(model->family, k);
         rows = one->n.row > rows ? one->n.row : rows;
     }
     return rows;

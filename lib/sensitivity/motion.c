@@ -78,8 +78,8 @@ static const kt_method *method_of(const kt_simulation *simulation) {
 static size_t step_size_of(const kt_model *model, const kt_method *method) {
     size_t most = kt_step_work_size(model, method);
 #if KT_HAS_SWITCHES
-    for (uint64_t set = 0; model->family != NULL && most > 0 && set < kt_family_sets(model->family); set++) {
-        const size_t size = kt_step_work_size(kt_family_model(model->family, set), method);
+    for (uint64_t k = 0; model->family != NULL && most > 0 && k < kt_family_models(model->family); k++) {
+        const size_t size = kt_step_work_size(kt_family_model(model->family, k), method);
         most = size > most ? size : most;
     }
 #endif
@@ -112,6 +112,13 @@ static kt_status check(const kt_simulation *simulation, kt_error *error) {
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "the simulation takes equations or a projection that are the caller's, or another "
                             "formulation, whose derivatives are not known; take the engine's own");
+#if KT_HAS_SWITCHES
+    if (simulation->model->family != NULL && simulation->model->family->switches.masked != 0)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
+                            "derivatives of a motion are not known for more than %d contacts and switches; take "
+                            "differences, or leave contacts out that are never met",
+                            KT_SWITCH_MAX);
+#endif
     if (kt_motion_work_size(simulation) == 0)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "a step of '%s' depends on earlier steps, and has no derivatives by a state; without "

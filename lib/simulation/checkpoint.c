@@ -11,7 +11,7 @@
 #include "base/sum.h"
 #include "expression/expression.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
+#include "simulation/contact.h"
 
 #include <stddef.h>
 #include <stdio.h>
@@ -115,6 +115,12 @@ static uint64_t sum_of_events(const kt_simulation *simulation) {
 
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
 
+#if KT_HAS_EVENTS
+#define KT_CHECKPOINT_CONTACTS(X) X(ranks, size->ranks)
+#else
+#define KT_CHECKPOINT_CONTACTS(X) X(ranks, 0)
+#endif
+
 /* The parts: name, bytes. One list measures, writes and reads. */
 #define KT_CHECKPOINT_PARTS(X)                                                                                         \
     X(head, sizeof(kt_checkpoint_head))                                                                                \
@@ -128,6 +134,7 @@ static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
     X(wrench, size->body * sizeof(kt_wrench))                                                                          \
     X(wrench_next, size->body * sizeof(kt_wrench))                                                                     \
     X(kept, size->kept * sizeof(double))                                                                               \
+    KT_CHECKPOINT_CONTACTS(X)                                                                                          \
     X(events, size->event * sizeof(kt_event_memory))                                                                   \
     X(roots, size->event * sizeof(kt_event_root))
 
@@ -204,6 +211,10 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
         memcpy(to + at.events, simulation->event_memory, size->event * sizeof(kt_event_memory));
         memcpy(to + at.roots, simulation->event_root, size->event * sizeof(kt_event_root));
     }
+#if KT_HAS_EVENTS
+    if (size->ranks > 0)
+        kt_contacts_save_ranks(simulation, (double *)(void *)(to + at.ranks));
+#endif
     kt_integrator_save(simulation->integrator, &memory, (double *)(void *)(to + at.y),
                        (double *)(void *)(to + at.previous_y), (double *)(void *)(to + at.history));
     memcpy(to + at.integrator, &memory, sizeof memory);
@@ -268,6 +279,16 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
     return check_settings(&head->settings, &own.settings, error);
 }
 
+/* The model of the set of a checkpoint; NULL: there is none. */
+static const kt_model *model_of(kt_simulation *simulation, uint64_t set, const void *ranks) {
+#if KT_HAS_EVENTS
+    if (simulation->size.ranks > 0)
+        return kt_contacts_restored_model(simulation, set, ranks);
+#endif
+    (void)ranks;
+    return kt_model_switched(simulation->model, set);
+}
+
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, block))
         return KT_ERROR_ARGUMENT;
@@ -284,8 +305,8 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     memcpy(&memory, from + at.memory, sizeof memory);
     memcpy(&integrator, from + at.integrator, sizeof integrator);
     const kt_model *before = simulation->model;
-    if (KT_HAS_SWITCHES && memory.set != before->set) {
-        const kt_model *model = kt_model_switched(before, memory.set);
+    if (KT_HAS_SWITCHES && (memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
+        const kt_model *model = model_of(simulation, memory.set, from + at.ranks);
         if (model == NULL)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                                 "its set of switched loops and effects is none "

@@ -60,8 +60,8 @@ static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
     kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
     for (size_t i = 0; i < model->n.loop; i++)
         s.cone = model->loop[i].rubs > 0 ? kt_cone_size(KT_COULOMB_ITEMS) : s.cone;
-    for (uint64_t set = 0; set < kt_family_sets(model->family); set++) {
-        const kt_model *one = kt_family_model(model->family, set);
+    for (uint64_t k = 0; k < kt_family_models(model->family); k++) {
+        const kt_model *one = kt_family_model(model->family, k);
         const size_t inverse = kt_mass_inverse_size(one, 0);
         s.inverse = inverse > s.inverse ? inverse : s.inverse;
         s.rows = one->n.row > s.rows ? one->n.row : s.rows;
@@ -261,10 +261,10 @@ static kt_status find_response(kt_simulation *simulation, const kt_model *open, 
 
 /* The problem of reactions: n rows of contacts and friction at rest, then one for each friction. */
 typedef struct reactions {
-    int at[KT_SWITCH_MAX], n, sides; /* in the list; of these, contacts */
-    double limit[KT_SWITCH_MAX];     /* of friction; 0 of contacts */
-    double slip[KT_SWITCH_MAX];      /* likewise, where slip begins */
-    double free[KT_SWITCH_MAX];      /* accelerations without all of them */
+    int at[KT_FAMILY_SWITCHES], n, sides; /* in the list; of these, contacts */
+    double limit[KT_FAMILY_SWITCHES];     /* of friction; 0 of contacts */
+    double slip[KT_FAMILY_SWITCHES];      /* likewise, where slip begins */
+    double free[KT_FAMILY_SWITCHES];      /* accelerations without all of them */
     double z[KT_LEMKE_MAX];
 } reactions;
 
@@ -474,7 +474,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, dou
     if (status != KT_OK)
         return status;
     const kt_model *old = simulation->model;
-    kt_simulation_take_model(simulation, kt_model_switched(old, set));
+    kt_simulation_take_model(simulation, kt_contacts_model(simulation, set, false));
     memcpy(simulation->y, from, simulation->size.n * sizeof(double));
     memcpy(simulation->y + simulation->size.nq, c->v, simulation->size.nv * sizeof(double));
     status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
@@ -642,7 +642,8 @@ static const kt_contact_calls calls = {.rest = rest,
                                        .follow = follow,
                                        .check = kt_contacts_check_record,
                                        .keep = kt_simulation_keep,
-                                       .take_back = kt_simulation_take_change_back};
+                                       .take_back = kt_simulation_take_change_back,
+                                       .renew = kt_contacts_renew_model};
 
 /* The contacts, and behind them friction. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
@@ -699,6 +700,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     c->mask = c->back = c->met = 0;
     c->cone = s.cone > 0 ? kt_cone_init(KT_COULOMB_ITEMS, c->cone_memory) : NULL;
     simulation->contacts = c;
+    kt_contacts_init_masks(simulation);
     list_items(simulation, c);
     c->all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
     for (int k = 0; k < c->n; k++) { /* compile/hard.c */

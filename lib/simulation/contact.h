@@ -4,6 +4,8 @@
 
 #include "linear/cone.h"
 #include "linear/coulomb.h"
+#include "model/switching.h"
+#include "simulation/mask.h"
 #include "simulation/simulation.h"
 
 /* One that bounds a side, or friction: of a joint, or of a contact, of which there is one item more. */
@@ -136,9 +138,9 @@ kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *wh
 
 /* A phase of an impact (contact_impact.c). By rows of the list, of which the first ones meet: */
 typedef struct kt_impact_phase {
-    double bound[KT_SWITCH_MAX], least[KT_SWITCH_MAX]; /* the rates behind it, and its impulses, at least */
-    double u[KT_COULOMB_ROWS], p[KT_COULOMB_ROWS];     /* rates before it, then behind it; impulses */
-    int rows, line[KT_COULOMB_ROWS];                   /* rows that have impulses, in this order */
+    double bound[KT_FAMILY_SWITCHES], least[KT_FAMILY_SWITCHES]; /* the rates behind it, and its impulses, at least */
+    double u[KT_COULOMB_ROWS], p[KT_COULOMB_ROWS];               /* rates before it, then behind it; impulses */
+    int rows, line[KT_COULOMB_ROWS];                             /* rows that have impulses, in this order */
 } kt_impact_phase;
 
 /* contact_friction.c. u + W p of what meets, with friction: |p_t| in Coulomb's cone of the normal impulse, against the slip at the end
@@ -157,6 +159,17 @@ KT_CHECKED kt_status kt_contacts_press(kt_simulation *simulation, double t, cons
 /* Where no accelerations obey Coulomb's law (Painleve's paradox): impulses without a collision, by which what slips comes to rest, or turns.
  * Returns false if there are none; otherwise u and c->v are those behind them, and *lost grows by the energy that they dissipate. */
 bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
+
+/* contact_model.c. Prepares the masks, at the start. */
+void kt_contacts_init_masks(kt_simulation *simulation);
+/* The model of a set of what is closed in the present state; data of the simulation are adapted to any model then. tried: the simulation
+ * does not run on it, and the next one that is tried takes its place. */
+const kt_model *kt_contacts_model(kt_simulation *simulation, uint64_t set, bool tried);
+/* The same with the ranks of a checkpoint, which are saved of the present model; NULL: there is no such set. */
+const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks);
+void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks);
+/* Takes parameters that have been set over into the model that the simulation runs on. */
+void kt_contacts_renew_model(kt_simulation *simulation);
 
 /* How many such loops a model has, closed and open. */
 size_t kt_contacts_of(const kt_model *model);

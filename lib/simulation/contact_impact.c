@@ -31,7 +31,7 @@ enum { HALVINGS = 10 };
 static bool solve_frictionless(kt_simulation *simulation, const double *response, kt_impact_phase *phase) {
     const struct kt_contacts *c = simulation->contacts;
     const int m = c->meeting;
-    double W[KT_SWITCH_MAX * KT_SWITCH_MAX], q[KT_SWITCH_MAX], p[KT_SWITCH_MAX];
+    double W[KT_FAMILY_SWITCHES * KT_FAMILY_SWITCHES], q[KT_FAMILY_SWITCHES], p[KT_FAMILY_SWITCHES];
     for (int i = 0; i < m; i++) {
         q[i] = phase->u[i] - phase->bound[i];
         for (int k = 0; k < m; k++) {
@@ -111,7 +111,7 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
     kt_contact_counts *counts = &simulation->memory.contacts;
     const size_t nv = simulation->size.nv;
     kt_impact_phase compression, phase = {.rows = 0};
-    double e[KT_SWITCH_MAX] = {0.0}, size;
+    double e[KT_FAMILY_SWITCHES] = {0.0}, size;
     bool found = begin(simulation, W, u, &compression, e);
     for (int halving = 0; found; halving++) {
         phase = expansion_of(simulation, u, e, &compression);

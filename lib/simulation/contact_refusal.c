@@ -80,7 +80,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     const int fastest = find_fastest(c, from, &speed);
     for (int i = 0; i < c->meeting; i++)
         set |= rate_of(c, i, from) <= rounding * speed ? c->item[c->list[i]].bit : 0;
-    const kt_model *closed = kt_model_switched(model, set);
+    const kt_model *closed = kt_contacts_model(simulation, set, true);
     kt_data_adapt(closed, simulation->data);
     kt_copy(simulation->a, from, simulation->size.nv * sizeof(double));
     if (!(speed > 0.0) ||

@@ -122,6 +122,8 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     const size_t contacts = kt_contacts_of(user_model);
     size->event += contacts;
     size->contact = kt_contacts_size(user_model, contacts);
+    size->mask = contacts > 0 ? kt_mask_size(user_model) : 0;
+    size->ranks = contacts > 0 ? kt_mask_ranks_size(user_model) : 0;
 #endif
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
@@ -147,15 +149,20 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
 /* The same of the models of a family, of which each has its own: the most that one of them needs. */
 static void measure_most(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
     measure(user_model, settings, size);
-    for (uint64_t set = 0; KT_HAS_SWITCHES && user_model->family && set < kt_family_sets(user_model->family); set++) {
+    for (uint64_t k = 0; KT_HAS_SWITCHES && user_model->family && k < kt_family_models(user_model->family); k++) {
         kt_simulation_request other = *settings;
         kt_simulation_sizes one = {0};
-        other.model = kt_family_model(user_model->family, set);
+        other.model = kt_family_model(user_model->family, k);
         measure(other.model, &other, &one);
 #define MEMORY_MOST(member) size->member = one.member > size->member ? one.member : size->member;
         KT_SIMULATION_OF_MODEL(MEMORY_MOST)
 #undef MEMORY_MOST
     }
+#if KT_HAS_EVENTS
+    if (size->mask > 0 && KT_HAS_JACOBIAN &&
+        newton_of(settings) != NULL) /* the loops of a mask may leave any freedom */
+        size->basis = size->along = size->nv * size->nv;
+#endif
 }
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
@@ -188,7 +195,7 @@ static void find_quaternions(kt_simulation *simulation) {
 static double longest_step(const kt_simulation_request *settings) {
     const kt_model *model = settings->model; /* with all that is switched: of all its sets the least */
     if (KT_HAS_SWITCHES && model->family)
-        model = kt_family_model(model->family, kt_family_sets(model->family) - 1);
+        model = kt_family_model(model->family, kt_family_models(model->family) - 1);
     double longest = kt_simulation_longest_step(model);
     if (settings->run.max_step > 0.0)
         longest = fmin(longest, settings->run.max_step);

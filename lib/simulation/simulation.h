@@ -7,6 +7,7 @@
 #include "kinetree/simulation.h"
 #include "mechanism/gaps.h"
 #include "model/model.h"
+#include "model/switching.h"
 
 #include <math.h>
 #include <string.h>
@@ -65,12 +66,12 @@ typedef struct kt_simulation_memory {
     double event_cut_time; /* s, where its step begins */
     int64_t event_cut_of;  /* the event */
     kt_contact_counts contacts;
-    double slip[KT_SWITCH_MAX][2];   /* directions in which contacts slip, in the order of contact.c */
-    double closes_at[KT_SWITCH_MAX]; /* likewise, gaps at which open ones close, slips that are rest: 0 or less */
-    uint64_t released;               /* contacts that do not act: of the set; of friction of joints both switches */
-    uint64_t held;                   /* friction that slips in joints that contacts or loops hold: of the set */
-    uint64_t counted;                /* contacts that are closed, and friction that sticks, as `contacts` counts */
-    int64_t jumped;                  /* forces have jumped since closed contacts were looked at last */
+    double slip[KT_FAMILY_SWITCHES][2];   /* directions in which contacts slip, in the order of contact.c */
+    double closes_at[KT_FAMILY_SWITCHES]; /* likewise, gaps at which open ones close, slips that are rest: 0 or less */
+    uint64_t released; /* contacts that do not act: of the set; of friction of joints both switches */
+    uint64_t held;     /* friction that slips in joints that contacts or loops hold: of the set */
+    uint64_t counted;  /* contacts that are closed, and friction that sticks, as `contacts` counts */
+    int64_t jumped;    /* forces have jumped since closed contacts were looked at last */
 #endif
     int64_t fires; /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
@@ -155,10 +156,15 @@ typedef struct kt_work_panel {
     X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")
 #endif
 
+/* How many models of sets of contacts a simulation makes room for (contact_model.c). */
+enum { KT_CONTACT_MASKS = 3 };
+
 struct kt_contacts; /* contact.c */
 #if KT_HAS_EVENTS
 #define KT_SIMULATION_CONTACTS(X)                                                                                      \
     X(char, contact_memory, size->contact, "hard contacts")                                                            \
+    X(char, mask_memory, KT_CONTACT_MASKS * size->mask, "models of sets of contacts between none and all")             \
+    X(double, ranks, size->ranks / sizeof(double), "scratch: of a mask")                                               \
     X(char, undo, size->undo, "scratch: all that a change of the state writes, as it was before")
 #else
 #define KT_SIMULATION_CONTACTS(X)
@@ -236,6 +242,8 @@ typedef struct kt_simulation_sizes {
 #if KT_HAS_EVENTS
     size_t contact; /* bytes of hard contacts; 0 without */
     size_t undo;    /* likewise of `undo` */
+    size_t mask;    /* bytes of a mask, and of its ranks; 0: each set of contacts has a compiled model */
+    size_t ranks;
 #endif
 #if KT_HAS_QUASI_STATICS
     size_t balanced; /* n where coordinates move no mass, else 0 */
@@ -267,7 +275,7 @@ typedef struct kt_event_watch {
  * for each whose reaction has come to an end. `follow`, when data have been initialised for another model. `check`, of the multipliers of
  * a record: an error if a closed contact pulls, or friction of a joint that sticks is beyond its limit. `rest`, where bounces accumulate:
  * contact k, which closes, comes to rest at this instant, unless it has no rest velocity; returns whether it does. `keep`
- * and `take_back`: of a change of the state that may fail (undo.c). */
+ * and `take_back`: of a change of the state that may fail (undo.c). `renew`, when parameters have been set. */
 typedef struct kt_contact_calls {
     void (*open)(kt_simulation *simulation);
     kt_status (*resolve)(kt_simulation *simulation, uint64_t leaving, kt_error *error);
@@ -276,6 +284,7 @@ typedef struct kt_contact_calls {
     bool (*rest)(kt_simulation *simulation, size_t k);
     void (*keep)(kt_simulation *simulation);
     void (*take_back)(kt_simulation *simulation);
+    void (*renew)(kt_simulation *simulation);
 } kt_contact_calls;
 
 struct kt_simulation {

@@ -80,6 +80,10 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
         status = kt_parameter_set(copy, parameter, values, error);
     if (status != KT_OK)
         return status;
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->renew(simulation);
+#endif
     simulation->memory.pending = simulation->memory.changed = true;
     simulation->cached = KT_CACHED_NOTHING;
     return KT_OK;

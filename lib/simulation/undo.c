@@ -16,7 +16,7 @@ typedef struct kt_undo_counts {
     uint32_t unconverged;
 } kt_undo_counts;
 
-/* The parts: where they are, bytes; the simulation is the first. One list measures, copies and copies back. */
+/* The parts: where they are, bytes; the simulation is the first, and masks, one of which may be its model, are the last. One list measures, copies and copies back. */
 #define KT_UNDO_PARTS(X)                                                                                               \
     X(simulation, sizeof(kt_simulation))                                                                               \
     X(&counts, sizeof(kt_undo_counts))                                                                                 \
@@ -25,7 +25,8 @@ typedef struct kt_undo_counts {
     X(simulation->event_root, size->event * sizeof(kt_event_root))                                                     \
     X(simulation->state, size->state * sizeof(double))                                                                 \
     X(simulation->panel, size->panel * sizeof(kt_work_panel))                                                          \
-    X(simulation->integrator_memory, size->integrator)
+    X(simulation->integrator_memory, size->integrator)                                                                 \
+    X(simulation->mask_memory, KT_CONTACT_MASKS * size->mask)
 
 size_t kt_simulation_undo_size(const kt_simulation_sizes *size) {
     size_t total = 0;
@@ -53,6 +54,8 @@ void kt_simulation_take_change_back(kt_simulation *simulation) {
     const kt_model *model;
     kt_undo_counts counts;
     const char *from = simulation->undo;
+    const size_t masks = KT_CONTACT_MASKS * size->mask;
+    kt_copy(simulation->mask_memory, from + kt_simulation_undo_size(size) - masks, masks);
     memcpy(&model, from + offsetof(kt_simulation, model), sizeof model);
     kt_simulation_take_model(simulation, model);
 #define KT_UNDO_RETURN(part, bytes)                                                                                    \

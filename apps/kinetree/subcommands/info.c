@@ -259,7 +259,10 @@ static void show_masses(const kt_model *model, kt_data *data, const double *q, c
 /* How many models the sets of what is switched are, and what they take. */
 static void show_sets(const kt_model *model) {
     const int count = kt_switch_count(model);
-    if (count > 0)
+    if (count > KT_SWITCH_MAX)
+        printf("switched   %d loops and effects: sets of contacts are made while it runs; %.3g MB, compiled before\n",
+               count, 1e-6 * (double)kt_model_size(model));
+    else if (count > 0)
         printf("switched   %d loops and effects: 2^%d = %d models, %.3g MB, compiled before the run begins\n", count,
                count, 1 << count, 1e-6 * (double)kt_model_size(model));
 }

@@ -1,0 +1,70 @@
+/* The models of sets of contacts: those of the compiler, or masks (mask.h). The model that a simulation runs on is never overwritten: of
+ * three masks two take turns, and the third is for what is tried. */
+#include "integrator/integrator.h"
+#include "model/switching.h"
+#include "simulation/contact.h"
+
+static const kt_model *compiled(const kt_simulation *simulation, uint64_t set) {
+    return kt_model_switched(simulation->model, set);
+}
+
+/* The model of the set in which all contacts are closed, besides what else is on; NULL: the set has what the model has not. */
+static const kt_model *all_closed(const kt_simulation *simulation, uint64_t set) {
+    const kt_family *family = simulation->model->family;
+    return family != NULL && family->switches.masked != 0 ? compiled(simulation, set | family->switches.masked) : NULL;
+}
+
+static kt_mask *mask_of(const kt_simulation *simulation, int k) {
+    return (kt_mask *)(void *)(simulation->mask_memory + (size_t)k * simulation->size.mask);
+}
+
+static kt_mask *spare(const kt_simulation *simulation) {
+    return mask_of(simulation, simulation->model == &mask_of(simulation, 0)->model);
+}
+
+static bool is_masked(const kt_simulation *simulation) {
+    return simulation->size.mask > 0 &&
+           (simulation->model == &mask_of(simulation, 0)->model || simulation->model == &mask_of(simulation, 1)->model);
+}
+
+void kt_contacts_init_masks(kt_simulation *simulation) {
+    for (int k = 0; k < KT_CONTACT_MASKS && simulation->size.mask > 0; k++)
+        (void)kt_mask_init(simulation->model, mask_of(simulation, k));
+}
+
+const kt_model *kt_contacts_model(kt_simulation *simulation, uint64_t set, bool tried) {
+    const kt_model *model = simulation->model->set == set ? simulation->model : compiled(simulation, set);
+    if (model != NULL)
+        return model;
+    kt_mask *mask = tried ? mask_of(simulation, KT_CONTACT_MASKS - 1) : spare(simulation);
+    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
+    kt_mask_make(mask, all_closed(simulation, set), set);
+    kt_data_adapt(&mask->model, simulation->data);
+    kt_mask_rank(mask, simulation->data, t, kt_integrator_state(simulation->integrator));
+    return &mask->model;
+}
+
+const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks) {
+    const kt_model *model = compiled(simulation, set), *all = all_closed(simulation, set);
+    if (model != NULL || all == NULL)
+        return model;
+    kt_mask *mask = spare(simulation);
+    kt_mask_make(mask, all, set);
+    kt_mask_put_ranks(mask, ranks);
+    return &mask->model;
+}
+
+void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks) {
+    if (is_masked(simulation))
+        kt_mask_take_ranks(mask_of(simulation, simulation->model != &mask_of(simulation, 0)->model), ranks);
+}
+
+void kt_contacts_renew_model(kt_simulation *simulation) {
+    if (!is_masked(simulation))
+        return;
+    kt_mask *mask = mask_of(simulation, simulation->model != &mask_of(simulation, 0)->model);
+    double *ranks = simulation->ranks;
+    kt_mask_take_ranks(mask, ranks);
+    kt_mask_make(mask, mask->all, mask->model.set);
+    kt_mask_put_ranks(mask, ranks);
+}

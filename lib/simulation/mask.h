@@ -1,0 +1,40 @@
+/* Models of sets of contacts between none and all (model/switching.h), made while a simulation runs, without allocation. */
+#ifndef KT_SIMULATION_MASK_H
+#define KT_SIMULATION_MASK_H
+
+#include "model/model.h"
+
+/* Every array: type, name, count, meaning. n: of the model in which all contacts are closed. */
+#define KT_MASK_FIELDS(X)                                                                                              \
+    X(kt_loop_record, loop, n->loop, "those of contacts that are open are off")                                        \
+    X(kt_group, group, n->group, "of the loops that are on")                                                           \
+    X(int, group_loop, n->loop, "these loops, group by group")                                                         \
+    X(int32_t, slot, n->row, "of their equations")                                                                     \
+    X(double, weight, KT_ROWS_COUNT * n->row, "likewise")                                                              \
+    X(int32_t, rank, KT_ROWS_COUNT * n->group, "the largest ranks so far, while they are measured")                    \
+    X(double, q, n->q, "a position at which ranks are measured")
+
+typedef struct kt_mask {
+    const kt_model *all; /* the model in which all contacts are closed */
+    kt_model model;      /* shares its other arrays with that */
+    KT_ARENA_DECLARE(KT_MASK_FIELDS)
+} kt_mask;
+
+/* Bytes of a mask, and of its ranks; 0 if each set has a model of its own. */
+size_t kt_mask_size(const kt_model *model);
+size_t kt_mask_ranks_size(const kt_model *model);
+
+/* Lays a mask out in memory of kt_mask_size. */
+kt_mask *kt_mask_init(const kt_model *model, void *memory);
+
+/* Makes the model of a set in which some contacts are closed, but not all. Its ranks are as large as they can be. */
+void kt_mask_make(kt_mask *mask, const kt_model *all, uint64_t set);
+
+/* Determines the ranks at a closed state. The data serve the model, and have room for all. */
+void kt_mask_rank(kt_mask *mask, kt_data *data, double t, const double *q);
+
+/* Copies the ranks: from them and the set the same model follows. */
+void kt_mask_take_ranks(const kt_mask *mask, double *ranks);
+void kt_mask_put_ranks(kt_mask *mask, const double *ranks);
+
+#endif

@@ -1,0 +1,384 @@
+/* More hard contacts, stops and ropes than there are models of their sets: the same motion as by these, and closed forms. */
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/simulation.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "interpose.h"
+#include "scenes.h"
+
+enum { FEET = 15, SLIDERS = 16, LINKS = 4, EFFECTS = 40, BODIES = 24 };
+static const double g = 9.81;
+
+typedef struct scene {
+    kt_body body[BODIES];
+    kt_marker marker[FEET];
+    kt_effect effect[EFFECTS];
+    char name[BODIES + FEET][8];
+    kt_description description;
+} scene;
+
+static void scene_make(scene *s) {
+    *s = (scene){.description = kt_description_default()};
+    s->description.bodies = s->body;
+    s->description.effects = s->effect;
+    s->description.gravity = kt_vec3_make(0.0, 0.0, -g);
+}
+
+static kt_body *add_body(scene *s, kt_joint_type type, kt_vec3 axis) {
+    const int i = s->description.body_count++;
+    (void)snprintf(s->name[i], sizeof s->name[i], "b%d", i);
+    s->body[i] = kt_body_default();
+    s->body[i].name = s->name[i];
+    s->body[i].joint.type = type;
+    s->body[i].joint.axis = axis;
+    s->body[i].mass = 1.0;
+    return &s->body[i];
+}
+
+static kt_effect *add_effect(scene *s, kt_effect_type type) {
+    kt_effect *effect = &s->effect[s->description.effect_count++];
+    *effect = kt_effect_default();
+    effect->type = type;
+    effect->restitution = 0.0;
+    return effect;
+}
+
+/* Sliders that never come to their stops, two each: with six of them each other set of contacts is a mask. */
+static void add_far_stops(scene *s, int count) {
+    for (int i = 0; i < count; i++) {
+        const char *name = add_body(s, KT_JOINT_PRISMATIC, kt_vec3_make(1.0, 0.0, 0.0))->name;
+        kt_effect *stop = add_effect(s, KT_EFFECT_JOINT_LIMIT);
+        stop->joint = name;
+        stop->lower = -100.0;
+        stop->upper = 100.0;
+    }
+}
+
+/* A plate on feet in a circle below it. */
+static void scene_plate(scene *s, int feet, double friction) {
+    scene_make(s);
+    kt_body *plate = add_body(s, KT_JOINT_FREE, kt_vec3_make(0.0, 0.0, 1.0));
+    plate->inertia.xx = plate->inertia.yy = 0.1;
+    plate->inertia.zz = 0.2;
+    plate->markers = s->marker;
+    plate->marker_count = feet;
+    plate->joint.position[2] = 0.1;
+    for (int i = 0; i < feet; i++) {
+        const double angle = 6.283185307179586 * i / feet;
+        char *name = s->name[BODIES + i];
+        (void)snprintf(name, sizeof s->name[0], "p%d", i);
+        s->marker[i] = (kt_marker){.name = name, .at = kt_vec3_make(0.3 * cos(angle), 0.3 * sin(angle), -0.1)};
+        kt_effect *foot = add_effect(s, KT_EFFECT_CONTACT);
+        foot->name = name;
+        foot->between[0].body = plate->name;
+        foot->between[0].marker = name;
+        foot->friction = friction;
+    }
+}
+
+static kt_simulation *start(const kt_model *model, const char *method, double step) {
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    run.integrator = method;
+    run.step = step;
+    run.duration = 100.0;
+    run.relative = run.absolute = 1e-11;
+    options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_REACTION;
+    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+}
+
+/* ---- closed forms ------------------------------------------------------------------------------------------------ */
+
+/* Fifteen feet slide at v0 and come to rest after v0^2 / (2 mu g); on a slope below mu they stay there, and their reactions carry the plate. */
+KT_TEST(plate_on_fifteen_feet_slides_to_rest) {
+    static const char *const methods[] = {"dopri5", "rk4", "radau5", "auto", NULL};
+    const double mu = 0.3, v0 = 1.2, path = v0 * v0 / (2.0 * mu * g), time = v0 / (mu * g);
+    scene s;
+    scene_plate(&s, FEET, mu);
+    s.body[0].joint.velocity[0] = 0.6 * v0;
+    s.body[0].joint.velocity[1] = -0.8 * v0;
+    kt_model *model = kt_scene_compile(&s.description);
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        kt_simulation *simulation = start(model, methods[m], methods[m] && strcmp(methods[m], "rk4") == 0 ? 0.01 : 0.0);
+        kt_error error = {0};
+        const double energy = simulation != NULL ? kt_scene_balance(simulation) : 0.0;
+        const kt_status status = simulation != NULL ? kt_simulation_advance(simulation, 1.0, &error) : KT_ERROR_MEMORY;
+        if (kt_fine(methods[m] ? methods[m] : "default", status, &error)) {
+            const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
+            double most = 0.0;
+            kt_record record = {0};
+            for (int i = 0; i < 6; i++)
+                most = fmax(most, fabs(v[i]));
+            kt_check_near("path, m", hypot(q[0], q[1]), path, 1e-10);
+            kt_check_near("direction", q[0] / q[1], -0.75, 1e-10);
+            kt_check_below("rests, m/s and rad/s", most, 1e-15);
+            kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-10);
+            kt_check_equal_int("sticks", kt_simulation_contacts(simulation).sticks > 0, 1);
+            if (kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error)) {
+                double force = 0.0;
+                for (int i = 0; i < kt_loop_count(model); i++)
+                    force += kt_loop_side(model, i) != KT_SIDE_NONE ? record.loop_reactions[i].force.z : 0.0;
+                kt_check_near("reactions, N", fabs(force), g, 1e-11);
+            }
+        }
+        kt_simulation_free(simulation);
+    }
+    kt_note("at rest from %.3g s", time);
+    kt_model_free(model);
+}
+
+/* Sliders fall on stops of their own: between impacts parabolas, of which each is lower by e^2. */
+KT_TEST(sixteen_sliders_bounce_each_by_its_own_restitution) {
+    const double end = 1.5;
+    scene s;
+    scene_make(&s);
+    for (int i = 0; i < SLIDERS; i++) {
+        kt_body *body = add_body(&s, KT_JOINT_PRISMATIC, kt_vec3_make(0.0, 0.0, 1.0));
+        kt_effect *stop = add_effect(&s, KT_EFFECT_JOINT_LIMIT);
+        body->joint.position[0] = 0.3 + 0.05 * i;
+        stop->joint = body->name;
+        stop->lower = 0.0;
+        stop->upper = 10.0;
+        stop->restitution = i < 4 ? 0.0 : 0.5 + 0.03 * i;
+    }
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = start(model, "dopri5", 0.0);
+    kt_error error = {0};
+    kt_worst place = kt_worst_make("height, m"), rate = kt_worst_make("rate, m/s");
+    const kt_status status = simulation != NULL ? kt_simulation_advance(simulation, end, &error) : KT_ERROR_MEMORY;
+    for (int i = 0; kt_fine("runs", status, &error) && i < SLIDERS; i++) {
+        const double e = s.effect[i].restitution;
+        double t = sqrt(2.0 * s.body[i].joint.position[0] / g), v = e * g * t;
+        while (v > 1e-9 && t + 2.0 * v / g < end) {
+            t += 2.0 * v / g;
+            v *= e;
+        }
+        const double left = v > 1e-9 ? end - t : 0.0;
+        const int at = kt_body_coordinates(model, kt_body_find(model, s.name[i])).q;
+        kt_worst_near(&place, kt_simulation_positions(simulation)[at], v * left - 0.5 * g * left * left, 1e-10,
+                      "slider %d", i);
+        kt_worst_near(&rate, kt_simulation_velocities(simulation)[at], left > 0.0 ? v - g * left : 0.0, 1e-9,
+                      "slider %d", i);
+    }
+    kt_check_worst(&place);
+    kt_check_worst(&rate);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- against the models of sets ---------------------------------------------------------------------------------- */
+
+/* A tree of links with a stop each, a foot with friction, and perhaps a slack rope: seven switches. */
+static void scene_tree(scene *s, kt_loop *loop, kt_random *random) {
+    scene_make(s);
+    for (int i = 0; i < LINKS; i++) {
+        double axis[3];
+        kt_random_direction(random, 3, axis);
+        const kt_joint_type type = kt_random_int(random, 0, 3) == 0 ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE;
+        kt_body *body = add_body(s, type, kt_vec3_make(axis[0], axis[1], axis[2]));
+        body->parent = i > 0 ? s->name[kt_random_int(random, 0, i - 1)] : NULL;
+        body->joint.at = kt_vec3_make(i > 0 ? 0.5 : 0.0, 0.0, 0.0);
+        body->joint.velocity[0] = kt_random_uniform(random, -2.0, 2.0);
+        body->mass = kt_random_uniform(random, 0.3, 2.0);
+        body->com = kt_vec3_make(kt_random_uniform(random, -0.4, 0.4), kt_random_uniform(random, -0.4, 0.4), 0.2);
+        body->inertia.xx = body->inertia.yy = body->inertia.zz = kt_random_uniform(random, 0.05, 0.3);
+        kt_effect *stop = add_effect(s, KT_EFFECT_JOINT_LIMIT);
+        stop->joint = body->name;
+        stop->lower = -kt_random_uniform(random, 0.1, 1.0);
+        stop->restitution = kt_random_int(random, 0, 2) == 0 ? 0.0 : kt_random_uniform(random, 0.0, 0.9);
+    }
+    kt_effect *foot = add_effect(s, KT_EFFECT_CONTACT);
+    foot->between[0] = (kt_end){.body = s->name[LINKS - 1], .at = kt_vec3_make(0.4, 0.1, 0.0)};
+    foot->between[1].at = kt_vec3_make(0.0, 0.0, -kt_random_uniform(random, 1.2, 1.8));
+    foot->friction = kt_random_uniform(random, 0.1, 0.8);
+    foot->restitution = kt_random_int(random, 0, 1) == 0 ? 0.0 : 0.3;
+    *loop = kt_loop_default();
+    loop->name = "rope";
+    loop->type = KT_LOOP_DISTANCE;
+    loop->slack = true;
+    loop->between[0].at = kt_vec3_make(0.3, 0.2, 2.0);
+    loop->between[1] = (kt_end){.body = s->name[LINKS - 1], .at = kt_vec3_make(0.2, 0.0, 0.0)};
+    loop->function = kt_function_constant(kt_random_uniform(random, 3.0, 4.0));
+    s->description.loops = loop;
+    s->description.loop_count = kt_random_int(random, 0, 1);
+}
+
+typedef struct end {
+    double q[LINKS], v[LINKS], reaction[LINKS];
+    kt_contact_counts counts;
+} end;
+
+/* The motion to the end of the first interval behind an impact, at which events have happened; false where it fails. */
+static bool run(const scene *s, double time, const char *method, end *to) {
+    kt_model *model = kt_scene_compile(&s->description);
+    kt_simulation *simulation = start(model, method, 0.0);
+    kt_error error = {0};
+    kt_record record = {0};
+    kt_status status = simulation != NULL ? kt_simulation_advance(simulation, time, &error) : KT_ERROR_MEMORY;
+    if (status == KT_OK)
+        status = kt_simulation_sense(simulation, &record, &error);
+    if (status != KT_OK)
+        kt_note("%s: %s", error.where, error.message);
+    for (int i = 0; status == KT_OK && i < LINKS; i++) {
+        const kt_coordinates at = kt_body_coordinates(model, kt_body_find(model, s->name[i]));
+        to->q[i] = kt_simulation_positions(simulation)[at.q];
+        to->v[i] = kt_simulation_velocities(simulation)[at.v];
+    }
+    for (int i = 0, k = 0; status == KT_OK && i < kt_loop_count(model) && k < LINKS; i++)
+        if (kt_loop_side(model, i) != KT_SIDE_NONE)
+            to->reaction[k++] = kt_vec3_norm(record.loop_reactions[i].force);
+    to->counts = kt_simulation_contacts(simulation);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    return status == KT_OK;
+}
+
+/* The same trees with stops that are never met, so that sets of contacts are masks: the same motion. */
+KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
+    static const char *const methods[] = {"dopri5", "dop853", "radau5"};
+    kt_random random = kt_random_named("masks");
+    kt_worst place = kt_worst_make("positions, m and rad"), rate = kt_worst_make("rates, m/s and rad/s");
+    unsigned long long impacts = 0, sticks = 0;
+    int failed = 0;
+    for (int n = 0; n < 24; n++) {
+        scene s;
+        kt_loop loop;
+        end few, many;
+        scene_tree(&s, &loop, &random);
+        bool fine = run(&s, 0.7, methods[n % 3], &few);
+        add_far_stops(&s, 3);
+        fine = run(&s, 0.7, methods[n % 3], &many) && fine;
+        failed += !fine;
+        for (int i = 0; fine && i < LINKS; i++) {
+            kt_worst_near(&place, many.q[i], few.q[i], 1e-7, "tree %d joint %d", n, i);
+            kt_worst_near(&rate, many.v[i], few.v[i], 1e-6, "tree %d joint %d", n, i);
+        }
+        impacts += fine ? many.counts.impacts : 0;
+        sticks += fine ? many.counts.sticks : 0;
+    }
+    kt_note("%llu impacts, %llu sticks", impacts, sticks);
+    kt_check_worst(&place);
+    kt_check_worst(&rate);
+    kt_check_equal_int("failed", failed, 0);
+    kt_check_equal_int("impacts", impacts > 50, 1);
+}
+
+/* ---- memory, checkpoints, limits --------------------------------------------------------------------------------- */
+
+/* A checkpoint holds what a mask was made from: at any instant, on one side of it and on the other, the same bits. */
+KT_TEST(masks_go_on_from_a_checkpoint_with_equal_bits_and_without_allocation) {
+    scene s;
+    scene_plate(&s, 7, 0.4);
+    s.body[0].joint.position[2] = 0.22;
+    s.body[0].joint.velocity[0] = 1.0;
+    s.body[0].joint.velocity[3] = 2.0;
+    for (int i = 0; i < 7; i++)
+        s.effect[i].restitution = 0.3;
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *one = start(model, "dopri5", 0.0), *other = start(model, "dopri5", 0.0);
+    const size_t size = one != NULL ? kt_simulation_state_size(one) : 0;
+    void *block = malloc(size + 1);
+    kt_error error = {0};
+    int differ = 0, masked = 0;
+    long allocations = 0;
+    kt_status status = one != NULL && other != NULL && block != NULL ? KT_OK : KT_ERROR_MEMORY;
+    for (int k = 1; status == KT_OK && k <= 60; k++) {
+        kt_interpose_start();
+        kt_simulation_save(one, block);
+        status = kt_simulation_restore(other, block, &error);
+        for (kt_simulation *next = one; status == KT_OK && next != NULL; next = next == one ? other : NULL)
+            status = kt_simulation_advance(next, 0.03 * k, &error);
+        allocations += kt_interpose_stop();
+        differ += memcmp(kt_simulation_positions(one), kt_simulation_positions(other), 7 * sizeof(double)) != 0;
+        differ += memcmp(kt_simulation_velocities(one), kt_simulation_velocities(other), 6 * sizeof(double)) != 0;
+        masked += kt_switch_set(kt_simulation_model(one)) != 0;
+    }
+    if (kt_fine("runs", status, &error)) {
+        kt_check_equal_int("states that differ", differ, 0);
+        kt_check_equal_int("allocations", allocations, 0);
+        kt_check_equal_int("closed at some", masked > 10, 1);
+    }
+    free(block);
+    kt_simulation_free(other);
+    kt_simulation_free(one);
+    kt_model_free(model);
+}
+
+/* A changed gravity takes effect while contacts are closed: the mask has it, too. */
+KT_TEST(masks_take_parameters_over) {
+    scene s;
+    scene_plate(&s, 7, 0.5);
+    kt_model *compiled = kt_scene_compile(&s.description), *model = NULL;
+    const size_t size = kt_model_size(compiled);
+    void *memory = aligned_alloc(KT_ALIGNMENT, size);
+    kt_parameter gravity;
+    kt_error error = {0};
+    kt_record record = {0};
+    const double lighter[3] = {0.0, 0.0, -1.5};
+    kt_status status = memory != NULL ? kt_model_copy(compiled, memory, size, &model, &error) : KT_ERROR_MEMORY;
+    kt_simulation *simulation = status == KT_OK ? start(model, "dopri5", 0.0) : NULL;
+    status = simulation != NULL ? kt_simulation_advance(simulation, 0.1, &error) : KT_ERROR_MEMORY;
+    if (status == KT_OK)
+        status = kt_parameter_find(model, "gravity", &gravity, &error);
+    if (status == KT_OK)
+        status = kt_simulation_set_parameter(simulation, model, &gravity, lighter, &error);
+    if (status == KT_OK)
+        status = kt_simulation_advance(simulation, 0.2, &error);
+    if (status == KT_OK)
+        status = kt_simulation_sense(simulation, &record, &error);
+    if (kt_fine("runs", status, &error)) {
+        double force = 0.0;
+        for (int i = 0; i < kt_loop_count(model); i++)
+            force += kt_loop_side(model, i) != KT_SIDE_NONE ? record.loop_reactions[i].force.z : 0.0;
+        kt_check_near("reactions, N", fabs(force), 1.5, 1e-12);
+    }
+    kt_simulation_free(simulation);
+    free(memory);
+    kt_model_free(compiled);
+}
+
+/* Memory grows with the number of contacts, not with that of their sets; more than 32 switches are refused. */
+KT_TEST(models_of_masks_grow_with_the_number_of_contacts) {
+    size_t size[3] = {0, 0, 0};
+    for (int i = 0; i < 3; i++) {
+        scene s;
+        scene_plate(&s, 6 + 4 * i, 0.4);
+        kt_model *model = kt_scene_compile(&s.description);
+        size[i] = kt_model_size(model);
+        kt_model_free(model);
+    }
+    kt_check_below("14 feet over 6", (double)size[2] / (double)size[0], 14.0 / 6.0);
+    kt_check_below("growth by 4 feet, over that of 4 before", (double)(size[2] - size[1]) / (double)(size[1] - size[0]),
+                   1.1);
+    scene s;
+    kt_model *model = NULL;
+    kt_error error = {0};
+    scene_plate(&s, FEET, 0.4);
+    add_far_stops(&s, 2);
+    kt_check_equal_int("34 switches", kt_model_compile(&s.description, NULL, &model, &error), KT_ERROR_MODEL);
+    kt_check_contains("words", error.message, "34 loops and effects are switched");
+    kt_check_contains("words", error.message, "switch at most 32");
+}
+
+/* A set between none and all has no model without a simulation: closing one of its contacts by hand is refused. */
+KT_TEST(single_contacts_are_closed_by_a_simulation_alone) {
+    scene s;
+    scene_plate(&s, 7, 0.0);
+    add_far_stops(&s, 3);
+    kt_model *compiled = kt_scene_compile(&s.description);
+    const kt_model *model = compiled;
+    kt_error error = {0};
+    if (model != NULL) {
+        kt_check_equal_int("one", kt_loop_enable(&model, NULL, kt_loop_find(model, "p0"), true, &error),
+                           KT_ERROR_UNSUPPORTED);
+        kt_check_contains("words", error.message, "which only a simulation closes and opens");
+        kt_check_true("the model stays", model == compiled);
+    }
+    kt_model_free(compiled);
+}
