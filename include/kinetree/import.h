@@ -42,6 +42,9 @@ typedef struct kt_robot_options {
                                   folder; NULL: none */
     const char *allow;         /* folders apart by ':', from which files may be included, as from the folder of `path`
                                   and from those of `search`; NULL: none */
+    bool contacts;   /* MJCF: geoms touch planes: spheres, ends of capsules, corners of boxes, rims of cylinders */
+    bool has_ground; /* there is a floor at the height `ground`, which needs `contacts` */
+    double ground;   /* m, along z */
 } kt_robot_options;
 
 /* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:

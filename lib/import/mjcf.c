@@ -94,6 +94,33 @@ static void note_forces(kt_notes *n, const kt_mjcf *m) {
     kt_note_changes(n, &m->changes);
 }
 
+static bool is_flying(const kt_mjcf *m) {
+    for (int i = 0; i < m->joints.count; i++)
+        if (kt_mjcf_joint_at(m, i)->type == KT_MJCF_FREE)
+            return true;
+    return false;
+}
+
+static void note_contacts(kt_notes *n, const kt_mjcf *m) {
+    if (!m->source->options->contacts && is_flying(m) && kt_vec3_norm(m->gravity) > 0.0)
+        kt_note_warn(
+            n, &m->contacts,
+            "the motion is not that of the file: a body that moves freely falls, since geoms touch nothing: %d; "
+            "import --contacts makes contacts with planes of them, and --ground 0 adds a floor",
+            m->contacts.count);
+    else if (!m->source->options->contacts)
+        kt_note_put(n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",
+                    m->contacts.count);
+    kt_note_put(n, &m->contacts_made, "geoms that touch planes, of which there are %d: %d", m->planes.count,
+                m->contacts_made.count);
+    kt_note_warn(n, &m->contacts_lost,
+                 "the motion is not that of the file: meshes and ellipsoids that touch planes, left out: %d",
+                 m->contacts_lost.count);
+    kt_note_warn(n, &m->contacts_between,
+                 "the motion is not that of the file: geoms that could touch other geoms than planes, left out: %d",
+                 m->contacts_between.count);
+}
+
 static void make_notes(const kt_mjcf *m, kt_scene *scene) {
     kt_phrase forces = {.length = 0};
     kt_notes n;
@@ -109,8 +136,7 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
                 "geoms that are left out of pictures, since they are the world's, or planes, or meshes that a "
                 "scene cannot place: %d",
                 m->pictures.count);
-    kt_note_put(&n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",
-                m->contacts.count);
+    note_contacts(&n, m);
     kt_unknown_list(&m->forces, &forces);
     if (m->forces.count > 0)
         kt_note_warn(&n, &m->forces.left[0], "forces and equalities that are left out: %s", forces.text);
@@ -130,7 +156,7 @@ static bool init_names(kt_mjcf *m) {
     return kt_namer_init(&m->bodies_named, m->r, 2 * m->elements + 2) &&
            kt_namer_init(&m->draft.loop_names, m->r, m->elements + 2) &&
            kt_namer_init(&m->joints_named, m->r, 4 * m->elements + 4) &&
-           kt_namer_init(&m->effects_named, m->r, m->elements + 2);
+           kt_namer_init(&m->effects_named, m->r, (m->source->options->contacts ? 17 : 1) * (m->elements + 2));
 }
 
 /* What decides what attributes mean, and replicates. */
@@ -164,6 +190,7 @@ void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
     kt_mjcf_make_tendons(&m);
     kt_mjcf_actuators(&m);
     kt_mjcf_equalities(&m);
+    kt_mjcf_contacts(&m);
     if (kt_draft_is_wrong(&m.draft))
         return;
     scene->description.gravity = m.gravity;

@@ -67,6 +67,7 @@ typedef struct kt_mjcf_body {
     kt_vec3 com;
     kt_sym3 inertia; /* about com, body axes */
     double gravcomp;
+    double mobility; /* acceleration of its centre of mass by a force, 1/kg, at the reference; 0: not known */
     kt_shape shape;
     const kt_shape *shapes;
     int shape_count;
@@ -159,6 +160,7 @@ typedef struct kt_mjcf {
     kt_namer bodies_named, joints_named, effects_named;
 
     kt_list bodies, joints, sites, tendons, terms, meshes; /* bodies[0] is the world */
+    kt_list surfaces;                                      /* geoms that touch others (mjcf_contact.c) */
     const kt_mjcf_settings *body_settings;                 /* of the body whose geoms are read */
     bool geoms_have_mass, has_visuals;
     int nq, nv;
@@ -174,6 +176,8 @@ typedef struct kt_mjcf {
         lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
+    kt_left contacts_made, contacts_lost, planes,
+        contacts_between; /* geoms that touch planes, or cannot; planes; geoms that touch others */
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
         motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies;
 } kt_mjcf;
@@ -299,6 +303,11 @@ void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper` */
 void kt_mjcf_make_tendons(kt_mjcf *m);
 void kt_mjcf_actuators(kt_mjcf *m);
 void kt_mjcf_equalities(kt_mjcf *m);
+
+void kt_mjcf_contacts(kt_mjcf *m);
+
+/* Keeps a geom, whose solid and pose in its body are given, for contacts. */
+void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3], kt_pose pose);
 
 /* What acts along a length L = factor q of a scalar joint. */
 typedef struct kt_mjcf_line {

@@ -244,7 +244,7 @@ static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
                             : kt_xml_attribute(e, "jointinparent") != NULL ? "jointinparent"
                                                                            : "tendon";
     if (kt_xml_attribute(e, attribute) == NULL) {
-        kt_unknown_count(&m->forces, "actuator of a site, body or crank", e);
+        kt_unknown_count(&m->forces, "actuator of two sites, a body or a crank", e);
         return false;
     }
     if (strcmp(attribute, "tendon") == 0) {
@@ -275,6 +275,64 @@ static bool is_disabled(kt_mjcf *m, const kt_element *e) {
     return group >= 0.0 && group < 31.0 && (m->off.actuator_groups >> (int)group & 1) != 0;
 }
 
+static void name_effect(kt_mjcf *m, const char *name) {
+    kt_effect *effects = m->draft.effects.items;
+    if (name != NULL && *name != '\0')
+        effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
+}
+
+/* Half of a wrench on the body of a site, along its axes. */
+static void add_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_site *site, kt_effect_type type,
+                        const double *gear, double force) {
+    const kt_vec3 along = kt_mat3_apply(site->pose.rotation, kt_vec3_make(gear[0], gear[1], gear[2]));
+    const double parts[3] = {along.x, along.y, along.z};
+    if (parts[0] == 0.0 && parts[1] == 0.0 && parts[2] == 0.0)
+        return;
+    kt_effect *effect = kt_draft_effect(&m->draft, e, type);
+    if (effect == NULL)
+        return;
+    effect->between[0].body = kt_mjcf_body_at(m, site->body)->name;
+    effect->between[0].at = site->pose.position;
+    effect->frame = KT_FRAME_BODY;
+    for (int k = 0; k < 3; k++)
+        effect->value[k] = kt_function_constant(force * parts[k]);
+    name_effect(m, kt_xml_attribute(e, "name"));
+}
+
+/* Whether the forces of actuators are bounded in a joint that carries a body. */
+static bool is_bounded_above(const kt_mjcf *m, int body) {
+    bool found = false;
+    for (int i = 0; i < m->joints.count; i++)
+        found = found ||
+                (kt_mjcf_is_carried(m, body, kt_mjcf_joint_at(m, i)->body) && !isinf(kt_mjcf_joint_at(m, i)->effort));
+    return found;
+}
+
+/* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its length
+ * is zero. */
+static void act_at_site(kt_mjcf *m, const kt_element *e, const actuator *a, double control) {
+    const int index = kt_mjcf_find(m, e, "site", KT_MJCF_SITES);
+    const kt_mjcf_site *site = index >= 0 ? kt_mjcf_site_at(m, index) : NULL;
+    double gear[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0}, c[3], bounds[2];
+    const char *tag = common_tag(m, e, "gear");
+    if (tag != NULL)
+        (void)kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gear);
+    force_of(a, limit_control(m, e, a, control), c);
+    if (c[2] != 0.0)
+        kt_unknown_count(&m->changes, "damping of an actuator of a site, which is left out", e);
+    if (common_tag(m, e, "delay") != NULL)
+        kt_unknown_count(&m->changes, "delay of an actuator's control, which acts at once", e);
+    if (read_limit(m, e, "forcelimited", "forcerange", bounds))
+        c[0] = clamp(c[0], bounds[0], bounds[1]);
+    if (site == NULL || site->body == 0)
+        return;
+    if (is_bounded_above(m, site->body))
+        kt_unknown_count(&m->changes, "actuatorfrcrange of joints that an actuator of a site moves, too", e);
+    add_at_site(m, e, site, KT_EFFECT_FORCE, gear, c[0]);
+    add_at_site(m, e, site, KT_EFFECT_TORQUE, gear + 3, c[0]);
+    kt_left_count(&m->motors, e);
+}
+
 static void add_action(kt_mjcf *m, const kt_element *e, double control, kt_list *actions) {
     const double infinite = (double)INFINITY;
     action d = {.element = e, .tendon = -1, .gear = 1.0, .bounds = {-infinite, infinite}};
@@ -284,6 +342,10 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, kt_list 
     apply_actuator(m, e, &a);
     if (a.is_strange || a.is_dynamic || a.gain_type > AFFINE || a.bias_type > AFFINE_BIAS) {
         kt_unknown_count(&m->forces, a.is_strange ? e->name : "actuator with an activation, or of a user's kind", e);
+        return;
+    }
+    if (kt_xml_attribute(e, "site") != NULL && common_tag(m, e, "refsite") == NULL) {
+        act_at_site(m, e, &a, control);
         return;
     }
     if (!find_length_of(m, e, &d))
@@ -364,12 +426,6 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
 }
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
-
-static void name_effect(kt_mjcf *m, const char *name) {
-    kt_effect *effects = m->draft.effects.items;
-    if (name != NULL && *name != '\0')
-        effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
-}
 
 /* c: of what acts in the joint, with its position. */
 static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], const double bounds[2]) {

@@ -395,7 +395,7 @@ static const kt_known known[] = {
     {"actuator", " "},
     {"asset", " "},
     {"mesh", " name class file scale refpos refquat vertex face inertia maxhullvert "},
-    {"option", " gravity actuatorgroupdisable density viscosity "},
+    {"option", " gravity actuatorgroupdisable density viscosity timestep cone impratio "},
     {"keyframe", " "},
     {"key", " name time qpos qvel act ctrl mpos mquat "},
 };
@@ -410,7 +410,7 @@ static const kt_known_list all_known = {
     .read = " flag spatial muscle adhesion cylinder intvelocity pid dcmotor orientation ",
     .harmless =
         " visual statistic size custom sensor contact extension material texture skin hfield camera light lengthrange "
-        "timestep integrator cone jacobian solver iterations tolerance impratio ls_iterations ls_tolerance "
+        "integrator jacobian solver iterations tolerance ls_iterations ls_tolerance "
         "noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
         "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic wind sleep "
         "simple "

@@ -178,6 +178,7 @@ static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     b->inertia = kt_sym3_add(b->inertia, kt_sym3_shift(g.inertia, g.mass, g.com));
     b->lost_meshes += g.is_lost;
     add_picture(m, e, body, &g);
+    kt_mjcf_add_surface(m, e, body, solids[g.type], g.size, g.pose);
 }
 
 /* Takes the sums back to the centre of mass. */

@@ -3,6 +3,9 @@
  * Of a joint of n coordinates it is n / sum_i (M^-1)_ii, with the mass matrix M of the tree, to which a fixed tendon of
  * length L = c'q adds armature c c', as far as that is between joints of which one carries the other. A joint with the time constant T and the damping ratio z then has, with that inertia I,
  *     stiffness I / (T z)^2,   damping 2 I / T.
+ *
+ * Contacts are the softer, the lighter the body is that touches: of a body it is the mean of (J M^-1 J')_ii over the three
+ * directions, with the Jacobian J of its centre of mass.
  */
 #include "import/mjcf.h"
 #include "kinetree/dynamics.h"
@@ -77,20 +80,46 @@ static void take_inertias(kt_mjcf *m, const kt_model *model, const double *facto
     }
 }
 
+/* Of all bodies, for contacts; rows: room for a Jacobian and a vector. */
+static void take_mobilities(kt_mjcf *m, const kt_model *model, const kt_data *data, const double *factors,
+                            double *rows) {
+    const int nv = kt_model_nv(model);
+    for (int i = 1; i < m->bodies.count; i++) {
+        kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        const int body = kt_body_find(model, b->name);
+        double *x = rows + (size_t)6 * (size_t)nv, sum = 0.0;
+        if (body < 0)
+            continue;
+        kt_point_jacobian(model, data, body, b->com, rows);
+        for (int k = 0; k < 3; k++) {
+            for (int j = 0; j < nv; j++)
+                x[j] = rows[6 * j + 3 + k];
+            kt_dense_solve(factors, nv, x);
+            for (int j = 0; j < nv; j++)
+                sum += x[j] * rows[6 * j + 3 + k] / 3.0;
+        }
+        b->mobility = sum;
+    }
+}
+
 static kt_status find_all(kt_mjcf *m, const kt_model *model, kt_data *data, kt_error *error) {
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
-    double *q = kt_pool_take(&m->r->scratch, nq + nv + nv * nv + 1, sizeof *q);
+    double *q = kt_pool_take(&m->r->scratch, nq + 8 * nv + nv * nv + 1, sizeof *q);
     if (q == NULL)
         return KT_ERROR_MEMORY;
-    double *x = q + nq, *mass = x + nv;
+    double *x = q + nq, *rows = x + nv, *mass = rows + 7 * nv;
     kt_model_initial(model, q, x);
-    const kt_status status = kt_dynamics_mass(model, data, q, mass, error);
+    kt_status status = kt_kinematics_update(model, data, q, x, NULL, error);
+    if (status == KT_OK)
+        status = kt_dynamics_mass(model, data, q, mass, error);
     if (status != KT_OK)
         return status;
     add_tendons(m, model, mass);
     if (!kt_dense_cholesky(mass, nv, (int)nv, NULL))
         return KT_ERROR_SINGULAR;
     take_inertias(m, model, mass, x);
+    if (m->source->options->contacts)
+        take_mobilities(m, model, data, mass, rows);
     return KT_OK;
 }
 
@@ -101,6 +130,8 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
     const kt_element *first = NULL;
     for (int i = 0; i < m->joints.count; i++)
         first = first == NULL && is_asked(m, kt_mjcf_joint_at(m, i)) ? kt_mjcf_joint_at(m, i)->element : first;
+    if (first == NULL && m->source->options->contacts && m->nv > 0)
+        first = m->root;
     if (first == NULL || m->r->out_of_memory)
         return;
     kt_body *bodies = kt_pool_take(&m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);
@@ -112,7 +143,7 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
     if (status == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(m->r);
     else if (status != KT_OK)
-        kt_unknown_count(&m->changes, "springdamper, since the inertia along a joint cannot be computed", first);
+        kt_unknown_count(&m->changes, "springdamper or contacts, since inertias along them cannot be computed", first);
     kt_data_free(data);
     kt_model_free(model);
 }

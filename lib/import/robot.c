@@ -41,6 +41,9 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
     if (source.options->keyframe != NULL && strcmp(root->name, "mujoco") != 0)
         (void)kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
                            "keyframe '%.60s': there are keyframes in MJCF alone", source.options->keyframe);
+    if (source.options->contacts && strcmp(root->name, "mujoco") != 0)
+        (void)kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
+                           "contacts are made of files in MJCF alone; add effects of the type contact to the scene");
     if (strcmp(root->name, "mujoco") == 0)
         kt_mjcf_scene(r, &source, scene);
     else if (kt_sdf_is_root(root))
@@ -64,6 +67,11 @@ static kt_status check_options(const kt_robot_options *o, kt_error *error) {
             error, KT_ERROR_ARGUMENT, "",
             "inertia is %d, density %g; give one of kt_robot_inertia, and a finite number, zero or above",
             (int)o->inertia, o->density);
+    if (o != NULL && (!isfinite(o->ground) || (o->has_ground && !o->contacts)))
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "",
+            "contacts is %s, has_ground %s, ground %g; a ground has a finite height, and needs contacts",
+            o->contacts ? "true" : "false", o->has_ground ? "true" : "false", o->ground);
     if (o == NULL || (isfinite(o->stop_stiffness) && o->stop_stiffness >= 0.0 && isfinite(o->stop_damping) &&
                       o->stop_damping >= 0.0))
         return KT_OK;

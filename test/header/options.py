@@ -15,6 +15,7 @@ STRUCTS = ["kt_run", "kt_simulation_options", "kt_model_options", "kt_linearizat
 
 # Values that are right after all: "STRUCT.MEMBER" or "STRUCT.MEMBER VALUE", and why.
 ACCEPTED = {
+    "kt_robot_options.ground -1.0": "a floor below zero",
     "kt_step.h -1.0": "steps go backwards in time, too",
     "kt_step.t -1.0": "a time before zero",
     "kt_rollout.h -1.0": "steps go backwards in time, too",

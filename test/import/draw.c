@@ -10,7 +10,7 @@ typedef struct drawing {
     kt_random *random;
     int body_count, joint_count, tendon_count, actuator_count;
     int parent[BODIES], body_of[JOINTS];
-    bool is_scalar[JOINTS], has_meshes;
+    bool is_scalar[JOINTS], is_bounded[BODIES], has_meshes; /* of bodies: by actuatorfrcrange of a joint */
 } drawing;
 
 static double real(drawing *d, double lower, double upper) { return kt_random_uniform(d->random, lower, upper); }
@@ -119,8 +119,10 @@ static void write_joint(drawing *d, int body, bool is_alone) {
         put(d, "armature", 1, 0.01, 0.5);
     if (chance(d, 4))
         fprintf(d->to, " springdamper=\"%.6g %.6g\"", real(d, 0.05, 0.5), real(d, 0.3, 2.0));
-    if (type < 2 && chance(d, 2))
+    if (type < 2 && chance(d, 2)) {
         put_range(d, "actuatorfrcrange", 20.0);
+        d->is_bounded[body] = true;
+    }
     fprintf(d->to, "/>");
 }
 
@@ -131,7 +133,10 @@ static void begin_body(drawing *d, int parent) {
     put(d, "euler", 3, -180.0, 180.0);
     if (chance(d, 4))
         put(d, "gravcomp", 1, 0.0, 1.0);
-    fprintf(d->to, ">");
+    fprintf(d->to, "><site name=\"s%d\"", d->body_count - 1);
+    put(d, "pos", 3, -0.3, 0.3);
+    put(d, "euler", 3, -180.0, 180.0);
+    fprintf(d->to, "/>");
 }
 
 /* A body of one or two joints, with one or two geoms, and those that it carries. */
@@ -210,11 +215,26 @@ static int any_tendon(drawing *d) {
     return d->tendon_count > 0 && chance(d, 2) ? kt_random_int(d->random, 0, d->tendon_count - 1) : -1;
 }
 
+/* A motor of a site, with a force and a moment. Bounds of joints hold for these, too, which is told, and left out. */
+static void write_thruster(drawing *d) {
+    const int body = kt_random_int(d->random, 0, d->body_count - 1);
+    for (int i = body; i >= 0; i = d->parent[i])
+        if (d->is_bounded[i])
+            return;
+    fprintf(d->to, "<motor name=\"a%d\" site=\"s%d\"", d->actuator_count++, body);
+    put(d, "gear", 6, -2.0, 2.0);
+    if (chance(d, 2))
+        put_range(d, "forcerange", 3.0);
+    fprintf(d->to, "/>\n");
+}
+
 static void write_actuator(drawing *d) {
     static const char *const kinds[] = {"motor", "position", "velocity", "damper", "general"};
     const int kind = kt_random_int(d->random, 0, 4), joint = any_scalar(d);
-    if (joint < 0)
+    if (joint < 0 || chance(d, 5)) {
+        write_thruster(d);
         return;
+    }
     const int tendon = any_tendon(d);
     fprintf(d->to, "<%s name=\"a%d\" %s=\"%c%d\"", kinds[kind], d->actuator_count++, tendon >= 0 ? "tendon" : "joint",
             tendon >= 0 ? 't' : 'j', tendon >= 0 ? tendon : joint);

@@ -8,6 +8,7 @@
 // and of each random state
 //     (with the controls of the only keyframe, if its name is `k`) qpos, qvel, mass matrix, bias force, forces of springs, dampers and actuators, qacc, xpos, xmat, residuals of
 //     equalities, six numbers each.
+// With STATES `rest=3` of each file `read`, nq and the positions after 3 s from the first keyframe, with contacts and all else.
 // Blanks in names are written as `_`.
 import fs from "node:fs";
 import path from "node:path";
@@ -101,11 +102,24 @@ function describe(file) {
         thing.delete();
 }
 
+function rest(file, seconds) {
+    const model = mujoco.MjModel.from_xml_path(file), data = new mujoco.MjData(model);
+    mujoco.mj_resetDataKeyframe(model, data, 0);
+    while (data.time < seconds)
+        mujoco.mj_step(model, data);
+    say(["read", model.nq], data.qpos);
+    for (const thing of [data, model])
+        thing.delete();
+}
+
 for (const file of files) {
     say([file]);
     try {
         copy_folder_of(file);
-        describe(file);
+        if (states.startsWith("rest="))
+            rest(file, Number(states.slice(5)));
+        else
+            describe(file);
     } catch (error) {
         say(["refused", String(error.message ?? error).replace(/\s+/g, " ")]);
     }

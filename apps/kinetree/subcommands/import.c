@@ -3,12 +3,14 @@
 #include "records/output.h"
 #include "text/arguments.h"
 
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_import_arguments {
-    const char *out, *inertia, *keyframe, *search, *allow;
-    bool floating;
+    const char *out, *inertia, *keyframe, *search, *allow, *ground;
+    bool floating, contacts;
     double stops, stop_damping, density;
     kt_settings masses;
 } kt_import_arguments;
@@ -39,6 +41,10 @@ static const kt_option options[] = {
      "allow the robot to include files of these folders outside of its own", NULL},
     {"keyframe", KT_OPTION_TEXT, AT(keyframe), "NAME",
      "start from the positions, velocities and controls of this keyframe of MJCF; default: reference positions", NULL},
+    {"contacts", KT_OPTION_FLAG, AT(contacts), NULL, "let geoms of MJCF touch planes; default: they touch nothing",
+     NULL},
+    {"ground", KT_OPTION_TEXT, AT(ground), "HEIGHT", "add a floor at this height, m, to --contacts; default: none",
+     NULL},
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING",
      "set the damping of these stops, N m s/rad or N s/m; default: 0", NULL},
 };
@@ -48,6 +54,7 @@ const kt_usage kt_usage_import = {
     .examples = "  kinetree import arm.urdf --out arm.yaml\n"
                 "  kinetree import quadruped.urdf --floating --stops 1e4 --out quadruped.yaml\n"
                 "  kinetree import humanoid.xml --keyframe squat --out humanoid.yaml\n"
+                "  kinetree import dog.xml --contacts --ground 0 --keyframe home --out dog.yaml\n"
                 "  kinetree import rover.sdf --out rover.yaml\n"
                 "  kinetree run arm.urdf --duration 2 --view\n",
     .operands = "ROBOT.urdf",
@@ -75,6 +82,22 @@ static int choose_inertia(const char *word) {
     return -1;
 }
 
+/* Reads the height of a floor, if there is one; false after printing what is wrong. */
+static bool read_ground(const kt_import_arguments *a, kt_robot_options *how) {
+    char *end;
+    if (a->ground == NULL)
+        return true;
+    how->has_ground = true;
+    how->ground = strtod(strncmp(a->ground, "z=", 2) == 0 ? a->ground + 2 : a->ground, &end);
+    if (*end != '\0' || !isfinite(how->ground)) {
+        kt_say("import: --ground is a height in m, such as 0, not '%s'", a->ground);
+        return false;
+    }
+    if (!a->contacts)
+        kt_say("import: --ground is for contacts; give --contacts, too");
+    return a->contacts;
+}
+
 int kt_command_import(int argc, char **argv) {
     kt_import_arguments a = {.out = "-"};
     int operands;
@@ -86,22 +109,23 @@ int kt_command_import(int argc, char **argv) {
         return KT_EXIT_USAGE;
     }
     const int inertia = choose_inertia(a.inertia);
-    if (inertia < 0)
+    kt_robot_options how = {.floating = a.floating,
+                            .stop_stiffness = a.stops,
+                            .stop_damping = a.stop_damping,
+                            .inertia = (kt_robot_inertia)inertia,
+                            .density = a.density,
+                            .masses = a.masses.text,
+                            .mass_count = a.masses.count,
+                            .keyframe = a.keyframe,
+                            .search = a.search,
+                            .allow = a.allow,
+                            .contacts = a.contacts};
+    if (inertia < 0 || !read_ground(&a, &how))
         return KT_EXIT_USAGE;
     const kt_file_use uses[] = {{"the robot", argv[1], false}, {"--out", a.out, true}};
     code = kt_check_files("import", uses, 2);
     if (code >= 0)
         return code;
-    const kt_robot_options how = {.floating = a.floating,
-                                  .stop_stiffness = a.stops,
-                                  .stop_damping = a.stop_damping,
-                                  .inertia = (kt_robot_inertia)inertia,
-                                  .density = a.density,
-                                  .masses = a.masses.text,
-                                  .mass_count = a.masses.count,
-                                  .keyframe = a.keyframe,
-                                  .search = a.search,
-                                  .allow = a.allow};
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_robot(argv[1], &how, &scene);

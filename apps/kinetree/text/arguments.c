@@ -210,8 +210,8 @@ static const kt_option *find_option(const kt_usage *usage, const char *name, siz
 static const struct { const char *before, *now; } renamed[] = {{"compare-sets", "formulations"}};
 
 /* Those of import, which others are asked for, too. */
-static const char *const of_import[] = {"keyframe", "floating", "stops", "stop-damping",
-                                        "inertia",  "density",  "mass",  "search"};
+static const char *const of_import[] = {"keyframe", "floating", "stops",  "stop-damping", "inertia",
+                                        "density",  "mass",     "search", "contacts",     "ground"};
 
 static int say_unknown_option(const kt_usage *usage, const char *argument, size_t length) {
     char name[64];

@@ -31,7 +31,7 @@ def load(path: Union[str, os.PathLike], set: Optional[Mapping[str, Any]] = None,
     set : mapping, optional
         Values that replace those of the file, such as ``{"bodies.crank.mass": 2}``.
     **options
-        For robots: ``floating``, ``keyframe``, ``search``, ``density``, ``stops``.
+        For robots: ``floating``, ``keyframe``, ``search``, ``density``, ``stops``, ``contacts``, ``ground``.
 
     Raises
     ------
@@ -112,13 +112,15 @@ class Scene:
 
     def _robot_options(self) -> Any:
         chosen, keep = ffi.new("kt_robot_options *"), []
-        fields = {"floating": "floating", "density": "density", "stops": "stop_stiffness", "stop_damping": "stop_damping"}
+        fields = {"floating": "floating", "density": "density", "stops": "stop_stiffness", "stop_damping": "stop_damping",
+                  "contacts": "contacts", "ground": "ground"}
         for name, value in self.options.items():
             if name in ("keyframe", "search"):
                 keep.append(ffi.new("char[]", str(value).encode()))
                 setattr(chosen, name, keep[-1])
             elif name in fields:
                 setattr(chosen, fields[name], value)
+                chosen.has_ground = chosen.has_ground or name == "ground"
             else:
                 raise ArgumentError(1, "load", f"there is no option '{name}' of robots; there are {', '.join([*fields, 'keyframe', 'search'])}")
         return keep, chosen

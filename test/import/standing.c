@@ -1,0 +1,224 @@
+/* Robots that stand on the ground of their file: four legs with servos, contacts of random stiffness, damping, friction and
+ * cone, dropped from a small height. After 3 s they stand where today's MuJoCo has them (mujoco_wasm.mjs; KT_MUJOCO_WASM
+ * names the folder of npm's @mujoco/mujoco). */
+#include "check.h"
+#include "random.h"
+
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { ROBOTS = 12, LEGS = 4, COORDINATES = 7 + 2 * LEGS, SECONDS = 3 };
+
+static double real(kt_random *random, double lower, double upper) { return kt_random_uniform(random, lower, upper); }
+
+/* One of them: feet are spheres, ends of capsules, or boxes. */
+static void write_foot(FILE *to, int kind) {
+    static const char *const feet[] = {"<geom class='foot' pos='0 0 -.2' size='.03'/>",
+                                       "<geom class='foot' type='capsule' fromto='0 0 -.05 0 0 -.2' size='.03'/>",
+                                       "<geom class='foot' type='box' pos='0 0 -.2' size='.04 .03 .02'/>"};
+    fputs(feet[kind], to);
+}
+
+static bool write_robot(const char *path, kt_random *random) {
+    FILE *to = fopen(path, "w");
+    const bool is_elliptic = kt_random_int(random, 0, 1) == 1, is_first = kt_random_int(random, 0, 1) == 1;
+    const double low = real(random, 0.5, 0.9), trunk = real(random, 5.0, 30.0);
+    const int kind = kt_random_int(random, 0, 2);
+    if (to == NULL)
+        return false;
+    fprintf(to, "<mujoco><option cone='%s' impratio='%.3g'/><default><geom contype='0' conaffinity='1'/>",
+            is_elliptic ? "elliptic" : "pyramidal", real(random, 1.0, 20.0));
+    fprintf(to, "<default class='foot'><geom mass='.1' priority='%d' friction='%.3g' margin='%.3g' solref='%.3g %.3g' ",
+            is_first, real(random, 0.4, 1.0), real(random, 0.0, 0.003), real(random, 0.01, 0.03),
+            real(random, 0.8, 1.2));
+    fprintf(to, "solimp='%.3g %.3g %.3g'/></default></default><worldbody>", low, low + real(random, 0.01, 0.09),
+            real(random, 0.001, 0.01));
+    fprintf(to,
+            "<geom type='plane' size='1 1 .1' pos='0 0 .1' contype='1' conaffinity='0'/><body name='trunk'><freejoint/>"
+            "<geom type='box' size='.25 .12 .06' mass='%.4g'/>",
+            trunk);
+    for (int i = 0; i < LEGS; i++) {
+        fprintf(to,
+                "<body name='h%d' pos='%g %g 0'><joint name='h%d' axis='0 1 0' damping='1'/><geom type='capsule' "
+                "fromto='0 0 0 0 0 -.2' size='.02' mass='.6' conaffinity='0'/><body name='k%d' pos='0 0 -.2'>"
+                "<joint name='k%d' axis='0 1 0' damping='1'/><geom type='capsule' fromto='0 0 0 0 0 -.2' size='.015' "
+                "mass='.3' conaffinity='0'/>",
+                i, i < 2 ? 0.2 : -0.2, i % 2 == 0 ? 0.12 : -0.12, i, i, i);
+        write_foot(to, kind);
+        fprintf(to, "</body></body>");
+    }
+    fprintf(to, "</body></worldbody><actuator>");
+    for (int i = 0; i < LEGS; i++)
+        fprintf(to, "<position joint='h%d' kp='%g' kv='5'/><position joint='k%d' kp='%g' kv='5'/>", i, 20.0 * trunk, i,
+                20.0 * trunk);
+    fprintf(
+        to,
+        "</actuator><keyframe><key name='home' qpos='0 0 .52 1 0 0 0 .3 -.6 .3 -.6 .3 -.6 .3 -.6' ctrl='.3 -.6 .3 -.6 "
+        ".3 -.6 .3 -.6'/></keyframe></mujoco>\n");
+    return fclose(to) == 0;
+}
+
+/* Positions in MuJoCo's order. */
+static bool run_here(const char *path, double q[COORDINATES]) {
+    const kt_robot_options options = {.keyframe = "home", .contacts = true};
+    kt_mechanism m;
+    kt_error error = {0};
+    kt_status status = kt_mechanism_load(path, &options, NULL, &m, &error);
+    if (status == KT_OK)
+        status = kt_simulation_advance(m.simulation, SECONDS, &error);
+    if (!kt_check_equal_int(error.message, status, KT_OK))
+        return false;
+    const double *ours = kt_simulation_positions(m.simulation);
+    memcpy(q, ours + kt_body_coordinates(m.model, kt_body_find(m.model, "trunk")).q, 7 * sizeof *q);
+    for (int i = 0; i < 2 * LEGS; i++) {
+        const char name[] = {i % 2 == 0 ? 'h' : 'k', (char)('0' + i / 2), '\0'};
+        q[7 + i] = ours[kt_body_coordinates(m.model, kt_body_find(m.model, name)).q];
+    }
+    kt_mechanism_free(&m);
+    return true;
+}
+
+static bool read_theirs(FILE *from, const char *path, double q[COORDINATES]) {
+    char word[200];
+    int count = 0;
+    if (fscanf(from, "%199s", word) != 1 || strcmp(word, path) != 0 || fscanf(from, "%199s", word) != 1 ||
+        strcmp(word, "read") != 0 || fscanf(from, "%d", &count) != 1 || count != COORDINATES)
+        return kt_check_true(path, false);
+    for (int i = 0; i < COORDINATES; i++)
+        if (fscanf(from, "%199s", word) != 1)
+            return kt_check_true("a position is read", false);
+        else
+            q[i] = strtod(word, NULL);
+    return true;
+}
+
+/* Reads a model with contacts; the number of its effects. */
+static int contacts_of(const char *text, const kt_robot_options *options, kt_scene *scene) {
+    kt_error error = {0};
+    const kt_status status = kt_robot_parse("m.xml", text, strlen(text), options, scene, NULL, NULL, &error);
+    return kt_check_equal_int(error.message, status, KT_OK) ? scene->description.effect_count : -1;
+}
+
+static const kt_robot_options with_contacts = {.contacts = true};
+
+#define MODEL(floor, geoms, rest)                                                                                      \
+    "<mujoco><worldbody><geom name='f' type='plane' size='1 1 1' " floor "/><body name='a'><freejoint/>" geoms         \
+    "</body></worldbody>" rest "</mujoco>"
+
+KT_TEST(planes_touch_the_points_of_solids_that_masks_pairs_and_excludes_allow) {
+    static const struct {
+        const char *text;
+        int contacts;
+    } table[] = {
+        {MODEL("", "<geom size='.1'/>", ""), 1},
+        {MODEL("", "<geom type='capsule' size='.1 .2'/>", ""), 2},
+        {MODEL("", "<geom type='box' size='.1 .2 .3'/>", ""), 8},
+        {MODEL("", "<geom type='cylinder' size='.1 .2'/>", ""), 16},
+        {MODEL("", "<geom type='ellipsoid' size='.1 .2 .3'/>", ""), 0},
+        {MODEL("contype='2' conaffinity='0'", "<geom size='.1'/>", ""), 0},
+        {MODEL("contype='2' conaffinity='0'", "<geom size='.1' conaffinity='6'/>", ""), 1},
+        {MODEL("contype='0' conaffinity='0'", "<geom name='g' size='.1'/>",
+               "<contact><pair geom1='g' geom2='f'/></contact>"),
+         1},
+        {MODEL("", "<geom size='.1'/>", "<contact><exclude body1='a' body2='world'/></contact>"), 0},
+        {"<mujoco><worldbody><geom type='plane' size='1 1 1'/><body><geom size='.1'/><body name='b'><joint/><geom "
+         "size='.1'/>"
+         "</body></body></worldbody></mujoco>",
+         1}, /* what does not move touches nothing */
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        const int count = contacts_of(table[i].text, &with_contacts, &scene);
+        kt_check_equal_int(table[i].text, count, table[i].contacts);
+        if (count >= 0)
+            kt_scene_free(&scene);
+    }
+}
+
+/* A ball of 1 kg with a constant impedance: A = 1, and K = k d^2 / (1 - d) = 1 / (T^2 (1 - d)) with d = dmax. The margin
+ * raises the plane; a ground is one more. */
+KT_TEST(contacts_have_the_stiffness_of_the_file) {
+    static const char text[] =
+        MODEL("pos='0 0 .5'", "<geom size='.1' mass='1' condim='1' margin='.01' friction='.7'/>", "");
+    static const char constant[] = "<mujoco><default><geom solimp='.9 .9 .001' solref='.02 1' condim='1'/></default>";
+    char whole[1000];
+    kt_scene scene;
+    const kt_robot_options on_ground = {.contacts = true, .has_ground = true, .ground = -2.0};
+    (void)snprintf(whole, sizeof whole, "%s%s", constant, text + strlen("<mujoco>"));
+    if (!kt_check_equal_int("contacts", contacts_of(whole, &on_ground, &scene), 2))
+        return;
+    const kt_effect *floor = &scene.description.effects[1], *ground = &scene.description.effects[0];
+    kt_check_near("stiffness", floor->stiffness, 1.0 / (4e-4 * 0.1), 1e-8 * 25000.0);
+    kt_check_near("exponent", floor->exponent, 1.0, 1e-9);
+    kt_check_near("without friction", floor->friction, 0.0, 0.0);
+    kt_check_near("height of the floor and the margin", floor->between[1].at.z, 0.51, 1e-15);
+    kt_check_near("height of the ground and the margin", ground->between[1].at.z, -1.99, 1e-15);
+    kt_check_near("radius", floor->radius, 0.1, 0.0);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(robots_that_fall_and_contacts_of_other_formats_are_told) {
+    static const char text[] = MODEL("", "<geom size='.1'/>", "");
+    static const char urdf[] = "<robot name='r'><link name='a'/></robot>";
+    kt_scene scene;
+    kt_error error = {0};
+    bool warned = false;
+    if (contacts_of(text, NULL, &scene) >= 0) {
+        for (int i = 0; i < scene.note_count; i++)
+            warned = warned || (scene.notes[i].is_warning && strstr(scene.notes[i].what, "import --contacts") != NULL);
+        kt_check_true("a free body falls", warned);
+        kt_scene_free(&scene);
+    }
+    kt_check_equal_int("URDF", kt_robot_parse("m", urdf, sizeof urdf - 1, &with_contacts, &scene, NULL, NULL, &error),
+                       KT_ERROR_SCENE);
+    kt_check_contains("URDF", error.message, "contacts are made of files in MJCF alone");
+    const kt_robot_options ground = {.has_ground = true};
+    kt_check_equal_int("a ground alone",
+                       kt_robot_parse("m", text, sizeof text - 1, &ground, &scene, NULL, NULL, &error),
+                       KT_ERROR_ARGUMENT);
+}
+
+KT_TEST(robots_stand_where_those_of_mujoco_of_today_do) {
+    static char paths[ROBOTS][80], command[4000];
+    const char *package = getenv("KT_MUJOCO_WASM");
+    char folder[] = "/tmp/kinetree-standing-XXXXXX";
+    kt_random random = kt_random_of_test();
+    kt_worst height = kt_worst_make("height, m"), tilt = kt_worst_make("tilt"), joints = kt_worst_make("joints, rad");
+    if (package == NULL) {
+        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+        return;
+    }
+    int used = snprintf(command, sizeof command, "node '%s' '%s' rest=%d", SCRIPT, package, SECONDS);
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    for (int i = 0; i < ROBOTS; i++) {
+        (void)snprintf(paths[i], sizeof paths[i], "%s/%d.xml", folder, i);
+        kt_check_true("it is written", write_robot(paths[i], &random));
+        used += snprintf(command + used, sizeof command - (size_t)used, " '%s'", paths[i]);
+    }
+    FILE *from = popen(command, "r");
+    for (int i = 0; i < ROBOTS && from != NULL; i++) {
+        double ours[COORDINATES], theirs[COORDINATES];
+        if (!read_theirs(from, paths[i], theirs) || !run_here(paths[i], ours))
+            continue;
+        kt_worst_near(&height, ours[2], theirs[2], 1e-3, "%d", i);
+        for (int k = 3; k < 7; k++)
+            kt_worst_near(&tilt, ours[k], theirs[k], 5e-4, "%d, %d", i, k);
+        for (int k = 7; k < COORDINATES; k++)
+            kt_worst_near(&joints, ours[k], theirs[k], 2e-4, "%d, %d", i, k);
+    }
+    kt_check_true("node runs", from != NULL && pclose(from) == 0);
+    kt_check_worst(&height);
+    kt_check_worst(&tilt);
+    kt_check_worst(&joints);
+    kt_check_equal_int("robots compared", (int)height.count, ROBOTS);
+    for (int i = 0; i < ROBOTS && getenv("KT_KEEP") == NULL; i++)
+        (void)remove(paths[i]);
+    (void)rmdir(folder);
+}
