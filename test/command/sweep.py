@@ -476,7 +476,7 @@ def pictures():
     plot("n.csv", "--histogram", "--columns", "g,position.stone.end")
     same("a map of a sample", len(re.findall(rectangle, plot("n.csv", "--map", "g,m", "--columns", "position.stone.end"))) - 64, sum(1 for line in rows(pathlib.Path("n.csv").read_text()) if line["status"] == "done"))
     for arguments, words in ((["g.csv", "--map", "g"], "two columns"), (["g.csv", "--map", "g,q"], "no column 'q'"), (["g.csv", "--by", "q"], "no column 'q'"),
-                             (["g.csv", "--columns", "position.stona"], "did you mean"), (["a.csv", "--histogram"], "this is none")):
+                             (["g.csv", "--columns", "position.stona"], "did you mean"), (["a.csv", "--histogram"], "this file is no sweep")):
         same(f"words of plot {arguments}", words in plot(*arguments, code=1), True)
 
 
