@@ -1,4 +1,4 @@
-/* One run of a sweep, as a line: what was varied, how it ended, what it cost, and the last, least and greatest value of each
+/* One run of a sweep, as a line: its values, its end, its cost, and the last, least and greatest value of each
  * column of its records. A run that fails is a line, too. */
 #include "sweep/sweep.h"
 
@@ -135,7 +135,7 @@ static range *create_ranges(size_t count) {
     return ranges;
 }
 
-/* A run, and what is made for it. */
+/* A run and the objects that it owns. */
 typedef struct kt_sweep_run {
     const kt_sweep *sweep;
     int64_t number;
@@ -218,7 +218,7 @@ static kt_status list_columns(made *m, unsigned *record, kt_error *error) {
                : no_memory(error);
 }
 
-/* Compiles what has been read, assembles it, and lists the columns of its records. */
+/* Compiles and assembles the scene, and lists the columns of its records. */
 static kt_status prepare(made *m, kt_error *error) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_status status = compile(m, error);
@@ -311,7 +311,7 @@ static int take_record(const kt_record *record, void *user) {
     return m->failed ? -1 : 0;
 }
 
-/* What a run has come to, of which the simulation says `status`. */
+/* The end of a run with the `status` of its simulation. */
 static kt_status judge(const made *m, kt_status status, kt_error *error) {
     if (m->failed)
         return no_memory(error);

@@ -1,5 +1,6 @@
-/* Which runs a sweep has: a grid of ranges and lists, a sample of ranges, or the rows of a table; with random values in
- * each. Everything about a run follows from its number, so that any part of a sweep can be computed anywhere. */
+/* The runs of a sweep: a grid of ranges and lists, a sample of ranges, or the rows of a table. Each may have
+ * random values. Everything about a run follows from its number, so that any part of a sweep can be computed
+ * anywhere. */
 #include "sweep/sweep.h"
 
 #include "base/decimal.h"
@@ -111,7 +112,7 @@ static int say_random(const char *text) {
     return KT_EXIT_USAGE;
 }
 
-/* A number, and what must follow it. */
+/* A number, and the text that must follow it. */
 static bool take_number(const char **text, char after, double *value) {
     const char *end;
     if (!kt_decimal_read(*text, value, &end) || *end != after)
@@ -120,7 +121,7 @@ static bool take_number(const char **text, char after, double *value) {
     return true;
 }
 
-/* The axis of "PATH=..."; *rest: what comes behind. */
+/* The axis of "PATH=..."; *rest: the text after it. */
 static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **rest, int *code) {
     const char *equals = strchr(text, '=');
     const size_t length = (size_t)(equals - text);

@@ -1,16 +1,16 @@
 /* Sweeps over the processes of MPI.
  *
- * A worker sends what a block of runs has given, and asks for the next by that; rank 0 answers with its first run and the one
- * behind its last (-1 and whether a rank is lost: there are no more): two messages a block. A block has about a quarter of a second of work, and less towards the end (guided
- * self-scheduling; Polychronopoulos, Kuck 1987). Lines go out in the order of the runs, so that what has been handed out
- * and is not written yet is bounded.
+ * A worker sends the results of a block of runs, which also requests the next block. Rank 0 answers with its first
+ * run and the run after its last. An answer of -1 ends the worker, and its second number states whether a rank is
+ * lost. A block takes two messages. A block has about a quarter of a second of work, and less towards the end
+ * (guided self-scheduling; Polychronopoulos, Kuck 1987). Lines are written in the order of the runs, so that the
+ * number of blocks that wait to be written is bounded.
  *
- * A block that takes far longer than any before is handed out once more to a rank that has nothing to do (backup tasks;
- * Dean, Ghemawat 2004): what a lost rank had is done again. Whichever comes first is taken, for the bytes are equal; with
- * -Dfused=enabled they may differ by rounding, and either will do. Where no rank is left, rank 0 computes. MPI itself ends
- * all ranks with the first that is lost, unless it is told otherwise (mpirun --enable-recovery of Open MPI); then --resume
- * goes on.
- */
+ * A block that takes far longer than any before is also given to an idle rank (backup tasks; Dean, Ghemawat 2004).
+ * This repeats the work of a lost rank. Whichever comes first is taken, for the bytes are equal; with
+ * -Dfused=enabled they may differ by rounding, and either will do. If no rank is left, rank 0 computes. By
+ * default, MPI ends all ranks with the first lost one, and --resume continues the sweep. An option changes this
+ * (mpirun --enable-recovery of Open MPI). */
 #include "sweep/ranks.h"
 #include "subcommands/run.h"
 
@@ -26,7 +26,7 @@ static const double block_seconds = 0.25, patience = 2.0; /* s, of work in a blo
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
-/* Head of what a worker sends: a block, and how long it took; then its runs. */
+/* Head of a worker's message: a block, and its time. The runs follow. */
 typedef struct block_head {
     int64_t first, end; /* first < 0: a worker begins */
     double seconds;
@@ -162,7 +162,7 @@ kt_ranks *kt_ranks_start(int *code) {
 
 int kt_ranks_own(const kt_ranks *ranks) { return ranks != NULL ? ranks->own : 0; }
 
-/* Sends what a block has given, and receives the next. */
+/* Sends the results of a block, and receives the next block. */
 static void exchange(kt_ranks *ranks, const void *bytes, size_t size, int64_t block[2]) {
     (void)MPI_Send(bytes, (int)size, MPI_BYTE, 0, TAG_RESULT, MPI_COMM_WORLD);
     (void)MPI_Recv(block, 2, MPI_INT64_T, 0, TAG_BLOCK, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
@@ -206,7 +206,7 @@ typedef struct server {
 
 static block *block_at(const server *s, size_t k) { return &s->blocks[(s->head + k) % s->room]; }
 
-/* A quarter of a second of work, a message of 64 MB at most, and at the end a part of what is left. */
+/* A quarter of a second of work, a message of 64 MB at most, and at the end a part of the remaining runs. */
 static int64_t choose_size(const server *s) {
     const int64_t left = s->end - s->next, share = left / (4 * (int64_t)s->ranks->count) + 1;
     double most = s->cost > 0.0 ? block_seconds / s->cost : 1.0;
@@ -264,7 +264,7 @@ static block *find_block(const server *s, int64_t first) {
     return low < s->count && block_at(s, low)->first == first ? block_at(s, low) : NULL;
 }
 
-/* Takes what a block has given, unless it is there already. */
+/* Takes the results of a block, unless they are there already. */
 static int take(server *s, message *m) {
     block_head head;
     memcpy(&head, m->bytes, sizeof head);
@@ -286,7 +286,7 @@ static int take(server *s, message *m) {
     return 0;
 }
 
-/* Receives a message, if there is one: 1; 0: there is none; -1: a worker, or memory, has failed. */
+/* Receives a message and returns 1. Returns 0 without a message, and -1 if a worker or memory has failed. */
 static int receive(server *s) {
     MPI_Status status;
     int there = 0, size = 0;
@@ -318,7 +318,7 @@ static int write_blocks(server *s, kt_sweep_sink *sink, void *user) {
     return failed;
 }
 
-/* Where no rank has answered for long, rank 0 computes the block that all wait for. */
+/* If no rank has answered for long, rank 0 computes the block that all wait for. */
 static int compute_own(server *s) {
     const block *b = block_at(s, 0);
     message m = {NULL, 0, 0, 0};
@@ -400,7 +400,7 @@ int kt_ranks_end(kt_ranks *ranks, int code) {
         return code;
     if (ranks->own == 0)
         let_go(ranks);
-    else if (!ranks->is_done) /* a scene that is wrong is told by rank 0 */
+    else if (!ranks->is_done) /* rank 0 reports a wrong scene */
         exchange(ranks, &begins, sizeof begins, none);
     if (ranks->is_lost) {
         (void)fflush(NULL);

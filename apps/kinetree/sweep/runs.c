@@ -1,7 +1,8 @@
-/* Runs over several threads, the calling one among them. Each takes the next run that nobody has, and computes as many at
- * once as an ensemble has lanes (kinetree/batch.h). A thread that has the line that is due hands it over, and those that
- * are there behind it, in the order of the runs: none waits for lines, and nobody has to be woken for one. So that those
- * that wait for a slow run do not fill memory, no thread is further than a window of runs ahead. */
+/* Runs over several threads, the calling one among them. Each takes the next run that nobody has, and computes as
+ * many at once as an ensemble has lanes (kinetree/batch.h). A thread that has the line that is due hands it over,
+ * and those that are there behind it, in the order of the runs: none waits for lines, and nobody has to be woken
+ * for one. So that those that wait for a slow run do not fill memory, no thread is further than a window of runs
+ * ahead. */
 #include "sweep/sweep.h"
 
 #include <pthread.h>
@@ -15,7 +16,7 @@ typedef struct shared {
     int64_t next, end; /* runs that are to be taken */
     int64_t written;   /* runs before this one have been handed over */
     int64_t window;
-    int64_t threads;                 /* that were asked for */
+    int64_t threads;                 /* requested threads */
     kt_sweep_result results[WINDOW]; /* of run k in k % WINDOW; without a line: not there yet */
     bool failed, stops;              /* memory has run out; the sink wants no more */
     bool is_writing;                 /* a thread hands lines over */
@@ -74,8 +75,8 @@ static void store(shared *s, int64_t number, const kt_sweep_result *result) {
     (void)pthread_mutex_unlock(&s->mutex);
 }
 
-/* The next run that nobody has; -1: there is none, none is wanted, or, unless `may_block`, others must come first. A thread that
- * runs some takes no more than its share of what is left, so that all threads have work to the end. */
+/* The next run that nobody has; -1: there is none, none is wanted, or, unless `may_block`, others must come first.
+ * A thread takes at most its share of the remaining runs, so that all threads have work to the end. */
 static int64_t take_number(runner *r, bool may_block) {
     shared *s = r->shared;
     int64_t number = -1;

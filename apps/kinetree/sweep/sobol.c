@@ -1,14 +1,13 @@
-/* Sobol's sequence (1967), by Gray code (Antonov, Saleev 1979), with the direction numbers of Joe and Kuo (2008, SIAM
- * Journal on Scientific Computing 30, 2635-2654; their table new-joe-kuo-6), which also stratify pairs of coordinates
- * well.
+/* Sobol's sequence (1967), by Gray code (Antonov, Saleev 1979), with the direction numbers of Joe and Kuo (2008,
+ * SIAM Journal on Scientific Computing 30, 2635-2654; their table new-joe-kuo-6), which also stratify pairs of
+ * coordinates well.
  *
- * Coordinate j belongs to a primitive polynomial x^s + a_1 x^(s-1) + ... + 1 over the field of two elements and odd numbers
- * m_1, ..., m_s, which go on by
+ * Coordinate j belongs to a primitive polynomial x^s + a_1 x^(s-1) + ... + 1 over the field of two elements and
+ * odd numbers m_1, ..., m_s, which go on by
  *
  *     m_k = 2 a_1 m_(k-1) ^ 4 a_2 m_(k-2) ^ ... ^ 2^(s-1) a_(s-1) m_(k-s+1) ^ 2^s m_(k-s) ^ m_(k-s)
  *
- * and x_n = sum of m_k / 2^k over the bits of the Gray code of n.
- */
+ * and x_n = sum of m_k / 2^k over the bits of the Gray code of n. */
 #include "sweep/sweep.h"
 
 enum { BITS = 52, DEGREE_MAX = 6 };

@@ -1,5 +1,5 @@
-/* Many runs of one scene: which runs there are (plan.c), what one of them gives (one.c), all of them in their order over
- * several threads (runs.c). */
+/* Many runs of one scene. plan.c lists the runs, one.c computes one of them, and runs.c computes all of them in
+ * several threads. */
 #ifndef KT_COMMAND_SWEEP_SWEEP_H
 #define KT_COMMAND_SWEEP_SWEEP_H
 
@@ -38,7 +38,7 @@ typedef struct kt_sweep_plan {
     kt_sample sample;
     bool is_table;   /* axes are read row by row */
     int64_t points;  /* of the grid, the sample or the table */
-    int64_t repeats; /* runs of each point, which random values tell apart */
+    int64_t repeats; /* runs of each point, with different random values */
     uint64_t seed;
 } kt_sweep_plan;
 
@@ -49,7 +49,8 @@ typedef struct kt_sweep_arguments {
     bool merge, resume, quiet, one_by_one;
 } kt_sweep_arguments;
 
-/* Makes the plan of the options; -1, or an exit code after printing what is wrong. kt_sweep_plan_free in any case. */
+/* Makes the plan of the options. Returns -1, or an exit code after printing the error. Call kt_sweep_plan_free in
+ * any case. */
 int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan);
 void kt_sweep_plan_free(kt_sweep_plan *plan);
 static inline int64_t kt_sweep_plan_runs(const kt_sweep_plan *plan) { return plan->points * plan->repeats; }
@@ -57,7 +58,8 @@ static inline int64_t kt_sweep_plan_runs(const kt_sweep_plan *plan) { return pla
 /* The values of all axes in a run, which depend on the plan and the number of the run alone. */
 void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values);
 
-/* Coordinate `axis` (0 to KT_SOBOL_AXES - 1) of point `index` of Sobol's sequence, in [0, 1) (sobol.c). */
+/* Returns coordinate `axis`, which is below KT_SOBOL_AXES, of point `index` of Sobol's sequence, in [0, 1)
+ * (sobol.c). */
 enum { KT_SOBOL_AXES = 16 };
 double kt_sobol(int axis, uint64_t index);
 
@@ -76,7 +78,7 @@ double kt_sobol(int axis, uint64_t index);
 #define KT_FUNCTIONAL_ID(id, name) KT_FUNCTIONAL_##id,
 typedef enum kt_functional { KT_FUNCTIONAL_LIST(KT_FUNCTIONAL_ID) KT_FUNCTIONALS } kt_functional;
 
-/* What all runs share. */
+/* The data that all runs share. */
 typedef struct kt_sweep {
     const kt_sweep_arguments *arguments;
     kt_sweep_plan plan;
@@ -92,8 +94,8 @@ typedef struct kt_sweep {
     size_t event_count;
 } kt_sweep;
 
-/* What a thread keeps from run to run: the scene, whose numbers are replaced where that is all in which runs differ. A struct
- * of zeros is an empty one. */
+/* The data that a thread keeps from run to run. If runs differ only in numbers, these are replaced in the scene. A
+ * struct of zeros is an empty worker. */
 typedef struct kt_sweep_worker {
     kt_scene scene;
     bool has_scene;
@@ -106,7 +108,7 @@ typedef struct kt_sweep_worker {
 
 void kt_sweep_worker_free(kt_sweep_worker *worker);
 
-/* What a run gives. */
+/* The result of a run. */
 typedef struct kt_sweep_result {
     char *line;      /* with its newline; NULL: not enough memory */
     int code;        /* kt_exit_code */
@@ -119,13 +121,13 @@ void kt_sweep_result_free(kt_sweep_result *result);
 /* A column that lines of a build with fused lanes (kt_batch_is_fused) have before the last one: ",fused". */
 #define KT_SWEEP_LANES ",lanes"
 
-/* Reads --functionals; -1, or an exit code after printing what is wrong. */
+/* Reads --functionals. Returns -1, or an exit code after printing the error. */
 int kt_sweep_list_functionals(kt_sweep *sweep);
 
 /* The first line, which the caller frees; NULL: not enough memory. */
 char *kt_sweep_header(const kt_sweep *sweep);
 
-/* A run that has been prepared; NULL: not enough memory. What it gives is the same whatever the worker has done before. */
+/* A run that has been prepared; NULL: not enough memory. Its result does not depend on earlier runs of the worker. */
 typedef struct kt_sweep_run kt_sweep_run;
 kt_sweep_run *kt_sweep_begin(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
 int64_t kt_sweep_number(const kt_sweep_run *run);
@@ -133,29 +135,31 @@ int64_t kt_sweep_number(const kt_sweep_run *run);
 const kt_model *kt_sweep_model(const kt_sweep_run *run);
 /* Its simulation, whose records it takes, with itself as the user; false: there is nothing to be run. */
 bool kt_sweep_member(kt_sweep_run *run, kt_ensemble_member *member);
-/* What it has given, once the simulation has ended with this status and error; the run is released. */
+/* Returns the result after the simulation has ended with this status and error, and releases the run. */
 kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error *error);
 
 /* All three, by itself. */
 kt_sweep_result kt_sweep_one(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
 
-/* Finds the columns of the first run whose scene is right; an exit code after printing the errors of the scene, -1 if there are none. */
+/* Finds the columns of the first run whose scene is right; an exit code after printing the errors of the scene, -1
+ * if there are none. */
 int kt_sweep_list_columns(kt_sweep *sweep);
 void kt_sweep_free(kt_sweep *sweep);
 
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
 
-/* Takes what a run gives, by whichever thread, one at a time; returns 0 to go on. */
+/* Takes the result of a run. Any thread may call it, one at a time. Returns 0 to continue. */
 typedef int kt_sweep_sink(void *user, int64_t run, const kt_sweep_result *result);
 
-/* Computes the runs first, first + 1, ... before `end` by so many threads, and hands their lines over in this order; *all
- * receives the sums of what the threads have counted. Returns 0, or -1 if the sink stopped or memory or threads ran out. */
+/* Computes the runs first, first + 1, ... before `end` in several threads, and passes their lines to the sink in
+ * this order. *all receives the sums of the threads' counts. Returns 0, or -1 if the sink stopped or memory or
+ * threads ran out. */
 int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int threads, kt_sweep_sink *sink, void *user,
                      kt_sweep_worker *all);
 
-/* Asks before more than 100,000 runs if standard input and standard error are terminals, with the expected time that so many
- * threads need; else prints the number of runs. Does nothing with --quiet. threads: 0 for the processes of MPI, which are
- * never asked about. Returns -1 to start, else an exit code after printing why not. */
+/* Requests a confirmation of more than 100,000 runs, with the expected time, if standard input and standard error
+ * are terminals. Otherwise, it prints the number of runs. With --quiet, it does nothing. threads: 0 for the
+ * processes of MPI, which need no confirmation. Returns -1 to start, else an exit code after printing the reason. */
 int kt_sweep_confirm(const kt_sweep *sweep, int64_t first, int64_t end, int threads);
 
 #endif
