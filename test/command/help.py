@@ -11,7 +11,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 COMMAND, WIDTH = sys.argv[1], 100
-VERBS = set("""allow attach check choose compare compute continue count draw end export find follow give join let limit linearise list
+VERBS = set("""add allow attach check choose compare compute continue count draw end export find follow give join let limit linearise list
 make measure place play print read record replace run seed set show simulate start take treat use vary write""".split())
 
 
