@@ -31,6 +31,8 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
+#include <string.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -44,6 +46,7 @@ typedef struct kt_marker_index {
 
 /* Inputs and outputs of a linearisation. Lists belong to the caller and are read by _size, _init and _create only. */
 typedef struct kt_linearization_options {
+    size_t size;       /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     const int *inputs; /* velocity coordinates whose joint forces are inputs; NULL: those of all motors, in the order of
                           the description (kt_motor_coordinates) */
     int input_count;   /* length of inputs */
@@ -53,7 +56,12 @@ typedef struct kt_linearization_options {
 } kt_linearization_options;
 
 /* All motors and all markers; exact derivatives where they are available. */
-KT_API kt_linearization_options kt_linearization_options_default(void);
+static inline kt_linearization_options kt_linearization_options_default(void) {
+    kt_linearization_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    return options;
+}
 
 /* Writes the velocity coordinates that the model's motors drive, in the order of the description, and returns their
  * number. coordinates (that many ints) may be NULL. */
@@ -143,13 +151,19 @@ KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *l
 
 /* Which equilibrium to find, and the effort. */
 typedef struct kt_equilibrium_options {
+    size_t size;  /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     bool nearest; /* false: where the mechanism would come to rest in overdamped motion, a minimum of its potential
                      energy; true: an equilibrium near the start, found by Newton's method, stable or not */
     int most;     /* the largest number of steps; 0: 300 */
 } kt_equilibrium_options;
 
 /* A stable equilibrium, in at most 300 steps. */
-KT_API kt_equilibrium_options kt_equilibrium_options_default(void);
+static inline kt_equilibrium_options kt_equilibrium_options_default(void) {
+    kt_equilibrium_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    return options;
+}
 
 /* How an equilibrium was reached. */
 typedef struct kt_equilibrium {
@@ -245,13 +259,22 @@ typedef struct kt_multiplier {
 
 /* The period, and how it is stepped through. */
 typedef struct kt_floquet_options {
+    size_t size;             /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     double period;           /* s, > 0 */
     const kt_method *method; /* an explicit Runge-Kutta method */
     int steps;               /* of the period; even */
 } kt_floquet_options;
 
 /* 400 steps of rk4. */
-KT_API kt_floquet_options kt_floquet_options_default(double period);
+static inline kt_floquet_options kt_floquet_options_default(double period) {
+    kt_floquet_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    options.period = period;
+    options.method = kt_method_find("rk4");
+    options.steps = 400;
+    return options;
+}
 
 /* The Floquet multipliers of a periodic motion, and the workspace that computes them. */
 typedef struct kt_floquet kt_floquet;

@@ -42,6 +42,8 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
+#include <string.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -57,13 +59,21 @@ typedef struct kt_batch kt_batch;
 
 /* How many states, and what is done with them. */
 typedef struct kt_batch_options {
+    size_t size;             /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     size_t states;           /* > 0 */
     size_t threads;          /* that compute blocks at the same time, each of which takes a workspace; 0: one */
     const kt_method *method; /* of kt_batch_step: an explicit Runge-Kutta method; NULL: no such steps are taken */
 } kt_batch_options;
 
 /* Returns one state, one thread, and no method. */
-KT_API kt_batch_options kt_batch_options_default(void);
+static inline kt_batch_options kt_batch_options_default(void) {
+    kt_batch_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    options.states = 1;
+    options.threads = 1;
+    return options;
+}
 
 /* Returns the bytes of a batch; 0 if model or options are NULL, there are no states, the method is not explicit,
  * or states or threads are more than memory can hold. */
@@ -136,7 +146,9 @@ KT_API KT_CHECKED kt_status kt_batch_inverse(kt_batch *batch, kt_error *error);
 
 /* Takes `steps` steps of h seconds by the method of the options, with constant joint forces: the bits of as many
  * kt_step_evaluate. A state that fails keeps what it had before the failing step, its time included, and takes no
- * further step in this call. Errors as above; KT_ERROR_ARGUMENT if there is no method, h is not finite, or steps < 0. */
+ * further step in this call. Errors as above; KT_ERROR_ARGUMENT if there is no method, h is not finite, or
+ * steps < 0; KT_ERROR_UNSUPPORTED if the model has hard contacts, stops or slack ropes, or friction that sticks, whose events
+ * kt_ensemble_run follows. */
 KT_API KT_CHECKED kt_status kt_batch_step(kt_batch *batch, double h, int steps, kt_error *error);
 
 /* Takes `steps` semi-implicit (symplectic) Euler steps of h seconds, for long rollouts at the price of one evaluation a

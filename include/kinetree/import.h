@@ -13,6 +13,8 @@
 
 #include "kinetree/scene.h"
 
+#include <string.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -27,6 +29,7 @@ typedef enum kt_robot_inertia {
 
 /* How a robot is taken over. A struct of zeros, as NULL, stands for the defaults. */
 typedef struct kt_robot_options {
+    size_t size;              /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     bool floating;            /* the root link moves freely; default: it is fixed to the world */
     double stop_stiffness;    /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
     double stop_damping;      /* N m s/rad, or N s/m: damping of these stops, >= 0 */
@@ -46,6 +49,14 @@ typedef struct kt_robot_options {
     bool has_ground; /* there is a floor at the height `ground`, which needs `contacts` */
     double ground;   /* m, along z */
 } kt_robot_options;
+
+/* Fixed to the world, no stops, inertias as KT_ROBOT_INERTIA_WARN has them, no names. */
+static inline kt_robot_options kt_robot_options_default(void) {
+    kt_robot_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    return options;
+}
 
 /* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
  * "scene"; it cannot include other files): in the Unified Robot Description Format (the XML of ROS' package `urdf`,

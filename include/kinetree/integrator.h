@@ -31,6 +31,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include <string.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -343,6 +345,7 @@ typedef struct kt_newton {
 
 /* How an integrator steps. */
 typedef struct kt_integrator_options {
+    size_t size; /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     double step; /* > 0: fixed step, s; 0: adaptive, and the options below apply */
 
     /* Tolerances: a try passes if sqrt(mean((err_i / (absolute_i + relative max(|y0_i|, |y1_i|)))^2)) <= 1. */
@@ -376,7 +379,19 @@ typedef struct kt_integrator_options {
 
 /* Adaptive, tolerances 1e-6 and 1e-9, Hairer's control constants (safety 0.9, alpha 0.85, beta 0.2, factors 0.2 and
  * 10). */
-KT_API kt_integrator_options kt_integrator_options_default(void);
+static inline kt_integrator_options kt_integrator_options_default(void) {
+    kt_integrator_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    options.relative_tolerance = 1e-6;
+    options.absolute_tolerance = 1e-9;
+    options.safety = 0.9;
+    options.alpha = 0.85;
+    options.beta = 0.2;
+    options.factor_min = 0.2;
+    options.factor_max = 10.0;
+    return options;
+}
 
 /* Bytes for an integrator of n equations with this method, whatever the options; 0 if the method's sizes or n are out
  * of range or the size overflows. About (s + 4 + dense_stages) n doubles, n fewer with fsal; 17 n for a

@@ -17,6 +17,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include <string.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -85,6 +87,7 @@ typedef enum kt_plan {
 
 /* How a description is compiled. */
 typedef struct kt_model_options {
+    size_t size;                          /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     kt_isa isa;                           /* of the recursions; results have the same bits with each */
     const kt_reduction_method *reduction; /* of loops; must outlive the model. NULL: by QR decomposition */
     kt_metric metric;                     /* of projections */
@@ -96,7 +99,12 @@ typedef struct kt_model_options {
 } kt_model_options;
 
 /* auto, by QR decomposition, identity, auto, auto, none excluded, not settable. */
-KT_API kt_model_options kt_model_options_default(void);
+static inline kt_model_options kt_model_options_default(void) {
+    kt_model_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    return options;
+}
 
 /* Checks, orders and compiles a description. *model is allocated and released with kt_model_free. Of the core
  * only this call, the checks of descriptions, the _create calls and kt_spectrum_along allocate. options may be NULL.

@@ -45,6 +45,8 @@
 
 #include <stdio.h>
 
+#include <string.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -118,6 +120,7 @@ typedef struct kt_scene_mesh {
 
 /* How a file is read. */
 typedef struct kt_scene_options {
+    size_t size; /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     /* Values that replace those of the file, each "PATH=VALUE": PATH is the name of a parameter, or keys, names of items and
      * numbers of list items that lead to a value (L, bodies.crank.mass, bodies.crank.com[1], simulate.tolerance); VALUE
      * is written as in a file. A key that the file does not have is added. They are checked as the file is, and a fault's
@@ -131,6 +134,14 @@ typedef struct kt_scene_options {
     const double *values; /* variable_count numbers */
     int variable_count;   /* length of variables */
 } kt_scene_options;
+
+/* No settings, no variables. */
+static inline kt_scene_options kt_scene_options_default(void) {
+    kt_scene_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    return options;
+}
 
 /* The numbers of a scene that follow from its variables. */
 typedef struct kt_scene_variables kt_scene_variables;

@@ -89,7 +89,9 @@ KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
  * simulation's fixed step from there (kt_simulation_step); of an implicit method they are its own, since a simulation's
  * iteration begins with what it remembers, and differ by rounding. Errors: KT_ERROR_ARGUMENT if the method is another
  * one (stabilised methods, auto and explicit multistep ones depend on earlier steps), or h is not finite;
- * KT_ERROR_MEMORY; KT_ERROR_STEP if the stages cannot be solved; as kt_acceleration_evaluate and
+ * KT_ERROR_MEMORY; KT_ERROR_STEP if the stages cannot be solved; KT_ERROR_UNSUPPORTED if a hard contact, stop or slack rope
+ * closes within the step, or its reaction begins to pull, or friction sticks (joint_friction with stick): take a
+ * kt_simulation, which follows these events; as kt_acceleration_evaluate and
  * kt_state_project, and of implicit methods kt_acceleration_derivatives. Outputs are then untouched. Cost: as many
  * evaluations as the method has stages (one less with fsal), and the projection; of implicit ones a Jacobian and some
  * four evaluations for each solved stage, of rodas5p one Jacobian. */

@@ -29,6 +29,8 @@
 
 #include <stdint.h>
 
+#include <string.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -222,6 +224,7 @@ typedef void kt_progress_callback(const struct kt_simulation *simulation, void *
 
 /* Options of a simulation that a scene file does not contain. */
 typedef struct kt_simulation_options {
+    size_t size;             /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     const kt_method *method; /* the caller's method instead of run->integrator; NULL: none */
     double initial_step;     /* s, adaptive; 0: estimated */
     double max_step;         /* s, adaptive; 0: no limit but that of the run */
@@ -255,6 +258,8 @@ typedef struct kt_simulation_options {
                               KT_EVENT_EVALUATIONS_LEAST or more; 0: KT_EVENT_EVALUATIONS. An adaptive step that needs more
                               is repeated shorter. A fixed one is searched more coarsely, and counted
                               (kt_simulation_event_cuts) */
+    double switch_gap; /* the most by which loops may be open that kt_simulation_switch closes, m or rad; 0: 1e-6 of the
+                          mechanism's length, or of 1 */
 } kt_simulation_options;
 
 /* Limits of kt_simulation_options.event_evaluations. */
@@ -264,7 +269,12 @@ enum {
 };
 
 /* Returns options that are all zero: the engine's own equations and projection, no limits. */
-KT_API kt_simulation_options kt_simulation_options_default(void);
+static inline kt_simulation_options kt_simulation_options_default(void) {
+    kt_simulation_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    return options;
+}
 
 /* Returns the number of bytes that a simulation takes: its data, its integrator, its state; 0 if run or options are
  * wrong, which kt_simulation_init then reports. If `run` or `options` are NULL, the defaults apply. */
@@ -379,9 +389,10 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * Loops that are switched on exert an impulse, which brings the velocities onto them: a plastic impact, least in kinetic
  * energy. *loss (may be NULL) is the kinetic energy that is lost by it, J; negative where moving loops supply some. With a
  * balance, what the impulse and springs that are switched off lose counts as dissipated, what springs bring that are
- * switched on as supplied. Slopes from before are forgotten; checkpoints hold the set. For the actions of events, and
- * between calls. Errors: KT_ERROR_ARGUMENT (a set of others; another formulation is integrated); KT_ERROR_CONSTRAINT
- * (loops of the set are open by more than 1e-6 of a radian or of the mechanism's length; contradictory velocities); the
+ * switched on as supplied. Loops that are open by no more than kt_simulation_options.switch_gap are closed by the least
+ * change of positions, as kt_state_project closes them. Slopes from before are forgotten; checkpoints hold the set. For the
+ * actions of events, and between calls. Errors: KT_ERROR_ARGUMENT (a set of others; another formulation is integrated);
+ * KT_ERROR_CONSTRAINT (loops of the set are open by more than that; contradictory velocities); the
  * simulation is then as before (but where hard contacts cannot be settled behind it: it cannot go on then). Nothing is
  * allocated. Cost: of a projection, and the data are cleared. Not in a small library (-Dsmall=enabled). */
 KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
@@ -505,6 +516,14 @@ typedef struct kt_event_cuts {
 /* Returns these. A step of fixed length is searched coarsely if joints turn often within the step, or if the event's function
  * has many corners in time. Remedy: a smaller step, or more values. */
 KT_API kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation);
+
+/* Disarms the event of this name, or arms it again. A disarmed event is not evaluated and does not happen; its count stays.
+ * Armed again, it is on the side of its value at that time. Events are armed when they are added; checkpoints hold which ones
+ * are, and kt_simulation_set_state leaves them. For the actions of events, and between calls. Errors: KT_ERROR_ARGUMENT (no
+ * event of this name; it is that of a hard contact, which kt_simulation_release disarms); KT_ERROR_UNSUPPORTED (a small
+ * library, which has this call all the same). O(events). */
+KT_API KT_CHECKED kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed,
+                                                    kt_error *error);
 
 /* ---- hard contacts ----------------------------------------------------------------------------------------------- */
 

@@ -11,6 +11,8 @@
 #ifndef KINETREE_STATUS_H
 #define KINETREE_STATUS_H
 
+#include <stddef.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -79,6 +81,10 @@ KT_API kt_status kt_error_set(kt_error *error, kt_status code, const char *where
 
 /* The version of the library that runs, "MAJOR.MINOR.PATCH"; KT_VERSION is the one of the headers. */
 KT_API const char *kt_version(void);
+
+/* Returns the size of a public struct in the library that runs, by its name: kt_struct_size("kt_run") is
+ * sizeof(kt_run); 0 if there is no struct of this name. For bindings that declare structs by themselves. O(structs). */
+KT_API size_t kt_struct_size(const char *name);
 
 #ifdef __cplusplus
 }

@@ -38,6 +38,8 @@
 #include "kinetree/sensitivity.h"
 #include "kinetree/simulation.h"
 
+#include <string.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -185,6 +187,7 @@ KT_API const char *kt_constraint_formulation_name(kt_constraint_formulation_type
 
 /* Options of a constraint formulation. */
 typedef struct kt_constraint_formulation_options {
+    size_t size;                         /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     kt_constraint_formulation_type type; /* which one */
 
     /* Baumgarte, augmented, 1/s: closure errors obey phi'' + 2 alpha phi' + beta^2 phi = 0, those of rolling and other
@@ -215,8 +218,20 @@ typedef struct kt_constraint_formulation_options {
  * alpha = 0.1 / step, which grows as steps shrink, costs rk4 one or two orders (h^3.2 on Andrews' mechanism, h^2.0 on
  * Bricard's, where constant gains keep h^4.0), but with it rk4 passes the N-four-bar, which it does not with constant
  * gains. */
-KT_API kt_constraint_formulation_options kt_constraint_formulation_options_default(kt_constraint_formulation_type type,
-                                                                                   double step);
+static inline kt_constraint_formulation_options
+kt_constraint_formulation_options_default(kt_constraint_formulation_type type, double step) {
+    kt_constraint_formulation_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    options.type = type;
+    options.alpha = 0.1 / step;
+    options.beta = 0.1 / step;
+    options.penalty = 1e4;
+    options.iterations = 12;
+    options.tolerance = 1e-11;
+    options.rank_tolerance = 1e-12;
+    return options;
+}
 
 /* A constraint formulation of a model: its matrices and statistics. */
 typedef struct kt_constraint_formulation kt_constraint_formulation;
@@ -321,13 +336,23 @@ KT_API const char *kt_dae_name(kt_dae_type type);
 
 /* Options of a baseline. */
 typedef struct kt_dae_options {
+    size_t size;             /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     kt_dae_type type;        /* which one */
     const kt_method *method; /* implicit-euler, crank-nicolson, bdf2, two-step or radau5; the method must outlive it */
     double alpha, beta;      /* stabilised: the gains, 1/s */
 } kt_dae_options;
 
 /* The baseline by Radau IIA, with gains of 10 1/s. */
-KT_API kt_dae_options kt_dae_options_default(kt_dae_type type);
+static inline kt_dae_options kt_dae_options_default(kt_dae_type type) {
+    kt_dae_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    options.type = type;
+    options.method = kt_method_find("radau5");
+    options.alpha = 10.0;
+    options.beta = 10.0;
+    return options;
+}
 
 /* A baseline of a model: its state with multipliers, its matrices. */
 typedef struct kt_dae kt_dae;
@@ -410,6 +435,7 @@ typedef struct kt_reference {
 
 /* What is studied, and at what cost. */
 typedef struct kt_accuracy_options {
+    size_t size;                     /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     double duration;                 /* s; 0: that of the run */
     int records;                     /* number of intervals at whose ends errors are measured; a given reference
                                         determines its own */
@@ -439,7 +465,16 @@ typedef struct kt_accuracy_options {
 
 /* All methods, automatic steps and tolerances, 200 records, 2e6 evaluations per run, amplification 1e6, no clock, 20 s.
  */
-KT_API kt_accuracy_options kt_accuracy_options_default(void);
+static inline kt_accuracy_options kt_accuracy_options_default(void) {
+    kt_accuracy_options options;
+    memset(&options, 0, sizeof options);
+    options.size = sizeof options;
+    options.records = 200;
+    options.run_evaluations = 2000000;
+    options.amplification = 1e6;
+    options.budget = 20.0;
+    return options;
+}
 
 /* ---- what comes out ---------------------------------------------------------------------------------------------- */
 

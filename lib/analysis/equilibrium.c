@@ -21,6 +21,7 @@
 #include "analysis/analysis.h"
 #include "base/copy.h"
 #include "base/generic.h"
+#include "base/options.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 #include "linear/lapack.h"
@@ -46,11 +47,6 @@ enum { STEPS_MOST = 300, SHORTER_MOST = 40 };
 /* The starts of a search for the nearest, displaced by up to these parts of a unit. */
 static const double scatter[] = {0.0, 0.1, 0.3, 1.0, 1.0, 2.0, 3.0};
 enum { STARTS = sizeof scatter / sizeof scatter[0] };
-
-kt_equilibrium_options kt_equilibrium_options_default(void) {
-    const kt_equilibrium_options options = {0};
-    return options;
-}
 
 /* The state of a search; q0 and a0 of the linearisation are its current position and acceleration. */
 typedef struct search {
@@ -491,11 +487,14 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
                               const double *tau, kt_equilibrium *found, kt_error *error) {
     if (KT_IS_MISSING(error, l, q || !l->model->n.q))
         return KT_ERROR_ARGUMENT;
-    const kt_equilibrium_options settings = options ? *options : kt_equilibrium_options_default();
-    if (settings.most < 0)
+    kt_equilibrium_options own = kt_equilibrium_options_default();
+    const kt_equilibrium_options *settings = KT_OPTIONS(kt_equilibrium_options, most, &own, options, error);
+    if (settings == NULL)
+        return KT_ERROR_ARGUMENT;
+    if (settings->most < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options.most", "%d: must be above zero, or zero for %d steps",
-                            settings.most, STEPS_MOST);
-    search s = {.l = l, .out = &l->arrays[l->next], .nearest = settings.nearest};
+                            settings->most, STEPS_MOST);
+    search s = {.l = l, .out = &l->arrays[l->next], .nearest = settings->nearest};
     kt_linear_system system = {0};
     kt_equilibrium result = {0};
     kt_status status = kt_lapack_open(error);
@@ -507,9 +506,9 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);
     l->of_force = true;
     if (status == KT_OK && l->size.x > 0)
-        status = find_with_states(l, &settings, t, q, tau, &result, error);
+        status = find_with_states(l, settings, t, q, tau, &result, error);
     else if (status == KT_OK)
-        status = run_from(&s, q, settings.most > 0 ? settings.most : STEPS_MOST, &result, error);
+        status = run_from(&s, q, settings->most > 0 ? settings->most : STEPS_MOST, &result, error);
     l->of_force = false;
     if (status != KT_OK)
         return status;

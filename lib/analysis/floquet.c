@@ -13,6 +13,7 @@
  */
 #include "base/arena.h"
 #include "base/copy.h"
+#include "base/options.h"
 #include "base/require.h"
 #include "kinetree/analysis.h"
 #include "kinetree/descriptor.h"
@@ -58,11 +59,6 @@ KT_ARENA_LAYOUT(lay_out, kt_floquet, KT_FLOQUET_FIELDS, size_t n, size_t nq, siz
 
 static const double pi = 3.14159265358979323846;
 
-kt_floquet_options kt_floquet_options_default(double period) {
-    const kt_floquet_options options = {.period = period, .steps = 400, .method = kt_method_find("rk4")};
-    return options;
-}
-
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 static kt_status check(const kt_model *model, const kt_floquet_options *o, kt_error *error) {
@@ -90,21 +86,23 @@ kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *opt
                             kt_error *error) {
     if (KT_IS_MISSING(error, model, options, options->method, floquet))
         return KT_ERROR_ARGUMENT;
-    kt_status status = check(model, options, error);
+    kt_floquet_options own = kt_floquet_options_default(options->period);
+    const kt_floquet_options *o = KT_OPTIONS(kt_floquet_options, steps, &own, options, error);
+    kt_status status = o ? check(model, o, error) : KT_ERROR_ARGUMENT;
     if (status == KT_OK)
         status = kt_massless_refuse(model, "kt_floquet_create", "its steps have no derivatives", error);
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;
-    const size_t size = place(NULL, model, options);
+    const size_t size = place(NULL, model, o);
     kt_floquet *made = kt_arena_allocate(size, "Floquet multipliers", error);
     if (made == NULL)
         return KT_ERROR_MEMORY;
     memset(made, 0, size);
-    (void)place(made, model, options);
+    (void)place(made, model, o);
     made->model = model;
-    made->options = *options;
+    made->options = *o;
     made->nv = (size_t)kt_model_nv(model);
     made->n = 2 * made->nv + (size_t)kt_own_state_count(model);
     kt_own_states_initial(model, made->x);

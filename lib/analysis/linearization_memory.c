@@ -1,14 +1,10 @@
 /* The memory of a linearisation: options, sizes and layout. */
 #include "analysis/analysis.h"
+#include "base/options.h"
 
 #include "mechanism/evaluate.h"
 
 #include <string.h>
-
-kt_linearization_options kt_linearization_options_default(void) {
-    const kt_linearization_options options = {0};
-    return options;
-}
 
 int kt_motor_coordinates(const kt_model *model, int *coordinates) {
     if (!model)
@@ -87,10 +83,11 @@ static void list_markers(const kt_model *model, kt_marker_index *list) {
 size_t kt_linearization_size(const kt_model *model, const kt_linearization_options *options) {
     if (!model)
         return 0;
-    const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
-    if (check_options(model, &settings, NULL) != KT_OK)
+    kt_linearization_options own = kt_linearization_options_default();
+    const kt_linearization_options *settings = KT_OPTIONS(kt_linearization_options, differences, &own, options, NULL);
+    if (!settings || check_options(model, settings, NULL) != KT_OK)
         return 0;
-    const kt_linearization_sizes sizes = measure(model, &settings);
+    const kt_linearization_sizes sizes = measure(model, settings);
     return lay_out(NULL, &sizes);
 }
 
@@ -98,16 +95,19 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
                                 size_t size, kt_linearization **linearization, kt_error *error) {
     if (KT_IS_MISSING(error, model, linearization))
         return KT_ERROR_ARGUMENT;
-    const kt_linearization_options settings = options ? *options : kt_linearization_options_default();
+    kt_linearization_options own = kt_linearization_options_default();
+    const kt_linearization_options *settings = KT_OPTIONS(kt_linearization_options, differences, &own, options, error);
+    if (settings == NULL)
+        return KT_ERROR_ARGUMENT;
     kt_status status = kt_massless_refuse(model, "kt_linearization_init",
                                           "its accelerations have no derivatives: no modes, stability limits or "
                                           "equilibria are computed",
                                           error);
     if (status == KT_OK)
-        status = check_options(model, &settings, error);
+        status = check_options(model, settings, error);
     if (status != KT_OK)
         return status;
-    const kt_linearization_sizes sizes = measure(model, &settings);
+    const kt_linearization_sizes sizes = measure(model, settings);
     status =
         kt_arena_begin("kt_linearization_init", "kt_linearization_size", memory, size, lay_out(NULL, &sizes), error);
     if (status != KT_OK)
@@ -116,16 +116,16 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     (void)lay_out(memory, &sizes);
     l->size = sizes;
     l->model = model;
-    l->differences = settings.differences;
+    l->differences = settings->differences;
     status = kt_data_init(model, l->data_memory, sizes.data, &l->data, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
         return status;   /* GCOVR_EXCL_LINE */
-    if (settings.inputs)
-        memcpy(l->input_coordinate, settings.inputs, sizes.inputs * sizeof(int));
+    if (settings->inputs)
+        memcpy(l->input_coordinate, settings->inputs, sizes.inputs * sizeof(int));
     else
         (void)kt_motor_coordinates(model, l->input_coordinate);
-    if (settings.outputs)
-        memcpy(l->marker, settings.outputs, sizes.markers * sizeof *l->marker);
+    if (settings->outputs)
+        memcpy(l->marker, settings->outputs, sizes.markers * sizeof *l->marker);
     else
         list_markers(model, l->marker);
     kt_model_units(model, l->unit);
@@ -136,7 +136,9 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
 
 kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
                                   kt_linearization **linearization, kt_error *error) {
-    if (KT_IS_MISSING(error, model, linearization))
+    kt_linearization_options own = kt_linearization_options_default();
+    if (KT_IS_MISSING(error, model, linearization) ||
+        KT_OPTIONS(kt_linearization_options, differences, &own, options, error) == NULL)
         return KT_ERROR_ARGUMENT;
     const size_t size = kt_linearization_size(model, options);
     void *memory = kt_arena_allocate(size, "a linearisation", error);

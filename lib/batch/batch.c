@@ -6,6 +6,7 @@
  * that names the joint.
  */
 #include "batch/batch.h"
+#include "base/options.h"
 
 #include "constraint/group.h"
 #include "loop/loop.h"
@@ -16,10 +17,6 @@
 
 KT_ARENA_LAYOUT(lay_out, kt_batch, KT_BATCH_FIELDS, const kt_batch_counts *n)
 KT_ARENA_LAYOUT(lay_out_work, kt_batch_work, KT_BATCH_WORK_FIELDS, const kt_batch_counts *n)
-
-kt_batch_options kt_batch_options_default(void) {
-    return (kt_batch_options){.states = 1, .threads = 1, .method = NULL};
-}
 
 /* Whether no equation of a loop is one that lanes do not have: a formula, a caller's, or in a plane one as it is in space. */
 static bool loop_fits(const kt_model *model, int32_t index, bool in_plane) {
@@ -139,9 +136,11 @@ static kt_status check_options(const kt_model *model, const kt_batch_options *op
 }
 
 size_t kt_batch_size(const kt_model *model, const kt_batch_options *options) {
-    if (!model || !options || check_options(model, options, NULL) != KT_OK)
+    kt_batch_options own = kt_batch_options_default();
+    const kt_batch_options *o = KT_OPTIONS(kt_batch_options, method, &own, options, NULL);
+    if (!model || !options || !o || check_options(model, o, NULL) != KT_OK)
         return 0;
-    const kt_batch_counts n = count(model, options);
+    const kt_batch_counts n = count(model, o);
     return lay_out(NULL, &n);
 }
 
@@ -159,22 +158,24 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
                         kt_batch **batch, kt_error *error) {
     if (KT_IS_MISSING(error, model, options, batch))
         return KT_ERROR_ARGUMENT;
-    kt_status status = check_options(model, options, error);
+    kt_batch_options own = kt_batch_options_default();
+    const kt_batch_options *o = KT_OPTIONS(kt_batch_options, method, &own, options, error);
+    kt_status status = o ? check_options(model, o, error) : KT_ERROR_ARGUMENT;
     if (status == KT_OK)
         status =
             kt_masses_refuse(model, "kt_batch_init", "a batch has one model; take a simulation for each state", error);
     if (status == KT_OK)
         status = kt_massless_refuse(model, "kt_batch_init", "a batch does not balance forces", error);
     if (status == KT_OK)
-        status = kt_arena_begin("kt_batch_init", "kt_batch_size", memory, size, kt_batch_size(model, options), error);
+        status = kt_arena_begin("kt_batch_init", "kt_batch_size", memory, size, kt_batch_size(model, o), error);
     if (status != KT_OK)
         return status;
-    const kt_batch_counts n = count(model, options);
+    const kt_batch_counts n = count(model, o);
     (void)lay_out(memory, &n);
     kt_batch *made = memory;
     made->model = model;
     made->kernels = kt_lane_kernels_of(model);
-    made->method = options->method;
+    made->method = o->method;
     made->n = n;
     made->why = made->kernels ? NULL
                               : "it has large groups of loops, equations by formulas or by a program, or effects in "
@@ -196,7 +197,9 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
 kt_status kt_batch_create(const kt_model *model, const kt_batch_options *options, kt_batch **batch, kt_error *error) {
     if (KT_IS_MISSING(error, model, options, batch))
         return KT_ERROR_ARGUMENT;
-    const kt_status status = check_options(model, options, error);
+    kt_batch_options own = kt_batch_options_default();
+    const kt_batch_options *o = KT_OPTIONS(kt_batch_options, method, &own, options, error);
+    const kt_status status = o ? check_options(model, o, error) : KT_ERROR_ARGUMENT;
     if (status != KT_OK)
         return status;
     const size_t size = kt_batch_size(model, options);

@@ -1,6 +1,7 @@
 /* From a description to a model: the options and the description are checked, and the model is built (build.c), or one for
  * each set of what is switched (family.c); springs that start unstretched are measured (measure.c). */
 #include "compile/compile.h"
+#include "base/options.h"
 
 /* Refuses what a library that was built without loops cannot do. */
 static kt_status refuse_loops(const kt_description *description, kt_error *error) {
@@ -56,9 +57,9 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
                            kt_error *error) {
     if (KT_IS_MISSING(error, description, model))
         return KT_ERROR_ARGUMENT;
-    const kt_model_options defaults = kt_model_options_default();
-    const kt_model_options *settings = options ? options : &defaults;
-    kt_status status = check_options(settings, error);
+    kt_model_options own = kt_model_options_default();
+    const kt_model_options *settings = KT_OPTIONS(kt_model_options, settable, &own, options, error);
+    kt_status status = KT_HAS_SIZES && settings == NULL ? KT_ERROR_ARGUMENT : check_options(settings, error);
     if (status == KT_OK)
         status = refuse_loops(description, error);
     if (status == KT_OK)

@@ -1,5 +1,6 @@
 /* Robots in any of the formats: which one it is, by the root element. */
 #include "import/robot.h"
+#include "base/options.h"
 #include "base/require.h"
 
 #include "scene/part.h"
@@ -30,11 +31,9 @@ static bool is_expanded(kt_reader *r, const kt_element *root) {
 
 static void read_robot(kt_reader *r, const char *path, const char *text, size_t size, const void *user,
                        kt_scene *scene) {
-    static const kt_robot_options standard;
     const request *asked = user;
     kt_element *root = NULL;
-    kt_robot_source source = {
-        .options = asked->options != NULL ? asked->options : &standard, .path = path, .folder = asked->folder};
+    kt_robot_source source = {.options = asked->options, .path = path, .folder = asked->folder};
     if (!kt_xml_parse(r, text, size, &root, &source.late))
         return;
     source.root = root;
@@ -59,21 +58,20 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
 }
 
 static kt_status check_options(const kt_robot_options *o, kt_error *error) {
-    if (o != NULL && (o->mass_count < 0 || (o->mass_count > 0 && o->masses == NULL)))
+    if (o->mass_count < 0 || (o->mass_count > 0 && o->masses == NULL))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "", "masses must be an array of mass_count texts, not of %d",
                             o->mass_count);
-    if (o != NULL && ((unsigned)o->inertia > KT_ROBOT_INERTIA_ACCEPT || !(o->density >= 0.0) || !isfinite(o->density)))
+    if ((unsigned)o->inertia > KT_ROBOT_INERTIA_ACCEPT || !(o->density >= 0.0) || !isfinite(o->density))
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "",
             "inertia is %d, density %g; give one of kt_robot_inertia, and a finite number, zero or above",
             (int)o->inertia, o->density);
-    if (o != NULL && (!isfinite(o->ground) || (o->has_ground && !o->contacts)))
+    if (!isfinite(o->ground) || (o->has_ground && !o->contacts))
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "",
             "contacts is %s, has_ground %s, ground %g; a ground has a finite height, and needs contacts",
             o->contacts ? "true" : "false", o->has_ground ? "true" : "false", o->ground);
-    if (o == NULL || (isfinite(o->stop_stiffness) && o->stop_stiffness >= 0.0 && isfinite(o->stop_damping) &&
-                      o->stop_damping >= 0.0))
+    if (isfinite(o->stop_stiffness) && o->stop_stiffness >= 0.0 && isfinite(o->stop_damping) && o->stop_damping >= 0.0)
         return KT_OK;
     return kt_error_set(error, KT_ERROR_ARGUMENT, "",
                         "stop_stiffness and stop_damping cannot be %g and %g; give finite "
@@ -83,10 +81,12 @@ static kt_status check_options(const kt_robot_options *o, kt_error *error) {
 
 kt_status kt_robot_parse(const char *path, const char *text, size_t size, const kt_robot_options *options,
                          kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
-    if (KT_IS_MISSING(error, text || !size, scene))
+    kt_robot_options own = kt_robot_options_default();
+    const kt_robot_options *o = KT_OPTIONS(kt_robot_options, ground, &own, options, error);
+    if (o == NULL || KT_IS_MISSING(error, text || !size, scene))
         return KT_ERROR_ARGUMENT;
-    const request asked = {options, NULL};
-    const kt_status status = check_options(options, error);
+    const request asked = {o, NULL};
+    const kt_status status = check_options(o, error);
     return status != KT_OK
                ? status
                : kt_format_parse((kt_format_choice){read_robot, &asked}, path, text, size, scene, report, user, error);
@@ -94,16 +94,18 @@ kt_status kt_robot_parse(const char *path, const char *text, size_t size, const 
 
 kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_scene *scene, kt_scene_report *report,
                         void *user, kt_error *error) {
-    if (KT_IS_MISSING(error, path, scene))
+    kt_robot_options own = kt_robot_options_default();
+    const kt_robot_options *o = KT_OPTIONS(kt_robot_options, ground, &own, options, error);
+    if (o == NULL || KT_IS_MISSING(error, path, scene))
         return KT_ERROR_ARGUMENT;
     const char *slash = strrchr(path, '/');
     const size_t length = slash == NULL ? 0 : slash == path ? 1 : (size_t)(slash - path);
     kt_pool pool = {0};
-    const kt_status status = check_options(options, error);
+    const kt_status status = check_options(o, error);
     if (status != KT_OK)
         return status;
     const char *folder = slash != NULL ? kt_pool_text(&pool, path, length) : ".";
-    const request asked = {options, folder};
+    const request asked = {o, folder};
     const kt_status read =
         folder != NULL ? kt_format_read((kt_format_choice){read_robot, &asked}, path, scene, report, user, error)
                        : kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for the path");

@@ -1,5 +1,6 @@
 /* An integrator in the caller's memory: layout, options, start, dense output, checkpoints, queries. */
 #include "integrator/integrator.h"
+#include "base/options.h"
 
 #include <math.h>
 #include <string.h>
@@ -46,19 +47,6 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
 }
 
 /* ---- options ----------------------------------------------------------------------------------------------------- */
-
-kt_integrator_options kt_integrator_options_default(void) {
-    const kt_integrator_options options = {
-        .relative_tolerance = 1e-6,
-        .absolute_tolerance = 1e-9,
-        .safety = 0.9,
-        .alpha = 0.85,
-        .beta = 0.2,
-        .factor_min = 0.2,
-        .factor_max = 10.0,
-    };
-    return options;
-}
 
 static kt_status refuse(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
@@ -119,8 +107,16 @@ static kt_status check_own(const kt_method *method, kt_error *error) {
 }
 
 kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method, size_t n,
-                             const kt_integrator_options *options, kt_integrator **integrator, kt_error *error) {
+                             const kt_integrator_options *given, kt_integrator **integrator, kt_error *error) {
+    const kt_integrator_options *options = given;
     if (KT_IS_MISSING(error, method, options, integrator))
+        return KT_ERROR_ARGUMENT;
+    kt_integrator_options own;
+    if (KT_HAS_SIZES) {
+        own = kt_integrator_options_default();
+        options = KT_OPTIONS(kt_integrator_options, newton, &own, given, error);
+    }
+    if (options == NULL)
         return KT_ERROR_ARGUMENT;
     kt_status status = kt_method_check_sizes(method, error);
     if (status == KT_OK && !kt_method_is_built_in(method))

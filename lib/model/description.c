@@ -112,5 +112,3 @@ const char *kt_effect_type_name(kt_effect_type type) {
     }
     return NULL;
 }
-
-kt_model_options kt_model_options_default(void) { return (kt_model_options){.isa = KT_ISA_AUTO}; }

@@ -4,6 +4,7 @@
  * (uselocale) during the call, and faults are reported after it has been switched back.
  */
 #include "kinetree/scene.h"
+#include "base/options.h"
 #include "base/require.h"
 
 #include "scene/beam.h"
@@ -312,7 +313,7 @@ kt_status kt_format_read(kt_format_choice format, const char *path, kt_scene *sc
 
 static kt_status check_options(const kt_scene_options *options, kt_error *error) {
     if (options == NULL)
-        return KT_OK;
+        return KT_ERROR_ARGUMENT;
     if (options->setting_count < 0 || (options->setting_count > 0 && options->settings == NULL))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options", "settings must be an array of setting_count texts");
     for (int k = 0; k < options->setting_count; k++)
@@ -330,17 +331,21 @@ static kt_status check_options(const kt_scene_options *options, kt_error *error)
 
 kt_status kt_scene_parse_with(const char *path, const char *text, size_t size, const kt_scene_options *options,
                               kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
-    const kt_status status = check_options(options, error);
+    kt_scene_options own = kt_scene_options_default();
+    const kt_scene_options *o = KT_OPTIONS(kt_scene_options, variable_count, &own, options, error);
+    const kt_status status = check_options(o, error);
     return status != KT_OK
                ? status
-               : kt_format_parse((kt_format_choice){read_scene, options}, path, text, size, scene, report, user, error);
+               : kt_format_parse((kt_format_choice){read_scene, o}, path, text, size, scene, report, user, error);
 }
 
 kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, kt_scene *scene,
                              kt_scene_report *report, void *user, kt_error *error) {
-    const kt_status status = check_options(options, error);
+    kt_scene_options own = kt_scene_options_default();
+    const kt_scene_options *o = KT_OPTIONS(kt_scene_options, variable_count, &own, options, error);
+    const kt_status status = check_options(o, error);
     return status != KT_OK ? status
-                           : kt_format_read((kt_format_choice){read_scene, options}, path, scene, report, user, error);
+                           : kt_format_read((kt_format_choice){read_scene, o}, path, scene, report, user, error);
 }
 
 kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,

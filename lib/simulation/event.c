@@ -95,7 +95,7 @@ static kt_status evaluate(kt_simulation *simulation, size_t k, double t, const d
 
 static bool is_armed(const kt_simulation *simulation, size_t k) {
     const uint64_t limit = simulation->event[k].limit;
-    return limit == 0 || simulation->event_memory[k].count < limit;
+    return !simulation->event_memory[k].disarmed && (limit == 0 || simulation->event_memory[k].count < limit);
 }
 
 /* g of all armed events in the state y. */
@@ -771,6 +771,31 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     simulation->event_time = (double)NAN;
     if (simulation->watch == NULL) /* contacts have their own (contact.c) */
         simulation->watch = &watch;
+    return KT_OK;
+}
+
+kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, name))
+        return KT_ERROR_ARGUMENT;
+    if (!KT_HAS_EVENTS)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_arm",
+                            "a small library (-Dsmall=enabled) has no events");
+    char where[KT_WHERE_SIZE];
+    const size_t k = find_event(simulation, name);
+    (void)snprintf(where, sizeof where, "event '%.60s'", name);
+    if (k == simulation->event_count)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, where, "there is no event of this name");
+    if (k < kt_simulation_contact_events(simulation))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, where,
+                            "it is that of a hard contact, which acts while it is armed; release it "
+                            "(kt_simulation_release)");
+    if (armed != (simulation->event_memory[k].disarmed == 0)) {
+        simulation->event_memory[k].disarmed = !armed;
+        simulation->event_memory[k].side = 0;
+        simulation->event_memory[k].corner = (double)NAN;
+        simulation->event_root[k] = (kt_event_root){.due = 0};
+        simulation->event_time = (double)NAN;
+    }
     return KT_OK;
 }
 

@@ -1,5 +1,6 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "base/copy.h"
+#include "base/options.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
@@ -8,11 +9,6 @@
 
 #include <math.h>
 #include <string.h>
-
-kt_simulation_options kt_simulation_options_default(void) {
-    kt_simulation_options options = {0};
-    return options;
-}
 
 /* ---- the request ------------------------------------------------------------------------------------------------- */
 
@@ -39,6 +35,8 @@ static kt_status refuse_massless(const kt_simulation_request *settings, kt_error
 }
 
 static kt_status check_options(const kt_simulation_options *options, kt_error *error) {
+    if (KT_HAS_SWITCHES && !kt_is_not_negative(options->switch_gap))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "switch_gap", "%g: must be zero or more", options->switch_gap);
     const bool first = !kt_is_not_negative(options->initial_step);
     if (first || !kt_is_not_negative(options->max_step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, first ? "initial_step" : "max_step", "%g s: must be zero or more",
@@ -56,7 +54,15 @@ static kt_status check_options(const kt_simulation_options *options, kt_error *e
 static kt_status read_options(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                               kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
-    settings->options = options != NULL ? *options : kt_simulation_options_default();
+    kt_simulation_options own;
+    const kt_simulation_options *given = options;
+    if (KT_HAS_SIZES || options == NULL) {
+        own = kt_simulation_options_default();
+        given = KT_OPTIONS(kt_simulation_options, switch_gap, &own, options, error);
+    }
+    if (KT_HAS_SIZES && given == NULL)
+        return KT_ERROR_ARGUMENT;
+    settings->options = *given;
     settings->model = settings->options.transformation ? settings->options.transformation->model : model;
     const kt_model *known = settings->options.acceleration == NULL ? settings->model : NULL;
     settings->method = settings->options.method != NULL ? settings->options.method
@@ -279,6 +285,8 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     const int evaluations = settings->options.event_evaluations;
     simulation->event_evaluations = evaluations > 0 ? evaluations : KT_EVENT_EVALUATIONS;
 #endif
+    if (KT_HAS_SWITCHES)
+        simulation->switch_gap = settings->options.switch_gap;
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;

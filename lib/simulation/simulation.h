@@ -78,10 +78,11 @@ typedef struct kt_simulation_memory {
 
 /* What an event remembers. */
 typedef struct kt_event_memory {
-    int64_t side;   /* the sign that its value had last; 0: not known */
-    uint64_t count; /* how often it has happened */
-    double size;    /* the largest |value| along the last step */
-    double corner;  /* its first corner after the last step that began where none was known; NaN: not known */
+    int64_t side;     /* the sign that its value had last; 0: not known */
+    uint64_t count;   /* how often it has happened */
+    double size;      /* the largest |value| along the last step */
+    double corner;    /* its first corner after the last step that began where none was known; NaN: not known */
+    int64_t disarmed; /* by the caller */
 } kt_event_memory;
 
 /* A root of an event in the last step. */
@@ -301,6 +302,7 @@ struct kt_simulation {
     int groups;                /* of loops */
     bool unprojected;
     bool smooth_inputs;
+    double switch_gap;                /* of the options */
     bool records_contacts;            /* events of hard contacts are handed over */
     bool watches_works;               /* works are estimated at the ends of steps */
     const double *end_slope;          /* of the evaluation that gave end_power; NULL: none in this step */

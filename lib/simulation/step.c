@@ -332,7 +332,8 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
 /* Events begin anew: none has happened, and their sides are those of the new state. */
 static void forget_events(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->event_count; k++)
-        simulation->event_memory[k] = (kt_event_memory){.corner = (double)NAN};
+        simulation->event_memory[k] = (kt_event_memory){
+            .corner = (double)NAN, .disarmed = KT_HAS_EVENTS ? simulation->event_memory[k].disarmed : 0};
     simulation->event_time = (double)NAN;
     simulation->memory.fires = false;
     simulation->memory.event_instants = simulation->memory.event_row = simulation->memory.event_shrinking = 0;

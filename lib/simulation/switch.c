@@ -36,7 +36,8 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
     integrator->callbacks = kt_simulation_callbacks(simulation);
 }
 
-/* What is open when loops are switched on that the last step did not close is no error of rounding. */
+/* What is open when loops are switched on that the last step did not close is no error of rounding, and is closed as far
+ * as the caller allows it. */
 #define OPEN_MOST 1e-6
 
 static kt_status check_gap(kt_simulation *simulation, double t, const double *y, kt_error *error) {
@@ -44,13 +45,14 @@ static kt_status check_gap(kt_simulation *simulation, double t, const double *y,
     kt_residual residual;
     char where[KT_WHERE_SIZE];
     const kt_status status = kt_loop_residual(model, simulation->data, t, y, y + simulation->size.nq, &residual, error);
-    if (status != KT_OK || residual.position <= OPEN_MOST * fmax(1.0, model->length))
+    const double most = simulation->switch_gap > 0.0 ? simulation->switch_gap : OPEN_MOST * fmax(1.0, model->length);
+    if (status != KT_OK || residual.position <= most)
         return status;
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
     return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                        "loops are switched on that are open by %.3g (m or rad); switch them on at an event at which "
-                        "they are closed",
-                        residual.position);
+                        "loops are switched on that are open by %.3g (m or rad), more than %.3g; switch them on at an "
+                        "event at which they are closed, or raise kt_simulation_options.switch_gap",
+                        residual.position, most);
 }
 
 /* d'M d / 2, of the change of velocities from v to those in y. */

@@ -1,4 +1,5 @@
 /* An accuracy study from its options to its results: memory, models of the variants, and the order of the work. */
+#include "base/options.h"
 #include "base/require.h"
 #include "kinetree/study.h"
 
@@ -8,15 +9,6 @@
 
 #include <math.h>
 #include <string.h>
-
-kt_accuracy_options kt_accuracy_options_default(void) {
-    kt_accuracy_options options = {0};
-    options.records = 200;
-    options.run_evaluations = 2000000;
-    options.amplification = 1e6;
-    options.budget = 20.0;
-    return options;
-}
 
 kt_variant kt_variant_default(const kt_run *run) {
     const kt_run standard = kt_run_default();
@@ -234,7 +226,11 @@ kt_status kt_accuracy_create(const kt_description *description, const kt_run *ru
                              kt_accuracy **study, kt_error *error) {
     if (KT_IS_MISSING(error, description, run, study))
         return KT_ERROR_ARGUMENT;
-    kt_accuracy start = {.options = options != NULL ? *options : kt_accuracy_options_default()};
+    kt_accuracy_options own = kt_accuracy_options_default();
+    const kt_accuracy_options *o = KT_OPTIONS(kt_accuracy_options, user, &own, options, error);
+    if (o == NULL)
+        return KT_ERROR_ARGUMENT;
+    kt_accuracy start = {.options = *o};
     kt_accuracy *made = NULL;
     kt_status status = begin(&start, description, run, error);
     if (status == KT_OK) {

@@ -22,6 +22,7 @@
 #include "study/dae.h"
 #include "algebra/lu.h"
 #include "base/copy.h"
+#include "base/options.h"
 #include "integrator/multistep.h"
 #include "linear/lapack.h"
 #include "model/model.h"
@@ -40,11 +41,6 @@ const char *kt_dae_name(kt_dae_type type) {
         break;
     }
     return NULL;
-}
-
-kt_dae_options kt_dae_options_default(kt_dae_type type) {
-    const kt_dae_options options = {.type = type, .method = kt_method_find("radau5"), .alpha = 10.0, .beta = 10.0};
-    return options;
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -98,10 +94,13 @@ static kt_status fill_memory(kt_dae *dae, const kt_model *model, const kt_dae_op
     return status;
 }
 
-kt_status kt_dae_create(const kt_model *model, const kt_dae_options *options, kt_dae **dae, kt_error *error) {
+kt_status kt_dae_create(const kt_model *model, const kt_dae_options *given, kt_dae **dae, kt_error *error) {
+    const kt_dae_options *options = given;
     if (KT_IS_MISSING(error, model, options, options->method, dae))
         return KT_ERROR_ARGUMENT;
-    kt_status status = check(options, error);
+    kt_dae_options own = kt_dae_options_default(given->type);
+    options = KT_OPTIONS(kt_dae_options, beta, &own, given, error);
+    kt_status status = options ? check(options, error) : KT_ERROR_ARGUMENT;
     if (status != KT_OK)
         return status;
     const size_t size = place(NULL, model, options->type, solved_stages(options->method));

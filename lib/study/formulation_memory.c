@@ -1,4 +1,5 @@
 /* The memory of a constraint formulation, its options, and the choice of its penalty. */
+#include "base/options.h"
 #include "dynamics/dynamics.h"
 #include "linear/lapack.h"
 #include "mechanism/evaluate.h"
@@ -17,18 +18,6 @@ const char *kt_constraint_formulation_name(kt_constraint_formulation_type type) 
         break;
     }
     return NULL;
-}
-
-kt_constraint_formulation_options kt_constraint_formulation_options_default(kt_constraint_formulation_type type,
-                                                                            double step) {
-    const kt_constraint_formulation_options options = {.type = type,
-                                                       .alpha = 0.1 / step,
-                                                       .beta = 0.1 / step,
-                                                       .penalty = 1e4,
-                                                       .iterations = 12,
-                                                       .tolerance = 1e-11,
-                                                       .rank_tolerance = 1e-12};
-    return options;
 }
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
@@ -83,6 +72,11 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
                                          kt_constraint_formulation **formulation, kt_error *error) {
     if (KT_IS_MISSING(error, model, data, options, formulation))
         return KT_ERROR_ARGUMENT;
+    kt_constraint_formulation_options own = kt_constraint_formulation_options_default(options->type, 1.0);
+    const kt_constraint_formulation_options *o =
+        KT_OPTIONS(kt_constraint_formulation_options, uncapped, &own, options, error);
+    if (o == NULL)
+        return KT_ERROR_ARGUMENT;
     kt_status status = kt_own_states_refuse(model, "kt_constraint_formulation_init",
                                             "only the engine's own equations of motion support them", error);
     if (status == KT_OK)
@@ -94,7 +88,7 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status == KT_OK)
-        status = check(options, error);
+        status = check(o, error);
     if (status != KT_OK)
         return status;
     status = kt_arena_begin("kt_constraint_formulation_init", "kt_constraint_formulation_size", memory, size,
@@ -104,7 +98,7 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
     kt_constraint_formulation *made = memory;
     (void)place(memory, model);
     made->model = model;
-    made->options = *options;
+    made->options = *o;
     made->n = kt_model_nv(model);
     made->k = kt_model_mobility(model).equations;
     made->cap = kt_model_mobility(model).rank;

@@ -6,7 +6,7 @@ abi.py --update INCLUDE-DIRECTORY DUMP LAYOUT C-COMPILER...      writes both fil
 A dump has a line for each function, struct, enumeration, callback type and constant of the public headers: its name, and a
 sum of its declaration without comments and white space. A binary or a program of the last release depends on these. New
 names break nothing. A name that is gone or has another declaration needs another interface version (the SONAME), which is
-MAJOR.MINOR before 1.0 and MAJOR after it.
+MAJOR.MINOR before 1.0 and MAJOR after it. Structs of options may grow at their end: they tell their size.
 
 The text does not show that a struct has moved a member of one which contains it. Where abidiff and abidw (libabigail) are
 installed, they compare sizes and offsets with LAYOUT, an archive of what abidw wrote of the release. Both are taken from a
@@ -65,6 +65,16 @@ def sum_of(body):
     return hashlib.sha256(body.encode()).hexdigest()[:12]
 
 
+def entry(name, body):
+    """What the dump has of a declaration: its sum, and of what may grow the length, too."""
+    return f"{sum_of(body)}/{len(body)}" if re.fullmatch(r"struct kt_\w+_options", name) else sum_of(body)
+
+
+def is_same(body, then):
+    wanted, _, length = then.partition("/")
+    return sum_of(body[:int(length)] if length else body) == wanted
+
+
 def read(dump):
     first, *lines = dump.read_text().splitlines()
     return first, dict(line.rsplit(" ", 1) for line in lines)
@@ -72,10 +82,18 @@ def read(dump):
 
 def broken(now, then):
     return [f"{name} is gone" if name not in now else f"{name} has changed"
-            for name in sorted(then) if name not in now or sum_of(now[name]) != then[name]]
+            for name in sorted(then) if name not in now or not is_same(now[name], then[name])]
 
 
 # ---- sizes and offsets, by libabigail ------------------------------------------------------------------------------------
+
+# Options grow at their end. What contains them by value moves, and is reported.
+SUPPRESSED = """[suppress_type]
+  type_kind = struct
+  name_regexp = ^kt_[a-z_]*_options$
+  has_data_member_inserted_at = end
+"""
+
 
 def layout(include, compiler, folder):
     """What abidw writes of a library of empty functions with these headers."""
@@ -93,9 +111,9 @@ def layout(include, compiler, folder):
 
 def moved(now, then, folder):
     """Functions that abidiff finds changed or gone."""
-    for name, text in (("now", now), ("then", then)):
+    for name, text in (("now", now), ("then", then), ("suppressed", SUPPRESSED)):
         (folder / name).with_suffix(".abi").write_text(text)
-    found = subprocess.run(["abidiff", "--no-added-syms", folder / "then.abi", folder / "now.abi"],
+    found = subprocess.run(["abidiff", "--suppressions", folder / "suppressed.abi", "--no-added-syms", folder / "then.abi", folder / "now.abi"],
                            capture_output=True, text=True)
     if found.returncode & 3:
         raise SystemExit(f"abidiff: {found.stdout}{found.stderr}")
@@ -124,6 +142,10 @@ def judge_layout(include, archive, versions, compiler):
         claim("sizes_and_offsets_change_with_the_version_alone", problems(*versions, changes))
         wider = layout(changed_headers(include, folder, "} kt_pose;", "    double more;\n} kt_pose;"), compiler, folder)
         claim("a_struct_that_grows_is_noticed", [] if moved(wider, now, folder) else ["it is not"])
+        longer = layout(changed_headers(include, folder, "} kt_batch_options;", "    double more;\n} kt_batch_options;"), compiler, folder)
+        claim("options_may_grow_at_their_end", moved(longer, now, folder))
+        inner = layout(changed_headers(include, folder, "} kt_model_options;", "    double more;\n} kt_model_options;"), compiler, folder)
+        claim("what_contains_options_that_grow_is_noticed", [] if moved(inner, now, folder) else ["it is not"])
 
 
 def problems(version, released, changes):
@@ -136,7 +158,7 @@ def main():
     if sys.argv[1] == "--update":
         include, dump, archive = (pathlib.Path(argument) for argument in sys.argv[2:5])
         version = version_of((include / "kinetree/status.h").read_text())
-        dump.write_text("\n".join([version] + [f"{name} {sum_of(body)}" for name, body in sorted(declarations(include).items())]) + "\n")
+        dump.write_text("\n".join([version] + [f"{name} {entry(name, body)}" for name, body in sorted(declarations(include).items())]) + "\n")
         with tempfile.TemporaryDirectory() as name:
             archive.write_bytes(lzma.compress(layout(include, sys.argv[5:], pathlib.Path(name)).encode(), preset=9 | lzma.PRESET_EXTREME))
         return
@@ -147,13 +169,17 @@ def main():
     note(f"{len(now)} declarations; since {released}: {len(changes)} changed or gone, {len(now.keys() - then.keys())} new")
     claim("headers_have_declarations", [] if len(now) > 500 and len(then) > 500 else [f"{len(now)}, {len(then)}"])
     claim("interface_changes_with_the_version_alone", problems(version, released, changes))
-    sums = {name: sum_of(body) for name, body in now.items()}
+    sums = {name: entry(name, body) for name, body in now.items()}
     struct = next(name for name in now if name.startswith("struct "))
     without = {name: body for name, body in now.items() if name != struct}
     claim("a_struct_that_is_gone_or_changed_is_noticed",
           [] if problems(released, released, broken(without, sums)) and
           problems(released, released, broken({**now, struct: "other"}, sums)) and
           not problems(released, released, broken({**now, "struct new": "other"}, sums)) else ["it is not"])
+    options = "struct kt_batch_options"
+    claim("options_may_grow_at_their_end_alone",
+          [] if not broken({**now, options: now[options] + "doublemore;"}, sums) and
+          broken({**now, options: "doublemore;" + now[options]}, sums) else ["they may not, or anywhere"])
     judge_layout(include, archive, (version, released), sys.argv[5:])
     finish()
 

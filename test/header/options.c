@@ -357,3 +357,38 @@ static bool names(const kt_error *error, const char *member) {
     }
 
 OPTIONS_LIST(TEST_OPTIONS)
+
+/* Sizes: those that the library tells are those of the headers, and options begin with their own. */
+KT_TEST(sizes_of_structs_are_those_of_the_library) {
+    int count = 0, wrong = 0;
+#define CHECK_SIZE(type)                                                                                               \
+    count++;                                                                                                           \
+    if (kt_struct_size(#type) != sizeof(type)) {                                                                       \
+        kt_note(#type ": %zu, sizeof is %zu", kt_struct_size(#type), sizeof(type));                                    \
+        wrong++;                                                                                                       \
+    }
+    STRUCT_LIST(CHECK_SIZE)
+    kt_note("%d structs", count);
+    kt_check_equal_int("wrong", wrong, 0);
+    kt_check_true("there are many", count > 100);
+    kt_check_equal_int("no struct", (long long)kt_struct_size("kt_none"), 0);
+    kt_check_equal_int("NULL", (long long)kt_struct_size(NULL), 0);
+}
+
+KT_TEST(options_begin_with_their_size) {
+    int count = 0, wrong = 0;
+#define CHECK_PLACE(type)                                                                                              \
+    count++;                                                                                                           \
+    wrong += offsetof(type, size) != 0 || sizeof(((type *)NULL)->size) != sizeof(size_t);
+    SIZED_LIST(CHECK_PLACE)
+    kt_note("%d structs", count);
+    kt_check_true("all of them", count >= 12);
+    kt_check_equal_int("wrong", wrong, 0);
+    kt_check_equal_int("model", (long long)kt_model_options_default().size, (long long)sizeof(kt_model_options));
+    kt_check_equal_int("simulation", (long long)kt_simulation_options_default().size,
+                       (long long)sizeof(kt_simulation_options));
+    kt_check_equal_int("robot", (long long)kt_robot_options_default().size, (long long)sizeof(kt_robot_options));
+    kt_check_equal_int("scene", (long long)kt_scene_options_default().size, (long long)sizeof(kt_scene_options));
+    kt_check_equal_int("dae", (long long)kt_dae_options_default(KT_DAE_STABILISED).size,
+                       (long long)sizeof(kt_dae_options));
+}

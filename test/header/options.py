@@ -85,6 +85,9 @@ def main():
             if owner == struct:
                 print(f'    {{"{name}", "{value}", spoil_{i}}},')
         print("};")
+    structs = sorted(set(re.findall(r"^typedef struct (kt_\w+) \{", text, flags=re.M)))
+    print("#define STRUCT_LIST(X) " + " ".join(f"X({struct})" for struct in structs))
+    print("#define SIZED_LIST(X) " + " ".join(f"X({struct})" for struct in structs if struct.endswith("_options")))
     print("#define OPTIONS_LIST(X) " + " ".join(f"X({struct})" for struct in STRUCTS))
 
 

@@ -358,6 +358,54 @@ KT_TEST(directions_limits_and_starts_at_zero) {
     kt_model_free(model);
 }
 
+/* How many of the times lie behind `from`, up to `to`. */
+static int within(const told *t, double from, double to) {
+    int number = 0;
+    for (int i = 0; i < t->count && i < 64; i++)
+        number += t->time[i] > from && t->time[i] <= to;
+    return number;
+}
+
+/* A pendulum whose event is disarmed from 2 s to 4 s, and another one that goes on from its checkpoint at 4 s. The oracle is one
+ * whose event is always armed. */
+KT_TEST(disarmed_events_do_not_happen) {
+    kt_lone lone;
+    kt_error error = {0};
+    told seen[3] = {{.level = 0.0}, {.level = 0.0}, {.level = 0.0}};
+    kt_simulation *s[3] = {NULL};
+    kt_pendulum_make(&lone, 0.0, 1.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_default();
+    for (int i = 0; model != NULL && i < 3; i++) {
+        s[i] = simulate(model, &run, 1, 0);
+        add(s[i], &(kt_event){.name = "level", .function = height, .action = count, .user = &seen[i]});
+    }
+    void *block = malloc(kt_simulation_state_size(s[0]));
+    (void)kt_fine("always armed", kt_simulation_advance(s[2], 6.5, &error), &error);
+    (void)kt_fine("runs", kt_simulation_advance(s[0], 2.0, &error), &error);
+    (void)kt_fine("disarms", kt_simulation_event_arm(s[0], "level", false, &error), &error);
+    (void)kt_fine("runs", kt_simulation_advance(s[0], 4.0, &error), &error);
+    const int before = within(&seen[2], 0.0, 2.0), left_out = within(&seen[2], 2.0, 4.0);
+    const int behind = within(&seen[2], 4.0, 6.5);
+    kt_note("%d before, %d left out, %d behind", before, left_out, behind);
+    kt_check_true("there are some", before > 0 && left_out > 0 && behind > 0);
+    kt_check_equal_int("disarmed", seen[0].count, before);
+    kt_simulation_save(s[0], block);
+    (void)kt_fine("restores", kt_simulation_restore(s[1], block, &error), &error);
+    (void)kt_fine("runs", kt_simulation_advance(s[1], 6.5, &error), &error);
+    kt_check_equal_int("disarmed behind the checkpoint", seen[1].count, 0);
+    (void)kt_fine("arms", kt_simulation_event_arm(s[0], "level", true, &error), &error);
+    (void)kt_fine("runs", kt_simulation_advance(s[0], 6.5, &error), &error);
+    kt_check_equal_int("armed again", seen[0].count, before + behind);
+    kt_check_equal_int("by name", (long long)kt_simulation_event_count(s[0], "level"), before + behind);
+    kt_check_equal_int("no event", kt_simulation_event_arm(s[0], "up", true, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("named", error.where, "up");
+    free(block);
+    for (int i = 0; i < 3; i++)
+        kt_simulation_free(s[i]);
+    kt_model_free(model);
+}
+
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
 
 static int keep_events(const kt_record *record, void *user) {

@@ -261,3 +261,37 @@ KT_TEST(a_switch_that_is_refused_leaves_the_simulation) {
     kt_simulation_free(two);
     kt_model_free(model);
 }
+
+/* A coupling that is 1.5 rad from holding is closed if the options allow it: by the least change of both angles. */
+KT_TEST(a_switch_closes_a_gap_that_the_options_allow) {
+    static const double gaps[] = {1.4, 1.6};
+    for (int i = 0; i < 2; i++) {
+        discs d;
+        discs_make(&d);
+        d.clutch.type = KT_LOOP_COUPLING;
+        kt_model *model = kt_scene_compile(&d.description);
+        const kt_run run = kt_run_default();
+        kt_simulation_options options = kt_simulation_options_default();
+        kt_error error = {0};
+        kt_residual residual = {0.0, 0.0};
+        kt_data *data = NULL;
+        options.switch_gap = gaps[i];
+        kt_simulation *one = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+        if (one == NULL)
+            return;
+        kt_check_equal_int("switch", kt_simulation_switch(one, 1, NULL, &error), i == 0 ? KT_ERROR_CONSTRAINT : KT_OK);
+        if (i == 0)
+            kt_check_contains("the remedy", error.message, "more than 1.4; switch");
+        const kt_model *now = kt_simulation_model(one);
+        (void)kt_fine("data", kt_data_create(now, &data, &error), &error);
+        (void)kt_fine("residual",
+                      kt_loop_residual(now, data, 0.0, kt_simulation_positions(one), kt_simulation_velocities(one),
+                                       &residual, &error),
+                      &error);
+        kt_check_near("closed", residual.position, 0.0, 1e-14);
+        (void)kt_fine("goes on", kt_simulation_advance(one, 0.2, &error), &error);
+        kt_data_free(data);
+        kt_simulation_free(one);
+        kt_model_free(model);
+    }
+}
