@@ -733,8 +733,7 @@ static const kt_event_watch watch = {
 
 /* ---- for callers ------------------------------------------------------------------------------------------------- */
 
-/* The index of the event of this name; how many there are if there is none. */
-static size_t find_event(const kt_simulation *simulation, const char *name) {
+size_t kt_event_find(const kt_simulation *simulation, const char *name) {
     size_t k = 0;
     while (k < simulation->event_count && strcmp(simulation->event[k].name, name) != 0)
         k++;
@@ -754,7 +753,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
         return kt_error_set(error, KT_ERROR_ARGUMENT, event->name, "there is no direction %d", (int)event->direction);
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "event '%.60s'", event->name);
-    if (find_event(simulation, event->name) < simulation->event_count)
+    if (kt_event_find(simulation, event->name) < simulation->event_count)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, where,
             "there is an event of this name already (hard stops, contacts, slack ropes and friction that "
@@ -772,51 +771,4 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     if (simulation->watch == NULL) /* contacts have their own (contact.c) */
         simulation->watch = &watch;
     return KT_OK;
-}
-
-kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, name))
-        return KT_ERROR_ARGUMENT;
-    if (!KT_HAS_EVENTS)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_arm",
-                            "a small library (-Dsmall=enabled) has no events");
-    char where[KT_WHERE_SIZE];
-    const size_t k = find_event(simulation, name);
-    (void)snprintf(where, sizeof where, "event '%.60s'", name);
-    if (k == simulation->event_count)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, where, "there is no event of this name");
-    if (k < kt_simulation_contact_events(simulation))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, where,
-                            "it is that of a hard contact, which acts while it is armed; release it "
-                            "(kt_simulation_release)");
-    if (armed != (simulation->event_memory[k].disarmed == 0)) {
-        simulation->event_memory[k].disarmed = !armed;
-        simulation->event_memory[k].side = 0;
-        simulation->event_memory[k].corner = (double)NAN;
-        simulation->event_root[k] = (kt_event_root){.due = 0};
-        simulation->event_time = (double)NAN;
-    }
-    return KT_OK;
-}
-
-const kt_event *kt_simulation_stopped(const kt_simulation *simulation) {
-    return simulation && simulation->memory.stopped > 0 ? &simulation->event[simulation->memory.stopped - 1] : NULL;
-}
-
-uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name) {
-    const size_t k = simulation && name ? find_event(simulation, name) : 0;
-    return simulation && name && k < simulation->event_count ? simulation->event_memory[k].count : 0;
-}
-
-kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation) {
-    kt_event_cuts cuts = {.time = (double)NAN};
-#if KT_HAS_EVENTS
-    if (simulation && simulation->memory.event_cuts > 0)
-        cuts = (kt_event_cuts){.count = simulation->memory.event_cuts,
-                               .time = simulation->memory.event_cut_time,
-                               .event = &simulation->event[simulation->memory.event_cut_of]};
-#else
-    (void)simulation;
-#endif
-    return cuts;
 }
