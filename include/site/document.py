@@ -414,6 +414,7 @@ def gather(output, command, gallery):
         (source / path.name).write_text(path.read_text().replace("(../../apps/pictures/", "(pictures/"))
     for name in headers().split("|"):
         (source / f"{name}.h.rst").write_text(header_page(f"{name}.h"))
+    (extra / "index.html").write_text('<!DOCTYPE html>\n<meta http-equiv="refresh" content="0; url=kinetree.html">\n')
     if command:
         said = subprocess.run([command, "help"], capture_output=True, text=True, check=True).stdout
         for name in re.findall(r"^  ([a-z]+)  +", said.partition("Usage")[2], flags=re.M):

@@ -396,7 +396,7 @@ static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) {
 }
 
 /* Returns the index of the event of this name; event_count if there is none. */
-KT_INNER size_t kt_event_find(const kt_simulation *simulation, const char *name);
+size_t kt_event_find(const kt_simulation *simulation, const char *name);
 
 /* How many of the events are hard contacts: the first ones. */
 static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) {

@@ -32,7 +32,7 @@ KT_TEST(scenes_are_found_in_the_source_tree_where_they_were_installed_or_where_t
         return;
     unsetenv("KINETREE_SCENES");
     kt_check_text("nowhere", find(), "none");
-    kt_check_contains("where they could be", said, "in installed; KINETREE_SCENES=FOLDER");
+    kt_check_contains("where they could be", said, "in installed; set KINETREE_SCENES=FOLDER");
     mkdir("installed", 0700);
     kt_check_text("installed", find(), "installed");
     mkdir("source", 0700);
