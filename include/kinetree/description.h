@@ -353,7 +353,7 @@ typedef enum kt_switching {
     KT_SWITCHING_COUNT, /* how many of these there are */
 } kt_switching;
 
-/* The most loops and effects that may be switched; with hard contacts, stops and slack ropes they may be 32 in all. */
+/* The most loops and effects that may be switched; with hard contacts, stops and slack ropes they may be 16 in all. */
 enum { KT_SWITCH_MAX = 10 /* loops and effects */ };
 
 /* Whether the equation of a loop holds, or bounds one side alone: a stop, a floor, a rope. Of a loop of one equation that has a

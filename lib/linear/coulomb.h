@@ -30,8 +30,8 @@
 struct kt_cone;
 
 enum {
-    KT_COULOMB_ITEMS = 32,
-    KT_COULOMB_ROWS = 48,
+    KT_COULOMB_ITEMS = 16, /* the solver keeps its matrices on the stack */
+    KT_COULOMB_ROWS = 24,
     KT_COULOMB_COLUMNS = 1 + KT_COULOMB_ITEMS / 2, /* right-hand sides: at most half of the items slip */
     KT_COULOMB_ITERATIONS = 40,
 };

@@ -13,7 +13,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { KT_LEMKE_MAX = 32, KT_LEMKE_PIVOTS = 50 /* for each unknown */, KT_LEMKE_PROXIMAL = 4 };
+enum { KT_LEMKE_MAX = 20, KT_LEMKE_PIVOTS = 50 /* for each unknown */, KT_LEMKE_PROXIMAL = 4 };
 
 /* Columns: w, z, z0, right-hand side. */
 typedef struct kt_lemke {

@@ -154,7 +154,8 @@ static bool add_point(hull *h, int point) {
             return false;
         h->faces[i] = h->faces[--h->face_count];
     }
-    qsort(h->edges, (size_t)h->edge_count, sizeof *h->edges, compare_edges);
+    if (h->edge_count > 0) /* none of the edges has memory yet otherwise */
+        qsort(h->edges, (size_t)h->edge_count, sizeof *h->edges, compare_edges);
     for (int i = 0; i < h->edge_count; i++) {
         const bool is_inner = i + 1 < h->edge_count && compare_edges(&h->edges[i], &h->edges[i + 1]) == 0;
         if (is_inner)

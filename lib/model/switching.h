@@ -10,7 +10,7 @@ typedef struct kt_switch {
 } kt_switch;
 
 /* The most switches of a family: those of contacts count, too. */
-enum { KT_FAMILY_SWITCHES = 32 };
+enum { KT_FAMILY_SWITCHES = 16 };
 
 /* What is switched. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more of them, those of contacts are masked: for
  * each set of the others there are two models, one with no contact and one with all of them. A simulation makes the sets between from the

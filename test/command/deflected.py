@@ -7,6 +7,7 @@ body a screw relative to its parent. Held against the shape in joint coordinates
 import base64
 import json
 import math
+import os
 import pathlib
 import random
 import re
@@ -19,6 +20,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 KINETREE, = sys.argv[1:]
+os.environ["LSAN_OPTIONS"] = f"print_suppressions=0:suppressions={pathlib.Path(__file__).resolve().with_name('suppressions.txt')}"  # of pictures
 SHARE, TURN, PHASES = 0.12, 1.0, 3600
 
 
