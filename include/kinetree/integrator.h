@@ -429,7 +429,7 @@ static inline kt_integrator_options kt_integrator_options_default(void) {
 }
 
 /* Bytes for an integrator of n equations with this method, for all options. 0 if the method's sizes or n are out of
- * range or the size overflows. The memory needs no alignment. The number of doubles is about
+ * range or the size overflows. The memory needs no alignment. The number of doubles is about:
  *   Explicit: (s + 4 + dense_stages) n, or n fewer with fsal.
  *   Stabilised: 17 n doubles.
  *   Adams: n more for each past slope. There is one past slope in ab2, and ab4 has 3.
