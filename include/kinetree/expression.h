@@ -1,4 +1,5 @@
-/* Formulas in text, "0.01*L + sin(2*pi*t)": read once, then evaluated without reading, allocating or looking up a name.
+/* Formulas in text, "0.01*L + sin(2*pi*t)". A formula is parsed once. Its evaluation does not parse, allocate memory or
+ * search for names.
  *
  *     static bool find(void *user, const char *name, kt_symbol *symbol) {
  *         *symbol = (kt_symbol){.index = 0};
@@ -15,15 +16,16 @@
  *         printf("%g\n", kt_expression_evaluate(formula, &time));
  *
  * Grammar, weakest operators first:
+ *
  *     comparison   sum [(< | <= | > | >= | == | !=) sum]                   1 if it holds, else 0
  *     sum          product {(+ | -) product}
  *     product      factor {(* | /) factor}
  *     factor       (- | +) factor | primary [^ factor]                     -2^2 is -4, 2^3^2 is 2^9
  *     primary      number [deg | rad] | name | function(arguments) | (comparison)
- * A number is decimal, 1e-3. A name begins with a letter or _, and may have letters, digits, _, dots and [k]; hyphens too,
- * where the name with them is known: a-b is a difference unless there is a symbol 'a-b'. `pi` is known. Angles are in
- * radians, and `30 deg` is one.
- */
+ *
+ * A number is decimal, such as 1e-3. A name begins with a letter or _, and may have letters, digits, _, dots and [k].
+ * It may have hyphens, too, if the name with them exists: a-b is a difference unless there is a symbol 'a-b'. The
+ * constant `pi` is predefined. Angles are in radians, and `30 deg` is one. */
 #ifndef KINETREE_EXPRESSION_H
 #define KINETREE_EXPRESSION_H
 
@@ -36,8 +38,8 @@
 extern "C" {
 #endif
 
-/* The functions: X(id, name, least and largest number of arguments). step(x) is 1 if x >= 0, else 0; clamp(x, a, b) is
- * min(max(x, a), b); sign(0) is 0. */
+/* The functions: X(id, name, least and largest number of arguments). The function step(x) is 1 if x >= 0, else 0. The
+ * function clamp(x, a, b) is min(max(x, a), b), and sign(0) is 0. */
 #define KT_EXPRESSION_FUNCTION_LIST(X)                                                                                 \
     X(SIN, sin, 1, 1)                                                                                                  \
     X(COS, cos, 1, 1)                                                                                                  \
@@ -63,57 +65,65 @@ extern "C" {
 /* Bounds of a formula. */
 enum {
     KT_EXPRESSION_LENGTH_MAX = 4096, /* bytes of the text */
-    KT_EXPRESSION_DEPTH_MAX = 64,    /* values that wait for their operator, and parentheses within one another */
+    KT_EXPRESSION_DEPTH_MAX = 64,    /* values that wait for their operator, and nested parentheses */
     KT_EXPRESSION_NAME_MAX = 255     /* bytes of a name */
 };
 
-/* A formula that has been read; immutable, to be shared freely between threads. */
+/* A parsed formula; immutable, so that threads can share it. */
 typedef struct kt_expression kt_expression;
 
-/* What a name of a formula stands for. */
+/* The meaning of a name in a formula. */
 typedef struct kt_symbol {
-    int index;     /* of its value in the array that evaluation is given, from 0 */
+    int index;     /* of its value in the array `values` of an evaluation, from 0 */
     bool is_angle; /* it is an angle, or a rate of one: see kt_expression_is_angle */
-    bool is_fixed; /* it stands for `number`, which the formula then holds, and has no index */
-    double number; /* of a fixed one */
+    bool is_fixed; /* it is a constant, `number`, which the formula then contains; it has no index */
+    double number; /* the value of a constant */
 } kt_symbol;
 
 /* The names that a formula may use. */
 typedef struct kt_symbols {
     /* Finds a name; returns false if there is none. NULL: there are no names. */
     bool (*find)(void *user, const char *name, kt_symbol *symbol);
-    /* The k-th name, k from 0, for "did you mean"; NULL beyond the last. May itself be NULL: nothing is suggested. */
+    /* Returns the k-th name, k from 0, for "did you mean"; NULL beyond the last. May be NULL: messages suggest no name.
+     */
     const char *(*list)(void *user, int k);
-    void *user; /* what both are given */
+    void *user; /* passed to both */
 } kt_symbols;
 
 /* Returns the bytes of memory that a formula of this text takes at most; 0 if text is NULL. O(length). */
 KT_API size_t kt_expression_size(const char *text);
 
-/* Reads a terminated text into `size` bytes of memory, aligned as for a double and of at least kt_expression_size(text);
- * *expression then points into it. symbols may be NULL. On failure *expression is untouched, *column (which may be NULL)
- * is that of the character at fault, from 1, and the message says how to mend it. Errors: KT_ERROR_SCENE (the text is no
- * formula, a name is unknown, a bound is exceeded), KT_ERROR_MEMORY, KT_ERROR_ARGUMENT. O(length) and a search for each
- * name. */
+/* Parses a terminated text into `size` bytes of memory. *expression then points into this memory. symbols may be NULL.
+ * The memory is aligned as for a double and has at least kt_expression_size(text) bytes.
+ *
+ * Errors: *expression is untouched after an error, and the message includes the remedy.
+ *   KT_ERROR_SCENE: the text is no formula, a name is unknown, or a bound is exceeded. *column (which may be NULL) then
+ *     receives the column of the faulty character, from 1.
+ *   KT_ERROR_MEMORY: the memory is too small or misaligned.
+ *   KT_ERROR_ARGUMENT: a pointer is NULL.
+ *
+ * Cost: O(length) and a search for each name. */
 KT_API KT_CHECKED kt_status kt_expression_parse(const char *text, const kt_symbols *symbols, void *memory, size_t size,
                                                 const kt_expression **expression, int *column, kt_error *error);
 
-/* Whether the result is an angle by its units: a sum or a multiple of numbers with deg or rad, or of symbols that are
- * angles. Products and ratios of angles, and what functions return, count as plain numbers. */
+/* Returns whether the result is an angle by its units. An angle is a sum or a multiple of numbers with deg or rad, or
+ * of symbols that are angles. Products and ratios of angles, and results of functions, count as plain numbers. */
 KT_API bool kt_expression_is_angle(const kt_expression *expression);
 
-/* Writes the indices of the symbols that the formula uses, in the order of the text and once for each time, as far as
- * there is room (indices may be NULL if room is 0). Returns how many there are. O(length). */
+/* Writes the indices of the symbols that the formula uses, in the order of the text and once for each use. Writes at
+ * most `room` indices (indices may be NULL if room is 0). Returns the number of all uses. O(length). */
 KT_API size_t kt_expression_symbols(const kt_expression *expression, size_t room, int *indices);
 
-/* The value, with values[k] for the symbol of index k; values may be NULL if no symbol is used. What is not defined is
- * NaN or infinite, as in C's math library. Allocates nothing. O(length). */
+/* Returns the value, with values[k] for the symbol of index k. values may be NULL if no symbol is used. An undefined
+ * result is NaN or infinite, as in C's math library. Allocates nothing. O(length). */
 KT_API double kt_expression_evaluate(const kt_expression *expression, const double *values);
 
-/* Value, first and second derivative along a curve values(s) with the given first and second derivatives by s: out[0],
- * out[1] and out[2]. With t as the only symbol, rates {1} and second {0}: a function of time and its derivatives. rates
- * and second may be NULL (zero). They are exact, by the chain rule in each operation; those of abs, sign, min, max,
- * step, clamp and comparisons are those of the branch that is taken. Allocates nothing. O(length). */
+/* Computes the value, first and second derivative along a curve values(s): out[0], out[1] and out[2]. The arrays rates
+ * and second hold the first and second derivatives of values by s. Both may be NULL (zero). If t is the only symbol,
+ * rates {1} and second {0} give a function of time and its derivatives.
+ *
+ * The derivatives are exact, by the chain rule in each operation. For abs, sign, min, max, step, clamp and comparisons
+ * they are those of the active branch. Allocates nothing. O(length). */
 KT_API void kt_expression_taylor(const kt_expression *expression, const double *values, const double *rates,
                                  const double *second, double out[3]);
 

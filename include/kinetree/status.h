@@ -1,12 +1,14 @@
 /* Status codes and error messages.
  *
- * Every call that can fail returns a kt_status and fills a caller-owned kt_error, if one is given. On failure no output
- * has been touched. The library never prints, exits or aborts.
+ * Every call that can fail returns a kt_status and fills a caller-owned kt_error, if one is given. On failure all
+ * outputs are unchanged. The library never prints, exits or aborts.
  *
- * A pointer that a docstring does not say may be NULL must be given: where it is NULL, or data are those of another
- * model, the call returns KT_ERROR_ARGUMENT and names it. Arrays of no numbers may be NULL. Velocities that are an input
- * of an evaluation may be NULL everywhere: zero. Calls that cannot fail return NULL, -1, 0 or NaN for an index that is
- * none, a pointer that is NULL or data of another model, and write nothing.
+ * A pointer must be given unless its docstring allows NULL. If such a pointer is NULL, or data belong to another model,
+ * the call returns KT_ERROR_ARGUMENT and names the argument. Arrays of no numbers may be NULL. Velocities that are an
+ * input of an evaluation may be NULL everywhere: zero.
+ *
+ * Some calls cannot fail. If an index is out of range, a pointer is NULL or data belong to another model, they return
+ * NULL, -1, 0 or NaN and write nothing.
  */
 #ifndef KINETREE_STATUS_H
 #define KINETREE_STATUS_H
@@ -17,14 +19,15 @@
 extern "C" {
 #endif
 
-/* The version of these headers, semantic versioning; KT_VERSION is the same as text. kt_version tells the library's. */
+/* The version of these headers, semantic versioning; KT_VERSION is the version as text. The function kt_version returns
+ * the version of the library. */
 #define KT_VERSION_MAJOR 0
 #define KT_VERSION_MINOR 2
 #define KT_VERSION_PATCH 0
 #define KT_VERSION "0.2.0"
 
-/* What marks a function as part of the library, a status that must not be ignored, and a printf-like text with its
- * first argument; nothing for compilers that do not know such marks. */
+/* Attributes: a function of the library, a status that must be used, and a printf-like text with its first argument.
+ * They are empty for compilers without such attributes. */
 #if defined(__GNUC__)
 #define KT_API __attribute__((visibility("default")))
 #define KT_CHECKED __attribute__((warn_unused_result))
@@ -64,26 +67,28 @@ enum {
     KT_MESSAGE_SIZE = 480, /* of `message` */
 };
 
-/* What went wrong, where, and how to mend it. Texts are always terminated; a text too long ends in "...". */
+/* The cause of an error, its place and its remedy. Texts are always terminated. A text that is too long ends in "...".
+ */
 typedef struct kt_error {
-    kt_status code;                /* what the call returned, too */
+    kt_status code;                /* the status that the call returned */
     char where[KT_WHERE_SIZE];     /* file:line:column, body, joint, loop or time; may be empty */
-    char message[KT_MESSAGE_SIZE]; /* what is wrong and the way to mend it */
+    char message[KT_MESSAGE_SIZE]; /* the cause and the remedy */
 } kt_error;
 
-/* The text of a code; "unknown status" for a value that is none. Static storage. */
+/* Returns the text of a code; "unknown status" for an invalid value. Static storage. */
 KT_API const char *kt_status_text(kt_status status);
 
-/* Fills *error (which may be NULL) with printf-style texts and returns code, so that "return kt_error_set(...)" reads
- * well. `where` may be NULL or empty. Allocates nothing. */
+/* Fills *error (which may be NULL) with printf-style texts and returns code. A function can therefore end with "return
+ * kt_error_set(...)". `where` may be NULL or empty. Allocates nothing. */
 KT_API kt_status kt_error_set(kt_error *error, kt_status code, const char *where, const char *format, ...)
     KT_PRINTF(4, 5);
 
-/* The version of the library that runs, "MAJOR.MINOR.PATCH"; KT_VERSION is the one of the headers. */
+/* Returns the version of the loaded library, "MAJOR.MINOR.PATCH". KT_VERSION is that of the headers. */
 KT_API const char *kt_version(void);
 
-/* Returns the size of a public struct in the library that runs, by its name: kt_struct_size("kt_run") is
- * sizeof(kt_run); 0 if there is no struct of this name. For bindings that declare structs by themselves. O(structs). */
+/* Returns the size of a public struct in the loaded library by its name. For example, kt_struct_size("kt_run") is
+ * sizeof(kt_run). Returns 0 if there is no struct of this name. For bindings that declare structs by themselves.
+ * O(structs). */
 KT_API size_t kt_struct_size(const char *name);
 
 #ifdef __cplusplus
