@@ -1,5 +1,5 @@
-/* Closing the loops: how far iterations go, and what an assembly has moved. kt_state_project and kt_state_assemble are in
- * mechanism.h. */
+/* Closing the loops: limits of iterations, and the initial values that an assembly has moved. The functions
+ * kt_state_project and kt_state_assemble are in mechanism.h. */
 #ifndef KINETREE_CLOSURE_H
 #define KINETREE_CLOSURE_H
 
@@ -9,9 +9,11 @@
 extern "C" {
 #endif
 
-/* The limits of iterations; kt_data_iterations reports the largest numbers used, and whether a limit was reached. An
- * evaluation of accelerations iterates only near a singular position: there it uses at most 8 times 6 neighbouring
- * states, each closed in at most 6 steps, and two more in at most 4. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
+/* The limits of iterations. kt_data_iterations reports the largest numbers used, and whether a limit was reached.
+ *
+ * An evaluation of accelerations iterates only near a singular position of the loops. There it uses at most 8 sets of 6
+ * neighbouring states, each closed in at most 6 steps. Two further states are closed in at most 4 steps each.
+ * (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
 enum {
     KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two suffice after a usual step */
     KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two attempts; one suffices */
@@ -20,22 +22,23 @@ enum {
 
 /* A given initial value that an assembly has moved. */
 typedef struct kt_initial_change {
-    int body;        /* whose joint it is */
+    int body;        /* the body whose joint has moved */
     unsigned part;   /* of its state: one of the KT_GIVEN_ bits */
-    double change;   /* of the coordinate of that part that moved most: rad, m, rad/s or m/s; of a quaternion the angle,
-                        rad */
-    double relative; /* relative to a radian, or to the length of the longest loop; of velocities, to the fastest of the
-                        mechanism */
+    double change;   /* of the coordinate of that part that moved most: rad, m, rad/s or m/s. For a quaternion it is
+                        the angle, rad. */
+    double relative; /* Positions are relative to a radian, or to the length of the longest loop. Velocities are
+                        relative to the fastest of the mechanism. */
 } kt_initial_change;
 
-/* Changes whose relative size is smaller are not reported. */
+/* The least relative size of a change that is reported. */
 #define KT_INITIAL_CHANGE_LEAST 1e-6
 
-/* Reports the given initial values from which the state q (nq), v (nv), assembled from kt_model_initial, differs by
- * more than KT_INITIAL_CHANGE_LEAST: one entry for each part of a joint, in the order of bodies, positions before
- * velocities. Returns the number of entries and fills the first `most` of them (changes may be NULL if most is 0). The
- * positions and velocities of a simulation that has just been created are such a state. Allocates nothing.
- * O(bodies). */
+/* Reports the given initial values that an assembly has changed by more than KT_INITIAL_CHANGE_LEAST. The state q (nq),
+ * v (nv) was assembled from kt_model_initial. The positions and velocities of a simulation that has just been created
+ * are such a state.
+ *
+ * There is one entry for each part of a joint, in the order of bodies, positions before velocities. Returns the number
+ * of entries and fills the first `most` of them (changes may be NULL if most is 0). Allocates nothing. O(bodies). */
 KT_API int kt_initial_changes(const kt_model *model, const double *q, const double *v, kt_initial_change *changes,
                               int most);
 

@@ -1,9 +1,9 @@
-/* The types of joints, loops, effects, shapes and functions of time as data: which keys an item of each type has in
- * scene files, with units, defaults and a line of help, the type's formula, and a scene that shows it.
+/* The types of joints, loops, effects, shapes and functions of time as data. For each type there are the keys of an
+ * item in scene files, with units, defaults and a line of help. There is also the type's formula, and a scene that
+ * shows it.
  *
- * Scene files are read, written and checked by these keys. A program may make its forms and its own formats from them.
- * All of it is constant and needs no memory.
- */
+ * Scene files are read, written and checked with these keys. A program may use them for its own forms and formats. All
+ * data are constant and need no memory. */
 #ifndef KINETREE_DESCRIPTOR_H
 #define KINETREE_DESCRIPTOR_H
 
@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-/* What a key holds: the type of the member that lies at its offset. */
+/* The type of a key's value: the type of the member at its offset. */
 typedef enum kt_key_kind {
     KT_KEY_NUMBER = 0, /* double */
     KT_KEY_SIX,        /* double[6]: along and about x, y, z */
@@ -30,7 +30,7 @@ typedef enum kt_key_kind {
     KT_KEY_TERMS,      /* kt_loop.terms: names of such joints, a number each */
     KT_KEY_FUNCTION,   /* kt_function */
     KT_KEY_FUNCTIONS,  /* kt_function[3] */
-    KT_KEY_DISTANCE, /* kt_effect.length: the distance of both ends at the start where kt_effect.initial_length is true */
+    KT_KEY_DISTANCE,  /* kt_effect.length: the distance of both ends at the start if kt_effect.initial_length is true */
     KT_KEY_POSITION,  /* kt_joint.position: as many numbers as the type has positions */
     KT_KEY_VELOCITY,  /* kt_joint.velocity */
     KT_KEY_ARMATURE,  /* kt_joint.armature: one number for all degrees of freedom, or one for each */
@@ -47,7 +47,7 @@ typedef enum kt_key_kind {
     KT_KEY_KIND_COUNT /* how many */
 } kt_key_kind;
 
-/* Which numbers a key may hold. All are finite; a default may be infinite. */
+/* The numbers that a key may hold. All are finite; a default may be infinite. */
 typedef enum kt_key_range {
     KT_RANGE_ANY = 0,      /* all */
     KT_RANGE_NOT_NEGATIVE, /* 0 or more */
@@ -57,19 +57,19 @@ typedef enum kt_key_range {
 /* One key. */
 typedef struct kt_key {
     const char *name; /* "stiffness"; keys of joints, shapes, surfaces and curves begin with "joint.", "shape." ... */
-    kt_key_kind kind; /* what it holds */
+    kt_key_kind kind; /* the type of its value */
     size_t offset;    /* of its member in kt_joint, kt_loop, kt_effect, kt_shape, kt_function, kt_surface or kt_track */
     const char *unit; /* "N/m"; "rad|m": the first in a turning joint, the second in a sliding one; "": none */
-    const char *help; /* what it is, without the unit; NULL in a library for a machine without an operating system */
-    const char *standard; /* its default in words; NULL: the value that the struct's _default has */
-    const char *also;     /* another name that is read for it; NULL: none */
+    const char *help; /* meaning, without the unit; NULL in a library for a machine without an operating system */
+    const char *standard; /* its default in words; NULL: the value in the struct of the _default function */
+    const char *also;     /* an alternative name that is read as well; NULL: none */
     kt_key_range range;   /* of its numbers */
     bool needed;          /* it has no default */
 } kt_key;
 
-/* What can be recorded of an effect, a number each. X(id, name, name in a sliding joint, unit, unit in a sliding joint,
- * what it is). Of effects with two ends a wrench is that on the second end, of a contact that on the sphere; axes and
- * points are the world's. */
+/* The quantities of an effect that can be recorded, a number each. X(id, name, name in a sliding joint, unit, unit in a
+ * sliding joint, meaning). For effects with two ends a wrench is that on the second end. For a contact it is that on
+ * the sphere. Axes and points are the world's. */
 #define KT_QUANTITY_LIST(X)                                                                                            \
     X(KT_QUANTITY_JOINT_FORCE, "torque", "force", "N m", "N", "in the joint, on its child")                            \
     X(KT_QUANTITY_TENSION, "force", "force", "N", "N", "along the line of the ends; positive: it pulls them together") \
@@ -103,18 +103,19 @@ typedef enum kt_effect_quantity {
 /* One type. Help, formula and example are NULL in a library for a machine without an operating system. */
 typedef struct kt_descriptor {
     const char *name;    /* in scene files */
-    const char *help;    /* what it is, in a line */
+    const char *help;    /* meaning, in a line */
     const char *formula; /* some lines, without a line end after the last */
-    const char *example; /* a scene, but for its first lines (`kinetree: 1` and `gravity`) and its last (`simulate`) */
-    const kt_key *keys;  /* in the order in which they are written */
+    const char *example; /* a scene without its first lines (`kinetree: 1` and `gravity`) and without its last line
+                            (`simulate`) */
+    const kt_key *keys;  /* in the order of written files */
     int key_count;       /* length of keys */
-    const kt_effect_quantity *quantities; /* of an effect: what can be recorded of it; NULL where help is */
+    const kt_effect_quantity *quantities; /* of an effect: the quantities that can be recorded; NULL if help is */
     int quantity_count;                   /* length of quantities */
 } kt_descriptor;
 
-/* The descriptor of a type; NULL for a value that is none, and for KT_EFFECT_CUSTOM, which scene files do not have (that of
- * KT_LOOP_CUSTOM has the key `between` alone, and no words);
- * and of loops for all in a library for trees alone that is for a machine without an operating system. */
+/* Returns the descriptor of a type; NULL for an invalid value. It is NULL for KT_EFFECT_CUSTOM, too, which scene files
+ * do not have. The descriptor of KT_LOOP_CUSTOM has only the key `between`, and no texts. A library for trees alone and
+ * for a machine without an operating system returns NULL for all loops. */
 KT_API const kt_descriptor *kt_joint_descriptor(kt_joint_type type);
 KT_API const kt_descriptor *kt_loop_descriptor(kt_loop_type type);
 KT_API const kt_descriptor *kt_effect_descriptor(kt_effect_type type);
@@ -123,22 +124,23 @@ KT_API const kt_descriptor *kt_function_descriptor(kt_function_type type);
 KT_API const kt_descriptor *kt_surface_descriptor(kt_surface_type type);
 KT_API const kt_descriptor *kt_track_descriptor(kt_track_type type);
 
-/* The first key of this name, or of this kind; NULL if the type has none, or if descriptor is NULL. O(keys). */
+/* Returns the first key of this name, or of this kind; NULL if the type has none, or if descriptor is NULL. O(keys). */
 KT_API const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const char *name);
 KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind);
 
-/* The number of equations of a loop: that of its type, less the contact of a rolling wheel where holonomic is false, and
- * the arc length of a curve where it is not given; 0 for a type that does not exist, and in a library without loops.
- * O(1). */
+/* Returns the number of equations of a loop, which may depend on its members as well as on its type. A rolling wheel
+ * with holonomic = false has no equation for its contact, and one with a side has its contact alone. A curve without an
+ * arc length has no equation for it. KT_LOOP_CUSTOM has kt_loop.equation_count equations. Returns 0 for a type that
+ * does not exist, and in a library without loops. O(1). */
 KT_API int kt_loop_equation_count(const kt_loop *loop);
 
-/* The words of KT_QUANTITY_LIST: the name and the unit of a quantity, of an effect in a sliding joint or of any other,
- * and what it is. Static storage; "" for a value that is none. */
+/* Returns the texts of KT_QUANTITY_LIST: the name and the unit of a quantity, and its meaning. The argument `sliding`
+ * selects the texts for an effect in a sliding joint. Static storage; "" for an invalid value. */
 KT_API const char *kt_quantity_name(kt_effect_quantity quantity, bool sliding);
 KT_API const char *kt_quantity_unit(kt_effect_quantity quantity, bool sliding);
 KT_API const char *kt_quantity_help(kt_effect_quantity quantity);
 
-/* What a coordinate of a joint measures. */
+/* The meaning of a coordinate of a joint. */
 typedef enum kt_coordinate_kind {
     KT_COORDINATE_NONE = 0,    /* the joint has no such coordinate */
     KT_COORDINATE_ANGLE,       /* an angle; whole turns of it are the same position */
@@ -148,7 +150,7 @@ typedef enum kt_coordinate_kind {
     KT_COORDINATE_ROTATION,    /* a component of a rotation: of a quaternion, and of an angular velocity */
 } kt_coordinate_kind;
 
-/* Of position k, or velocity k, of a joint of this type. O(1). */
+/* Returns the kind of position k, or velocity k, of a joint of this type. O(1). */
 KT_API kt_coordinate_kind kt_joint_coordinate_kind(kt_joint_type type, int k);
 
 #ifdef __cplusplus

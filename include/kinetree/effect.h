@@ -1,4 +1,4 @@
-/* Effects of a caller's own, through the interface that the library's effects have.
+/* Effects of a caller's own, through the interface of the library's effects.
  *
  *     static double stiffness = 40.0;
  *
@@ -28,8 +28,8 @@
  *
  * or, in a scalar joint, effect.joint and effect.joint_force. Scene files have no such effects.
  *
- * Derivatives (kt_acceleration_derivatives, steps and their gradients, linear systems, implicit methods) are exact where
- * the effect gives its own, here
+ * Derivatives serve kt_acceleration_derivatives, steps and their gradients, linear systems and implicit methods. They
+ * are exact if the effect gives its own, here
  *
  *     static int pull_derivatives(void *user, double t, const kt_effect_end *ends, kt_effect_derivatives *derivatives) {
  *         const double k = *(const double *)user;
@@ -41,11 +41,11 @@
  *     }
  *
  * and effect.wrench_derivatives = pull_derivatives, or effect.joint_force_derivatives in a joint. Otherwise they are
- * found by differences, whose error kt_data_difference_error tells.
+ * found by differences. The error of the differences is reported by kt_data_difference_error.
  *
- * Laws. An effect of type expression may have a law in C in place of formulas: a callback that is given the values of
- * the variables that it lists by name, and writes the force and the rates of the own states that it lists, here the coil
- * of a motor:
+ * Laws. An effect of type expression may have a law in C in place of formulas. The law is a callback. It receives the
+ * values of the variables that the effect lists by name. It writes the force and the rates of the auxiliary states that
+ * the effect lists. The example is the coil of a motor:
  *
  *     static int motor(void *user, const double *u, double *force, double *rates) {
  *         const double k = 0.05, R = 0.8, L = 0.02;
@@ -88,19 +88,20 @@
  *     description.effects = &effect;
  *     description.effect_count = 1;
  *
- * It is computed, integrated, differentiated and recorded as formulas are. Without law_derivatives its derivatives are
- * differences in each variable.
+ * The law is computed, integrated, differentiated and recorded as formulas are. Without law_derivatives, its
+ * derivatives are differences in each variable.
  *
- * A callback is a function of its arguments alone: the same arguments must give the same result, at any time and in any
- * order of calls, and from several threads if these share the model. It is called at every stage of every step, also of
- * steps that are not accepted, and when a model is compiled in which joints move no mass. It returns
- *   0: done;
- *   > 0: the force cannot be computed in this state: an adaptive method tries a smaller step, with a fixed one the step
- *     fails with KT_ERROR_EFFECT;
- *   < 0: stop: the step fails with KT_ERROR_CALLBACK.
- * After a failure the state is what it was before the step, and the error names the time and the effect. The same
- * holds, with KT_ERROR_NOT_FINITE, if the force of any effect is not finite.
- */
+ * A callback is a function of its arguments alone. The same arguments must give the same result, at any time and in any
+ * order of calls. This includes calls from several threads if these share the model. A callback is called at every
+ * stage of every step, also of steps that are not accepted. It is also called when a model with joints that move no
+ * mass is compiled. It returns
+ *   0: done.
+ *   > 0: the force cannot be computed in this state. An adaptive method tries a smaller step. With a fixed step, the
+ *     step fails with KT_ERROR_EFFECT.
+ *   < 0: stop. The step fails with KT_ERROR_CALLBACK.
+ *
+ * After a failure the state is the one before the step, and the error names the time and the effect. If the force of
+ * any effect is not finite, the step fails in this way with KT_ERROR_NOT_FINITE. */
 #ifndef KINETREE_EFFECT_H
 #define KINETREE_EFFECT_H
 
@@ -110,7 +111,7 @@
 extern "C" {
 #endif
 
-/* An end in motion, world axes. In a caller's effects the point is relative to the world's origin. */
+/* An end in motion, world axes. In a caller's own effects, the point is relative to the world's origin. */
 struct kt_effect_end {
     kt_mat3 axes;     /* of the end's frame */
     kt_vec3 point;    /* its origin, m */
@@ -125,15 +126,15 @@ struct kt_effect_balance {
     double supplied;   /* power that comes from outside, W */
 };
 
-/* How a wrench changes with the motion of an end. Row 0 of each is its moment, row 1 its force, in world axes, the moment
- * about the point of its own end, wherever this moves. */
+/* Derivatives of a wrench with respect to the motion of an end. Row 0 of each array is the moment, row 1 the force, in
+ * world axes. The moment is about the point of the wrench's own end, which may move. */
 typedef struct kt_wrench_derivatives {
     kt_mat3 by_pose[2]
                    [2]; /* by a rotation of the end's axes (rad, about world axes), and a displacement of its point */
     kt_mat3 by_twist[2][2]; /* by the angular velocity of the end, and the velocity of its point */
 } kt_wrench_derivatives;
 
-/* The derivatives of an effect with ends; of one end only [0][0] and [0] are read. */
+/* The derivatives of an effect with ends. If there is one end, only [0][0] and [0] are read. */
 struct kt_effect_derivatives {
     kt_wrench_derivatives wrench[2][2]; /* [i][j]: of wrenches[i] by the motion of ends[j] */
     kt_wrench by_time[2];               /* of wrenches[i], while the ends rest: per second */

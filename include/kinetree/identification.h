@@ -1,17 +1,23 @@
-/* Identification: forces as a linear function of the parameters of inertia and friction, and which combinations of
- * these parameters can be identified from forces.
+/* Identification: forces as a linear function of the parameters of inertia and friction. The header also finds the
+ * combinations of these parameters that can be identified from forces.
  *
  *     tau = Y(q, v, a) pi,        tau = kt_dynamics_inverse(q, v, a) for the model's own pi, without friction
  *
- * pi has kt_regressor_columns(model) = 10 (bodies - 1) + 3 nv numbers: of body 1 its mass m, first moment m c (x, y, z)
- * and inertia matrix I (xx, yy, zz, xy, xz, yz: its elements), about the body frame's origin in the body's axes; then
- * those of body 2, and so on; after the bodies the armatures of all velocity coordinates (kg m^2 or kg: armature times
- * acceleration), their viscous frictions (N m s or N s/m: times velocity), and their Coulomb frictions (N m or N: times
- * the sign of the velocity). With loops tau are the forces that the tree alone would need; Z' Y pi = Z' tau holds with
- * the basis Z of kt_loop_nullspace. Forces of effects do not enter: subtract kt_effect_forces from a measured tau
- * first.
+ * pi has kt_regressor_columns(model) = 10 (bodies - 1) + 3 nv numbers. First come ten for body 1, then ten for body 2,
+ * and so on. They refer to the body frame's origin in the body's axes:
+ *   The mass m.
+ *   The first moment m c (x, y, z).
+ *   The inertia matrix I (xx, yy, zz, xy, xz, yz: its elements).
  *
- * Most parameters show in sums alone: the base parameters are as few combinations of them as give all forces.
+ * After the bodies come three numbers for each velocity coordinate, kind by kind:
+ *   The armatures, kg m^2 or kg, are multiplied with accelerations.
+ *   The viscous frictions, N m s or N s/m, are multiplied with velocities.
+ *   The Coulomb frictions, N m or N, are multiplied with the sign of velocities.
+ *
+ * With loops, tau are the forces that the tree alone would need. Then Z' Y pi = Z' tau holds with the basis Z of
+ * kt_loop_nullspace. Forces of effects do not enter: subtract kt_effect_forces from a measured tau first.
+ *
+ * Most parameters appear in sums only. The base parameters are the smallest set of combinations that gives all forces.
  *
  * Sources: Atkeson, An, Hollerbach, Estimation of inertial parameters of manipulator loads and links, Int. J. Robotics
  * Research 5(3), 1986; Gautier, Numerical calculation of the base inertial parameters of robots, ICRA 1990; Mayeda,
@@ -43,44 +49,50 @@ typedef enum kt_dynamic_kind {
     KT_DYNAMIC_COULOMB,    /* likewise, N m or N */
 } kt_dynamic_kind;
 
-/* What a column of the regressor belongs to. */
+/* The parameter to which a column of the regressor belongs. */
 typedef struct kt_dynamic_parameter {
     kt_dynamic_kind kind; /* what it is */
-    int body;             /* that has it, or whose joint has the coordinate */
+    int body;             /* the body with this parameter, or the body whose joint has the coordinate */
     int coordinate;       /* armature, friction: of v; otherwise -1 */
 } kt_dynamic_parameter;
 
-/* The number of parameters, and what one of them is. O(1). */
+/* Returns the number of parameters, and the parameter of a column. O(1). */
 KT_API int kt_regressor_columns(const kt_model *model);
 KT_API kt_dynamic_parameter kt_regressor_parameter(const kt_model *model, int column);
 
-/* The model's own parameters: inertias of its bodies, armatures of its joints, zeros for frictions. O(columns). */
+/* Writes the model's own parameters: inertias of bodies, armatures of joints, zeros for frictions. O(columns). */
 KT_API void kt_regressor_parameters(const kt_model *model, double *parameters);
 
 /* Computes the regressor Y at (q, v, a): nv x columns, column-major. v and a may be NULL (zero). Bodies fixed to the
- * world have zero columns. Errors: KT_ERROR_NOT_FINITE; the regressor is then untouched if an input is not finite. O(nv
- * columns) for clearing it, and O(depth) for each body. */
+ * world have zero columns.
+ * Errors: KT_ERROR_NOT_FINITE; the regressor is then untouched if an input is not finite.
+ * Cost: O(nv columns) for clearing the regressor, and O(depth) for each body. */
 KT_API KT_CHECKED kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const double *q,
                                                   const double *v, const double *a, double *regressor, kt_error *error);
 
 /* Bytes of the work memory of kt_base_parameters_find, aligned to KT_ALIGNMENT: some 8 columns (columns + nv). */
 KT_API size_t kt_base_parameters_work_size(const kt_model *model);
 
-/* Finds base parameters. *rank receives their number b, and column (columns numbers) the order of the parameters: each
- * of the first b is the first term of a base parameter; the others add to these. relation (columns x columns numbers of
- * room) receives b x (columns - b) coefficients, column-major:
+/* Finds base parameters. *rank receives their number b. column (columns numbers) receives the order of the parameters.
+ * Each of the first b is the first term of a base parameter; the others are further terms. The array `relation` has
+ * room for columns x columns numbers. It receives b x (columns - b) coefficients, column-major:
+ *
  *     base_i = pi[column[i]] + sum_k relation[i + k b] pi[column[b + k]],
  *     Y pi = sum_i Y[column[i]] base_i.
- * A parameter whose coefficients are all zero has no effect on any force. Inertias are preferred as first terms, then
- * first moments, then masses, and bodies near the ground; so a payload's mass, say, appears in the moments of what
- * carries it. Found by a QR factorisation of regressors at random states of the tree, in which columns that depend on
- * those before them (to 1e-8 of their length) are passed over; equal models give equal results. Errors: KT_ERROR_MEMORY
- * (work is too small or not aligned), KT_ERROR_NOT_FINITE. O(columns^3). */
+ *
+ * A parameter whose coefficients are all zero has no effect on any force. The preferred first terms are inertias, then
+ * first moments, then masses, and bodies near the ground. For example, the mass of a payload appears in the moments of
+ * the body that carries the payload.
+ *
+ * Method: a QR factorisation of regressors at random states of the tree. A column that depends on the preceding columns
+ * (to 1e-8 of its length) is skipped. Equal models give equal results.
+ * Errors: KT_ERROR_MEMORY (work is too small or not aligned), KT_ERROR_NOT_FINITE.
+ * Cost: O(columns^3). */
 KT_API KT_CHECKED kt_status kt_base_parameters_find(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                     int *rank, int *column, double *relation, kt_error *error);
 
-/* Writes base parameter `index` of kt_base_parameters_find as words: "Izz(upper) + 0.25 m(lower)", terms with
- * coefficients below 1e-9 left out. Returns the length that the whole text has, as snprintf does. */
+/* Writes base parameter `index` of kt_base_parameters_find as text: "Izz(upper) + 0.25 m(lower)". Terms with
+ * coefficients below 1e-9 are omitted. Returns the length of the whole text, as snprintf does. */
 KT_API int kt_base_parameter_name(const kt_model *model, int rank, const int *column, const double *relation, int index,
                                   char *text, size_t size);
 

@@ -138,6 +138,7 @@ typedef struct kt_method {
     const double *dense_d; /* dense_terms x (w + dense_stages), by rows */
 
     /* A Rosenbrock method has, besides a_ij = alpha_ij and c_i = alpha_i, s x s by rows,
+     *
      *     k_i = f(t0 + alpha_i h, y0 + h sum_j alpha_ij k_j) + h f_y sum_j gamma_ij k_j + h f_t sum_j gamma_ij
      *
      * It has no `dense_terms`: its dense output is a quartic of its own. */
