@@ -1,4 +1,5 @@
-/* Small motions about a state: linearisation (state, input and output matrices), modes, static equilibrium.
+/* Small motions about a state: linearisation (state, input and output matrices), modes, static equilibrium. The header
+ * also covers periodic motions, stability along a motion, and the energy of a run.
  *
  *     kt_linearization *linearization = NULL;
  *     status = kt_linearization_create(model, NULL, &linearization, &error);
@@ -11,18 +12,20 @@
  *     }
  *     kt_linearization_free(linearization);
  *
- * The states of a mechanism with loops, phi(q, t) = 0 and A(q, t) v = b', form a manifold of dimension (nv - rank of
- * the equations that have a residual) + (nv - rank of all equations); rolling makes the two numbers differ. Its
- * coordinates here, the *states*, are the differences of some joint coordinates from their values at the given state:
- * first `positions` of q (+) dq, then `velocities` of v + dv. These independent coordinates are chosen by elimination
- * with full pivoting, so that all other coordinates follow from them with small factors. Position differences have one
- * component per velocity coordinate: they are measured along the joint's exponential map (kt_position_add), which for
- * quaternions is a small rotation in body axes. Last come the model's own states (kt_state), which count by their own units.
+ * The states of a mechanism with loops, phi(q, t) = 0 and A(q, t) v = b', form a manifold. Its dimension is (nv - rank
+ * of the equations that have a residual) + (nv - rank of all equations). With rolling the two terms differ.
  *
- * A difference is taken from the whole motion through the given state: the rotation of a spherical or free joint is
+ * The coordinates of this manifold, here the *states*, are differences of some joint coordinates from their values at
+ * the given state. First come `positions` of q (+) dq, then `velocities` of v + dv. These independent coordinates are
+ * chosen by elimination with full pivoting. All other coordinates therefore follow from them with small factors.
+ *
+ * Position differences have one component per velocity coordinate. They are measured along the joint's exponential map
+ * (kt_position_add), which for quaternions is a small rotation in body axes. Last come the model's auxiliary states
+ * (kt_state), which count in their own units.
+ *
+ * A difference is taken from the whole motion through the given state. The rotation of a spherical or free joint is
  * expressed in the axes of the body as it moves, d/dt dq = dv - omega x dq. Steady motions (a sleeping top, a bicycle
- * that rolls straight ahead) therefore have constant matrices; about any other motion the matrices hold for an instant.
- *
+ * that rolls straight ahead) therefore have constant matrices. About any other motion the matrices hold for an instant.
  * Matrices are column-major. Calls do not allocate unless their docstring says so.
  */
 #ifndef KINETREE_ANALYSIS_H
@@ -44,15 +47,16 @@ typedef struct kt_marker_index {
     int body, marker; /* of the model; of the body */
 } kt_marker_index;
 
-/* Inputs and outputs of a linearisation. Lists belong to the caller and are read by _size, _init and _create only. */
+/* Inputs and outputs of a linearisation. Lists belong to the caller. Only the functions _size, _init and _create read
+ * them. */
 typedef struct kt_linearization_options {
     size_t size;       /* sizeof of this struct, for later versions; 0: as of version 0.2 */
-    const int *inputs; /* velocity coordinates whose joint forces are inputs; NULL: those of all motors, in the order of
-                          the description (kt_motor_coordinates) */
+    const int *inputs; /* velocity coordinates whose joint forces are inputs. NULL: those of all motors, in the order
+                          of the description (kt_motor_coordinates) */
     int input_count;   /* length of inputs */
     const kt_marker_index *outputs; /* markers whose positions and velocities are outputs; NULL: all, body by body */
     int output_count;               /* length of outputs */
-    bool differences;               /* use finite differences even where exact derivatives are known, for comparison */
+    bool differences;               /* use finite differences even if exact derivatives are available, for comparison */
 } kt_linearization_options;
 
 /* All motors and all markers; exact derivatives where they are available. */
@@ -63,8 +67,8 @@ static inline kt_linearization_options kt_linearization_options_default(void) {
     return options;
 }
 
-/* Writes the velocity coordinates that the model's motors drive, in the order of the description, and returns their
- * number. coordinates (that many ints) may be NULL. */
+/* Writes the velocity coordinates that the model's motors drive, in the order of the description. Returns their number.
+ * coordinates (an array of this length) may be NULL. */
 KT_API int kt_motor_coordinates(const kt_model *model, int *coordinates);
 
 /* x' = state x + input u and y = output x about a state. All arrays belong to the linearisation and are valid until its
@@ -89,8 +93,7 @@ typedef struct kt_linear_system {
     const double *unit;             /* coordinates: size of a large change: 1 rad, or a length of the mechanism, m */
     const double *response;         /* velocities x coordinates: accelerations of the states by joint forces */
     const double *force_error;      /* coordinates x states: the part of state_error that are errors of forces, as
-                                       forces; zero where derivatives are finite differences (NULL:
-                                       none) */
+                                       forces; zero if derivatives are finite differences (NULL: none) */
     double error;                   /* largest of state_error over the largest of `state`, both scaled by units */
     double speed;                   /* largest |v| over its unit, 1/s: zero at rest */
     double acceleration;            /* largest |a| over its unit, 1/s^2: zero in equilibrium and in steady motion */
@@ -101,59 +104,69 @@ typedef struct kt_linear_system {
 /* A linearisation: a linear system and the workspace that computes it. */
 typedef struct kt_linearization kt_linearization;
 
-/* Bytes that a linearisation needs; 0 where options are invalid (kt_linearization_init then reports why). options may
- * be NULL. */
+/* Returns the bytes that a linearisation needs; 0 if options are invalid (kt_linearization_init then reports the
+ * reason). options may be NULL. */
 KT_API size_t kt_linearization_size(const kt_model *model, const kt_linearization_options *options);
 
-/* Initialises a linearisation in the caller's memory (aligned to KT_ALIGNMENT). The model must outlive it. Errors:
- * KT_ERROR_ARGUMENT (an index out of range), KT_ERROR_MEMORY. */
+/* Initialises a linearisation in the caller's memory (aligned to KT_ALIGNMENT). The model must outlive it.
+ * Errors: KT_ERROR_ARGUMENT (an index out of range), KT_ERROR_MEMORY. */
 KT_API KT_CHECKED kt_status kt_linearization_init(const kt_model *model, const kt_linearization_options *options,
                                                   void *memory, size_t size, kt_linearization **linearization,
                                                   kt_error *error);
 
-/* The same in allocated memory, which kt_linearization_free releases. */
+/* Creates a linearisation in allocated memory, which kt_linearization_free releases. */
 KT_API KT_CHECKED kt_status kt_linearization_create(const kt_model *model, const kt_linearization_options *options,
                                                     kt_linearization **linearization, kt_error *error);
-/* Releases what _create allocated; does nothing for an object initialised with _init, nor for NULL. */
+/* Releases memory that _create allocated. Does nothing for an object initialised with _init, nor for NULL. */
 KT_API void kt_linearization_free(kt_linearization *linearization);
 
 /* Linearises about (t, q, v) under joint forces tau (nv, may be NULL) and the effects at time t. A state that violates
  * the loop equations is projected first (kt_state_project); q and v themselves are not changed.
  *
- * Derivatives are exact except for rounding (kt_acceleration_derivatives), so they depend on the given state alone and
- * not, for example, on a contact or a stop nearby. They are evaluated at two states a few rounding errors to either
- * side of the given one: the difference of the two results, plus a bound of the rounding errors, is the estimated
- * error. A model with a kink at the state itself (a stop that just touches, a spring of zero length) has no derivative
- * there; the estimated error is then large.
+ * Derivatives are exact except for rounding (kt_acceleration_derivatives). They therefore depend on the given state
+ * alone. For example, a contact or a stop nearby has no influence. They are evaluated at two states, a few rounding
+ * errors to either side of the given one. The estimated error is the difference of the two results, plus a bound of the
+ * rounding errors. A model with a kink at the state itself (a stop that just touches, a spring of zero length) has no
+ * derivative there. The estimated error is then large.
  *
- * With a caller's own effects that give no derivatives central differences along the manifold are used (the system's
- * `exact` is then false), and near singular positions of loops where their estimated error is smaller and the path of
- * the motion does not bend within their steps. They are extrapolated from a sequence of halved steps (Ridders 1982, Advances in
- * Engineering Software 4, 75-76). Each number is taken from the steps that suit it best; its estimated error is the
- * disagreement of the last extrapolation steps plus rounding. The first step moves angles by 0.1 rad and lengths by 0.1
- * of the mechanism's length, so anything within that distance may affect the result.
+ * Central differences along the manifold replace exact derivatives if the options request them, and in two further
+ * cases. The system's `exact` is then false.
+ *   A caller's own effects give no derivatives.
+ *   Near a singular position of loops, if the estimated error of differences is smaller and the path of the motion does
+ *     not bend within their steps.
  *
- * On random mechanisms true errors were within 3 estimated ones. Errors: KT_ERROR_SINGULAR at a singular position of
- * the loops, where the states do not form a manifold, and next to one where the path bends within rounding; as kt_acceleration_evaluate; KT_ERROR_CONSTRAINT;
- * KT_ERROR_NOT_FINITE; the previous system is then unchanged. Cost: two calls of kt_acceleration_derivatives and
- * O(nv^3); with differences about 12 states evaluations of the acceleration. */
+ * Differences are extrapolated from a sequence of halved steps (Ridders 1982, Advances in Engineering Software 4,
+ * 75-76). Each number is taken from the steps that suit it best. Its estimated error is the disagreement of the last
+ * extrapolation steps plus rounding. The first step moves angles by 0.1 rad and lengths by 0.1 of the mechanism's
+ * length. Anything within that distance may affect the result.
+ *
+ * On random mechanisms, true errors were within 3 estimated ones.
+ *
+ * Errors: the previous system is unchanged after an error.
+ *   KT_ERROR_SINGULAR at a singular position of the loops, because the states do not form a manifold there, and next to
+ *     one if the path bends within rounding.
+ *   KT_ERROR_CONSTRAINT, KT_ERROR_NOT_FINITE, and those of kt_acceleration_evaluate.
+ *
+ * Cost: two calls of kt_acceleration_derivatives and O(nv^3). With differences, about 12 states evaluations of the
+ * acceleration. */
 KT_API KT_CHECKED kt_status kt_linearization_evaluate(kt_linearization *linearization, double t, const double *q,
                                                       const double *v, const double *tau, kt_error *error);
 
-/* Own states of the model (kt_own_state_count numbers, which may be written) about which it linearises: the initial ones
- * at first, and those found by kt_equilibrium_find. Owned by the linearisation; NULL where there are none. */
+/* Returns the auxiliary states about which the model is linearised: kt_own_state_count numbers, which may be written.
+ * At first they are the initial ones. kt_equilibrium_find replaces them by those of the equilibrium.
+ * Ownership: the array belongs to the linearisation. NULL if there are no auxiliary states. */
 KT_API double *kt_linearization_own_states(kt_linearization *linearization);
 
-/* The system found by the last successful evaluation; before any, all counts are zero. */
+/* Returns the system of the last successful evaluation. Before any evaluation all counts are zero. */
 KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *linearization);
 
 /* ---- static equilibrium ------------------------------------------------------------------------------------------ */
 
-/* Which equilibrium to find, and the effort. */
+/* The kind of equilibrium to find, and the effort. */
 typedef struct kt_equilibrium_options {
     size_t size;  /* sizeof of this struct, for later versions; 0: as of version 0.2 */
-    bool nearest; /* false: where the mechanism would come to rest in overdamped motion, a minimum of its potential
-                     energy; true: an equilibrium near the start, found by Newton's method, stable or not */
+    bool nearest; /* false: the rest position of an overdamped motion, a minimum of the potential energy. true: an
+                     equilibrium near the start, found with Newton's method, stable or not */
     int most;     /* the largest number of steps; 0: 300 */
 } kt_equilibrium_options;
 
@@ -167,87 +180,97 @@ static inline kt_equilibrium_options kt_equilibrium_options_default(void) {
 
 /* How an equilibrium was reached. */
 typedef struct kt_equilibrium {
-    int steps;       /* steps taken, from all starts */
-    int starts;      /* 1; with `nearest` more where the search from the given positions has found none */
-    bool followed;   /* with own states: Newton's method has found none, and it is where the motion from rest ends */
-    double distance; /* length of the last step, over the units of the coordinates */
+    int steps;           /* steps taken, from all starts */
+    int starts;          /* 1; with `nearest` more if the search from the given positions has failed */
+    bool followed;       /* with auxiliary states: Newton's method has failed, and the result is the end of the motion
+                        from rest */
+    double distance;     /* length of the last step, over the units of the coordinates */
     double acceleration; /* largest remaining acceleration over its unit, 1/s^2 */
 } kt_equilibrium;
 
-/* Moves q (nq) to a position in which the mechanism stays at rest under its effects at time t and joint forces tau (nv,
- * may be NULL). A start that is an equilibrium is returned unchanged even if it is unstable; its modes show whether it
- * is. Only steps that the loop equations allow are taken, so that a wheel rolls to its final position; degrees of
- * freedom in which no force acts keep their positions. q is unchanged on failure. found may be NULL.
+/* Moves q (nq) to a position in which the mechanism stays at rest. Forces are those of the effects at time t and joint
+ * forces tau (nv, may be NULL). A start that is an equilibrium is returned unchanged even if it is unstable; its modes
+ * show its stability. Only steps that the loop equations allow are taken, so that a wheel rolls to its final position.
+ * Degrees of freedom in which no force acts keep their positions. q is unchanged on failure. found may be NULL.
  *
- * A step d solves (H + mu D) d = g with the force g = M a in the independent degrees of freedom, H the stiffness matrix
- * and D the diagonal of M there; mu is the least value for which H + mu D is positive definite (0 near a stable
- * equilibrium: Newton's method), and a step is shortened until the force still does work along it. With `nearest`, mu =
- * 0 and a step is shortened until |g| falls; where that stalls, starts around the given one are tried, farther and
- * farther away (up to 3 rad or lengths of the mechanism), and at last the way downhill. A search that stalls has found
- * an equilibrium only if the force left is rounding, 1e-11 of those that cancel. The linearisation serves as workspace; its system is unchanged.
+ * A step d solves (H + mu D) d = g with the force g = M a in the independent degrees of freedom. There, H is the
+ * stiffness matrix and D the diagonal of M. mu is the least value for which H + mu D is positive definite. Near a
+ * stable equilibrium mu is 0, which is Newton's method. A step is shortened until the force still does work along it.
  *
- * Of a model with own states it is one of positions and states, x' = 0, found by Newton's method from q and
- * kt_linearization_own_states, which then has the states found; it may be unstable, whatever `nearest` is.
+ * With `nearest`, mu = 0, and a step is shortened until |g| falls. If the search stalls, starts around the given one
+ * are tried, farther and farther away (up to 3 rad or lengths of the mechanism). The last attempt goes downhill. A
+ * search that stalls has found an equilibrium only if the remaining force is rounding, 1e-11 of those that cancel. The
+ * linearisation serves as workspace; its system is unchanged.
  *
- * Errors: KT_ERROR_STEP where no equilibrium is found; the message names the joint with the largest remaining
- * acceleration or the one that runs away; KT_ERROR_CONSTRAINT where a loop drives the mechanism at t; as
- * kt_linearization_evaluate. Cost per step: two calls of kt_acceleration_derivatives; with differences about 12 (nv -
- * rank) evaluations of the acceleration. */
+ * In a model with auxiliary states the equilibrium is one of positions and states, x' = 0. It is found with Newton's
+ * method from q and kt_linearization_own_states, which then contains the states found. It may be unstable, for either
+ * value of `nearest`.
+ *
+ * Errors:
+ *   KT_ERROR_STEP: no equilibrium is found. The message names the joint with the largest remaining acceleration or the
+ *     joint that runs away.
+ *   KT_ERROR_CONSTRAINT: a loop drives the mechanism at t.
+ *   Those of kt_linearization_evaluate.
+ *
+ * Cost per step: two calls of kt_acceleration_derivatives. With differences, about 12 (nv - rank) evaluations of the
+ * acceleration. */
 KT_API KT_CHECKED kt_status kt_equilibrium_find(kt_linearization *linearization, const kt_equilibrium_options *options,
                                                 double t, double *q, const double *tau, kt_equilibrium *found,
                                                 kt_error *error);
 
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
 
-/* A solution x exp(lambda t) of x' = state x; a conjugate pair is represented by the one with imaginary > 0. */
+/* A solution x exp(lambda t) of x' = state x. A conjugate pair is represented by the mode with imaginary > 0. */
 typedef struct kt_mode {
     double real, imaginary; /* lambda, 1/s and rad/s */
     double frequency;       /* imaginary / (2 pi), Hz */
-    double damping;         /* damping ratio -real / |lambda|: 1 decays without oscillation, 0 is undamped, below 0 is
-                               unstable; 0 where lambda is 0 */
+    double damping;         /* damping ratio -real / |lambda|: 1 decays without oscillation, 0 is undamped, below 0
+                               is unstable; 0 if lambda is 0 */
     double error;           /* estimated error of lambda, 1/s */
     int count;              /* eigenvalues represented: 2 for a conjugate pair, else 1 */
-    double excitation;      /* excitation by the state's own motion: the amplitude of the mode's velocities, the
-                               largest over the unit of its coordinate, 1/s; unreliable where two modes have the same
-                               shape */
+    double excitation;      /* excitation by the state's own motion, 1/s. It is the largest velocity amplitude of the
+                               mode over the unit of its coordinate. Unreliable if two modes have the same shape. */
 } kt_mode;
 
 /* All modes of a linear system, and the workspace that computes them. */
 typedef struct kt_modes kt_modes;
 
-/* Bytes for the modes of any state of a model; initialising and releasing as for a linearisation. */
+/* Bytes for the modes of any state of a model. Initialising and releasing are as for a linearisation. */
 KT_API size_t kt_modes_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes,
                                           kt_error *error);
 KT_API KT_CHECKED kt_status kt_modes_create(const kt_model *model, kt_modes **modes, kt_error *error);
-/* Releases what _create allocated; does nothing for an object initialised with _init, nor for NULL. */
+/* Releases memory that _create allocated. Does nothing for an object initialised with _init, nor for NULL. */
 KT_API void kt_modes_free(kt_modes *modes);
 
 /* Computes all modes of a linear system of the same model, by increasing |lambda|. A state on which nothing depends
- * beyond the estimated errors has an eigenvalue of zero, and so has a state whose rate depends on nothing. Eigenvalues
- * are computed by LAPACK's dgeevx; their error is, to first order, |w| (state_error + rounding) |x| / |w' x| with the
- * left and right eigenvectors w and x. Errors of forces count as |w' response| force_error |x|. The error is large where
- * eigenvalues with the same shape coincide, as for a drifting body or critical damping. Errors: KT_ERROR_NOT_FINITE where the
- * eigenvalues do not converge; KT_ERROR_ARGUMENT where the system has another size. O(states^3). */
+ * beyond the estimated errors has an eigenvalue of zero. So has a state whose rate depends on nothing.
+ *
+ * Eigenvalues come from LAPACK's dgeevx. Their error is, to first order, |w| (state_error + rounding) |x| / |w' x| with
+ * the left and right eigenvectors w and x. Errors of forces count as |w' response| force_error |x|. The error is large
+ * if eigenvalues with the same shape coincide, as for a drifting body or critical damping.
+ *
+ * Errors: KT_ERROR_NOT_FINITE if the eigenvalues do not converge; KT_ERROR_ARGUMENT if the system has another size.
+ * Cost: O(states^3). */
 KT_API KT_CHECKED kt_status kt_modes_evaluate(kt_modes *modes, const kt_linear_system *system, kt_error *error);
 
-/* The number of modes found by the last evaluation; one of them. */
+/* In turn: the number of modes of the last evaluation; one of these modes. */
 KT_API int kt_modes_count(const kt_modes *modes);
 KT_API kt_mode kt_modes_at(const kt_modes *modes, int mode);
 
-/* The shape of a mode: dq (nv complex numbers: re, im, re, im, ...) of all joints, or dv. It is scaled so that the
- * largest |dq| over its unit is 1 and that component is real; where no position moves, dv is scaled likewise. Valid
+/* Returns the shape of a mode: dq (nv complex numbers: re, im, re, im, ...) of all joints, or dv. It is scaled so that
+ * the largest |dq| over its unit is 1 and that component is real. If no position moves, dv is scaled likewise. Valid
  * until the next evaluation. */
 KT_API const double *kt_modes_positions(const kt_modes *modes, int mode);
 KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
-/* Its part in own states (kt_own_state_count complex numbers), by the same scale; as they are where nothing moves. NULL
- * where there are none. */
+/* Returns the mode's part in auxiliary states (kt_own_state_count complex numbers), with the same scale. If nothing
+ * moves, it is not scaled. NULL if there are no auxiliary states. */
 KT_API const double *kt_modes_own_states(const kt_modes *modes, int mode);
 
 /* ---- periodic motion --------------------------------------------------------------------------------------------- */
 
-/* What becomes of a small difference from a periodic motion in one period: a Floquet multiplier mu, an eigenvalue of
- * the monodromy matrix. A conjugate pair is represented by the one with imaginary > 0. */
+/* A Floquet multiplier mu, an eigenvalue of the monodromy matrix. It is the factor by which a small difference from a
+ * periodic motion changes in one period. A conjugate pair is represented by the multiplier with imaginary > 0. */
 typedef struct kt_multiplier {
     double real, imaginary; /* mu */
     double modulus;         /* |mu|: above 1 the difference grows */
@@ -257,7 +280,7 @@ typedef struct kt_multiplier {
     int count;              /* eigenvalues represented: 2 for a conjugate pair, else 1 */
 } kt_multiplier;
 
-/* The period, and how it is stepped through. */
+/* The period, and the steps that cover it. */
 typedef struct kt_floquet_options {
     size_t size;             /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     double period;           /* s, > 0 */
@@ -279,36 +302,39 @@ static inline kt_floquet_options kt_floquet_options_default(double period) {
 /* The Floquet multipliers of a periodic motion, and the workspace that computes them. */
 typedef struct kt_floquet kt_floquet;
 
-/* Allocates it; kt_floquet_free releases it. The model must outlive it. Errors: KT_ERROR_ARGUMENT (period, steps,
- * method), KT_ERROR_MEMORY, KT_ERROR_UNSUPPORTED without LAPACK. */
+/* Allocates a computation of multipliers; kt_floquet_free releases it. The model must outlive it.
+ * Errors: KT_ERROR_ARGUMENT (period, steps, method), KT_ERROR_MEMORY, KT_ERROR_UNSUPPORTED without LAPACK. */
 KT_API KT_CHECKED kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *options,
                                               kt_floquet **floquet, kt_error *error);
 /* Releases it; does nothing with NULL. */
 KT_API void kt_floquet_free(kt_floquet *floquet);
 
-/* Computes the multipliers of the motion that is at (q, v) at time t, from the exact derivatives of the steps
- * (kt_step_derivatives) over one period, and once more by half as many steps, which gives the error. What loops forbid
- * is left out. That the motion comes back is the caller's to see (kt_floquet_gap). Errors: as kt_step_derivatives;
- * KT_ERROR_NOT_FINITE. Cost: 1.5 times `steps` derivatives of a step and products of matrices, O(steps nv^3). Allocates
- * nothing. */
+/* Computes the multipliers of the motion that is at (q, v) at time t. They follow from the exact derivatives of the
+ * steps (kt_step_derivatives) over one period. A second computation with half as many steps gives the error. Directions
+ * that the loops forbid are left out. The function does not check that the motion is periodic; use kt_floquet_gap.
+ *
+ * Errors: as kt_step_derivatives; KT_ERROR_NOT_FINITE.
+ * Cost: 1.5 times `steps` derivatives of a step and products of matrices, O(steps nv^3). Allocates nothing. */
 KT_API KT_CHECKED kt_status kt_floquet_evaluate(kt_floquet *floquet, double t, const double *q, const double *v,
                                                 kt_error *error);
 
-/* The number of multipliers found by the last evaluation; one of them, by falling modulus. */
+/* In turn: the number of multipliers of the last evaluation; one of them, by falling modulus. */
 KT_API int kt_floquet_count(const kt_floquet *floquet);
 KT_API kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier);
 
-/* The monodromy matrix, 2 nv x 2 nv, column-major, in tangent coordinates (xi, dv) as of kt_step_derivatives; with own
- * states (xi, dv, dx). */
+/* Returns the monodromy matrix, 2 nv x 2 nv, column-major, in tangent coordinates (xi, dv) as of kt_step_derivatives.
+ * With auxiliary states the coordinates are (xi, dv, dx). */
 KT_API const double *kt_floquet_monodromy(const kt_floquet *floquet);
 
-/* The own states at the start of the motion (kt_own_state_count): at first the model's initial ones, to be written before an
- * evaluation. */
+/* Returns the auxiliary states at the start of the motion (kt_own_state_count). At first they are the model's initial
+ * ones. They may be written before an evaluation. */
 KT_API double *kt_floquet_own_states(kt_floquet *floquet);
 
-/* How far from its start the motion is after the period: the largest change of a position (rad or m; whole turns of
- * angles are none), of a velocity times the period, and of an own state, relative to it where it is above 1. NaN before
- * an evaluation. */
+/* Returns the distance of the motion from its start after the period, the largest of three kinds of changes. NaN before
+ * an evaluation.
+ *   The change of a position, rad or m. Whole turns of angles do not count.
+ *   The change of a velocity times the period.
+ *   The change of an auxiliary state, relative to the state if that is above 1. */
 KT_API double kt_floquet_gap(const kt_floquet *floquet);
 
 /* ---- stability along a motion ------------------------------------------------------------------------------------ */
@@ -327,54 +353,62 @@ typedef struct kt_spectrum_mode {
     double time;         /* time of the state, s */
     kt_mode mode;        /* the mode at that state */
     const double *moves; /* amplitude of each velocity coordinate of the model in the mode, over its unit
-                            (kt_linear_system), the largest 1: nv numbers, valid as long as the spectrum; NULL for
-                            all but the fastest modes */
+                            (kt_linear_system), the largest 1. The array has nv numbers and is valid as long as the
+                            spectrum. NULL for all but the fastest modes. */
 } kt_spectrum_mode;
 
-/* Bytes for the modes at `samples` >= 1 states; initialising and releasing as for a linearisation. */
+/* Bytes for the modes at `samples` >= 1 states. Initialising and releasing are as for a linearisation. */
 KT_API size_t kt_spectrum_size(const kt_model *model, int samples);
 KT_API KT_CHECKED kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, size_t size,
                                              kt_spectrum **spectrum, kt_error *error);
 KT_API KT_CHECKED kt_status kt_spectrum_create(const kt_model *model, int samples, kt_spectrum **spectrum,
                                                kt_error *error);
-/* Releases what _create allocated; does nothing for an object initialised with _init, nor for NULL. */
+/* Releases memory that _create allocated. Does nothing for an object initialised with _init, nor for NULL. */
 KT_API void kt_spectrum_free(kt_spectrum *spectrum);
 
-/* Adds the modes at a state. Errors: as kt_linearization_evaluate and kt_modes_evaluate, KT_ERROR_ARGUMENT where there
- * is no room for another state; the spectrum is then unchanged. Cost: theirs. Allocates nothing. */
+/* Adds the modes at a state. The spectrum is unchanged after an error. Allocates nothing.
+ * Errors: as kt_linearization_evaluate and kt_modes_evaluate, KT_ERROR_ARGUMENT if there is no room for another state.
+ * Cost: that of these two functions. */
 KT_API KT_CHECKED kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, const double *v,
                                             const double *tau, kt_error *error);
 
-/* Clears the spectrum and adds the modes at states spaced evenly over a run from its start to its end, as many as there
- * is room for, or at its start alone where there is room for one. The motion is computed with adaptive steps, by the
- * run's own method if the run is adaptive and else by the default one at tolerance 1e-6, whatever step the run has.
- * States at singular positions of loops are left out. Allocates a simulation and releases it. Errors: where the motion
- * cannot be computed to its end, those of kt_simulation_advance; the modes up to there are kept. */
+/* Clears the spectrum and adds the modes at states spaced evenly over a run from its start to its end. There are as
+ * many states as there is room for. If there is room for one, it is the start. States at singular positions of loops
+ * are left out. Allocates a simulation and releases it.
+ *
+ * The motion is computed with adaptive steps, for any step of the run. The method is that of the run if the run is
+ * adaptive, otherwise the default method at tolerance 1e-6.
+ *
+ * Errors: if the motion cannot be computed to its end, those of kt_simulation_advance. The modes up to there are kept.
+ */
 KT_API KT_CHECKED kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *error);
 
-/* The number of states added; the number of modes at all states together; one of these modes. Modes are ordered by
- * time, and at the same time by decreasing |lambda|. */
+/* In turn: the number of states added; the number of modes at all states together; one of these modes. Modes are
+ * ordered by time, and at the same time by decreasing |lambda|. */
 KT_API int kt_spectrum_samples(const kt_spectrum *spectrum);
 KT_API int kt_spectrum_count(const kt_spectrum *spectrum);
 KT_API kt_spectrum_mode kt_spectrum_at(const kt_spectrum *spectrum, int mode);
 
-/* The positions (nq) of the state `sample`, 0 <= sample < kt_spectrum_samples; the array belongs to the spectrum. */
+/* Returns the positions (nq) of the state `sample`, 0 <= sample < kt_spectrum_samples. The array belongs to the
+ * spectrum. */
 KT_API const double *kt_spectrum_positions(const kt_spectrum *spectrum, int sample);
 
-/* The index of the mode with the largest |lambda|; -1 where there is none. */
+/* Returns the index of the mode with the largest |lambda|; -1 if there is none. */
 KT_API int kt_spectrum_fastest(const kt_spectrum *spectrum);
 
 /* The largest fixed step. */
 typedef struct kt_step_limit {
-    double step;   /* s; HUGE_VAL where no mode bounds it */
+    double step;   /* s; HUGE_VAL if no mode bounds it */
     double growth; /* largest growth of a mode over the duration at the given step; 1 without a step */
     int mode;      /* the mode that bounds the step, or grows most at a given longer step; -1: none */
 } kt_step_limit;
 
-/* The largest step with which no mode grows, over a run of `duration` > 0 seconds, by more than KT_STABILITY_GROWTH
- * times its true growth (kt_stability_step). If `step` > 0 is given, `growth` is the growth at that step of the mode
- * that grows most (kt_stability_growth). The limit holds for small motions about the states of the spectrum; for a
- * nonlinear motion it differs by as much as the modes change between these states. */
+/* Returns the largest step with which no mode grows too much over a run of `duration` > 0 seconds. The bound is
+ * KT_STABILITY_GROWTH times the true growth of a mode (kt_stability_step). If `step` > 0 is given, `growth` is the
+ * largest growth of a mode at that step (kt_stability_growth).
+ *
+ * The limit is valid for small motions about the states of the spectrum. For a nonlinear motion its error is about the
+ * change of the modes between these states. */
 KT_API kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *method, double duration,
                                        double step);
 
@@ -389,70 +423,74 @@ typedef struct kt_sampling {
     double step;    /* the step at which this error is KT_SAMPLING_ERROR, s */
 } kt_sampling;
 
-/* The fastest excited oscillation whose amplitude and phase have an error of more than KT_SAMPLING_ERROR over a period
- * at this step of the method. An oscillation is excited if its velocities are at least 3 % of those of the most excited
- * oscillation of its state (a thousandth of its energy); a steady spin is not an oscillation. step > 0. */
+/* Returns the fastest excited oscillation whose error over a period is more than KT_SAMPLING_ERROR at this step of the
+ * method. The error combines amplitude and phase. An oscillation is excited if its velocities are at least 3 % of those
+ * of the most excited oscillation of its state (a thousandth of its energy). A steady spin is not an oscillation. step
+ * > 0. */
 KT_API kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *method, double step);
 
 /* ---- the fastest mode along a run -------------------------------------------------------------------------------- */
 
-/* Monitors the rate of the fastest mode at the states of a run, at the cost of a few evaluations per state. It shows
- * whether, and at which state, computing a spectrum is worthwhile. */
+/* A monitor of the rate of the fastest mode at the states of a run, at the cost of a few evaluations per state. It
+ * shows at which state, if any, computing a spectrum is worthwhile. */
 typedef struct kt_mode_watch kt_mode_watch;
 
-/* Bytes that a watch needs; initialising and releasing as for a linearisation. */
+/* Bytes that a watch needs. Initialising and releasing are as for a linearisation. */
 KT_API size_t kt_mode_watch_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch,
                                                kt_error *error);
 KT_API KT_CHECKED kt_status kt_mode_watch_create(const kt_model *model, kt_mode_watch **watch, kt_error *error);
-/* Releases what _create allocated; does nothing for an object initialised with _init, nor for NULL. */
+/* Releases memory that _create allocated. Does nothing for an object initialised with _init, nor for NULL. */
 KT_API void kt_mode_watch_free(kt_mode_watch *watch);
 
-/* Estimates |lambda| of the fastest mode at a state, by the power method with finite differences: 3 evaluations of the
- * acceleration, up to 17 where the rate is new or has grown. The estimate is usually too low, mostly by less than a
- * tenth and seldom by more than a half. States where the acceleration cannot be computed are skipped. Allocates
- * nothing. */
+/* Estimates |lambda| of the fastest mode at a state, with the power method and finite differences. The estimate is
+ * usually too low, mostly by less than a tenth and seldom by more than a half. States at which the acceleration cannot
+ * be computed are skipped. Allocates nothing.
+ * Cost: 3 evaluations of the acceleration, up to 17 if the rate is new or has grown. */
 KT_API void kt_mode_watch_add(kt_mode_watch *watch, double t, const double *q, const double *v);
 
 /* A state, and the estimated rate of its fastest mode. */
 typedef struct kt_fast_state {
-    double time, rate;   /* s; |lambda|, 1/s, 0 where no rate has been found */
+    double time, rate;   /* s; |lambda|, 1/s, 0 if no rate has been found */
     const double *q, *v; /* nq; nv; they belong to the watch */
 } kt_fast_state;
 
-/* The state with the largest estimate of those added so far; before any, rate is 0 and q and v are undefined. q and v
- * point into the watch: they are valid until the next kt_mode_watch_add or until the watch is released. Cannot fail;
+/* Returns the state with the largest estimate so far. Before any estimate, rate is 0 and q and v are undefined. q and v
+ * point into the watch. They are valid until the next kt_mode_watch_add or until the watch is released. Cannot fail;
  * evaluates nothing. */
 KT_API kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *watch);
 
-/* The number of evaluations of the acceleration that the watch has made. */
+/* Returns the number of evaluations of the acceleration that the watch has made. */
 KT_API uint64_t kt_mode_watch_evaluations(const kt_mode_watch *watch);
 
-/* Bytes of what later estimates depend on; and writing it into a block, aligned as a double is, and reading it back into
- * a watch of the same model: further estimates have the same bits as without the interruption. */
+/* The first function returns the bytes of the numbers on which later estimates depend. The second writes them into a
+ * block, aligned as a double. The third reads them back into a watch of the same model. Further estimates then have the
+ * same bits as without the interruption. */
 KT_API size_t kt_mode_watch_state_size(const kt_mode_watch *watch);
 KT_API void kt_mode_watch_save(const kt_mode_watch *watch, void *block);
 KT_API void kt_mode_watch_restore(kt_mode_watch *watch, const void *block);
 
 /* ---- energy along a run ------------------------------------------------------------------------------------------ */
 
-/* The energy error over the energy scale up to which a run counts as accurate; and the one above which it has blown up.
- */
+/* The energy error over the energy scale up to which a run counts as accurate; and the ratio above which it has blown
+ * up. */
 #define KT_ENERGY_ERROR 1e-3
 #define KT_ENERGY_BLOW_UP 1e3
 
 /* The energy E = kinetic + potential over the records of a run. The struct holds plain numbers, which may be copied and
  * kept.
  *
- * The error is the change of E that the integration has caused: |E - E(0)| where the mechanism conserves energy, E
- * minus its least value so far where the mechanism can only dissipate energy, and, where works are recorded, the change
- * of the balance E + dissipated - supplied, whatever the mechanism. Where works are estimated instead (watch_works), it is
- * the part of that change beyond the uncertainty of the estimate. Where energy can be supplied and works are neither
- * recorded nor estimated, the error is unknown.
+ * The error is the change of E that the integration has caused.
+ *   Mechanisms that conserve energy: |E - E(0)|.
+ *   Mechanisms that can only dissipate energy: E minus its least value so far.
+ *   Runs with recorded works, for any mechanism: the change of the balance E + dissipated - supplied.
+ *   Runs with estimated works (watch_works): the part of that change beyond the uncertainty of the estimate.
+ *   All others, in which energy can be supplied: the error is unknown.
  *
- * It is divided by the energy scale of the motion: E(0) minus the least potential energy so far, which is the largest
- * kinetic energy that the visited positions allow and does not depend on the zero of the potential energies; where
- * energy is supplied, the largest of the kinetic energy, the range of the potential energy, and the works. */
+ * The error is divided by the energy scale of the motion. This scale is E(0) minus the least potential energy so far.
+ * It is the largest kinetic energy that the visited positions allow, and does not depend on the zero of the potential
+ * energies. If energy is supplied, the scale is the largest of the kinetic energy, the range of the potential energy,
+ * and the works. */
 typedef struct kt_energy_watch {
     kt_energetics energetics; /* of the model */
     int32_t has_balance;      /* whether the records contain works */
@@ -468,22 +506,22 @@ typedef struct kt_energy_watch {
     double uncertainty;       /* of estimated works, the largest so far, J */
     double balance_start;     /* of the first record, J */
     double balance_change;    /* largest |balance - balance_start|, J */
-    double gain;              /* largest rise of E that the mechanism cannot have caused, J; 0 where energy can be
+    double gain;              /* largest rise of E that the mechanism cannot have caused, J; 0 if energy can be
                                  supplied */
     double error;             /* largest error, J */
     double excess_time;       /* time of the record since which the error exceeds KT_ENERGY_ERROR, s; NaN: none */
 } kt_energy_watch;
 
-/* The watch before the first record. */
+/* Returns the watch before the first record. */
 KT_API kt_energy_watch kt_energy_watch_start(const kt_model *model);
-/* Adds a record that has energies (KT_RECORD_ENERGY or KT_RECORD_BALANCE); does nothing for other records. O(1). */
+/* Adds a record that has energies (KT_RECORD_ENERGY or KT_RECORD_BALANCE). Does nothing for other records. O(1). */
 KT_API void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record);
 
-/* The energy scale, J; the largest error divided by it, 0 where the error is unknown. */
+/* In turn: the energy scale, J; the largest error divided by it, 0 if the error is unknown. */
 KT_API double kt_energy_watch_scale(const kt_energy_watch *watch);
 KT_API double kt_energy_watch_error(const kt_energy_watch *watch);
-/* Whether a mechanism that cannot gain energy has gained KT_ENERGY_BLOW_UP times its scale, and more than its energy at
- * the start. In the first steps from rest, before the potential energy has fallen, this may be temporary. */
+/* Returns whether a mechanism that cannot gain energy has gained KT_ENERGY_BLOW_UP times its scale, and more than its
+ * energy at the start. In the first steps from rest, before the potential energy has fallen, this may be temporary. */
 KT_API bool kt_energy_watch_is_blown_up(const kt_energy_watch *watch);
 
 #ifdef __cplusplus
