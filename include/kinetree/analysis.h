@@ -182,8 +182,8 @@ static inline kt_equilibrium_options kt_equilibrium_options_default(void) {
 typedef struct kt_equilibrium {
     int steps;           /* steps taken, from all starts */
     int starts;          /* 1; with `nearest` more if the search from the given positions has failed */
-    bool followed;       /* with auxiliary states: Newton's method has failed, and the result is the end of the motion
-                        from rest */
+    bool followed;       /* with auxiliary states: Newton's method has failed, and the result is the end of the
+                            motion from rest */
     double distance;     /* length of the last step, over the units of the coordinates */
     double acceleration; /* largest remaining acceleration over its unit, 1/s^2 */
 } kt_equilibrium;

@@ -12,8 +12,8 @@ extern "C" {
 /* The limits of iterations. kt_data_iterations reports the largest numbers used, and whether a limit was reached.
  *
  * An evaluation of accelerations iterates only near a singular position of the loops. There it uses at most 8 sets of 6
- * neighbouring states, each closed in at most 6 steps. Two further states are closed in at most 4 steps each.
- * (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
+ * neighbouring states. Each of these is closed in at most 6 steps. Two further states are closed in at most 4 steps
+ * each. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
 enum {
     KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two suffice after a usual step */
     KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two attempts; one suffices */

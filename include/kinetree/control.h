@@ -10,7 +10,7 @@
  *   Khatib, A unified approach for motion and force control of robot manipulators, IEEE J. Robotics and Automation
  *     3(1), 1987.
  *   Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35, 2013.
- *   [MSD 7.33, 7.34]. */
+ *   Moreover, [MSD 7.33, 7.34]. */
 #ifndef KINETREE_CONTROL_H
 #define KINETREE_CONTROL_H
 

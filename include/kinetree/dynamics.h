@@ -13,7 +13,8 @@
  * all inputs are finite, it names the first joint whose result overflows. KT_ERROR_ARGUMENT names a joint whose
  * quaternion is zero.
  *
- * Sources: Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 to 7, for the recursions; [MSD 7.11].
+ * Sources: Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 to 7, for the recursions.
+ * See also [MSD 7.11].
  */
 #ifndef KINETREE_DYNAMICS_H
 #define KINETREE_DYNAMICS_H
@@ -95,7 +96,9 @@ KT_API KT_CHECKED kt_status kt_mass_factor_compute(kt_mass_factor *factor, const
 KT_API KT_CHECKED kt_status kt_mass_factor_solve(kt_mass_factor *factor, int columns, double *x, kt_error *error);
 KT_API KT_CHECKED kt_status kt_mass_factor_multiply(kt_mass_factor *factor, int columns, double *x, kt_error *error);
 
-/* Replaces x by L^-1 x, or by L'^-1 x, with the same shapes and errors. With U = L'^-1 X, X' M^-1 X = U' D^-1 U. */
+/* Replaces x by L^-1 x, or by L'^-1 x, with the same shapes and errors. With U = L'^-1 X,
+ *
+ *     X' M^-1 X = U' D^-1 U. */
 KT_API KT_CHECKED kt_status kt_mass_factor_solve_lower(kt_mass_factor *factor, int columns, double *x, kt_error *error);
 KT_API KT_CHECKED kt_status kt_mass_factor_solve_upper(kt_mass_factor *factor, int columns, double *x, kt_error *error);
 
@@ -111,13 +114,14 @@ KT_API void kt_mass_factor_diagonal(const kt_mass_factor *factor, double *d);
  * taken.
  *
  * work: the caller's memory of work_size >= kt_derivative_work_size bytes at KT_ALIGNMENT, used during the call only.
- * It has some 24 nv^2 + 3000 nv bytes.
+ * It has some 24 nv (nv + 125) bytes.
  *
  * Errors: KT_ERROR_MEMORY if work is too small or not aligned. Other errors are those of kt_dynamics_inverse and
  * kt_dynamics_forward. On failure outputs are unchanged.
  *
- * Sources: Carpentier, Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018); Singh, Russell,
- * Wensing, IEEE Robotics and Automation Letters 7(2), 2022. */
+ * Sources:
+ *   Carpentier, Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018).
+ *   Singh, Russell, Wensing, IEEE Robotics and Automation Letters 7(2), 2022. */
 KT_API size_t kt_derivative_work_size(const kt_model *model);
 
 /* Computes the derivatives of tau (q, v, a): dtau_dq and dtau_dv. The derivative dtau/da is kt_dynamics_mass. v, a and
@@ -158,8 +162,9 @@ KT_API kt_vec3 kt_point_position(const kt_model *model, const kt_data *data, int
 KT_API kt_vec3 kt_point_velocity(const kt_model *model, const kt_data *data, int body, kt_vec3 at);
 KT_API kt_vec3 kt_point_acceleration(const kt_model *model, const kt_data *data, int body, kt_vec3 at);
 
-/* Computes the Jacobian of a frame at a point given in the body frame: 6 x nv, column-major, world axes. Rows 0 to 2
- * are the angular velocity, rows 3 to 5 the point's velocity. Needs kt_kinematics_update at q. O(nv + depth). */
+/* Computes the Jacobian of a frame at a point given in the body frame: 6 x nv, column-major, world axes.
+ * The first three rows are the angular velocity, the last three the point's velocity. Needs kt_kinematics_update at q.
+ * O(nv + depth). */
 KT_API void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, double *jacobian);
 
 /* ---- totals (all need kt_kinematics_update with q and v) --------------------------------------------------------- */

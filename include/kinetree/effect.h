@@ -134,7 +134,8 @@ typedef struct kt_wrench_derivatives {
     kt_mat3 by_twist[2][2]; /* by the angular velocity of the end, and the velocity of its point */
 } kt_wrench_derivatives;
 
-/* The derivatives of an effect with ends. If there is one end, only [0][0] and [0] are read. */
+/* The derivatives of an effect with ends. If there is one end, only the first element of each
+ * array is read. */
 struct kt_effect_derivatives {
     kt_wrench_derivatives wrench[2][2]; /* [i][j]: of wrenches[i] by the motion of ends[j] */
     kt_wrench by_time[2];               /* of wrenches[i], while the ends rest: per second */

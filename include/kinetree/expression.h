@@ -38,8 +38,8 @@
 extern "C" {
 #endif
 
-/* The functions: X(id, name, least and largest number of arguments). The function step(x) is 1 if x >= 0, else 0. The
- * function clamp(x, a, b) is min(max(x, a), b), and sign(0) is 0. */
+/* The functions: X(id, name, least and largest number of arguments). The function step(x) is 1 if x >= 0 and
+ * otherwise zero. The function clamp(x, a, b) is min(max(x, a), b), and sign(0) is 0. */
 #define KT_EXPRESSION_FUNCTION_LIST(X)                                                                                 \
     X(SIN, sin, 1, 1)                                                                                                  \
     X(COS, cos, 1, 1)                                                                                                  \
@@ -118,7 +118,7 @@ KT_API size_t kt_expression_symbols(const kt_expression *expression, size_t room
  * result is NaN or infinite, as in C's math library. Allocates nothing. O(length). */
 KT_API double kt_expression_evaluate(const kt_expression *expression, const double *values);
 
-/* Computes the value, first and second derivative along a curve values(s): out[0], out[1] and out[2]. The arrays rates
+/* Computes the value, first and second derivative along a curve values(s), in this order in out. The arrays rates
  * and second hold the first and second derivatives of values by s. Both may be NULL (zero). If t is the only symbol,
  * rates {1} and second {0} give a function of time and its derivatives.
  *

@@ -3,8 +3,9 @@
  *
  *     tau = Y(q, v, a) pi,        tau = kt_dynamics_inverse(q, v, a) for the model's own pi, without friction
  *
- * pi has kt_regressor_columns(model) = 10 (bodies - 1) + 3 nv numbers. First come ten for body 1, then ten for body 2,
- * and so on. They refer to the body frame's origin in the body's axes:
+ * The vector pi of the parameters has kt_regressor_columns(model) numbers. These are 10 for each body but the world,
+ * and 3 for each velocity coordinate. First come ten for body 1, then ten for body 2, and so on. They refer to the body
+ * frame's origin in the body's axes:
  *   The mass m.
  *   The first moment m c (x, y, z).
  *   The inertia matrix I (xx, yy, zz, xy, xz, yz: its elements).
@@ -19,9 +20,12 @@
  *
  * Most parameters appear in sums only. The base parameters are the smallest set of combinations that gives all forces.
  *
- * Sources: Atkeson, An, Hollerbach, Estimation of inertial parameters of manipulator loads and links, Int. J. Robotics
- * Research 5(3), 1986; Gautier, Numerical calculation of the base inertial parameters of robots, ICRA 1990; Mayeda,
- * Yoshida, Osuka, Base parameters of manipulator dynamic models, IEEE Trans. Robotics and Automation 6(3), 1990.
+ * Sources:
+ *   Atkeson, An, Hollerbach, Estimation of inertial parameters of manipulator loads and links, Int. J. Robotics
+ *     Research 5(3), 1986.
+ *   Gautier, Numerical calculation of the base inertial parameters of robots, ICRA 1990.
+ *   Mayeda, Yoshida, Osuka, Base parameters of manipulator dynamic models, IEEE Trans. Robotics and Automation 6(3),
+ *     1990.
  */
 #ifndef KINETREE_IDENTIFICATION_H
 #define KINETREE_IDENTIFICATION_H

@@ -202,7 +202,7 @@ KT_API int kt_method_dense_order(const kt_method *method);
  *
  * Errors: KT_ERROR_ARGUMENT, naming the first condition that fails and its residual.
  *
- * Cost: 8 trees for order 4, 200 for order 8. Each tree takes O(nodes s^2). Allocates nothing; 40 kB of stack. */
+ * Cost: order 4 has 8 trees, and order 8 has 200. Each tree takes O(nodes s^2). Allocates nothing; 40 kB of stack. */
 KT_API KT_CHECKED kt_status kt_method_check(const kt_method *method, kt_error *error);
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
@@ -272,8 +272,8 @@ typedef struct kt_stability_verdict {
     double at_infinity; /* |R| at infinity, the spectral radius there; HUGE_VAL of an explicit method */
 } kt_stability_verdict;
 
-/* Judges a method by its stability function, on the imaginary axis and to the left of it. The points have |z| = 1e-4 to
- * 1e6, 40 per factor of ten on the axis. The verdicts hold to 1e-7.
+/* Judges a method by its stability function, on the imaginary axis and to the left of it. The points have |z|
+ * from 1e-4 to 1e6. On the axis there are 40 points per factor of ten. The verdicts hold to 1e-7.
  * Cost: 1,000 values of R, for an implicit method only. */
 KT_API kt_stability_verdict kt_stability_judge(const kt_stability *stability);
 
@@ -414,8 +414,8 @@ typedef struct kt_integrator_options {
     const kt_newton *newton;
 } kt_integrator_options;
 
-/* Adaptive, tolerances 1e-6 and 1e-9, and Hairer's control constants: safety 0.9, alpha 0.85, beta 0.2. The factors are
- * 0.2 and 10. */
+/* Adaptive, tolerances 1e-6 and 1e-9, and Hairer's control constants. These are safety 0.9, alpha 0.85, beta
+ * 0.2, and the factors 0.2 and 10. */
 static inline kt_integrator_options kt_integrator_options_default(void) {
     kt_integrator_options options;
     memset(&options, 0, sizeof options);
@@ -431,15 +431,16 @@ static inline kt_integrator_options kt_integrator_options_default(void) {
 }
 
 /* Bytes for an integrator of n equations with this method, for all options. 0 if the method's sizes or n are out of
- * range or the size overflows. The memory needs no alignment. The number of doubles is about:
- *   Explicit: (s + 4 + dense_stages) n, or n fewer with fsal.
- *   Stabilised: 17 n doubles.
- *   Adams: n more for each past slope. There is one past slope in ab2, and ab4 has 3.
- *   Rosenbrock: 4 n^2 + 23 n for rodas5p.
- *   Radau: 4 n^2 + 21 n for radau5.
- *   Switching: 4 n^2 + 25 n for auto.
- *   Two steps: 4 n^2 + 18 n for bdf2 and two-step.
- *   One step, one stage at a time: 4 n^2 + 15 n for implicit-euler and crank-nicolson. */
+ * range or the size overflows. The memory needs no alignment. The number of doubles is about
+ *
+ *     (s + 4 + dense_stages) n        explicit; n fewer with fsal
+ *     (s + 4 + dense_stages + p) n    adams, with p past slopes: 1 of ab2, 3 of ab4
+ *     17 n                            stabilised
+ *     4 n^2 + 23 n                    rodas5p
+ *     4 n^2 + 21 n                    radau5
+ *     4 n^2 + 25 n                    auto
+ *     4 n^2 + 18 n                    bdf2, two-step
+ *     4 n^2 + 15 n                    implicit-euler, crank-nicolson */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
 /* Initialises an integrator in the caller's memory. n >= 1. Checks options and, if the method is not a built-in one,
@@ -484,7 +485,8 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  *     the current state it is an error in either mode.
  *   KT_ERROR_STEP: the step became too small, max_steps are used up, or there is no progress. Progress is measured over
  *     windows of 10,000 tries, relative to the larger of |t| and |t_limit|. There is none if a window advances by less
- *     than 1e-6, or if five windows in a row advance by less than 1e-5 each.
+ *     than 1e-6, or if five windows in a row advance by less than 1e-5 each. The same error reports a fixed step or
+ *     max_step below the rounding of the time, and tolerances below the rounding of the state.
  *   KT_ERROR_CALLBACK: a callback stopped, or failed recoverably with a fixed step.
  *
  * Stabilised (rkc2, rkc4): a fixed step may need more stages than there are, which is KT_ERROR_STEP. An adaptive step
@@ -519,7 +521,7 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * stages or from the Jacobian in use, and takes no evaluation. With a fixed step auto is dopri5.
  *
  * Cost: for each try, in terms of evaluations and operations:
- *   Explicit methods take s evaluations (s - 1 with fsal) and O(s^2 n / 2).
+ *   Explicit methods take s evaluations and O(s^2 n / 2). With fsal they take s - 1 evaluations.
  *   Adams methods take 2 evaluations.
  *   A step of rodas5p takes 8 evaluations, a Jacobian and new factors.
  *   Stabilised methods take one evaluation and O(n) for each stage.
@@ -560,8 +562,8 @@ typedef struct kt_integrator_counts {
     uint64_t rejected;       /* tries */
     uint64_t evaluations;    /* of the right-hand side, rejected tries and interpolation included */
     uint64_t capped;         /* Stabilised: estimates of the decay that had not settled after the largest number of
-                             evaluations. Implicit with fixed steps: iterations that ended above rounding, because f
-                             is less exact. Rosenbrock: steps with an old Jacobian, or none. */
+                                evaluations. Implicit with fixed steps: iterations that ended above rounding, because
+                                f is less exact. Rosenbrock: steps with an old Jacobian, or none. */
     uint64_t jacobians;      /* implicit: computed */
     uint64_t factorizations; /* implicit: of Newton's matrices, real and complex ones */
     uint64_t switches;       /* auto: from the explicit method to the implicit one, and back */
@@ -597,7 +599,8 @@ KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator 
  *   Stabilised methods have 2: the rate of the fastest decay, and its age.
  *   Adams methods have 2, and n for each past slope.
  *   Implicit methods have 6 + n. The n numbers are the state at which the Jacobian was computed.
- *   Implicit methods also keep the slopes of the last step: 4 n for radau5, 3 n for rodas5p and 2 n for the others.
+ *   Implicit methods also keep the slopes of the last step. These are 4 n for radau5 and 3 n for rodas5p. The others
+ *     keep 2 n.
  *   Besides, bdf2 and two-step keep the previous state and its slope, 2 + 2 n.
  *   The method auto has the numbers of radau5, n for a vector, and 12 for the detection of stiffness.
  *

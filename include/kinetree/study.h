@@ -16,13 +16,13 @@
  *         kt_accuracy_free(study);
  *     }
  *
- * The norm of a difference between two states is the largest over all joints of
- *
- *     an angle        the difference on the circle, at most half a turn, rad; the angle of a screw joint, which
- *                     determines a length, in full
- *     a quaternion    the angle of the rotation between the two, rad
- *     a length        over the scene's length scale, the largest edge of the box that contains the joints, markers and
- *                     centre of mass during the motion; in a scene without angles, in metres
+ * The norm of a difference between two states is the largest over all joints. The difference is
+ *   for an angle, the difference on the circle, at most half a turn, rad. The angle of a screw joint counts in full,
+ *     because it determines a length.
+ *   for a quaternion, the angle of the rotation between the two, rad.
+ *   for a length, the difference relative to the scene's length scale. This scale is the largest edge of the box that
+ *     contains the joints, markers and centre of mass during the motion. In a scene without angles, lengths are in
+ *     metres.
  *
  * The norm of velocities uses the rates of these. An error is the largest at any record; errors at the end are reported
  * separately.
@@ -210,10 +210,10 @@ typedef struct kt_constraint_formulation_options {
     /* Baumgarte, augmented, 1/s: closure errors obey phi'' + 2 alpha phi' + beta^2 phi = 0. Errors of rolling and other
      * velocity constraints obey psi' + 2 alpha psi = 0. An explicit method must be stable for the eigenvalues of these
      * equations, for all tolerances. With alpha = beta, there is a double eigenvalue -alpha (and -2 alpha for rolling).
-     * The step is then limited to
-     *   2 / alpha with euler, heun or midpoint;
-     *   2.78 / alpha with rk4;
-     *   3.3 / alpha with dopri5. */
+     * The product of alpha and the step is then limited to
+     *   2 with euler, heun or midpoint.
+     *   2.78 with rk4.
+     *   3.3 with dopri5. */
     double alpha, beta;
 
     /* Augmented: s = penalty / (smallest independent eigenvalue of A M^-1 A' in the state at initialisation). An
@@ -233,12 +233,11 @@ typedef struct kt_constraint_formulation_options {
 } kt_constraint_formulation_options;
 
 /* The defaults for steps of this length, s, > 0 (adaptive: the longest expected). They are alpha = beta = 0.1 / step,
- * penalty 1e4, 12 iterations, tolerances 1e-11 and 1e-12.
+ * penalty 1e4 and 12 iterations. The tolerances are 1e-11 and 1e-12.
  *
- * Reasons for the gains, from the bundled linkages:
- *   With alpha = 1 / step the errors of rk4 were 3 to 100 times larger, because the stabilising forces disturb the
- *     motion.
- *   With alpha = 1 / step dopri5 took 5 to 17 times as many evaluations.
+ * The reasons for the gains come from the bundled linkages:
+ *   Ten times this gain made the errors of rk4 larger by 3 to 100, because the stabilising forces disturb the motion.
+ *   With the same gain dopri5 took 5 to 17 times as many evaluations.
  *   The gain alpha = 0.1 / step grows as steps shrink and costs rk4 one or two orders. The order was 3.2 on Andrews'
  *     mechanism and 2.0 on Bricard's. Constant gains keep the order 4.0.
  *   With alpha = 0.1 / step rk4 passes the N-four-bar. With constant gains it does not. */
@@ -414,7 +413,7 @@ KT_API KT_CHECKED kt_status kt_dae_consistent(kt_dae *dae, double t, const doubl
  * the same length. Otherwise, the method that starts it takes the step.
  * Errors: each contains the time, and the state is then unchanged. KT_ERROR_STEP if the iteration does not converge.
  * KT_ERROR_SINGULAR if its matrix is singular: the chosen equations are not independent any more.
- * Cost: 4 nv + 1 evaluations of the equations for a Jacobian, and O(N^3), N the unknowns of all stages. */
+ * Cost: a Jacobian takes 4 nv + 1 evaluations of the equations. A step takes O(N^3), N the unknowns of all stages. */
 KT_API KT_CHECKED kt_status kt_dae_step(kt_dae *dae, double h, kt_error *error);
 
 /* In turn: the present time; positions (nq); velocities (nv); multipliers (equations of all loops, kt_loop_equations).
