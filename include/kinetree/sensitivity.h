@@ -1,5 +1,6 @@
-/* Sensitivities: one fixed step as a function of the state and of the inputs held during it, its exact derivatives, and
- * gradients of a scalar over many steps by the adjoint sweep. For optimal control, estimation and identification.
+/* Sensitivities: the exact derivatives of one fixed step with respect to the state and to the inputs held during the
+ * step. An adjoint sweep gives the gradient of a scalar over many steps. The functions serve optimal control,
+ * estimation and identification.
  *
  *     const kt_step step = {.method = kt_method_find("rk4"), .h = 0.01};
  *     const size_t size = kt_step_work_size(model, step.method), nv = (size_t)kt_model_nv(model);
@@ -7,55 +8,74 @@
  *     double *A = malloc(6 * nv * nv * sizeof *A), *B = A + 4 * nv * nv;
  *     status = kt_step_derivatives(model, data, work, size, &step, q, v, NULL, NULL, A, B, &error);
  *
- * Tangent coordinates. A change of the state is dx = (xi, dv), 2 nv numbers, with q (+) xi (kt_position_add) and v +
- * dv: of a quaternion p, xi is the change of orientation in the body frame, dp = p o (0, xi) / 2. The matrices
+ * Tangent coordinates. A change of the state is dx = (xi, dv) with 2 nv numbers. It leads to q (+) xi (kt_position_add)
+ * and to v + dv. For a quaternion p, xi is the change of orientation in the body frame: dp = p o (0, xi) / 2. The
+ * matrices
+ *
  *     A = d(state after) / d(state before)     2 nv x 2 nv
  *     B = d(state after) / d(tau)              2 nv x nv
- * are column-major and relate such changes: dx+ = A dx + B dtau. With the numbers p of a parameter of the model
- * (model.h)
+ *
+ * are column-major and relate such changes: dx+ = A dx + B dtau. For the numbers p of a parameter of the model
+ * (model.h), the matrix is
+ *
  *     C = d(state after) / d(p)                2 nv x kt_parameter.count
  *
  * Derivation. With x = (q, v) the stages of a Runge-Kutta method (HNW II.1) are
+ *
  *     X_i = x + h sum_j a_ij K_j,   K_i = (E(Q_i) V_i, a(t + c_i h, Q_i, V_i, tau)),   x+ = x + h sum_i b_i K_i
- * and their tangents satisfy the same equations, differentiated:
+ *
+ * Their tangents satisfy the same equations, differentiated:
+ *
  *     dX_i = dx + h sum_j a_ij dK_j,   dK_i = (dE(Q_i) V_i + E(Q_i) dV_i,  a_q xi_i + a_v dV_i + a_tau dtau)
- * which is exact for the step itself, not for the differential equation only. q' = E(q) v is v but for quaternions,
- * p' = p o (0, w) / 2, which is linear in p and in w. Stages and sums leave a quaternion's norm off by their error: dp
- * has four numbers at the stages, accelerations depend on its rotation xi = 2 vec(p^-1 o dp) alone, and so does the
- * quaternion that is made a unit again after the step.
  *
- * Implicit methods (implicit-euler, crank-nicolson, radau5, bdf2, two-step): a_ij couples stages forward, too, and the
- * same equations for dK_i are linear ones, by the implicit function theorem at the solved stages:
+ * These tangents are exact for the step itself, not only for the differential equation. The rate q' = E(q) v equals v
+ * except for quaternions. For quaternions p' = p o (0, w) / 2, which is linear in p and in w. Stages and sums leave an
+ * error in the norm of a quaternion, so dp has four components at the stages. Accelerations depend only on the rotation
+ * xi = 2 vec(p^-1 o dp). The quaternion that is normalised after the step depends on the same rotation alone.
+ *
+ * Implicit methods (implicit-euler, crank-nicolson, radau5, bdf2, two-step). The coefficients a_ij also couple each
+ * stage to later stages. The implicit function theorem at the solved stages gives linear equations for dK_i:
+ *
  *     dK_i - h F_i sum_j a_ij dK_j = F_i dx + f_tau dtau,   F_i = df/dx at stage i
- * They are exact, whatever iteration found the stages (Hairer, Norsett, Wanner I, II.7; HW II, IV.8). A step of a
- * two-step method (bdf2, two-step) from a state alone is its first one, by the diagonally implicit method of its table;
- * so are all steps of a simulation whose inputs change at each. Of rodas5p, which is linearly implicit, a step depends
- * on the Jacobian J at its start, and its derivatives on those of J along the stages' increments: exact to some 1e-11,
- * by differences of exact Jacobians (HW II, IV.7).
  *
- * Loops. After the step q and v are projected (kt_state_project). Each iteration of the projection,
+ * The derivatives are exact for every iteration that finds the stages (Hairer, Norsett, Wanner I, II.7; HW II, IV.8). A
+ * step of a two-step method (bdf2, two-step) from a state alone is its first step. This first step uses the diagonally
+ * implicit method of its table. All steps of a simulation whose inputs change at each step are such first steps. A step
+ * of the linearly implicit method rodas5p depends on the Jacobian J at its start. The derivatives of this step depend
+ * on the derivatives of J along the stages' increments. Differences of exact Jacobians give them to about 1e-11 (HW II,
+ * IV.7).
+ *
+ * Loops. After the step q and v are projected (kt_state_project). Each iteration of the projection
+ *
  *     q+ = q (+) x,   W x = J' lambda,   J x = -phi(q),   W = 1 or M (kt_metric)
- * is differentiated as it is, with the terms in dJ and dM, which are of the size of the correction x and would be lost
- * in the projector I - J^+ J that remains at x = 0:
+ *
+ * is differentiated, including the terms in dJ and dM. These terms have the size of the correction x. The projector I -
+ * J^+ J, which remains at x = 0, would lose them:
+ *
  *     W dx - J' dlambda = (dJ)' lambda - dW x,   J dx = -J xi - (dJ) x
- * and likewise the velocities, M (v+ - v) = A' mu, A v+ = b'. So A and B are exact also where steps are coarse and a
- * step leaves the loops open by much. If a loop's equations repeat others, the choice of the independent ones decides
- * how an open state is closed; the derivatives take the choice of the projection, at stages that of
- * kt_acceleration_derivatives, and are then exact to the gap of the loops at the stages.
  *
- * Parameters. With r(q, v, a; p) = M a + h - J' external - Q, at fixed q and v, a_p dp takes the place of a_tau dtau:
- *     a_p = -a_tau dr/dp,   dr/dp by differences of r, which r's polynomials in p make exact
- * and the projection gains -(dW/dp) x. Of a loop's own function of time J a = b''(p) and J x = -phi(q, p) gain their
- * right sides.
+ * The projection of the velocities, M (v+ - v) = A' mu with A v+ = b', is differentiated likewise. So A and B stay
+ * exact if steps are coarse and a step leaves the loops open by a large amount. If equations of loops are redundant,
+ * the choice of the independent equations decides how an open state is closed. The derivatives use the choice of the
+ * projection; at the stages they use the choice of kt_acceleration_derivatives. They are then exact to the gap of the
+ * loops at the stages.
  *
- * Own states (kt_state) of a model are part of the state of a step. kt_step.x and kt_rollout.x give those at the start,
- * so that the result is a function of the arguments alone; NULL stands for those in the data (kt_own_states). When
- * kt_step_evaluate or kt_step_derivatives has succeeded, the data hold those after the step: with NULL the next step
- * continues there. All other calls, and calls that fail, leave those in the data as they are. With m of them a change is (xi, dv, dx), 2 nv + m numbers, and so are the gradients
- * by a state: A is (2 nv + m) x (2 nv + m), B (2 nv + m) x nv, C (2 nv + m) x count. Adjoints then form A and B.
+ * Parameters. With r(q, v, a; p) = M a + h - J' external - Q, at fixed q and v, the term a_p dp replaces a_tau dtau:
  *
- * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents); Griewank,
- * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints); Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
+ *     a_p = -a_tau dr/dp
+ *
+ * Differences of r give dr/dp exactly, since r is a polynomial in p. The projection gains the term -(dW/dp) x. For a
+ * loop's own function of time, J a = b''(p) and J x = -phi(q, p) gain the derivatives of their right sides.
+ *
+ * Auxiliary states (kt_state) of a model are part of the state of a step. The members kt_step.x and kt_rollout.x give
+ * their values at the start, so that the result is a function of the arguments alone. NULL selects the values in the
+ * data (kt_own_states). After a successful kt_step_evaluate or kt_step_derivatives the data hold the values after the
+ * step. With NULL the next step continues from there. All other calls, and calls that fail, leave the values in the
+ * data unchanged. With m auxiliary states a change is (xi, dv, dx) with 2 nv + m numbers, and so are the gradients with
+ * respect to a state. A, B and C then have 2 nv + m rows, and A as many columns. Adjoints then form A and B.
+ *
+ * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents). Griewank,
+ * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints). Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
  * Runge-Kutta methods).
  */
 #ifndef KINETREE_SENSITIVITY_H
@@ -69,98 +89,118 @@
 extern "C" {
 #endif
 
-/* A fixed step from t to t + h, and what is held constant during it. Clear the struct and fill in what there is. */
+/* A fixed step from t to t + h, and the quantities that are constant during the step. Clear the struct, then set the
+ * members that apply. */
 typedef struct kt_step {
-    const kt_method *method;   /* an explicit Runge-Kutta method, or an implicit one: its stages are used, not its error
-                                * estimate */
+    const kt_method *method;   /* an explicit Runge-Kutta method or an implicit method; the step uses its stages, not
+                                * its error estimate */
     double t, h;               /* s; h is finite, and may be negative */
     const double *tau;         /* nv joint forces; NULL: none */
     const kt_wrench *external; /* one for each body, as for kt_acceleration_evaluate; NULL: none */
     bool unprojected;          /* loops are not closed after the step */
-    const double *x;           /* own states at the start (kt_own_state_count); NULL: those in the data */
+    const double *x;           /* auxiliary states at the start (kt_own_state_count); NULL: those in the data */
 } kt_step;
 
-/* Returns the number of bytes that the calls of this header need as work memory, aligned to KT_ALIGNMENT, the caller's,
- * needed during the call alone; 0 if a step of the method is no function of a state, which the calls then report.
- * About 8 s (6 nv)^2 + 2 kt_acceleration_work_size bytes with s stages. */
+/* Returns the number of bytes of work memory for the calls of this header. Returns 0 if a step of the method is not a
+ * function of a state; the calls then report an error.
+ * Ownership: the memory belongs to the caller, is aligned to KT_ALIGNMENT, and is used only during the call.
+ * Cost: about 8 s (6 nv)^2 + 2 kt_acceleration_work_size bytes with s stages. */
 KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
 
-/* Takes the step: from q (nq), v (nv) to next_q, next_v, which may be the same arrays. The bits are those of a
- * simulation's fixed step from there (kt_simulation_step); of an implicit method they are its own, since a simulation's
- * iteration begins with what it remembers, and differ by rounding. Errors: KT_ERROR_ARGUMENT if the method is another
- * one (stabilised methods, auto and explicit multistep ones depend on earlier steps), or h is not finite;
- * KT_ERROR_MEMORY; KT_ERROR_STEP if the stages cannot be solved; KT_ERROR_UNSUPPORTED if a hard contact, stop or slack rope
- * closes within the step, or its reaction begins to pull, or friction sticks (joint_friction with stick): take a
- * kt_simulation, which follows these events; as kt_acceleration_evaluate and
- * kt_state_project, and of implicit methods kt_acceleration_derivatives. Outputs are then untouched. Cost: as many
- * evaluations as the method has stages (one less with fsal), and the projection; of implicit ones a Jacobian and some
- * four evaluations for each solved stage, of rodas5p one Jacobian. */
+/* Takes the step from q (nq) and v (nv) to next_q and next_v, which may be the same arrays. An explicit method gives
+ * the bits of a simulation's fixed step from the same state (kt_simulation_step). An implicit method has bits of its
+ * own, which differ by rounding: the iteration of a simulation starts from stored values of earlier steps.
+ * Errors: KT_ERROR_ARGUMENT if h is not finite, or if the method is of another kind. Stabilised methods, auto and
+ * explicit multistep methods depend on earlier steps. KT_ERROR_MEMORY. KT_ERROR_STEP if the stages cannot be solved.
+ * KT_ERROR_UNSUPPORTED if an event occurs within the step. A hard contact, stop or slack rope closes, or its reaction
+ * begins to pull, or friction sticks (joint_friction with stick). Use a kt_simulation for these, which handles events.
+ * Further errors are those of kt_acceleration_evaluate and kt_state_project, and for implicit methods those of
+ * kt_acceleration_derivatives. Outputs are untouched on failure.
+ * Cost: as many evaluations as the method has stages (one less with fsal), and the projection. An implicit method needs
+ * a Jacobian and about four evaluations for each solved stage; rodas5p needs one Jacobian. */
 KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                              const kt_step *step, const double *q, const double *v, double *next_q,
                                              double *next_v, kt_error *error);
 
-/* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv), either of which may be NULL, as may next_q and
- * next_v. Exact to rounding, with the library's effects in closed form; of a caller's own effects that give no
- * derivatives see kt_acceleration_derivatives. A step in which a hard contact, stop or slack rope closes, or in which its
- * reaction begins to pull, holds an event, whose impulse and time they would leave out: KT_ERROR_UNSUPPORTED, of the
- * adjoint and of gradients over many steps, too. Errors: as kt_step_evaluate and kt_acceleration_derivatives:
- * KT_ERROR_SINGULAR next to a singular position of the loops, at a stage or after the step, where rounding leaves the
- * derivatives uncertain by more than 1e-3 of the largest. Outputs are then untouched. Cost: the derivatives of the
- * accelerations at each stage, and 6 nv^3 multiplications at most for each; of implicit methods solutions with dense
- * factors besides, and of rodas5p 40 Jacobians. Of the governor, over a step of a simulation: implicit-euler 1.4,
- * radau5 2.3 (meson test plan/implicit). */
+/* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv). A, B, next_q and next_v may each be NULL. The
+ * derivatives are exact to rounding; the library's effects are differentiated in closed form. For effects of the caller
+ * that give no derivatives, see kt_acceleration_derivatives.
+ *
+ * A step contains an event if a hard contact, stop or slack rope closes, or if its reaction begins to pull. A and B
+ * would omit the impulse and the time of the event, so the call fails with KT_ERROR_UNSUPPORTED. The adjoint and the
+ * gradients over many steps fail likewise.
+ * Errors: as kt_step_evaluate and kt_acceleration_derivatives. KT_ERROR_SINGULAR next to a singular position of the
+ * loops, at a stage or after the step. Rounding then leaves the derivatives uncertain by more than 1e-3 of the largest.
+ * Outputs are untouched on failure.
+ * Cost: the derivatives of the accelerations at each stage, and at most 6 nv^3 multiplications for each. Implicit
+ * methods also need solutions with dense factors, and rodas5p needs 40 Jacobians. For the bundled governor the cost
+ * relative to a step of a simulation is 1.4 (implicit-euler) and 2.3 (radau5); see meson test plan/implicit. */
 KT_API KT_CHECKED kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_step *step, const double *q, const double *v, double *next_q,
                                                 double *next_v, double *A, double *B, kt_error *error);
 
-/* Returns the number of bytes that kt_step_parameter_derivatives needs: those of a step, and a copy of the model. */
+/* Returns the number of bytes of work memory for kt_step_parameter_derivatives: the memory of a step, and a copy of
+ * the model. */
 KT_API size_t kt_step_parameter_work_size(const kt_model *model, const kt_method *method);
 
-/* Takes the step, and computes C (2 nv x parameter->count), its derivatives by the numbers of a parameter at their
- * present values (kt_parameter_find, kt_parameter_get): of gravity, masses, coms, inertias, armature exact to rounding;
- * of effects by differences over 1/1024 of a number, or 1/1024 of its unit at 0: exact to some 1e-12 away from kinks.
- * The model may be a compiled one or a copy; neither it nor the parameter's numbers change. inertia has the six
- * independent entries; masses and inertias change with com constant. A function of time must be constant or set by
- * kt_parameter_set: others have not the numbers of a parameter. Over many steps dx/dp follows S+ = A S + C. Errors: as
- * kt_step_derivatives; KT_ERROR_ARGUMENT for hold, which is no number, and for other functions of time. C is then
- * untouched. Cost: B of a step, and two inverse dynamics for each number at each stage, four of effects and loops. */
+/* Takes the step, and computes C (2 nv x parameter->count), the derivatives with respect to the numbers of a parameter.
+ * The derivatives hold at the present values (kt_parameter_find, kt_parameter_get). For gravity, masses, coms, inertias
+ * and armature they are exact to rounding. For effects they are differences over 1/1024 of a number, or over 1/1024 of
+ * its unit if the number is 0. Away from kinks these differences are exact to about 1e-12.
+ *
+ * The model may be a compiled model or a copy. The call changes neither the model nor the numbers of the parameter. The
+ * parameter inertia has the six independent entries; masses and inertias change with constant com. A function of time
+ * must be constant or set by kt_parameter_set, since other functions do not have the numbers of a parameter. Over many
+ * steps dx/dp follows S+ = A S + C.
+ * Errors: as kt_step_derivatives. KT_ERROR_ARGUMENT for hold, which is not a number, and for other functions of time. C
+ * is untouched on failure.
+ * Cost: B of a step. Each number needs two inverse dynamics at each stage, and four for effects and loops. */
 KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, void *work,
                                                           size_t work_size, const kt_step *step,
                                                           const kt_parameter *parameter, const double *q,
                                                           const double *v, double *C, kt_error *error);
 
-/* Applies the transposed derivatives of a step, without forming them: a gradient by_next (2 nv) with respect to the
- * state after the step becomes those with respect to the state before it, by_state = A' by_next (2 nv), and to tau,
- * by_tau = B' by_next (nv); either may be NULL. Errors and work as kt_step_derivatives, but that next to a singular
- * position the uncertainty is compared with accelerations, and not with the derivatives themselves. Cost, with effects
- * in joints alone: at each stage an evaluation, the response w to mu (M w = mu + J' pi, J w = 0), a sweep for the gradient of w .
- * inverse dynamics, and with loops the multipliers and the gradient of one sum of the equations, O(n) in all; the
- * projection likewise. With effects between bodies and a caller's own, and of implicit methods, the derivatives at each
- * stage; of rodas5p A and B are formed. */
+/* Applies the transposed derivatives of a step without forming them. The input by_next (2 nv) is a gradient with
+ * respect to the state after the step. The output by_state = A' by_next (2 nv) is the gradient with respect to the
+ * state before the step. The output by_tau = B' by_next (nv) is the gradient with respect to tau. Either output may be
+ * NULL.
+ * Errors: as kt_step_derivatives, with the same work memory. Next to a singular position the uncertainty is compared
+ * with accelerations, and not with the derivatives themselves.
+ * Cost: O(n) in all if effects act only in joints. Each stage then needs an evaluation, and the response w to mu (M w =
+ * mu + J' pi, J w = 0). A sweep gives the gradient of the scalar product of w and the inverse dynamics. With loops each
+ * stage also needs the multipliers and the gradient of one sum of the equations; the projection costs the same. Effects
+ * between bodies, effects of the caller, and implicit methods need the derivatives at each stage. For rodas5p A and B
+ * are formed. */
 KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                             const kt_step *step, const double *q, const double *v,
                                             const double *by_next, double *by_state, double *by_tau, kt_error *error);
 
 /* ---- through events ---------------------------------------------------------------------------------------------- */
 
-/* Returns the number of bytes of work memory of kt_motion_derivatives; 0 for NULL. Some 16 (2 nv)(3 nv) bytes,
- * kt_step_work_size, a checkpoint and data. */
+/* Returns the number of bytes of work memory for kt_motion_derivatives; 0 for NULL.
+ * Cost: about 16 (2 nv)(3 nv) bytes, kt_step_work_size, a checkpoint and data. */
 KT_API size_t kt_motion_work_size(const kt_simulation *simulation);
 
-/* Advances the simulation to t_end, as kt_simulation_advance does and with its bits, and computes how the state there
- * changes with the present one, A (2 nv x 2 nv), and with joint forces that are added to those of the simulation over the
- * whole interval, B (2 nv x nv); either may be NULL. Models with own states have 2 nv + m numbers, as of a step. A and B are
- * products of those of the steps, and at events of saltation matrices: of impacts, of contacts, stops and ropes that
- * close and open, of joint friction that comes to rest or begins to slip, and of actions that say that they are repeatable
- * (kt_event). The derivatives of the steps are exact; at an event those of the motion are, so that A and B agree with
- * differences of the simulation to the error of its steps; what an event does is differenced, to some 1e-10 of its size. If
- * an event stops the motion, A and B are those of the state at that time. Of methods whose steps depend on earlier ones
- * those of radau5 over the same steps are taken; of bdf2 and two-step, those of steps that begin anew. Errors: as
- * kt_simulation_advance and kt_step_derivatives; KT_ERROR_UNSUPPORTED where the action of an event is not repeatable, while
- * a contact slips, and for equations of the caller's; KT_ERROR_SINGULAR at an event that has no derivative: its value
- * touches zero and does not cross it, two happen at the same instant, or neighbouring motions come out of it with other
- * contacts closed. A and B are then untouched, and the simulation is at that time; the event takes effect as it goes on.
- * Cost: kt_step_derivatives of every step, and at an event twelve evaluations of it for each column. */
+/* Advances the simulation to t_end with the bits of kt_simulation_advance, and computes how the state there changes. A
+ * (2 nv x 2 nv) is the derivative with respect to the present state. B (2 nv x nv) is the derivative with respect to
+ * joint forces that are added to those of the simulation over the whole interval. Either may be NULL. Models with
+ * auxiliary states have 2 nv + m numbers, as for a step.
+ *
+ * A and B are products of the matrices of the steps and, at events, of saltation matrices. These events are impacts,
+ * and contacts, stops and ropes that close and open. They are also joint friction that comes to rest or begins to slip,
+ * and actions that are declared repeatable (kt_event). The derivatives of the steps are exact. At an event they are the
+ * derivatives of the motion. A and B therefore agree with differences of the simulation to the error of its steps. The
+ * effect of an event is differenced, to about 1e-10 of its size. If an event stops the motion, A and B belong to the
+ * state at that time.
+ *
+ * If the steps of a method depend on earlier steps, the derivatives of radau5 over the same steps are used. For bdf2
+ * and two-step, the derivatives are those of steps that begin anew.
+ * Errors: as kt_simulation_advance and kt_step_derivatives. KT_ERROR_UNSUPPORTED if the action of an event is not
+ * repeatable, while a contact slips, and for equations of the caller. KT_ERROR_SINGULAR at an event without a
+ * derivative. Its value touches zero without crossing, two events happen at the same instant, or neighbouring motions
+ * leave with other contacts closed. A and B are then untouched. The simulation remains at that time; the event takes
+ * effect when the simulation goes on.
+ * Cost: kt_step_derivatives for every step. An event needs twelve evaluations of the event for each column. */
 KT_API KT_CHECKED kt_status kt_motion_derivatives(kt_simulation *simulation, void *work, size_t work_size, double t_end,
                                                   double *A, double *B, kt_error *error);
 
@@ -173,37 +213,43 @@ typedef struct kt_rollout {
     int steps;               /* > 0 */
     const double *inputs;    /* joint forces held during each step, nv x steps, column-major; NULL: none */
     bool unprojected;        /* as of a step */
-    int checkpoints;         /* steps whose start the work memory holds; 0, or more than steps: all */
-    const double *x;         /* own states at the start (kt_own_state_count); NULL: those in the data */
+    int checkpoints;         /* number of steps whose start is stored in the work memory; 0, or more than steps: all */
+    const double *x;         /* auxiliary states at the start (kt_own_state_count); NULL: those in the data */
 } kt_rollout;
 
-/* A point of the motion at which the cost is asked for. */
+/* A point of the motion at which the cost is evaluated. */
 typedef struct kt_cost_point {
     int step;            /* 0 .. steps: the state before this step; steps: the last state */
     double t;            /* s */
     const double *q, *v; /* state */
     const double *tau;   /* nv, held during this step; NULL: none, and at the last state */
-    const double *x;     /* own states (kt_own_state_count); NULL: none */
+    const double *x;     /* auxiliary states (kt_own_state_count); NULL: none */
 } kt_cost_point;
 
-/* Computes the cost of a point: writes it to *value, which is 0 on entry, and where they are not NULL its gradients
- * with respect to the state (by_state: 2 nv, xi and dv, and then those of own states) and to tau (by_tau: nv), all 0 on entry. The scalar is the sum
- * of the values of the points 0 .. steps. Returns 0, or another number to stop. It may be called more than once for a
- * point. */
+/* Computes the cost of a point and writes it to *value. If by_state and by_tau are not NULL, it writes the gradients of
+ * the cost. The output by_state is the gradient with respect to the state: xi and dv (2 nv numbers), then the auxiliary
+ * states. The output by_tau (nv) is the gradient with respect to tau. All outputs are 0 on entry. The scalar is the sum
+ * of the values of the points 0 .. steps. The function returns 0, or another number to stop. It may be called more than
+ * once for a point. */
 typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
 
-/* Returns the number of bytes of work memory, aligned to KT_ALIGNMENT: that of a step, with s stages some 8 (2 nq +
- * (2 + s) nv) for each checkpoint, and 8 nv for each step; 0 if there is no step or none that has derivatives, or checkpoints are negative. */
+/* Returns the number of bytes of work memory, which must be aligned to KT_ALIGNMENT. The size is that of a step with
+ * s stages, plus about 8 (2 nq + (2 + s) nv) for each checkpoint and 8 nv for each step. Returns 0 if there are no
+ * steps, if the step has no derivatives, or if checkpoints are negative. */
 KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout);
 
-/* Computes a sum of costs over a motion from q, v and the own states rollout->x, its gradient by_start (2 nv, and one
- * number for each own state) with respect to the state at the start, and by_inputs (nv x steps) with respect to all inputs; either may be NULL. The motion is run once, states at the
- * start of steps and the accelerations of these steps are kept as checkpoints, and the adjoints run backwards from the
- * end; what is not kept is computed again from the last checkpoint before it. With c checkpoints each step is run r
- * times at most, where (c + r)! / (c! r!) reaches the number of steps: with sqrt(2 steps) checkpoints twice, and once
- * more for its adjoint. Cost whatever the number of inputs: with a checkpoint for every step, some 3 to 4 runs of the
- * motion (see kt_step_adjoint). Errors: as kt_step_adjoint; KT_ERROR_CALLBACK if the cost stops; KT_ERROR_NOT_FINITE.
- * Outputs are then untouched. */
+/* Computes a sum of costs over a motion from q, v and the auxiliary states rollout->x, and its gradients. The output
+ * by_start (2 nv, and one number for each auxiliary state) is the gradient with respect to the state at the start. The
+ * output by_inputs (nv x steps) is the gradient with respect to all inputs. Either may be NULL.
+ *
+ * The motion runs once. States at the start of steps, with the accelerations of these steps, are kept as checkpoints.
+ * The adjoints then run backwards from the end. A step that is not kept is computed again from the last checkpoint
+ * before it. With c checkpoints each step runs at most r times, if (c + r)! / (c! r!) reaches the number of steps. With
+ * sqrt(2 steps) checkpoints each step runs twice, and once more for its adjoint.
+ * Errors: as kt_step_adjoint; KT_ERROR_CALLBACK if the cost stops; KT_ERROR_NOT_FINITE. Outputs are untouched on
+ * failure.
+ * Cost: independent of the number of inputs. With a checkpoint for every step, the cost is 3 to 4 runs of the motion
+ * (see kt_step_adjoint). */
 KT_API KT_CHECKED kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                 const kt_rollout *rollout, const double *q, const double *v,
                                                 double *value, double *by_start, double *by_inputs, kt_cost *cost,
@@ -211,7 +257,8 @@ KT_API KT_CHECKED kt_status kt_rollout_gradient(const kt_model *model, kt_data *
 
 /* ---- many motions at once ---------------------------------------------------------------------------------------- */
 
-/* A motion, and what its gradient is written to: as of kt_rollout_gradient. Clear the struct and fill in what there is. */
+/* A motion, and the outputs of its gradient as in kt_rollout_gradient. Clear the struct, then set the members that
+ * apply. */
 typedef struct kt_rollout_task {
     kt_rollout rollout;           /* with inputs of its own */
     const kt_model *model;        /* with parameters of its own: a copy of the model; NULL: the model of the call */
@@ -220,28 +267,35 @@ typedef struct kt_rollout_task {
     double *by_start, *by_inputs; /* results, or NULL */
     void *user;                   /* passed to the cost */
     kt_status status;             /* result */
-    bool in_lanes;                /* result: it was computed together with others */
+    bool in_lanes;                /* result: it was computed together with other motions */
 } kt_rollout_task;
 
-/* Returns how many motions of a model are computed at once, a motion a lane of the processor's vectors: 8 with x86-64-v4, 4
- * with v3, else 2; 1 where each is computed by itself, and *why (may be NULL) tells the reason, else NULL. Together are
- * computed trees, in space and in the plane, whose effects act in joints and are neither by formulas nor the caller's, by
- * explicit methods. */
+/* Returns how many motions of a model are computed at once, with one motion in each lane of the processor's vectors.
+ * The number is 8 with x86-64-v4, 4 with v3, and otherwise 2. Returns 1 if each motion is computed separately; *why
+ * (may be NULL) is then the reason, and otherwise NULL. Lanes compute trees, in space and in the plane, with
+ * explicit methods. The effects of these trees must act in joints; formulas and effects of the caller are excluded. */
 KT_API size_t kt_rollout_width(const kt_model *model, const kt_rollout *rollout, const char **why);
 
-/* Returns the number of bytes of work memory of kt_rollout_gradients, aligned to KT_ALIGNMENT: kt_rollout_width times the
- * checkpoints and inputs of one motion, or if that is more, kt_rollout_work_size; 0 as this. It does not depend on the
- * number of motions. */
+/* Returns the number of bytes of work memory of kt_rollout_gradients, aligned to KT_ALIGNMENT. The size is
+ * kt_rollout_width times the checkpoints and inputs of one motion, or kt_rollout_work_size if that is larger.
+ * Returns 0 in the same cases as kt_rollout_work_size. The size does not depend on the number of motions. */
 KT_API size_t kt_rollout_gradients_work_size(const kt_model *model, const kt_rollout *rollout);
 
-/* Computes the gradients of `count` motions: value, by_start and by_inputs of each are those of kt_rollout_gradient, to the
- * bit, whatever the other motions are, but for a library whose lanes are fused (kt_batch_is_fused). Groups of
- * kt_rollout_width tasks, as they follow each other, are computed together where they have the same method and the same
- * numbers of steps and checkpoints, and their models differ in nothing but gravity, masses, centres of mass, inertias and
- * lengths; times, lengths of steps, inputs and costs are each task's own. The others are computed one after the other, as are all
- * if work_size is less than kt_rollout_gradients_work_size, and at least kt_rollout_work_size; task->in_lanes tells it. The cost is called for the motions of a group in turns; for a motion that fails
- * in lanes from its start again. A motion that fails fails alone, with its status, and its outputs stay as they were.
- * Errors: that of the first motion that failed, as of kt_rollout_gradient. Cost: `bench/run batch`. */
+/* Computes the gradients of `count` motions. For each motion, value, by_start and by_inputs have the bits of
+ * kt_rollout_gradient and do not depend on the other motions. The exception is a library whose lanes are fused
+ * (kt_batch_is_fused).
+ *
+ * Groups of kt_rollout_width consecutive tasks are computed together under two conditions. They have the same method
+ * and the same numbers of steps and checkpoints. Their models differ only in gravity, masses, centres of mass, inertias
+ * and lengths. Times, step lengths, inputs and costs belong to each task. All other tasks are computed one after the
+ * other. If work_size is less than kt_rollout_gradients_work_size, all tasks are computed one after the other. It must
+ * be at least kt_rollout_work_size. The result task->in_lanes reports this.
+ *
+ * The cost is called in turns for the motions of a group. If a motion fails in lanes, the cost is called again from the
+ * start of this motion. A failure of one motion does not affect the others: task->status reports it, and the outputs of
+ * the motion are untouched.
+ * Errors: that of the first motion that failed, as for kt_rollout_gradient.
+ * Cost: `bench/run batch`. */
 KT_API KT_CHECKED kt_status kt_rollout_gradients(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                  kt_rollout_task *tasks, size_t count, kt_cost *cost, kt_error *error);
 
