@@ -1,12 +1,13 @@
-/* Loops: the constraints between links that a tree cannot carry. The loops of a model, and the rows of their equations;
- * description.h has how they are described (kt_loop), and reduction.h what is computed of them.
+/* Loops: the constraints between links that are not joints of the tree. This header gives the loops of a model, and the
+ * rows of their equations. The header description.h describes loops (kt_loop), and reduction.h describes the quantities
+ * that are computed from them.
  *
- * A loop of u tree coordinates is phi(u, t) = 0, with A v = b' and A a = b'' for velocities and accelerations [MSD 7.4,
- * 7.28]; rolling has rows A v = b' alone [MSD 4.17]. Residuals of orientations are of first order in the error, so that
- * a type has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
+ * A loop on the tree coordinates u is phi(u, t) = 0, with A v = b' and A a = b'' for velocities and accelerations [MSD
+ * 7.4, 7.28]. Rolling has only the rows A v = b' [MSD 4.17]. Residuals of orientations are of first order in the error.
+ * A loop type therefore has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
  *
- * Loops come in the description's order, counted from 0. Every call is O(1) unless it says
- * otherwise, allocates nothing and cannot fail.
+ * Loops are in the order of the description, counted from 0. Every call is O(1) unless its docstring gives another
+ * cost, allocates nothing and cannot fail.
  */
 #ifndef KINETREE_LOOP_H
 #define KINETREE_LOOP_H
@@ -17,60 +18,70 @@
 extern "C" {
 #endif
 
-/* The number of loops of a model; their names (valid as long as the model) and types. */
+/* Return the number of loops of a model, the name of a loop, and its type. A name is valid as long as the model. */
 KT_API int kt_loop_count(const kt_model *model);
 KT_API const char *kt_loop_name(const kt_model *model, int loop);
 KT_API kt_loop_type kt_loop_type_of(const kt_model *model, int loop);
-/* The side that a loop bounds, of a hard stop or contact, too; KT_SIDE_NONE of one that holds, or of none. O(1). */
+/* Returns the side that a loop bounds, also for a hard stop or contact. Returns KT_SIDE_NONE for a bilateral loop, or
+ * if there is no such loop.
+ * Cost: O(1). */
 KT_API kt_side kt_loop_side(const kt_model *model, int loop);
-/* Whether a loop is that of friction that sticks (kt_effect.stick); false of one that is none. O(1). */
+/* Returns whether a loop represents sticking friction (kt_effect.stick); false if there is no such loop.
+ * Cost: O(1). */
 KT_API bool kt_loop_is_stick(const kt_model *model, int loop);
 
-/* The index of the loop of that name; -1: none. O(loops). */
+/* Returns the index of the loop with this name, or -1 if there is none.
+ * Cost: O(loops). */
 KT_API int kt_loop_find(const kt_model *model, const char *name);
 
-/* The equations of a loop among those of all loops: rows of the matrix, and entries of the vectors, that
- * kt_loop_equations writes. */
+/* The equations of a loop among the equations of all loops. They are rows of the matrix, and entries of the vectors,
+ * that kt_loop_equations writes. */
 typedef struct kt_loop_rows {
-    int first; /* row */
-    int count; /* how many */
+    int first; /* index of the first row */
+    int count; /* number of rows */
 } kt_loop_rows;
 
-/* Of one loop. */
+/* Returns the rows of one loop. */
 KT_API kt_loop_rows kt_loop_rows_of(const kt_model *model, int loop);
 
-/* What the residual of an equation measures. */
+/* The quantity that the residual of an equation measures. */
 typedef enum kt_loop_measure {
     KT_MEASURE_LENGTH = 0, /* m */
-    KT_MEASURE_ANGLE, /* rad, to first order: 4 tan(angle / 4), of two axes that are to be normal 2 tan(angle / 2) */
-    KT_MEASURE_SUM,   /* of joint positions, rad or m */
-    KT_MEASURE_NONE,  /* none: an equation of velocities alone */
+    KT_MEASURE_ANGLE,      /* rad, to first order: 4 tan(angle / 4); for two axes to be normal 2 tan(angle / 2) */
+    KT_MEASURE_SUM,        /* of joint positions, rad or m */
+    KT_MEASURE_NONE,       /* no residual: an equation of velocities alone */
 } kt_loop_measure;
 
-/* Of one equation of a loop, 0 <= row < kt_loop_rows_of(...).count. */
+/* Returns the measure of one equation of a loop, 0 <= row < kt_loop_rows_of(...).count. */
 KT_API kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row);
 
-/* The angle (rad) by which an equation that measures one is open, given its residual; O(1). Rows as above. */
+/* Returns the angle by which an equation of measure KT_MEASURE_ANGLE is violated, given its residual. Rows are counted
+ * as above.
+ * Units: rad.
+ * Cost: O(1). */
 KT_API double kt_loop_residual_angle(const kt_model *model, int loop, int row, double residual);
 
-/* Where data of a mechanism are rounded, equations that repeat each other disagree: those of two hinges on one axis but
- * for 1e-8 rad. Up to kt_description.tolerance the ends of loops are moved by as little as makes them agree; where that is
- * not found, they are closed in the sense of least squares, and what they repeat is left out. */
+/* The disagreement of redundant equations. If the data of a mechanism are rounded, redundant equations contradict
+ * each other. An example is a pair of hinges whose axes should coincide but differ by 1e-8 rad. Up to
+ * kt_description.tolerance, the ends of loops are moved by the smallest amount that makes the equations consistent.
+ * If no such displacement is found, the loops are closed in the sense of least squares, and the redundant part is
+ * omitted. */
 typedef struct kt_loop_disagreement {
-    double length; /* the largest residual that data leave in the loop's equations of lengths, m; 0: none */
-    double angle;  /* likewise of angles, rad */
+    double length; /* the largest residual that the data leave in the loop's length equations, m; 0: none */
+    double angle;  /* likewise for the angle equations, rad */
 } kt_loop_disagreement;
 
-/* Of a loop, as seen at several positions when the model was compiled. O(1). */
+/* Returns the disagreement of a loop, as found at several positions during compilation.
+ * Cost: O(1). */
 KT_API kt_loop_disagreement kt_loop_disagreement_of(const kt_model *model, int loop);
 
 /* ---- relative coordinates -----------------------------------------------------------------------------------------
  *
- * What the ends of a loop do to each other [MSD 6.2]: d and the rotation between them, of which the loop fixes some and
- * leaves others free, such as the angle of a hinge that closes a linkage. */
+ * The relative motion of the ends of a loop [MSD 6.2]: the displacement d and the rotation between the ends. The loop
+ * fixes some of these coordinates and leaves others free, such as the angle of a hinge that closes a linkage. */
 
-/* The motion of the second end as seen from the first: in the first end's frame, z along the loop's axis, and its rates
- * as seen there. */
+/* The motion of the second end relative to the first end.
+ * Frame: the first end's frame, z along the loop's axis; rates are relative to this frame. */
 struct kt_loop_motion {
     kt_vec3 position; /* d, of the second end's point, m */
     kt_mat3 rotation; /* R: columns are the second end's axes */
@@ -78,17 +89,21 @@ struct kt_loop_motion {
     kt_vec3 omega;    /* w, rad/s: R' = w x R */
 };
 
-/* Of the state of the last kt_kinematics_update with these data. False, and *motion is untouched, if there is no such
- * loop or it has no ends (a relation of joints). O(1). */
+/* Computes the relative motion in the state of the last kt_kinematics_update with these data. Returns false, and leaves
+ * *motion untouched, if there is no such loop, or if the loop has no ends (a relation of joints).
+ * Cost: O(1). */
 KT_API bool kt_loop_motion_evaluate(const kt_model *model, const kt_data *data, int loop, kt_loop_motion *motion);
 
-/* Of a loop `curve` at that state: the arc length of the nearest point of the curve, m; NaN of any other loop. */
+/* Returns the arc length at the nearest point of the curve, for a loop of type `curve` in that state; NaN for any other
+ * loop.
+ * Units: m. */
 KT_API double kt_loop_arc_length(const kt_model *model, const kt_data *data, int loop);
 
 /* ---- loops of a caller's own -------------------------------------------------------------------------------------
  *
- * A constraint between two ends that no type has, as one to six equations of the motion of the second end as seen from
- * the first. What is seen from there does not change if both ends move together, and so no loop can be wrong in that.
+ * The caller can define a constraint between two ends that no loop type covers. The constraint consists of one to six
+ * equations for the motion of the second end relative to the first. This relative motion does not change if both ends
+ * move together, so every such loop is invariant under common motions.
  *
  *     static int keep_off(void *user, double t, const kt_loop_motion *motion, kt_loop_equation *equation) {
  *         const double length = *(const double *)user;
@@ -97,7 +112,7 @@ KT_API double kt_loop_arc_length(const kt_model *model, const kt_data *data, int
  *         return 0;
  *     }
  *
- * and where the mechanism is described, with a length that outlives the model
+ * The description then refers to the callback. Its user pointer must outlive the model:
  *
  *     double length = 2.0;
  *     kt_loop loop = kt_loop_default();
@@ -111,33 +126,36 @@ KT_API double kt_loop_arc_length(const kt_model *model, const kt_data *data, int
  *     description.loops = &loop;
  *     description.loop_count = 1;
  *
- * Only the residual is needed: moments, forces and rates are then central differences of order four with steps of 1e-3
- * rad, s, and of 1 m + |position|, good to about 1e-12, and the drift a second difference of order six, good to about
- * 1e-10 of what the callback computes with, if it is smooth on the scale of 0.03. A callback that gives the rows too
- * (KT_LOOP_GIVES_ROWS) leaves the drift to a first difference; one that gives all is as exact as the library's types.
- * A loop without residuals (holonomic = false: rolling, skates) gives its rows. Derivatives of accelerations difference
- * the callback once more. Loops of the caller's own work in space and in the plane, with every reduction, projection,
- * reaction and formulation; scene files have no such loops.
+ * Only the residual is required. Moments, forces and rates are then central differences of order four. The steps are
+ * 1e-3 of a radian, of a second, and of 1 m + |position|. They are accurate to about 1e-12. The drift is then a second
+ * difference of order six. It is accurate to about 1e-10 of the numbers in the callback, if the callback is smooth on
+ * the scale of 0.03.
  *
- * A callback is a function of its arguments alone, as those of effects are (effect.h), and may be called in any state,
- * also far from closed ones, and from several threads if these share the model. It allocates nothing, and returns
+ * If a callback also gives the rows (KT_LOOP_GIVES_ROWS), the drift is a first difference. A callback that gives all
+ * quantities is as exact as the types of the library. A loop without residuals (holonomic = false: rolling, skates)
+ * must give its rows. Derivatives of accelerations difference the callback once more. Loops of the caller work in space
+ * and in the plane, with every reduction, projection, reaction and formulation. Scene files have no such loops.
+ *
+ * A callback is a function of its arguments alone, like the callbacks of effects (effect.h). It may be called in any
+ * state, even far from a closed state. If several threads share the model, they may call it at the same time. It
+ * allocates nothing, and returns
  *   0: done;
- *   > 0: the equations cannot be computed in this state: an adaptive method tries a smaller step; else the call fails
- *     with KT_ERROR_CONSTRAINT;
- *   < 0: stop: the call fails with KT_ERROR_CALLBACK.
- * The error names the loop, the time and the number. */
+ *   > 0: the equations cannot be computed in this state. An adaptive method then tries a smaller step; otherwise the
+ *     call fails with KT_ERROR_CONSTRAINT.
+ *   < 0: stop. The call fails with KT_ERROR_CALLBACK.
+ * The error names the loop, the time and the returned number. */
 
 /* One equation, in the first end's frame:
  *     phi'  = moment . w  + force . u  + rate
  *     phi'' = moment . w' + force . u' + drift
- * (moment, force) is the wrench of a unit multiplier on the second end, about its point; the first end receives the
- * opposite. */
+ * The pair (moment, force) is the wrench of a unit multiplier on the second end, about the point of this end. The first
+ * end receives the opposite wrench. */
 struct kt_loop_equation {
-    kt_vec3 moment;  /* of a unit multiplier on the second end, about its point */
+    kt_vec3 moment;  /* moment of a unit multiplier on the second end, about its point */
     kt_vec3 force;   /* likewise */
-    double residual; /* phi; not read of a loop that is not holonomic */
-    double rate;     /* partial derivative of phi by time */
-    double drift;    /* what phi'' has besides accelerations */
+    double residual; /* phi; not read if the loop is not holonomic */
+    double rate;     /* partial derivative of phi with respect to time */
+    double drift;    /* the part of phi'' without accelerations */
 };
 
 #ifdef __cplusplus
