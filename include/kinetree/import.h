@@ -1,12 +1,12 @@
-/* Mechanisms that other programs have described, read into a scene. Part of libkinetree-scene.
+/* Import of mechanisms that other programs describe, into a scene. Part of libkinetree-scene.
  *
  *     kt_scene scene;
  *     status = kt_robot_read("arm.urdf", NULL, &scene, NULL, NULL, &error);
  *     for (int i = 0; status == KT_OK && i < scene.note_count; i++)
  *         printf("%s: %s\n", scene.notes[i].where, scene.notes[i].what);
  *
- * The scene can be compiled as it is, or written as a scene file (kt_scene_write), to which loops, effects and a
- * `simulate` section are then added.
+ * The scene can be compiled directly, or written as a scene file (kt_scene_write). The user can then add loops, effects
+ * and a `simulate` section to the file.
  */
 #ifndef KINETREE_IMPORT_H
 #define KINETREE_IMPORT_H
@@ -19,38 +19,39 @@
 extern "C" {
 #endif
 
-/* Which inertias of links are taken over that break the triangle inequality of principal moments, or have a negative
- * one. Links that fixed joints connect are judged together: their inertia as one rigid part. */
+/* The link inertias that are accepted although no body can have them. Such an inertia has a negative principal moment,
+ * or breaks the triangle inequality of the principal moments. Links that fixed joints connect are judged together, with
+ * their inertia as one rigid part. */
 typedef enum kt_robot_inertia {
-    KT_ROBOT_INERTIA_WARN = 0, /* those of rigid parts that break it by up to 10 %: they are told */
-    KT_ROBOT_INERTIA_STRICT,   /* none: rigid parts have inertias of bodies */
-    KT_ROBOT_INERTIA_ACCEPT, /* all: they are told. Where such a part moves, accelerations may be wrong or not exist */
+    KT_ROBOT_INERTIA_WARN = 0, /* rigid parts that break the inequality by up to 10 %, with a note */
+    KT_ROBOT_INERTIA_STRICT,   /* none: every rigid part must have the inertia of a body */
+    KT_ROBOT_INERTIA_ACCEPT,   /* all, with a note. If such a part moves, accelerations may be wrong or not exist */
 } kt_robot_inertia;
 
-/* How a robot is taken over. A struct of zeros, as NULL, stands for the defaults. */
+/* Options of the import of a robot. A struct of zeros and NULL both select the defaults. */
 typedef struct kt_robot_options {
     size_t size;              /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     bool floating;            /* the root link moves freely; default: it is fixed to the world */
-    double stop_stiffness;    /* N m/rad, or N/m: limits of position become elastic stops; 0: they are left out */
+    double stop_stiffness;    /* N m/rad, or N/m: limits of position become elastic stops; 0: no stops */
     double stop_damping;      /* N m s/rad, or N s/m: damping of these stops, >= 0 */
-    kt_robot_inertia inertia; /* which inertias are accepted */
-    double
-        density; /* kg/m^3 of links without <inertial> that have shapes, and in MJCF of geoms that say neither mass nor
-                       density; 0: they have no mass, in MJCF 1000 kg/m^3, in SDF 1 kg */
+    kt_robot_inertia inertia; /* the inertias that are accepted */
+    double density; /* kg/m^3, of links that have shapes but no <inertial>, and in MJCF of geoms without mass and
+                     * density. 0: such links have no mass. MJCF then uses 1000 kg/m^3, and SDF a mass of 1 kg */
     const char *const *masses; /* masses of links, kg, each "LINK=MASS" */
     int mass_count;            /* length of masses */
-    const char *keyframe;      /* MJCF: the name of the keyframe that is the start; NULL: the reference positions */
-    const char *search;        /* folders apart by ':', in which meshes of package:// and model:// are looked for before
-                                  the folder of `path` and those around it, and models that SDF includes after that
-                                  folder; NULL: none */
-    const char *allow;         /* folders apart by ':', from which files may be included, as from the folder of `path`
-                                  and from those of `search`; NULL: none */
-    bool contacts;   /* MJCF: geoms touch planes: spheres, ends of capsules, corners of boxes, rims of cylinders */
-    bool has_ground; /* there is a floor at the height `ground`, which needs `contacts` */
+    const char *keyframe;      /* MJCF: name of the keyframe of the initial state; NULL: the reference positions */
+    const char *search;        /* folders, separated by ':'. Meshes of package:// and model:// are searched first
+                                * there, then in the folder of `path` and its parents. Models that SDF includes are
+                                * searched first in the folder of `path`. NULL: none */
+    const char *allow;         /* folders, separated by ':', from which files may be included, besides the folder of
+                                * `path` and the folders of `search`; NULL: none */
+    bool contacts;   /* MJCF: contacts of fixed planes with spheres, ends of capsules, corners of boxes, rims of
+                      * cylinders. An error for other formats */
+    bool has_ground; /* adds a floor at the height `ground`; needs `contacts` */
     double ground;   /* m, along z */
 } kt_robot_options;
 
-/* Fixed to the world, no stops, inertias as KT_ROBOT_INERTIA_WARN has them, no names. */
+/* Returns the default options: fixed to the world, no stops, inertias as KT_ROBOT_INERTIA_WARN, no names. */
 static inline kt_robot_options kt_robot_options_default(void) {
     kt_robot_options options;
     memset(&options, 0, sizeof options);
@@ -58,53 +59,62 @@ static inline kt_robot_options kt_robot_options_default(void) {
     return options;
 }
 
-/* Reads a robot from a file (`path`), or from `size` bytes of text (`path` is then only its name in messages; NULL:
- * "scene"; it cannot include other files): in the Unified Robot Description Format (the XML of ROS' package `urdf`,
- * <robot>), in MJCF (that of MuJoCo, <mujoco>), or in SDF 1.0 to 1.12 (that of Gazebo, <sdf>).
+/* Reads a robot from a file (`path`), or from `size` bytes of text. For text, `path` is only its name in messages
+ * (NULL: "scene"), and the text cannot include other files. The formats are the Unified Robot Description Format (the
+ * XML of ROS' package `urdf`, <robot>), MJCF (of MuJoCo, <mujoco>), and SDF (of Gazebo, <sdf>). The versions of SDF are
+ * 1.0 to 1.12.
+ *
  * URDF:
- *   - A link becomes a body of its name, on the joint that has it as child; characters that names of scenes cannot have
- *     become '_'. A root link named `world` without inertia, declared or not, is the world; any other root is fixed to
- *     it, or `floating`. On a root `world`, `floating` frees the links that are fixed to it.
- *   - revolute, continuous, prismatic, fixed, floating and planar joints are taken with origin and axis. A joint starts
- *     at zero, or at the limit nearest to zero where zero is outside its limits; a mimic joint where the joint that it
- *     follows puts it.
- *   - damping and friction become the effects joint_damper and joint_friction, a mimic joint a loop of type coupling.
- *   - Boxes, cylinders and spheres of visuals, else of collisions, are the link's shapes, for pictures; meshes are
- *     scene->meshes if their files are there. Collisions far larger than the robot are left out.
- *   - The rotor inertia of a transmission, times the square of its reduction, becomes the joint's armature.
- *   - Gravity is 9.81 m/s^2 along -z. inertia_check is `warn`, since inertias of robots are often rounded; `accept`
- *     where a link has an inertia that no body has, but options->inertia accepts it, or where nothing has a mass.
- *   - Limits of position, speed and effort are kt_joint_limits, data that change no motion.
- *   - Left out: contacts, extensions of simulators.
+ *   - A link becomes a body with the same name, on the joint whose child it is. Characters that are not allowed in
+ *     names of scenes become '_'. A root link named `world` without inertia, declared or not, is the world. Any other
+ *     root is fixed to the world, or free with `floating`. If the root is `world`, `floating` frees its fixed links.
+ *   - Joints of the types revolute, continuous, prismatic, fixed, floating and planar keep origin and axis. A joint
+ *     starts at zero, or at the limit nearest to zero if zero is outside its limits. A mimic joint starts at the
+ *     position that follows from its leading joint.
+ *   - The elements damping and friction become the effects joint_damper and joint_friction. A mimic joint becomes a
+ *     loop of type coupling.
+ *   - Boxes, cylinders and spheres of visuals, or else of collisions, become the link's shapes for pictures. Meshes
+ *     become scene->meshes if their files exist. Collisions far larger than the robot are omitted.
+ *   - The joint's armature is the rotor inertia of the transmission times the square of the reduction.
+ *   - Gravity is 9.81 m/s^2 along -z. The scene's inertia_check is `warn`, since inertias of robots are often rounded.
+ *     An inertia that no body can have and options->inertia accepts makes it `accept`. So do moving links without any
+ *     mass.
+ *   - Limits (position, speed, effort) become kt_joint_limits. These data do not change the motion.
+ *   - Omitted: contacts, extensions of simulators.
  * MJCF:
- *   - A body becomes a body of its name, its only joint at its origin that body's joint. Of several joints, or one
- *     elsewhere, each is that of a body without mass, which has the joint's name, and the body follows on them.
- *     Positions are MuJoCo's. A body without joints is fixed, or `floating` if it is the world's.
- *   - Masses and inertias are those of <inertial>, else of the geoms, files of meshes among them; then come the
- *     settings of <compiler>.
- *   - stiffness, damping, frictionloss, gravcomp, fixed tendons and actuators become effects, equalities loops (which
- *     are exact, not soft), named sites markers.
- *   - Left out: contacts, spatial tendons, muscles and other actuators with activations, plugins, flexible bodies,
- *     sensors, cameras, polynomials of equalities beyond the linear term.
- *   - <include> reads files within the folders of `path`, `search` and `allow`; meshes may lie elsewhere.
+ *   - A body becomes a body with the same name. A single joint at the body's origin becomes that body's joint. If there
+ *     are several joints, or one elsewhere, each joint carries a massless body with the joint's name. The body itself
+ *     follows after these. Positions are those of MuJoCo. A body without joints is fixed. If its parent is the world,
+ *     it is free with `floating`.
+ *   - Masses and inertias come from <inertial>, or else from the geoms, including files of meshes. The settings of
+ *     <compiler> are then applied.
+ *   - The elements stiffness, damping, frictionloss, gravcomp, fixed tendons and actuators become effects. Equalities
+ *     become loops, which are exact, not soft. Named sites become markers.
+ *   - With options->contacts, moving geoms touch planes that do not move. Other contacts are omitted.
+ *   - Further omissions are spatial tendons, muscles and other actuators with activations, plugins, flexible bodies,
+ *     sensors and cameras. Equalities lose polynomial terms beyond the linear term.
+ *   - <include> reads files within the folders of `path`, `search` and `allow`. Meshes may be elsewhere.
  * SDF:
- *   - The first <world> is read, with all its models, or else the first <model>. A link becomes a body of its name, with
- *     the same frame; that of a model within another, or in a world, is MODEL__LINK.
- *   - Joints carry their children as far as that gives a tree, else their parents; the others close loops. What no joint
- *     connects with the world moves freely; links of static models do not move. All joints start at zero.
- *   - Joints of two axes (universal, revolute2, piston) are two joints with a body without mass between them, which has
- *     the joint's name; so has one that carries a joint which is not at its link's origin.
- *   - damping, friction and spring_stiffness become effects, gearboxes and mimics couplings.
- *   - Mass and inertia are those of <inertial>, where they are not said 1 kg and 1 kg m^2, or, with auto, those of the
- *     collisions. Inertias that no body has are judged as those of URDF.
- *   - Gravity is the world's; without one 9.8 m/s^2 along -z.
- *   - <include> reads files within the folders of `path`, `search` and `allow`; what is not there is left out. If
- *     nothing is left then, the world is rejected.
- *   - Left out: contacts, sensors, plugins, states of worlds.
- * scene->notes tells what was left out or changed, each kind once, with the number and the place of the first. Faults
- * are reported as kt_scene_read does, all in one call. report may be NULL. On success *scene is filled, to be released
- * with kt_scene_free; on failure it is untouched. Errors: those of kt_scene_read. Time and memory grow in proportion to
- * the size of the files, and of what replicates make of them. */
+ *   - The first <world> is read with all its models; without a <world>, the first <model> is read. A link becomes a
+ *     body with the same name and frame. A link of a model in another model or in a world is named MODEL__LINK.
+ *   - A joint carries its child if this gives a tree, and otherwise its parent. The remaining joints close loops. Links
+ *     without a chain of joints to the world move freely. Links of static models do not move. All joints start at zero.
+ *   - A joint with two axes (universal, revolute2, piston) becomes two joints. The massless body between these has the
+ *     joint's name. If the axis of a joint does not meet its link's origin, a massless body with the joint's name
+ *     carries the link.
+ *   - The elements damping, friction and spring_stiffness become effects. Gearboxes and mimics become couplings.
+ *   - Mass and inertia come from <inertial>. A missing mass is 1 kg, and a missing inertia 1 kg m^2. With auto both
+ *     come from the collisions. Inertias that no body can have are judged as for URDF.
+ *   - Gravity is the gravity of the world. Without a world it is 9.8 m/s^2 along -z.
+ *   - <include> reads files within the folders of `path`, `search` and `allow`. Missing files are omitted. If nothing
+ *     is left then, the world is rejected.
+ *   - Omitted: contacts, sensors, plugins, states of worlds.
+ * The notes scene->notes report all omissions and changes: each kind once, with the number and the position of the
+ * first. All faults are reported in one call, as in kt_scene_read. The callback report may be NULL.
+ * Ownership: on success *scene is filled, and the caller releases it with kt_scene_free. On failure *scene is
+ * untouched.
+ * Errors: those of kt_scene_read.
+ * Cost: time and memory are proportional to the size of the files after the expansion of replicates. */
 KT_API KT_CHECKED kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_scene *scene,
                                           kt_scene_report *report, void *user, kt_error *error);
 KT_API KT_CHECKED kt_status kt_robot_parse(const char *path, const char *text, size_t size,
@@ -113,8 +123,8 @@ KT_API KT_CHECKED kt_status kt_robot_parse(const char *path, const char *text, s
 
 /* ---- a file, ready to run ---------------------------------------------------------------------------------------- */
 
-/* A mechanism from a file. Calls return KT_OK, which is 0, or what went wrong, which *error then tells: several in a row
- * are checked by one `if`.
+/* A mechanism from a file. Calls return KT_OK, which is 0, or an error status with the details in *error. One `if` can
+ * therefore check several calls.
  *
  *     kt_mechanism arm;
  *     kt_parameter payload;
@@ -125,23 +135,25 @@ KT_API KT_CHECKED kt_status kt_robot_parse(const char *path, const char *text, s
  *         fprintf(stderr, "%s: %s\n", error.where, error.message);
  */
 typedef struct kt_mechanism {
-    kt_scene scene;            /* what was read, with its notes */
+    kt_scene scene;            /* the contents of the file, with notes */
     kt_model *model;           /* a copy of `compiled`: its parameters may be set */
-    kt_data *data;             /* for calls of the caller's */
-    kt_simulation *simulation; /* of the model, at the start; with the scene's events, without their calls */
-    kt_scene_watch *watch;     /* of these events; the rest is memory, for kt_mechanism_free */
+    kt_data *data;             /* data for calls of the program */
+    kt_simulation *simulation; /* simulation of the model at the start; includes the scene's events, but not their
+                                * calls */
+    kt_scene_watch *watch;     /* the events of the scene in the simulation */
     kt_model *compiled;        /* the model as compiled */
-    void *memory;              /* of the copy */
+    void *memory;              /* memory of the copy, for kt_mechanism_free */
 } kt_mechanism;
 
-/* Reads a scene (*.yaml, *.yml) or a robot (all other files: kt_robot_read, with its options, which may be NULL),
- * compiles it, and makes data and a simulation. run: NULL: the scene's own; of a robot the default. On failure
- * *mechanism is untouched. Errors, with the place in the file where there is one: those of kt_scene_read or
- * kt_robot_read, kt_model_compile, kt_simulation_create and kt_scene_watch_create. */
+/* Reads a scene (*.yaml, *.yml) or a robot (all other files), compiles it, and makes data and a simulation. Robots are
+ * read with kt_robot_read and its options, which may be NULL. If run is NULL, a scene uses its own run, and a robot
+ * uses the default. On failure *mechanism is untouched.
+ * Errors: those of kt_scene_read or kt_robot_read, kt_model_compile, kt_simulation_create and kt_scene_watch_create.
+ * They include the position in the file if there is one. */
 KT_API KT_CHECKED kt_status kt_mechanism_load(const char *path, const kt_robot_options *options, const kt_run *run,
                                               kt_mechanism *mechanism, kt_error *error);
 
-/* Releases all of it, and clears the struct; NULL, and what was cleared, is allowed. */
+/* Releases all memory of a mechanism, and clears the struct. NULL and a cleared struct are allowed. */
 KT_API void kt_mechanism_free(kt_mechanism *mechanism);
 
 #ifdef __cplusplus
