@@ -1,10 +1,11 @@
-/* Scene files: YAML to a description and back. A library of its own, libkinetree-scene.
+/* Scene files: conversion of YAML to a description and back. The functions are in a separate library,
+ * libkinetree-scene.
  *
  *     static void print_fault(void *user, const kt_error *fault) {
  *         fprintf((FILE *)user, "%s: %s\n", fault->where, fault->message);
  *     }
  *
- * and then
+ * This callback prints faults. A program passes it to the reader:
  *
  *     kt_scene scene;
  *     kt_model *compiled = NULL;
@@ -14,27 +15,28 @@
  *         kt_scene_free(&scene);
  *     }
  *
- * The format is version 1 of scene-files.md, with the types of types.md. They leave these details open:
- * - A file is UTF-8 text of at most 64 MB with one YAML document. Directives, tags, anchors, aliases and
- *   merge keys are refused, so that a small file cannot stand for a large one; nesting ends at 32 levels.
- * - A number is decimal: digits with an optional sign, point and exponent (1e-3). Hexadecimal digits, needless
- *   leading zeros (017), underscores and quotes are refused. The process's locale has no influence.
- * - An angle may end in ` deg` or ` rad`, and so may an initial angular rate (then per second); a length
- *   may not.
+ * The format is version 1 of scene-files.md, with the types of types.md. The following details complete these pages:
+ * - A file is UTF-8 text of at most 64 MB with one YAML document. Directives, tags, anchors, aliases and merge keys are
+ *   rejected, so that a small file cannot expand to a large one. Nesting ends at 32 levels.
+ * - A number is decimal: digits with an optional sign, point and exponent (1e-3). Hexadecimal digits, needless leading
+ *   zeros (017), underscores and quotes are rejected. The process's locale has no influence.
+ * - An angle may end in ` deg` or ` rad`, and so may an initial angular rate (then per second). A length may not.
  * - Text that YAML reads as a number, boolean or null needs quotes.
- * - A `joint` and a `shape` name their `type`; a key that the type does not have is refused.
- * - Com and inertia are those of the shape where `mass` and `shape` are both given and `com` or `inertia` is not.
- * - An end of a loop or an effect may be {body: B, marker: M, rotation: ROTATION}, too.
+ * - A `joint` and a `shape` name their `type`. A key that the type does not have is rejected.
+ * - If `mass` and `shape` are given, a missing `com` or `inertia` is that of the shape.
+ * - An end of a loop or an effect may also be {body: B, marker: M, rotation: ROTATION}.
  * - Loops have a `name`; effects may have one. Rolling without the contact has `holonomic: false`.
- * - A distance loop without a length has that of the given positions, before loops are closed; a spring without a
- *   length is unstretched at the start, after they have been closed.
- * - If `simulate` or `output`, or one of their keys, is missing, the values of kt_run_default apply; but if `integrator`
- *   is, run.integrator is NULL, and the method is chosen for the model (kt_run_method).
- * - `parameters` is a mapping of names to numbers, angles or expressions of other parameters, in any order. Wherever a
- *   number may stand, = and an expression (expression.h) of them may stand (`mass: =rho*area*L`), in quotes where it has a
- *   comma, a bracket or a brace. It counts as an angle by its units: `=2*tilt` is no length.
- * - An event's `when`, and `simulate.until`, are formulas without =. `then` is an action or a list of them: stop, record,
- *   {set: {NAME: VALUE, ...}} of parameters and states, each value a number or a formula, {release: NAME} and {engage: NAME} of a loop or an effect, which then is switched (kt_switching), {call: NAME}.
+ * - A distance loop without a length has the distance at the given positions, before loops are closed. A spring without
+ *   a length is unstretched at the start, after loops have been closed.
+ * - If `simulate` or `output`, or one of their keys, is missing, the values of kt_run_default apply. If `integrator` is
+ *   missing, run.integrator is NULL, and the method is chosen for the model (kt_run_method).
+ * - `parameters` is a mapping of names to numbers, angles or expressions of other parameters, in any order. Any number
+ *   may be replaced by = and an expression (expression.h) of these parameters (`mass: =rho*area*L`). An expression with
+ *   a comma, a bracket or a brace needs quotes. Its units decide whether it counts as an angle: `=2*tilt` is no length.
+ * - An event's `when`, and `simulate.until`, are formulas without =. The key `then` is an action or a list of actions.
+ *   The actions are stop, record, {call: NAME}, and {set: {NAME: VALUE, ...}} for parameters and states. Each value is
+ *   a number or a formula. The actions {release: NAME} and {engage: NAME} act on a loop or an effect, which is then
+ *   switched (kt_switching).
  * A key or word that the format does not have is an error, never ignored.
  */
 #ifndef KINETREE_SCENE_H
@@ -51,91 +53,91 @@
 extern "C" {
 #endif
 
-/* Lines and columns of the items of a scene in its file. */
+/* The lines and columns of the items of a scene in its file. */
 typedef struct kt_scene_marks kt_scene_marks;
 
-/* Something that a file has and the scene has not, or has in another form. */
+/* A note about an element of a file that the scene omits or has in another form. */
 typedef struct kt_scene_note {
-    const char *where; /* "FILE:LINE:COLUMN", of the first */
-    const char *what;  /* what, and how many */
-    bool is_warning;   /* the motion is not that of the file */
+    const char *where; /* "FILE:LINE:COLUMN", of the first such element */
+    const char *what;  /* the kind of element, and the number of elements */
+    bool is_warning;   /* the motion differs from that of the file */
 } kt_scene_note;
 
-/* A number of `parameters`. */
+/* A parameter of `parameters`. */
 typedef struct kt_scene_parameter {
-    const char *name; /* as expressions use it */
-    double value;     /* in SI units and radians */
-    bool is_set;      /* by a setting, not by the file */
+    const char *name; /* name in expressions */
+    double value;     /* value in SI units and radians */
+    bool is_set;      /* set by a setting, not by the file */
 } kt_scene_parameter;
 
-/* What an event does to a loop or an effect: {release: NAME} or {engage: NAME}. */
+/* A switching action of an event on a loop or an effect: {release: NAME} or {engage: NAME}. */
 typedef struct kt_scene_switch {
-    const char *name; /* of the loop or effect, which is switched (kt_switching) */
-    bool on;          /* engage; else release */
+    const char *name; /* name of the loop or effect, which is switched (kt_switching) */
+    bool on;          /* true: engage; false: release */
 } kt_scene_switch;
 
-/* What an event sets: a parameter, or an own state. A parameter that an event sets is an own state of its name, with the
- * rate 0: formulas, records and checkpoints have it as one. */
+/* An assignment of an event to a parameter or an auxiliary state. A parameter that an event sets is an auxiliary state
+ * with its name and the rate 0. Formulas, records and checkpoints contain it as an auxiliary state. */
 typedef struct kt_scene_set {
-    const char *name;  /* of the state; or "velocity.JOINT", "velocity.JOINT[k]": a velocity of a joint */
-    const char *value; /* a formula, as `when`, of the state before the event */
+    const char *name;  /* name of the state; or "velocity.JOINT", "velocity.JOINT[k]" for a velocity of a joint */
+    const char *value; /* a formula, as `when`, that is evaluated in the state before the event */
 } kt_scene_set;
 
 /* An item of `events`, or `simulate.until` (name "until", rising, stops). */
 typedef struct kt_scene_event {
-    const char *name; /* for messages, records and kt_simulation_event_count */
+    const char *name; /* name in messages, records and kt_simulation_event_count */
     const char
         *when; /* a formula (expression.h) of the variables of kt_variable_find and of accelerations and reactions,
-                                under the names of their columns: its sign, or if it is a
-                                comparison whether it holds; parameters are in it as the numbers that they are */
-    kt_direction direction;          /* which changes of sign count; of a comparison: rising, it comes to hold */
-    bool record, stop;               /* a record is written; the run ends, after one */
+                * under the names of their columns. Its sign is watched, or for a comparison whether the comparison
+                * is true. Parameters appear as numbers */
+    kt_direction direction;          /* the changes of sign that count; for a comparison rising: it becomes true */
+    bool record, stop;               /* record: a record is written; stop: the run ends, after a record */
     const char *const *call;         /* names of the program's actions; NULL: none */
     int call_count;                  /* length of call */
     const kt_scene_switch *switches; /* take effect together, before the calls; NULL: none */
     int switch_count;                /* length of switches */
     const kt_scene_set *sets;        /* take effect together, before the switches; NULL: none */
     int set_count;                   /* length of sets */
-    int limit;                       /* how often it happens at most; 0: any number */
+    int limit;                       /* the maximum number of occurrences; 0: any number */
 } kt_scene_event;
 
-/* An item of `output.columns`: a column of the records by a formula over all others, recorded or not (the command's CSV
- * files have them). */
+/* An item of `output.columns`: a column of the records. Its formula may use all other columns, recorded or not. The CSV
+ * files of the command contain these columns. */
 typedef struct kt_scene_column {
-    const char *name;    /* of the column */
-    const char *formula; /* parameters are in it as the numbers that they are */
-    const char *unit;    /* of its values, as text for records and pictures; NULL: not given */
+    const char *name;    /* name of the column */
+    const char *formula; /* formula; parameters appear as numbers */
+    const char *unit;    /* unit of its values, as text for records and pictures; NULL: not given */
 } kt_scene_column;
 
-/* An item of `meshes`: a surface of triangles in a file (STL, OBJ), which pictures show as part of a body. One with a
- * density encloses a solid; reading the scene gives its mass, centre and inertia to the body. */
+/* An item of `meshes`: a surface of triangles in a file (STL, OBJ), which pictures show as part of a body. A mesh with
+ * a density encloses a solid. When the scene is read, the solid gives its mass, centre and inertia to the body. */
 typedef struct kt_scene_mesh {
-    const char *body;     /* that it belongs to */
-    const char *file;     /* absolute, or relative to the scene's file */
-    kt_vec3 scale;        /* times the components of its points, m a unit of the file */
-    kt_vec3 at;           /* its origin, body frame, m */
-    kt_rotation rotation; /* of its axes against the body's */
-    double density;       /* of the solid that it encloses, kg/m^3; 0: for pictures alone */
+    const char *body;     /* body that the mesh belongs to */
+    const char *file;     /* file, absolute or relative to the scene's file */
+    kt_vec3 scale;        /* factors of the components of its points, m per unit of the file */
+    kt_vec3 at;           /* origin of the mesh, body frame, m */
+    kt_rotation rotation; /* rotation of its axes relative to the body's axes */
+    double density;       /* density of the enclosed solid, kg/m^3; 0: for pictures alone */
 } kt_scene_mesh;
 
-/* How a file is read. */
+/* Options for reading a file. */
 typedef struct kt_scene_options {
     size_t size; /* sizeof of this struct, for later versions; 0: as of version 0.2 */
-    /* Values that replace those of the file, each "PATH=VALUE": PATH is the name of a parameter, or keys, names of items and
-     * numbers of list items that lead to a value (L, bodies.crank.mass, bodies.crank.com[1], simulate.tolerance); VALUE
-     * is written as in a file. A key that the file does not have is added. They are checked as the file is, and a fault's
-     * `where` is then the setting itself. */
+    /* Values that replace those of the file, each "PATH=VALUE". PATH is the name of a parameter, or a sequence that
+     * leads to a value: keys, names of items and numbers of list items. Examples are L, bodies.crank.mass,
+     * bodies.crank.com[1], simulate.tolerance. VALUE is written as in a file. A key that the file does not have is
+     * added. Settings are checked like the file; the `where` of a fault is then the setting itself. */
     const char *const *settings;
     int setting_count; /* length of settings */
 
-    /* Values that kt_scene_vary changes after the scene has been read: the PATH of each, as of a setting, and the number that
-     * it has first, as by a setting behind the others. */
+    /* Values that kt_scene_vary changes after the scene has been read: the PATH of each, as for a setting, and its
+     * first number. The first number acts like a setting after the others. */
     const char *const *variables;
     const double *values; /* variable_count numbers */
     int variable_count;   /* length of variables */
 } kt_scene_options;
 
-/* No settings, no variables. */
+/* Returns options without settings and variables. */
 static inline kt_scene_options kt_scene_options_default(void) {
     kt_scene_options options;
     memset(&options, 0, sizeof options);
@@ -146,18 +148,19 @@ static inline kt_scene_options kt_scene_options_default(void) {
 /* The numbers of a scene that follow from its variables. */
 typedef struct kt_scene_variables kt_scene_variables;
 
-/* The contents of a scene file. All strings and arrays that reading puts in it belong to it (or are static). */
+/* The contents of a scene file.
+ * Ownership: all strings and arrays that the reader creates belong to the scene (or are static). */
 typedef struct kt_scene {
     kt_description description; /* the mechanism */
     kt_run run;                 /* `simulate` and `output`, without the next two */
 
-    /* Of `simulate`, for kt_absolute_create and kt_reduction_method_of of libkinetree-study. A program that reads
-     * neither gets the same motion in tree coordinates, by QR. */
+    /* The entries of `simulate` for kt_absolute_create and kt_reduction_method_of of libkinetree-study. A program that
+     * ignores both gets the same motion in tree coordinates, with QR. */
     kt_formulation formulation; /* coordinates that are integrated */
     kt_reduction reduction;     /* how the equations of loops are solved */
 
-    /* Of `initial`: the result of a run, a file next to the scene's, from whose end the motion starts; NULL: none. The
-     * command acts upon it; a program reads the file and calls kt_scene_start_from. */
+    /* The entry of `initial` for the result of a run, a file next to the scene's file. The motion starts from its end;
+     * NULL: none. The command uses this entry. A program reads the file and calls kt_scene_start_from. */
     const char *from;
 
     const kt_scene_event *events;   /* `events`; NULL: none */
@@ -169,12 +172,12 @@ typedef struct kt_scene {
     int mesh_count;                 /* length of meshes */
     kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
     int parameter_count;            /* length of parameters */
-    const char *const *settings;    /* those of kt_scene_options, as they were given; NULL: none */
+    const char *const *settings;    /* settings of kt_scene_options, as given; NULL: none */
     int setting_count;              /* length of settings */
-    const kt_scene_note *notes;     /* what an import (import.h) has left out or changed, each kind once, and parameters
-                                 * that nothing uses; NULL: nothing */
+    const kt_scene_note *notes;     /* omissions and changes of an import (import.h), each kind once, and parameters
+                                     * that nothing uses; NULL: none */
     int note_count;                 /* length of notes */
-    void *memory;                   /* where the arrays and strings live; for kt_scene_free */
+    void *memory;                   /* memory of the arrays and strings, for kt_scene_free */
     const kt_scene_marks *marks;    /* for kt_scene_locate; NULL: not read from a file or text */
     kt_scene_variables *variables;  /* for kt_scene_vary; NULL: none */
 } kt_scene;
@@ -182,120 +185,140 @@ typedef struct kt_scene {
 /* Returns a scene with an empty mechanism and kt_run_default, but no method named. */
 KT_API kt_scene kt_scene_default(void);
 
-/* Called once for each fault of a file, in the order of lines and columns. fault->where is "FILE:LINE:COLUMN", both
- * counted from 1 and columns in characters; fault->message says what is wrong with which text and how to mend it. */
+/* Called once for each fault of a file, in the order of lines and columns. The position fault->where is
+ * "FILE:LINE:COLUMN", both counted from 1, and columns in characters. The text fault->message describes the fault,
+ * quotes the text, and gives a remedy. */
 typedef void kt_scene_report(void *user, const kt_error *fault);
 
-/* Reads a scene from a regular file (`path`), or from `size` bytes of text (`path` is then only its name in messages;
- * NULL: "scene"). The file's form and the mechanism are both checked, and every fault of both is reported in one call;
- * only an error in YAML's own syntax ends the reading at once, and faults beyond 1000 are only counted. A fault that
- * follows from another one is not reported. report may be NULL. On success *scene is filled, to be released with
- * kt_scene_free; on failure it is untouched. Errors, *error being the first fault: KT_ERROR_FILE (the file cannot be
- * read), KT_ERROR_SCENE (its form), KT_ERROR_MODEL (the mechanism, as kt_description_check), KT_ERROR_MEMORY,
- * KT_ERROR_ARGUMENT. Time and memory grow in proportion to the size of the file. */
+/* Reads a scene from a regular file (`path`), or from `size` bytes of text. For text, `path` is only its name in
+ * messages (NULL: "scene"). The form of the file and the mechanism are both checked, and one call reports every fault.
+ * Only an error in YAML's own syntax ends the reading at once. Faults beyond 1000 are only counted. A fault that
+ * follows from another one is not reported. The callback report may be NULL.
+ * Ownership: on success *scene is filled, and the caller releases it with kt_scene_free. On failure *scene is
+ * untouched.
+ * Errors: *error is the first fault. KT_ERROR_FILE (the file cannot be read), KT_ERROR_SCENE (its form), KT_ERROR_MODEL
+ * (the mechanism, as kt_description_check), KT_ERROR_MEMORY, KT_ERROR_ARGUMENT.
+ * Cost: time and memory are proportional to the size of the file. */
 KT_API KT_CHECKED kt_status kt_scene_read(const char *path, kt_scene *scene, kt_scene_report *report, void *user,
                                           kt_error *error);
 KT_API KT_CHECKED kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene,
                                            kt_scene_report *report, void *user, kt_error *error);
 
-/* The same with options (NULL: none). */
+/* Reads a scene like kt_scene_read and kt_scene_parse, with options (NULL: none). */
 KT_API KT_CHECKED kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, kt_scene *scene,
                                                kt_scene_report *report, void *user, kt_error *error);
 KT_API KT_CHECKED kt_status kt_scene_parse_with(const char *path, const char *text, size_t size,
                                                 const kt_scene_options *options, kt_scene *scene,
                                                 kt_scene_report *report, void *user, kt_error *error);
 
-/* Gives the variables of a scene other values, variable_count finite numbers: its numbers, and the values of its parameters,
- * are then those of the file read with these values, to the bit, without reading it. What kt_description_check and
- * kt_run_check judge, they judge when the scene is compiled and run. Errors, the scene being as before:
- * KT_ERROR_UNSUPPORTED (more than numbers follows from a variable: a formula of time, a rotation, a table; error->where is
- * such a place; read the scene again), KT_ERROR_SCENE (a number would not be finite, or not above 0 where it must be),
- * KT_ERROR_ARGUMENT (no variables). Allocates nothing. O(numbers that follow). */
+/* Gives the variables of a scene other values, variable_count finite numbers. The numbers of the scene and the values
+ * of its parameters then equal, to the bit, those of the file with these values. The file is not read again. The checks
+ * of kt_description_check and kt_run_check follow when the scene is compiled and run. The call allocates nothing.
+ * Errors: the scene is unchanged on failure. KT_ERROR_UNSUPPORTED if a variable affects more than numbers: a formula of
+ * time, a rotation, a table. In this case error->where is such a place; read the scene again. KT_ERROR_SCENE if a
+ * number would not be finite, or not above 0 although it must be. KT_ERROR_ARGUMENT if there are no variables.
+ * Cost: O(numbers that follow). */
 KT_API KT_CHECKED kt_status kt_scene_vary(kt_scene *scene, const double *values, kt_error *error);
 
-/* Adds the position in the file to a fault that only kt_model_compile finds: error->where, "body 'crank'" or "loop
- * 'close'", becomes "FILE:LINE:COLUMN", and its former text begins the message. Returns false, with the error
- * untouched, if that is no body or loop of the scene, or if the scene was not read. Allocates nothing. O(bodies +
- * loops). */
+/* Adds the position in the file to a fault that only kt_model_compile finds. The text error->where, "body 'crank'" or
+ * "loop 'close'", becomes "FILE:LINE:COLUMN", and the former text begins the message. Returns false if the text names
+ * no body or loop of the scene, or if the scene was not read. The error is then untouched. The call allocates nothing.
+ * Cost: O(bodies + loops). */
 KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
 
-/* The path that the scene was read from, or its name in messages; NULL: it was not read. In places of faults
- * (kt_error.where) a long path is cut at its beginning, after "...". The scene owns the text. O(1). */
+/* Returns the path from which the scene was read, or its name in messages; NULL if the scene was not read. In positions
+ * of faults (kt_error.where) a long path is cut at its beginning, after "...".
+ * Ownership: the scene owns the text.
+ * Cost: O(1). */
 KT_API const char *kt_scene_path(const kt_scene *scene);
 
-/* Releases the memory that reading took, and sets *scene to kt_scene_default. NULL is allowed. */
+/* Releases the memory of a scene that was read, and sets *scene to kt_scene_default. NULL is allowed. */
 KT_API void kt_scene_free(kt_scene *scene);
 
-/* Makes a state of a scene's model, q (nq) and v (nv; NULL: at rest), its initial state: all of it is given then, and is
- * what the loops are closed from. What the scene measures in its initial state keeps the value that it has there: lengths
- * of springs and distances of loops become numbers, and the first ends of screw closures move along their axes. Functions
- * of time begin at 0, as before. scene->from is NULL afterwards. model: compiled from this scene, and not changed. On
- * failure the scene is untouched. Errors: KT_ERROR_MEMORY; KT_ERROR_CONSTRAINT where springs have no length because the
- * scene's own initial state cannot be assembled. */
+/* Makes a state of a scene's model, q (nq) and v (nv; NULL: at rest), the initial state of the scene. All its values
+ * then count as given, and loops are closed from this state. Quantities that the scene measures in its initial state
+ * keep their values. Lengths of springs and distances of loops become numbers, and the first ends of screw closures
+ * move along their axes. Functions of time begin at 0, as before. The entry scene->from is NULL afterwards. The model
+ * must be compiled from this scene, and is not changed.
+ * Errors: KT_ERROR_MEMORY. KT_ERROR_CONSTRAINT if springs have no length because the scene's own initial state cannot
+ * be assembled. The scene is untouched on failure. */
 KT_API KT_CHECKED kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const double *q,
                                                 const double *v, kt_error *error);
 
-/* Makes own states x (description.state_count) those that the scene starts with. The scene's states are replaced; other
- * pointers into it stay valid. Errors: KT_ERROR_MEMORY, KT_ERROR_ARGUMENT; the scene is then as before. O(states). */
+/* Makes the auxiliary states x (description.state_count numbers) the initial ones of the scene. The scene's states are
+ * replaced; other pointers into the scene remain valid.
+ * Errors: KT_ERROR_MEMORY, KT_ERROR_ARGUMENT. The scene is unchanged on failure.
+ * Cost: O(states). */
 KT_API KT_CHECKED kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *error);
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
-/* The events of a scene as a simulation watches them. */
+/* The events of a scene in a simulation. */
 typedef struct kt_scene_watch kt_scene_watch;
 
-/* What a program does at an event whose `then` has {call: name}. */
+/* The action of a program at an event whose `then` has {call: name}. */
 typedef struct kt_scene_call {
-    const char *name;        /* as in the scene */
-    kt_event_action *action; /* what is called */
-    void *user;              /* for it */
+    const char *name;        /* name in the scene */
+    kt_event_action *action; /* action that is called */
+    void *user;              /* argument of the action */
 } kt_scene_call;
 
-/* How many events a simulation of this scene needs room for (kt_simulation_options.events). O(1). */
+/* Returns the number of events that a simulation of this scene needs room for (kt_simulation_options.events).
+ * Cost: O(1). */
 KT_API int kt_scene_event_room(const kt_scene *scene);
 
-/* Whether events of the scene set parameters: its model is then to be settable (kt_model_options), or a copy. O(events). */
+/* Returns whether events of the scene set parameters. The model must then be settable (kt_model_options), or a copy.
+ * Cost: O(events). */
 KT_API bool kt_scene_sets(const kt_scene *scene);
 
-/* A checksum over an event of the scene, one of `events` or `until`: what it watches and does, and, where it sets parameters, the
- * formulas of the numbers that follow from these, which files of kt_scene_write do not have. Events that do the same have the
- * same sum; checkpoints are refused where it differs (kt_event.sum). Returns 0 if one of both is NULL. Allocates nothing.
- * O(numbers that follow). */
+/* Returns a checksum of an event of the scene, one of `events` or `until`. The sum covers the formula and the actions
+ * of the event. If the event sets parameters, it also covers the formulas of the numbers that follow from these. Files
+ * of kt_scene_write do not have these formulas. Events with equal formulas and actions have equal sums. Checkpoints are
+ * rejected if the sums differ (kt_event.sum). Returns 0 if an argument is NULL. The call allocates nothing.
+ * Cost: O(numbers that follow). */
 KT_API uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event);
 
 /* Adds the events of a scene to a simulation of its model. Formulas are evaluated in the simulation's own data, and
- * allocate nothing; *watch holds what they need, must outlive the simulation, as must the model and `calls`, and is
- * released with kt_scene_watch_free; the scene may be released before. Errors: KT_ERROR_MODEL (a body is not in the
- * model), KT_ERROR_SCENE (a formula; a call that is not among `calls`, where call_count is not negative: -1 leaves
- * calls out), KT_ERROR_MEMORY, KT_ERROR_ARGUMENT (kt_scene_sets, and the model is immutable). O(events * (variables +
- * bodies)). */
+ * allocate nothing.
+ * Ownership: *watch holds the formulas. It must outlive the simulation, as must the model and `calls`, and is released
+ * with kt_scene_watch_free. The scene may be released earlier.
+ * Errors: KT_ERROR_MODEL (a body is not in the model). KT_ERROR_SCENE for a faulty formula, or for a call that is not
+ * among `calls`. If call_count is -1, calls are omitted. KT_ERROR_MEMORY. KT_ERROR_ARGUMENT (kt_scene_sets, and the
+ * model is immutable).
+ * Cost: O(events * (variables + bodies)). */
 KT_API KT_CHECKED kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model,
                                                   kt_simulation *simulation, const kt_scene_call *calls, int call_count,
                                                   kt_scene_watch **watch, kt_error *error);
-/* Sets the parameters of the model to what the own states of the simulation say of them: after kt_simulation_restore and
- * kt_simulation_set_state, where events of the scene set parameters; else nothing is to be done. Errors: those of
- * kt_parameter_set. O(numbers that follow). */
+/* Sets the parameters of the model to the values in the auxiliary states of the simulation. Call this function after
+ * kt_simulation_restore and kt_simulation_set_state if events of the scene set parameters. Other scenes do not need
+ * this call.
+ * Errors: those of kt_parameter_set.
+ * Cost: O(numbers that follow). */
 KT_API KT_CHECKED kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation,
                                                 kt_error *error);
-/* Whether the comparison `until` of the scene holds in the simulation's state. Where it does at the start, it ends nothing
- * before it has ceased to hold: an event is a change. False where there is none, or a formula that compares nothing, and
- * for NULL. Allocates nothing. O(variables; with markers: bodies). */
+/* Returns whether the comparison `until` of the scene is true in the simulation's state. An event is a change: if the
+ * comparison is true at the start, it must first become false before it can end the run. Returns false if there is no
+ * `until`, if its formula compares nothing, and for NULL. The call allocates nothing.
+ * Cost: O(variables); with markers O(bodies). */
 KT_API bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation);
-/* Velocities that events of the scene were to set, and that loops, or velocities set before by the same event, decide. */
+/* The velocities that events of the scene could not set. Loops, or velocities which the same event has set before,
+ * determine these velocities. */
 typedef struct kt_scene_missed {
-    uint64_t count;    /* how many */
-    double time;       /* s, of the first; the rest likewise: */
+    uint64_t count;    /* number of velocities */
+    double time;       /* time of the first such velocity, s; the members below belong to it, too */
     int velocity;      /* index in v */
-    double given, got; /* the value that it was to have, and the one that it has */
+    double given, got; /* the value in the event, and the actual value */
 } kt_scene_missed;
-/* Those of the simulation so far; the count is 0 for NULL. O(1). */
+/* Returns these velocities of the simulation so far; the count is 0 for NULL.
+ * Cost: O(1). */
 KT_API kt_scene_missed kt_scene_watch_missed(const kt_scene_watch *watch);
-/* Releases it; NULL is allowed. */
+/* Releases the events; NULL is allowed. */
 KT_API void kt_scene_watch_free(kt_scene_watch *watch);
 
-/* Writes a scene, read or made by the caller, as a scene file: SI units and radians, defaults left out, numbers with as
- * many digits as are needed to read back the same bits. Parameters and expressions are written as the numbers that they
- * are. Reading what was written gives the same description and run to the bit (of each struct the members of its type; a parent, or the body of an end, that is "world" comes back as
- * NULL), and writing that gives the same bytes. The scene is checked first, and nothing is written if it has a fault.
+/* Writes a scene, read or made by the caller, as a scene file in SI units and radians. Defaults are omitted. Numbers
+ * have as many digits as are needed to read back the same bits. Parameters and expressions are written as numbers.
+ * Reading the file gives the same description and run to the bit. This applies to the members of each struct that
+ * belong to its type. If a parent or the body of an end is "world", it comes back as NULL. Writing the result again
+ * gives the same bytes. The scene is checked first; if it has a fault, nothing is written.
  * Errors: those of kt_description_check, KT_ERROR_ARGUMENT (the run), KT_ERROR_UNSUPPORTED, KT_ERROR_FILE (the stream
  * fails). */
 KT_API KT_CHECKED kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error);
