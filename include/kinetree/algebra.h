@@ -183,7 +183,7 @@ static inline kt_quat kt_quat_multiply(kt_quat p, kt_quat q) {
 /* Returns |q|^2. */
 static inline double kt_quat_norm_squared(kt_quat q) { return q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z; }
 
-/* Returns q times a power of two, such that the largest component is between 1/2 and 1. */
+/* Returns q times a power of two, such that the largest component is between one half and one. */
 static inline kt_quat kt_quat_rescale(kt_quat q) {
     int exponent;
     (void)frexp(fmax(fmax(fabs(q.w), fabs(q.x)), fmax(fabs(q.y), fabs(q.z))), &exponent);
@@ -262,8 +262,8 @@ static inline kt_quat kt_quat_rate_body(kt_quat q, kt_vec3 omega) {
 
 /* ---- rotation matrices ------------------------------------------------------------------------------------------- */
 
-/* Returns R1, R2 or R3: the rotation by `angle` rad about coordinate axis 0, 1 or 2 [MSD A.1]. Zeros and ones are
- * exact. */
+/* Returns the rotation R1, R2 or R3 by `angle` rad about a coordinate axis [MSD A.1]. The argument axis is 0, 1 or 2.
+ * Zeros and ones are exact. */
 KT_API kt_mat3 kt_matrix_about(int axis, double angle);
 
 /* Returns omega = ax(Rdot R').
@@ -304,10 +304,10 @@ KT_API kt_mat3 kt_matrix_orthonormalize(kt_mat3 almost);
 /* Computes the rotation with these Euler angles. */
 KT_API KT_CHECKED kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error);
 
-/* Computes Euler angles of a rotation. The angles a and c are in [-pi, pi]. The angle b is in [0, pi] if i = k,
- * otherwise in [-pi/2, pi/2]. At a singular middle angle only a + c or a - c is determined. The call then succeeds,
- * returns the singular b and c = 0, and sets *singular (which may be NULL) to true. The angles reproduce the rotation
- * to rounding, also for a middle angle that is almost singular. */
+/* Computes Euler angles of a rotation. The angles a and c are in [-pi, pi]. The angle b is in [0, pi] if i = k.
+ * Otherwise b is in [-pi/2, pi/2]. At a singular middle angle only a + c or a - c is determined. The call then
+ * succeeds, returns the singular b and c = 0, and sets *singular (which may be NULL) to true. The angles reproduce the
+ * rotation to rounding, also for a middle angle that is almost singular. */
 KT_API KT_CHECKED kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular,
                                                  kt_error *error);
 
@@ -362,8 +362,10 @@ KT_API void kt_axis_angle_from_matrix(kt_mat3 rotation, kt_vec3 *axis, double *a
 KT_API kt_vec3 kt_axis_angle_angular_world(kt_vec3 axis, double angle, kt_vec3 axis_rate, double angle_rate);
 
 /* Computes the rates of a unit axis and of the angle that give omega.
- * Errors: KT_ERROR_SINGULAR if the angle is 2 pi k, including k = 0. Rounding is included: |sin(angle / 2)| <= 16
- * DBL_EPSILON max(1, |angle|). */
+ * Errors: KT_ERROR_SINGULAR if the angle is 2 pi k, including k = 0. The bound of rounding is
+ *
+ *     |sin(angle / 2)| <= 16 DBL_EPSILON max(1, |angle|)
+ */
 KT_API KT_CHECKED kt_status kt_axis_angle_rate_world(kt_vec3 axis, double angle, kt_vec3 omega, kt_vec3 *axis_rate,
                                                      double *angle_rate, kt_error *error);
 
@@ -417,7 +419,7 @@ KT_API kt_rotation kt_rotation_matrix(kt_mat3 rotation);
  * unknown sequence or type. Each message contains a remedy. */
 KT_API KT_CHECKED kt_status kt_rotation_evaluate(const kt_rotation *description, kt_mat3 *rotation, kt_error *error);
 
-/* Returns a right-handed triad as a rotation matrix. Column `which` (0, 1, 2) is the unit vector `axis`. The next
+/* Returns a right-handed triad as a rotation matrix. The column with index `which` is the unit vector `axis`. The next
  * columns, in cyclic order, complete the triad.
  *
  * The construction starts from the cyclic triad of the coordinate axis nearest to `axis`. The least rotation that
@@ -529,8 +531,8 @@ typedef enum kt_inertia_fault {
 } kt_inertia_fault;
 
 /* Returns whether a body can have this inertia about its centre of mass (or any of its points). Violations up to 1e-10
- * times the largest principal moment pass as rounding. For a rod or a thin plate equality holds. *moments (may be NULL)
- * receives the principal moments in ascending order, unless an entry is not finite. */
+ * times the largest principal moment pass as rounding. For a rod or a thin plate equality holds. The output *moments
+ * (may be NULL) receives the principal moments in ascending order, unless an entry is not finite. */
 KT_API kt_inertia_fault kt_inertia_check(kt_sym3 inertia, kt_vec3 *moments);
 
 /* Returns the excess of the largest principal moment over the sum of the two others, as a fraction of that sum. Returns

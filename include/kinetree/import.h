@@ -36,7 +36,8 @@ typedef struct kt_robot_options {
     double stop_damping;      /* N m s/rad, or N s/m: damping of these stops, >= 0 */
     kt_robot_inertia inertia; /* the inertias that are accepted */
     double density; /* kg/m^3, of links that have shapes but no <inertial>, and in MJCF of geoms without mass and
-                     * density. 0: such links have no mass. MJCF then uses 1000 kg/m^3, and SDF a mass of 1 kg */
+                     * density. 0: such links have no mass. In MJCF the density is then 1000 kg/m^3. In SDF the mass
+                     * is then 1 kg */
     const char *const *masses; /* masses of links, kg, each "LINK=MASS" */
     int mass_count;            /* length of masses */
     const char *keyframe;      /* MJCF: name of the keyframe of the initial state; NULL: the reference positions */
@@ -103,7 +104,7 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *     joint's name. If the axis of a joint does not meet its link's origin, a massless body with the joint's name
  *     carries the link.
  *   - The elements damping, friction and spring_stiffness become effects. Gearboxes and mimics become couplings.
- *   - Mass and inertia come from <inertial>. A missing mass is 1 kg, and a missing inertia 1 kg m^2. With auto both
+ *   - Mass and inertia come from <inertial>. The default mass is 1 kg. The default inertia is 1 kg m^2. With auto both
  *     come from the collisions. Inertias that no body can have are judged as for URDF.
  *   - Gravity is the gravity of the world. Without a world it is 9.8 m/s^2 along -z.
  *   - <include> reads files within the folders of `path`, `search` and `allow`. Missing files are omitted. If nothing

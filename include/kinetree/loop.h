@@ -2,7 +2,7 @@
  * rows of their equations. The header description.h describes loops (kt_loop), and reduction.h describes the quantities
  * that are computed from them.
  *
- * A loop on the tree coordinates u is phi(u, t) = 0, with A v = b' and A a = b'' for velocities and accelerations [MSD
+ * A loop on the tree coordinates u is phi(u, t) = 0. Velocities and accelerations satisfy A v = b' and A a = b'' [MSD
  * 7.4, 7.28]. Rolling has only the rows A v = b' [MSD 4.17]. Residuals of orientations are of first order in the error.
  * A loop type therefore has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
  *
@@ -47,7 +47,7 @@ KT_API kt_loop_rows kt_loop_rows_of(const kt_model *model, int loop);
 /* The quantity that the residual of an equation measures. */
 typedef enum kt_loop_measure {
     KT_MEASURE_LENGTH = 0, /* m */
-    KT_MEASURE_ANGLE,      /* rad, to first order: 4 tan(angle / 4); for two axes to be normal 2 tan(angle / 2) */
+    KT_MEASURE_ANGLE,      /* rad, to first order: 4 tan(angle / 4). For two axes to be normal: 2 tan(angle / 2) */
     KT_MEASURE_SUM,        /* of joint positions, rad or m */
     KT_MEASURE_NONE,       /* no residual: an equation of velocities alone */
 } kt_loop_measure;

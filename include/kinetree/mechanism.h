@@ -7,8 +7,8 @@
  *
  * Units: the time t is in s.
  *
- * Method. The loops are phi(u, t) = 0 with A v = b' and A a = b'' [MSD 7.4, 7.28]. Each group of loops that share links
- * is reduced with a QR decomposition [MSD 7.33, 7.34]:
+ * Method. The loops are phi(u, t) = 0. Velocities and accelerations satisfy A v = b' and A a = b'' [MSD 7.4, 7.28].
+ * Each group of loops that share links is reduced with a QR decomposition [MSD 7.33, 7.34]:
  *
  *     A' P = [Q1 Q2][R1; 0],   a = Q1 R1^-T b'' + Q2 z
  *     (Q2' M Q2) z = Q2' (tau - h - M a0),   a0 = Q1 R1^-T b''
@@ -62,7 +62,7 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
  * interpolated from six neighbouring states, three on each side along the motion. The motion then passes smoothly
  * through the position. The interpolation is used if it is more accurate than direct computation, and if the path does
  * not bend between the states. The function kt_data_crossings reports these cases. An interpolation takes up to 50
- * further evaluations and projections (8 x 6 + 2).
+ * further evaluations and projections.
  * Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; for effects of the caller KT_ERROR_EFFECT, KT_ERROR_CALLBACK. The
  * output a is untouched on failure.
  * Cost: O(bodies) + O(coordinates^3) of each group that is reduced by one dense matrix. */
@@ -137,8 +137,8 @@ KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, k
  * Errors: as kt_acceleration_derivatives; the outputs are untouched on failure.
  * Cost: without loops O(nv depth), besides clearing and copying the matrices, and O(L^2) for each effect with L
  * coordinates between its ends. Examples in evaluations of the accelerations (meson test plan/plan): 2.4 for the
- * bundled governor. Chains take 8 for 20 links, and 12 for 40 links. With loops O(nv^2 depth) where solutions take
- * O(bodies) (kt_acceleration_derivatives), otherwise O(nv^3). */
+ * bundled governor. A chain of 20 links takes 8. A chain of 40 links takes 12. With loops O(nv^2 depth) where solutions
+ * take O(bodies) (kt_acceleration_derivatives), otherwise O(nv^3). */
 KT_API size_t kt_stiffness_work_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                                   double t, const double *q, const double *v, const double *tau,

@@ -104,7 +104,7 @@ typedef struct kt_step {
 /* Returns the number of bytes of work memory for the calls of this header. Returns 0 if a step of the method is not a
  * function of a state; the calls then report an error.
  * Ownership: the memory belongs to the caller, is aligned to KT_ALIGNMENT, and is used only during the call.
- * Cost: about 8 s (6 nv)^2 + 2 kt_acceleration_work_size bytes with s stages. */
+ * Cost: about 288 s nv^2 bytes with s stages, and twice kt_acceleration_work_size. */
 KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
 
 /* Takes the step from q (nq) and v (nv) to next_q and next_v, which may be the same arrays. An explicit method gives
@@ -122,13 +122,14 @@ KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *dat
                                              const kt_step *step, const double *q, const double *v, double *next_q,
                                              double *next_v, kt_error *error);
 
-/* Takes the step, and computes A (2 nv x 2 nv) and B (2 nv x nv). A, B, next_q and next_v may each be NULL. The
- * derivatives are exact to rounding; the library's effects are differentiated in closed form. For effects of the caller
- * that give no derivatives, see kt_acceleration_derivatives.
+/* Takes the step, and computes its derivatives A and B. A, B, next_q and next_v may each be NULL. The derivatives are
+ * exact to rounding; the library's effects are differentiated in closed form. For effects of the caller that give no
+ * derivatives, see kt_acceleration_derivatives.
  *
  * A step contains an event if a hard contact, stop or slack rope closes, or if its reaction begins to pull. A and B
  * would omit the impulse and the time of the event, so the call fails with KT_ERROR_UNSUPPORTED. The adjoint and the
  * gradients over many steps fail likewise.
+ * Shape: A is 2 nv x 2 nv, B is 2 nv x nv.
  * Errors: as kt_step_evaluate and kt_acceleration_derivatives. KT_ERROR_SINGULAR next to a singular position of the
  * loops, at a stage or after the step. Rounding then leaves the derivatives uncertain by more than 1e-3 of the largest.
  * Outputs are untouched on failure.
@@ -145,8 +146,9 @@ KT_API size_t kt_step_parameter_work_size(const kt_model *model, const kt_method
 
 /* Takes the step, and computes C (2 nv x parameter->count), the derivatives with respect to the numbers of a parameter.
  * The derivatives hold at the present values (kt_parameter_find, kt_parameter_get). For gravity, masses, coms, inertias
- * and armature they are exact to rounding. For effects they are differences over 1/1024 of a number, or over 1/1024 of
- * its unit if the number is 0. Away from kinks these differences are exact to about 1e-12.
+ * and armature they are exact to rounding. For effects they are differences over 1/1024 of a number. For a number that
+ * is zero, the difference is over the same fraction of its unit. Away from kinks these differences are exact to about
+ * 1e-12.
  *
  * The model may be a compiled model or a copy. The call changes neither the model nor the numbers of the parameter. The
  * parameter inertia has the six independent entries; masses and inertias change with constant com. A function of time
@@ -178,7 +180,7 @@ KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data
 /* ---- through events ---------------------------------------------------------------------------------------------- */
 
 /* Returns the number of bytes of work memory for kt_motion_derivatives; 0 for NULL.
- * Cost: about 16 (2 nv)(3 nv) bytes, kt_step_work_size, a checkpoint and data. */
+ * Cost: about 96 nv^2 bytes, kt_step_work_size, a checkpoint and data. */
 KT_API size_t kt_motion_work_size(const kt_simulation *simulation);
 
 /* Advances the simulation to t_end with the bits of kt_simulation_advance, and computes how the state there changes. A
@@ -233,9 +235,12 @@ typedef struct kt_cost_point {
  * once for a point. */
 typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
 
-/* Returns the number of bytes of work memory, which must be aligned to KT_ALIGNMENT. The size is that of a step with
- * s stages, plus about 8 (2 nq + (2 + s) nv) for each checkpoint and 8 nv for each step. Returns 0 if there are no
- * steps, if the step has no derivatives, or if checkpoints are negative. */
+/* Returns the number of bytes of work memory, which must be aligned to KT_ALIGNMENT. The size is that of a step, and
+ * about 8 nv bytes for each step of the rollout. With s stages each checkpoint takes about this number of bytes:
+ *
+ *     8 (2 nq + (2 + s) nv)
+ *
+ * Returns 0 if there are no steps, if the step has no derivatives, or if checkpoints are negative. */
 KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout);
 
 /* Computes a sum of costs over a motion from q, v and the auxiliary states rollout->x, and its gradients. The output
@@ -271,9 +276,10 @@ typedef struct kt_rollout_task {
 } kt_rollout_task;
 
 /* Returns how many motions of a model are computed at once, with one motion in each lane of the processor's vectors.
- * The number is 8 with x86-64-v4, 4 with v3, and otherwise 2. Returns 1 if each motion is computed separately; *why
- * (may be NULL) is then the reason, and otherwise NULL. Lanes compute trees, in space and in the plane, with
- * explicit methods. The effects of these trees must act in joints; formulas and effects of the caller are excluded. */
+ * The number is 8 with x86-64-v4 and 4 with v3. Other instruction sets have two lanes. Returns 1 if each motion is
+ * computed separately; *why (may be NULL) is then the reason, and otherwise NULL. Lanes compute trees, in space and in
+ * the plane, with explicit methods. The effects of these trees must act in joints; formulas and effects of the caller
+ * are excluded. */
 KT_API size_t kt_rollout_width(const kt_model *model, const kt_rollout *rollout, const char **why);
 
 /* Returns the number of bytes of work memory of kt_rollout_gradients, aligned to KT_ALIGNMENT. The size is
