@@ -129,7 +129,7 @@ KT_API KT_CHECKED kt_status kt_step_evaluate(const kt_model *model, kt_data *dat
  * A step contains an event if a hard contact, stop or slack rope closes, or if its reaction begins to pull. A and B
  * would omit the impulse and the time of the event, so the call fails with KT_ERROR_UNSUPPORTED. The adjoint and the
  * gradients over many steps fail likewise.
- * Shape: A is 2 nv x 2 nv, B is 2 nv x nv.
+ * Shape: A is 2 nv x 2 nv. B is 2 nv x nv.
  * Errors: as kt_step_evaluate and kt_acceleration_derivatives. KT_ERROR_SINGULAR next to a singular position of the
  * loops, at a stage or after the step. Rounding then leaves the derivatives uncertain by more than 1e-3 of the largest.
  * Outputs are untouched on failure.
@@ -276,10 +276,9 @@ typedef struct kt_rollout_task {
 } kt_rollout_task;
 
 /* Returns how many motions of a model are computed at once, with one motion in each lane of the processor's vectors.
- * The number is 8 with x86-64-v4 and 4 with v3. Other instruction sets have two lanes. Returns 1 if each motion is
- * computed separately; *why (may be NULL) is then the reason, and otherwise NULL. Lanes compute trees, in space and in
- * the plane, with explicit methods. The effects of these trees must act in joints; formulas and effects of the caller
- * are excluded. */
+ * There are 8 lanes with x86-64-v4, four with v3, and otherwise two. Returns 1 if each motion is computed separately;
+ * *why (may be NULL) is then the reason, and otherwise NULL. Lanes compute trees, in space and in the plane, with
+ * explicit methods. The effects of these trees must act in joints; formulas and effects of the caller are excluded. */
 KT_API size_t kt_rollout_width(const kt_model *model, const kt_rollout *rollout, const char **why);
 
 /* Returns the number of bytes of work memory of kt_rollout_gradients, aligned to KT_ALIGNMENT. The size is
