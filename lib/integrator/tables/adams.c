@@ -1,5 +1,5 @@
-/* Adams methods of two and of four steps, each with the Runge-Kutta method of its order that starts it (Heun's; Kutta's
- * of order 4).
+/* Adams methods of two and of four steps. Each is started by the Runge-Kutta method of its order (Heun's; Kutta's of
+ * order 4).
  *
  *     p: Adams-Bashforth    (3, -1) / 2                  (55, -59, 37, -9) / 24
  *     b: Adams-Moulton      (1, 1) / 2                   (9, 19, -5, 1) / 24

@@ -1,9 +1,12 @@
-/* RKC of order 2: the table of its member of two stages, w0 = 1 + (2/13)/4 = 27/26. From the recurrence in
- * stabilised.c, with w1 = w0 and b_0 = b_1 = b_2 = 1 / (4 w0^2):
+/* RKC of order 2: the table of its member of two stages. With w1 = w0 and equal b_j, the recurrence in stabilised.c
+ * gives
  *
+ *     w0 = 1 + (2/13)/4 = 27/26,     b_0 = b_1 = b_2 = 1 / (4 w0^2)
  *     c_1 = 1 / (4 w0),  b = (1 - 2 w0, 2 w0)
  *
- * The error estimate 4/5 (y0 - y1) + 2/5 h (f0 + f1) is h^3/15 y''' at leading order, whatever the number of stages.
+ * The leading term of the error estimate is the same for every number of stages:
+ *
+ *     4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y''' + O(h^4)
  *
  * Source: B. P. Sommeijer, L. F. Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315, sections 2 and 3.1.
  */

@@ -1,7 +1,18 @@
-/* RKC of order 4, by extrapolation: the table of its member of two stages, w0 = 1 + (6/5)/4 = 13/10, whose single step
- * is c_1 = 5/26, b = (-8/5, 13/5) (tables/chebyshev.c). One step over h has the slopes 1 and 2, two over h/2 have 1, 3,
- * 4 and 5, three over h/3 have 1 and 6 .. 10. b = T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, and b - e = 9 T_3 / 5 - 4 T_2 / 5
- * is of order 3.
+/* RKC of order 4, by extrapolation: the table of its member of two stages. A single step of the member is
+ * (tables/chebyshev.c)
+ *
+ *     w0 = 1 + (6/5)/4 = 13/10,     c_1 = 5/26,     b = (-8/5, 13/5)
+ *
+ * The steps of the three sequences have these slopes:
+ *
+ *     one step over h         1, 2
+ *     two steps over h/2      1, 3, 4, 5
+ *     three steps over h/3    1, 6 .. 10
+ *
+ * The weights of the result and of the embedded result, which is of order 3, are
+ *
+ *     b     = T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4
+ *     b - e = 9 T_3 / 5 - 4 T_2 / 5
  *
  * Sources: as stabilised.c.
  */

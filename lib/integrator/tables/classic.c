@@ -1,7 +1,8 @@
-/* The classical fixed-step methods, and Heun's with Euler's embedded in it.
+/* The classical methods of fixed steps, and Heun's method with Euler's embedded in it. Ralston's method has the least
+ * error bound of all two-stage methods of order 2.
  *
- * Sources: HNW II.1, tables 1.1 and 1.2; W. Kutta, Z. Math. Phys. 46 (1901) 435; K. Heun, Z. Math. Phys. 45 (1900)
- * 23; A. Ralston, Math. Comp. 16 (1962) 431: of all two-stage methods of order 2 the one with the least error bound.
+ * Sources: HNW II.1, tables 1.1 and 1.2; W. Kutta, Z. Math. Phys. 46 (1901) 435; K. Heun, Z. Math. Phys. 45 (1900) 23;
+ * A. Ralston, Math. Comp. 16 (1962) 431.
  */
 #include "integrator/integrator.h"
 

@@ -1,8 +1,8 @@
 /* Diagonally implicit methods of one solved stage: implicit Euler and the trapezoidal rule (Crank-Nicolson), [MSD 5.25]
  * and [MSD 5.35].
  *
- * Both are A-stable; the first is L-stable, and damps every motion; the second damps none, and lets what is infinitely
- * stiff ring from step to step: R(z) -> -1.
+ * Both are A-stable. Implicit Euler is L-stable and damps every motion. The trapezoidal rule damps none. An infinitely
+ * stiff component oscillates from step to step, since R(z) -> -1.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.3.
  */

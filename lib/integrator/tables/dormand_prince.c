@@ -1,7 +1,7 @@
-/* The 5(4) pair of Dormand and Prince, RK5(4)7M, with the dense output of order 4 of Hairer's DOPRI5 (due to
+/* The 5(4) pair of Dormand and Prince, RK5(4)7M. The dense output of order 4 is that of Hairer's DOPRI5 (due to
  * Shampine).
  *
- * Sources: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19; HNW II.5, table 5.2; d: HNW II.6, and
+ * Sources: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19; HNW II.5, table 5.2. For d: HNW II.6, and
  * CONTD5 in the appendix there.
  */
 #include "integrator/integrator.h"

@@ -1,17 +1,24 @@
-/* Radau IIA of order 5, three stages at the zeros of d^2/dx^2 (x^2 (x - 1)^3): c = (4 -+ sqrt 6) / 10, 1.
+/* Radau IIA of order 5, with three stages at the zeros of
  *
- * The first stage of the table is y0 itself: f(t0, y0) has no part in the step (b_1 = 0), but in the error estimate and
- * in the dense output.
+ *     d^2/dx^2 (x^2 (x - 1)^3) = 0:     c = (4 -+ sqrt 6) / 10, 1
  *
- * Error estimate, Hairer and Wanner (8.19) before its filter: err = gamma_0 h f0 + sum_i e_i z_i of order 3, z_i = h
- * sum_j a_ij k_j, with 1 / gamma_0 the real eigenvalue of A^-1 and e = gamma_0 / 3 (-13 - 7 sqrt 6, -13 + 7 sqrt 6,
- * -1).
+ * The first stage of the table is y0 itself. The slope f(t0, y0) has no part in the step (b_1 = 0), but in the error
+ * estimate and in the dense output.
  *
- * Dense output: y' is the cubic through the four slopes; its integral meets y1, and has order 4. Beyond the cubic of
- * the ends it needs the third divided difference of the slopes over 4: d_i = 1 / (4 prod_{j != i} (c_i - c_j)).
+ * Error estimate: formula (8.19) of Hairer and Wanner before its filter, of order 3,
+ *
+ *     err = gamma_0 h f0 + sum_i e_i z_i,     z_i = h sum_j a_ij k_j
+ *     e   = gamma_0 / 3 (-13 - 7 sqrt 6, -13 + 7 sqrt 6, -1)
+ *
+ * with 1 / gamma_0 the real eigenvalue of A^-1.
+ *
+ * Dense output: y' is the cubic through the four slopes. Its integral meets y1, and has order 4. Beyond the cubic of
+ * the ends it needs the third divided difference of the slopes over 4:
+ *
+ *     d_i = 1 / (4 prod_{j != i} (c_i - c_j))
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, table IV.5.6 and section IV.8. All
- * digits computed from these formulas.
+ * digits are computed from these formulas.
  */
 #include "integrator/integrator.h"
 

@@ -1,14 +1,18 @@
-/* Rodas5P, G. Steinebach 2023: a Rosenbrock method of eight stages and order 5, A- and L-stable, with an embedded one
- * of order 4, for stiff equations and differential-algebraic ones of index 1.
+/* Rodas5P, G. Steinebach 2023: a Rosenbrock method of eight stages and order 5, A- and L-stable. The embedded method
+ * has order 4. It solves stiff equations and differential-algebraic ones of index 1.
  *
  * The table has alpha_ij, gamma_ij and b_i of (rosenbrock.c)
  *
- *     k_i = f(t0 + alpha_i h, y0 + h sum_j alpha_ij k_j) + h J sum_j gamma_ij k_j + gamma_i h f_t,     y1 = y0 + h sum_i b_i k_i
+ *     k_i = f(t0 + alpha_i h, y0 + h sum_j alpha_ij k_j) + h J sum_j gamma_ij k_j + gamma_i h f_t
+ *     y1  = y0 + h sum_i b_i k_i
  *
- * and below what steps compute with: U = Gamma k, so that a = alpha Gamma^-1, C = 1 / gamma - Gamma^-1, m = b Gamma^-1.
- * The published 16 digits meet the order conditions to 6e-15. Here they have been moved by 3e-15 at most, so that they
- * meet them, and those of the embedded method, to the 24 digits that are given. The dense output's middle and end are
- * those of the published one (order 4, conditions met to 2e-9), moved by 1e-8 at most for the same reason.
+ * A step computes with U = Gamma k, for which the second part of the table has
+ *
+ *     a = alpha Gamma^-1,     C = 1 / gamma - Gamma^-1,     m = b Gamma^-1
+ *
+ * The published 16 digits meet the order conditions to 6e-15. Here they are moved by at most 3e-15. They then meet
+ * these conditions, and those of the embedded method, to the 24 digits given. The middle and the end of the dense
+ * output are the published ones (order 4, conditions met to 2e-9). They are moved by at most 1e-8, for the same reason.
  *
  * Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia
  * Differential Equations package, BIT Numerical Mathematics 63 (2023) 27.

@@ -1,7 +1,9 @@
-/* BDF2, and the two-step family at the spectral radius 0.6 unless another one is chosen. Both start with the diagonally
- * implicit method of two stages and order 2 that is L-stable: gamma = 1 - 1 / sqrt 2.
+/* BDF2, and the two-step family, whose default spectral radius is 0.6. Both start with the L-stable diagonally implicit
+ * method of two stages and order 2:
  *
- * Source: [MSD 5.31]; R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006, of the method that starts.
+ *     gamma = 1 - 1 / sqrt 2
+ *
+ * Sources: [MSD 5.31]; for the starting method R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006.
  */
 #include "integrator/integrator.h"
 
