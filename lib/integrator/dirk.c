@@ -4,16 +4,18 @@
  *     Y_i = y0 + h sum_{j<i} a_ij k_j + h gamma k_i,     k_i = f(t0 + c_i h, Y_i),     i = 2 .. s
  *     y1  = Y_s
  *
- * with one gamma = a_ii for all i > 1. A stage is solved by the simplified Newton iteration
+ * with one gamma = a_ii for all i > 1. A stage is solved with the simplified Newton iteration
  *
  *     (1 / (h gamma) - J) dY = f(Y) - (Y - base) / (h gamma),     base = y0 + h sum_{j<i} a_ij k_j
  *
- * which begins with the slope at the end of the last step. Where it does not converge, as where friction sets in or a
- * contact closes within the step, J and the factors are computed anew in every iteration, and a correction dY is
- * damped: with the largest lambda = 1, 1/2, 1/4, ... for which the correction that follows at Y + lambda dY with the
- * same factors is shorter than (1 - lambda / 4) |dY|. That test is affine invariant: P. Deuflhard, Newton Methods for
- * Nonlinear Problems, 2004, section 3.3. Slopes are k_i = (Y_i - base) / (h gamma), and not evaluated, since f would
- * magnify what little Y is off a stiff motion.
+ * which begins with the slope at the end of the last step. It may diverge, as when friction sets in or a contact closes
+ * within the step. J and the factors are then computed anew in every iteration, and a correction dY is damped. The
+ * damping lambda = 1, 1/2, 1/4, ... is the largest for which the next correction is shorter than (1 - lambda / 4) |dY|.
+ * The next correction is that at Y + lambda dY with the same factors. This test is affine invariant: P. Deuflhard,
+ * Newton Methods for Nonlinear Problems, 2004, section 3.3.
+ *
+ * Slopes are not evaluated, but k_i = (Y_i - base) / (h gamma). f would magnify the small deviation of Y from a stiff
+ * motion.
  *
  * Linear stability. Y_i = N_i / ((1 - gamma z)^(i-1)) with N_1 = 1, and R = Y_s:
  *
@@ -88,7 +90,7 @@ static kt_try_result correct(kt_integrator *it, double t, double part, size_t sl
 
 /* ---- damped ------------------------------------------------------------------------------------------------------ */
 
-/* How often a correction is halved at most. */
+/* The largest number of halvings of a correction. */
 enum { HALVINGS = 20 };
 
 static kt_try_result diverged(const kt_integrator *it, kt_try *result) {
@@ -97,8 +99,8 @@ static kt_try_result diverged(const kt_integrator *it, kt_try *result) {
     return result->result = KT_TRY_DIVERGED;
 }
 
-/* Puts the stage at `from` + lambda times the correction, with the largest lambda that brings it nearer; *found:
- * whether there is one. The test is made in one norm, whatever becomes of the stage. */
+/* Puts the stage at `from` + lambda times the correction, with the largest lambda that brings it nearer. *found returns
+ * whether there is such a lambda. The norm of the test does not depend on the stage. */
 static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot, bool *found, kt_try *result) {
     double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     const double *from = kt_newton_row(it, KT_DIRK_FROM), *correction = kt_newton_row(it, KT_DIRK_CORRECTION);
@@ -117,8 +119,8 @@ static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot,
     return result->result = KT_TRY_PASSED;
 }
 
-/* One iteration. A correction that no damping makes shorter, or the last one, is taken as it is where it is small, and
- * counted, as in judge_fixed (newton.c). */
+/* One iteration. A correction is small enough if judge_fixed (newton.c) would accept it. A small one is accepted as it
+ * is, and counted, if no damping makes it shorter or if it is the last one. */
 static kt_try_result correct_damped(kt_integrator *it, double t, double part, size_t slot, bool *done, kt_try *result) {
     const size_t n = it->sizes.n;
     kt_newton_work *w = kt_newton_of(it);

@@ -1,11 +1,11 @@
-/* Stages that are solved one after the other (dirk.c): what diagonally implicit methods and implicit multistep methods
- * share. */
+/* Stages that are solved one after the other (dirk.c), shared by diagonally implicit methods and implicit multistep
+ * methods. */
 #ifndef KT_INTEGRATOR_DIRK_H
 #define KT_INTEGRATOR_DIRK_H
 
 #include "integrator/newton.h"
 
-/* Rows of a try: a stage, and its base; of the damped iteration, where a correction begins, and the correction. */
+/* Rows of a try: a stage and its base. The damped iteration adds the start of a correction, and the correction. */
 enum { KT_DIRK_STAGE, KT_DIRK_BASE, KT_DIRK_FROM, KT_DIRK_CORRECTION, KT_DIRK_ROWS };
 
 /* The first numbers of the history besides Newton's: whether there was a step, and n slopes at each of its ends. */
@@ -15,15 +15,15 @@ static inline size_t kt_dirk_history(size_t n) { return KT_DIRK_SLOPES + 2 * n; 
 /* kt_newton_prepare with these rows. */
 kt_try_result kt_dirk_prepare(kt_integrator *it, bool rejected, kt_try *result);
 
-/* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows and `part` of the sign of the
- * step; Y is left in its row, and the slope (Y - base) / part in the slot. */
+/* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows. The sign of `part` is that of the
+ * step. Y is left in its row, and the slope (Y - base) / part in the slot. */
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result);
 
-/* How a step whose iteration did not converge goes on: with a new Jacobian, then damped (KT_TRY_PASSED), or not at
- * all. */
+/* Decides how a step continues whose iteration did not converge: with a new Jacobian, then damped (KT_TRY_PASSED), or
+ * not at all. */
 kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result);
 
-/* The slope at the start of a step: that with which the last one was solved, or f where there is none. */
+/* The slope at the start of a step: that of the last step's solution, or f if there is none. */
 const double *kt_dirk_slope(const kt_integrator *it);
 
 /* All stages of the table; y1 is left in the row of stages. */
@@ -33,7 +33,7 @@ kt_try_result kt_dirk_stages(kt_integrator *it, const kt_interval *interval, kt_
 void kt_dirk_accept(kt_integrator *it);
 kt_try_result kt_dirk_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
 
-/* Of a family with the slots of the table. */
+/* `init` of a family with the slots of the table. */
 void kt_dirk_init(kt_integrator *it);
 
 #endif

@@ -5,18 +5,19 @@
  *     (sigma - J) x = r,     J = f_y(t_J, y_J),
  *
  * with sigma = gamma / h, real or complex, where gamma belongs to the method. J is kept over steps as long as the
- * iteration contracts well: corrections d_k shrink by theta = |d_k| / |d_{k-1}|, and what is missing after the last is
- * theta / (1 - theta) |d_k|. Factors are kept while h stays.
+ * iteration contracts well. The corrections d_k shrink by theta = |d_k| / |d_{k-1}|, and the error after the last one
+ * is theta / (1 - theta) |d_k|. Factors are kept while h stays.
  *
- * Who solves. The caller, where kt_integrator_options.newton is given: it knows the structure of f. Otherwise J is
- * found here by forward differences, column by column, and sigma - J factored as a dense matrix.
+ * Solver. The caller solves these equations if kt_integrator_options.newton is given, since it can use the structure of
+ * f. Otherwise J is computed here with forward differences, column by column, and sigma - J is factored as a dense
+ * matrix.
  *
- * What a checkpoint holds is not J but where it was computed: (t_J, y_J), h of the factors, and the last ratio. The
- * matrices in memory are those of the history as long as `matrices_known` is set; where it is not, as after a failed
- * step or a restore, they are computed again at (t_J, y_J), with the same bits.
+ * Checkpoints. A checkpoint does not contain J, but the point (t_J, y_J) of its evaluation, h of the factors, and the
+ * last ratio. While `matrices_known` is set, the matrices in memory are those of the history. After a failed step or a
+ * restore it is not set; the matrices are then computed again at (t_J, y_J), with the same bits.
  *
- * Where J cannot be computed, as at a singular position of loops, that of earlier steps goes on serving; where there is
- * none, J = 0: the iteration is that of Picard, and steps are as short as it needs.
+ * If J cannot be computed, as at a singular position of loops, the J of earlier steps remains in use. If there is none,
+ * J = 0: the iteration becomes Picard's, and steps are as short as it requires.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8.
  */
@@ -28,29 +29,34 @@
 #include <math.h>
 #include <string.h>
 
-/* A contraction slower than this asks for a new Jacobian at the next step. */
+/* A contraction slower than this requests a new Jacobian at the next step. */
 #define KT_SLOW_RATE 0.03
 
-/* One of no use: corrections do not shrink. */
+/* A contraction rate of no use: corrections do not shrink. */
 #define KT_STALLED_RATE 0.99
 
-/* The fewest iterations of a try, by which its rate is known (is_settled). One alone would be judged by that of the
- * step before: where a stiff force has gone since, the matrix hides it from the correction, however large the
- * residual. */
+/* The fewest iterations of a try, which determine its rate (is_settled). A single iteration would be judged with the
+ * rate of the step before. If a stiff force has vanished since then, the matrix hides it from the correction, however
+ * large the residual is. */
 #define KT_NEWTON_LEAST 2
 
-/* What the matrix hides. Where a stiff force has gone within the step, as that of a contact that opens, J is no longer of
- * the motion, and makes a correction (sigma - J)^-1 r of what should be r / sigma: a million times too small, and below the
- * tolerance from the first on. The same matrix hides such a step from the error estimate. But with J' instead of J the next
- * residual is (J' - J) (sigma - J)^-1 r: it does not shrink. So where r / sigma, shrinking further at the rate of the last
- * iteration, would not be tolerable, and the correction is less than this part of it, there is one more iteration; and where
- * it shrinks more slowly than at this rate, it is r / sigma that is judged. Once residuals shrink faster, J is near J' where
- * it counts, and the estimate sees the step. From a part of 0.01 on the smooth governor would show it, below 0.003 releases
- * next to another stiff spring are missed. */
+/* Hidden residuals. A stiff force may vanish within the step, as that of a contact that opens. J then no longer belongs
+ * to the motion: a correction is (sigma - J)^-1 r, although it should be r / sigma. It is a million times too small,
+ * and below the tolerance from the first iteration on. The same matrix hides such a step from the error estimate.
+ *
+ * But with J' instead of J the next residual is (J' - J) (sigma - J)^-1 r, which does not shrink. The test extrapolates
+ * r / sigma with the rate of the last iteration. If the result is not tolerable, and the correction is smaller than
+ * KT_HIDDEN_PART of r / sigma, there is one more iteration. If r / sigma shrinks more slowly than KT_HIDDEN_RATE, the
+ * iteration is judged with r / sigma. Once residuals shrink faster, J is close to J' in the directions that matter, and
+ * the estimate includes the step.
+ *
+ * With a part of 0.01 or more, the smooth governor would trigger the test. Below 0.003, releases next to another stiff
+ * spring are missed. */
 #define KT_HIDDEN_PART 0.007
 #define KT_HIDDEN_RATE 0.4
 
-/* A correction of so few roundings of the state is rounding, and so is its residual, which does not shrink. */
+/* A correction of so few roundings of the state is rounding itself. Its residual is rounding, too, and does not
+ * shrink. */
 #define KT_HIDDEN_ROUNDINGS 100.0
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -75,8 +81,9 @@ static double *jacobian_point(const kt_integrator *it) { return it->history + KT
 
 /* ---- the Jacobian ------------------------------------------------------------------------------------------------ */
 
-/* Column j of J is (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch; an exact one, to 1e-10
- * or so, (f(y + delta e_j) - f(y - delta e_j)) / (2 delta) with a larger delta, and slot 1 as scratch, too. */
+/* Computes column j of J as (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch. An exact
+ * Jacobian, to about 1e-10, is (f(y + delta e_j) - f(y - delta e_j)) / (2 delta) with a larger delta. It also uses slot
+ * 1 as scratch. */
 static kt_try_result difference(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
     const size_t n = it->sizes.n, counted = it->counted, other = it->sizes.slots - 1;
     kt_newton_work *w = kt_newton_of(it);
@@ -99,7 +106,7 @@ static kt_try_result difference(kt_integrator *it, double t, const double *y, si
     return KT_TRY_PASSED;
 }
 
-/* J at (t, y), where f is in slot `slot`. */
+/* Computes J at (t, y), with f in slot `slot`. */
 static kt_try_result compute_jacobian(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
     const kt_newton *newton = it->options.newton;
     it->memory.counts.jacobians++;
@@ -149,15 +156,17 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
 
 /* ---- before a try ------------------------------------------------------------------------------------------------ */
 
-/* With fixed steps components are scaled as if they were at least this part of the largest one, and of what a step
- * makes of them. */
+/* With fixed steps, the scale of a component is at least this part of the scale of the largest one. It is also at least
+ * this part of the scale of the stage's own value. */
 #define KT_SMALL_PART 1e-3
 
-/* Adaptive: as the error estimate is weighted. That is of order 3 and goes like h^4, the error of a run like h^5: held
- * at r^(4/5), the estimate makes the error go like r. The tolerances of a try are therefore r^(4/5) instead of r, and
- * the absolute ones larger by the same factor. (Hairer's RADAU5 has 0.1 r^(2/3): errors go like r^(5/6).) Fixed: by
- * rounding, of the state or of what a step makes of it; the part of the largest component is for those that are 0, and
- * where all are and rest, it is 1. */
+/* Sets the scales of corrections. With adaptive steps they follow the weights of the error estimate. The estimate is of
+ * order 3 and proportional to h^4, the error of a run to h^5. With the estimate held at r^(4/5), the error is
+ * proportional to r. The relative tolerance of a try is therefore r^(4/5) instead of r, and the absolute ones are
+ * larger by the same factor. (Hairer's RADAU5 has 0.1 r^(2/3): errors are proportional to r^(5/6).)
+ *
+ * With fixed steps the scales are the rounding of the state, or of the value that a step gives it. A component that is
+ * 0 has a part of the largest component's scale. If all components are 0 and at rest, the largest one counts as 1. */
 static void set_scales(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     const double relative = it->options.relative_tolerance;
@@ -307,7 +316,7 @@ double kt_newton_square_of(const kt_integrator *it, const double *x, const doubl
 kt_try_result kt_newton_relinearize(kt_integrator *it, double t, const double *stage, size_t slot, double sigma,
                                     kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
-    it->matrices_known = w->is_in_memory = false; /* those of the history are gone */
+    it->matrices_known = w->is_in_memory = false; /* the matrices of the history are overwritten */
     w->factored = 0.0;
     if (compute_jacobian(it, t, stage, slot, result) == KT_TRY_STOPPED)
         return result->result;
@@ -340,10 +349,10 @@ static double noise_within(const kt_integrator *it, double h) {
     return it->noise == NULL ? 0.0 : it->noise->within(fabs(h), it->callbacks.user);
 }
 
-/* The largest error that is left in the stages, over the tolerance: a part of it that does not show in the step's
- * error. With the tolerance r^(4/5) of a try (set_scales) it is r^(6/5), and in proportion to r after the r^(-1/5) steps
- * of a run even where all leave errors of one sign, as in a bend of the path next to a singular position of loops. With
- * fixed steps the scales are those of rounding. */
+/* The largest error that is left in the stages, over the tolerance: a part of it that has no effect on the step's
+ * error. With the tolerance r^(4/5) of a try (set_scales) it is r^(6/5). After the r^(-1/5) steps of a run it is
+ * proportional to r, even if all steps leave errors of one sign. Such a motion is a bend of the path next to a singular
+ * position of loops. With fixed steps the scales are those of rounding. */
 static double iteration_tolerance(const kt_integrator *it) {
     const double relative = kt_newton_of(it)->slack * it->options.relative_tolerance;
     if (it->options.step > 0.0)
@@ -360,16 +369,17 @@ static bool is_noise(const kt_integrator *it, double size) {
     return w->iterations >= KT_NEWTON_LEAST && size * w->slack * most <= noise_within(it, w->now.step);
 }
 
-/* Whether corrections that do not shrink are small. With J = 0 they are what the equations are off by, which no stiffness
- * hides: rate * size after this one. Where a motion leaves a singular position from rest, accelerations depend on the
- * direction alone in which it does, and corrections shrink by a factor that no shorter step lowers. */
+/* Whether corrections that do not shrink are small. With J = 0 they are the residual of the equations, which no
+ * stiffness hides: rate * size after this correction. If a motion leaves a singular position from rest, accelerations
+ * depend only on the direction of departure. Corrections then shrink by a factor that no shorter step lowers. */
 static bool is_small(const kt_integrator *it, double size) {
     const kt_newton_work *w = kt_newton_of(it);
     return w->iterations >= KT_NEWTON_LEAST && w->rate >= KT_STALLED_RATE && kt_newton_is_zero(w) &&
            w->rate * size <= iteration_tolerance(it);
 }
 
-/* theta^k after k further iterations of the same rate: what will be missing then, over what is tolerated. */
+/* The error after `further` more iterations with the rate theta, which multiply it by theta^further, over the
+ * tolerance. */
 static double predicted_error(const kt_newton_work *w, double size, double tolerance, int further) {
     double missing = w->now.ratio * size / tolerance;
     for (int i = 0; i < further; i++)
@@ -393,9 +403,9 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, kt_try *resu
         0.8 * kt_control_power(fmin(missing, 20.0), -1.0 / (double)(KT_NEWTON_ITERATIONS - 1 + 4 - w->iterations)));
 }
 
-/* To rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Where f itself
- * is not exact to rounding, as near a singular position of loops, corrections stop shrinking earlier; they are taken as
- * they are where they are below 1e-7 of y, and counted. */
+/* Iterates to rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Next to
+ * a singular position of loops, f itself is not exact to rounding, and corrections stop shrinking earlier. They are
+ * accepted if they are below 1e-7 of y, and counted. */
 static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (w->iterations < 2)
@@ -410,17 +420,17 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
     return KT_TRY_PASSED;
 }
 
-/* Whether the rate is known: by two corrections, and by a third where the second was not far shorter than the first.
- * What the matrix hides - where a stiff force has gone within the step, as in a contact that opens - makes corrections
- * that are small from the first on, and do not shrink: the first two may seem to. */
+/* Whether the rate is reliable. It needs two corrections, and a third if the second was not much shorter than the
+ * first. If a stiff force has vanished within the step, as in a contact that opens, the matrix hides the residual.
+ * Corrections are then small from the first one on and do not shrink, although the first two may seem to. */
 static bool is_settled(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     const bool is_fast = w->rate <= KT_SLOW_RATE || it->options.step > 0.0;
     return w->iterations >= (is_fast ? KT_NEWTON_LEAST : KT_NEWTON_LEAST + 1) && !w->hides;
 }
 
-/* The error that is left, over the last correction: by the rate, or with adaptive steps by the last quotient if that is
- * worse. */
+/* The error that is left, over the last correction. It follows from the rate, or with adaptive steps from the last
+ * quotient if that is worse. */
 static double error_ratio(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     if (it->options.step > 0.0 || w->iterations < 3 || w->last_quotient <= w->rate)
@@ -446,7 +456,8 @@ static bool is_hidden(const kt_integrator *it, double size) {
     return size > KT_HIDDEN_ROUNDINGS * rounding;
 }
 
-/* Counts an iteration with a correction of this size. Returns what is judged: that, or what it hides and what lasts. */
+/* Counts an iteration with a correction of this size. Returns the size to be judged: that of the correction, or that of
+ * the hidden residual if the residual persists. */
 static double count_iteration(kt_integrator *it, double size) {
     kt_newton_work *w = kt_newton_of(it);
     w->hides = is_hidden(it, size);
@@ -483,8 +494,9 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     return diverged(result, it->memory.t, 0.5);
 }
 
-/* Where no Jacobian can be computed, as next to a singular position of loops, that of earlier steps may make iterations
- * diverge however short the step is. What is not stiff needs none: it is left out, for as long as that serves. */
+/* Leaves J out. If no Jacobian can be computed, as next to a singular position of loops, an old J may cause divergence
+ * for every step size. A motion that is not stiff needs no J. J = 0 is used as long as the iteration converges with
+ * it. */
 static bool is_left_out(const kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     const bool serves = (int)w->now.state == KT_JACOBIAN_KNOWN && !(it->options.step > 0.0);
@@ -493,7 +505,7 @@ static bool is_left_out(const kt_integrator *it) {
     return serves;
 }
 
-/* Without it the iteration has diverged, too: a shorter step begins with it. */
+/* The iteration has diverged without J, too: a shorter step begins with J. */
 static kt_try_result bring_back(kt_integrator *it, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if ((int)w->now.state == KT_JACOBIAN_LEFT_OUT) {
@@ -541,8 +553,8 @@ void kt_newton_forget(kt_integrator *it) {
     kt_newton_renew(it);
 }
 
-/* The contraction rate grows with the step, at least in proportion. A step may grow until it is foreseen to be this
- * one: a step that is longer, as the error alone would allow, is tried in vain again and again. */
+/* The contraction rate grows at least in proportion to the step. A step may grow until its predicted rate is this one.
+ * A longer step, which the error alone would allow, would be rejected again and again. */
 #define KT_FORESEEN_RATE 0.5
 
 double kt_newton_control(const kt_integrator *it, double h, double error) {
@@ -559,7 +571,7 @@ double kt_newton_control(const kt_integrator *it, double h, double error) {
                                   kt_control_power(error, -root));
     }
     factor = fmax(o->factor_min, fmin(o->factor_max, factor));
-    if (w->is_of_now && factor * w->worst > KT_FORESEEN_RATE) /* of an older J the rate tells its age, too */
+    if (w->is_of_now && factor * w->worst > KT_FORESEEN_RATE) /* for an older J, the rate also reflects its age */
         factor = fmin(factor, fmax(1.0, KT_FORESEEN_RATE / w->worst));
     return factor >= 1.0 && factor <= 1.2 && w->rate <= KT_SLOW_RATE ? 1.0 : factor;
 }

@@ -10,12 +10,12 @@ enum { KT_NEWTON_ITERATIONS = 7, KT_NEWTON_ITERATIONS_FIXED = 50 };
 /* The most stages that are iterated at once. */
 enum { KT_NEWTON_STAGES = 3 };
 
-/* Where the Jacobian in use was computed. */
+/* The origin of the Jacobian in use. */
 typedef enum kt_jacobian_state {
     KT_JACOBIAN_NONE = 0,
     KT_JACOBIAN_KNOWN,
     KT_JACOBIAN_ZERO,    /* it could not be computed at (t_J, y_J), and there was none before: J = 0 */
-    KT_JACOBIAN_LEFT_OUT /* none can be computed, and by that of (t_J, y_J) iterations diverge or stages go wrong: J = 0 */
+    KT_JACOBIAN_LEFT_OUT /* J = 0: none can be computed, and with the old one iterations diverge or stages go wrong */
 } kt_jacobian_state;
 
 /* The numbers that determine the next step besides the state: the first part of an implicit method's history. */
@@ -48,7 +48,7 @@ typedef struct kt_newton_work {
     double last_size, last_quotient; /* of the corrections so far */
     double bare[KT_NEWTON_STAGES];   /* |r / sigma| of each stage, of the last iteration (kt_newton_note) */
     double hidden, hidden_quotient;  /* the largest that is not tolerable, and its quotient; 0: all are */
-    bool hides;                      /* the last correction hides what is not tolerable */
+    bool hides;                      /* the last correction hides a residual that is not tolerable */
     int iterations;                  /* of the try */
     bool is_of_now;                  /* J was computed at the start of this step */
     bool damped;                     /* fixed steps: the simplified iteration has failed, and the damped one goes on */
@@ -77,60 +77,61 @@ static inline double *kt_newton_history(const kt_integrator *it) {
 /* For `measure` of a family whose methods keep `rows` vectors of a try, and `history` numbers between steps. */
 void kt_newton_measure(kt_integrator_sizes *sizes, size_t rows, size_t history);
 
-/* Before a try: lays the scratch out and makes J known: that of earlier steps, or a new one where that is wanted or
- * where a try with an old one was rejected. Requires f(t, y) in slot 0. */
+/* Before a try: lays the scratch out and provides J. J is that of earlier steps, unless a new one is wanted, or a try
+ * with an old one was rejected. Requires f(t, y) in slot 0. */
 kt_try_result kt_newton_prepare(kt_integrator *it, size_t rows, bool rejected, kt_try *result);
 
-/* J at the start of this step, unless it is that already. */
+/* Computes J at the start of this step, unless the J in use already is that. */
 kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result);
 
-/* Factors sigma - J for the step h, unless they are known: for sigma = real / h, and for pair / h unless pair.im is 0.
- * KT_TRY_DIVERGED where a matrix is singular. */
+/* Factors sigma - J for the step h, unless the factors are in memory. sigma is real / h, and also pair / h unless
+ * pair.im is 0.
+ * Errors: KT_TRY_DIVERGED if a matrix is singular. */
 kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_complex pair, kt_try *result);
 
-/* r becomes (sigma - J)^-1 r with the factors of kt_newton_factor, n values; quadratures, on which f does not depend,
- * are divided by sigma. `im` NULL: the real system. */
+/* Replaces r with (sigma - J)^-1 r, n values, using the factors of kt_newton_factor. Quadratures, on which f does not
+ * depend, are divided by sigma. `im` NULL: the real system. */
 kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, double *im, kt_try *result);
 
-/* A simplified Newton iteration. Begins one; then, after each correction, kt_newton_judge decides by its weighted norm:
- * KT_TRY_PASSED with *done, or without: go on; KT_TRY_DIVERGED with result->factor, how much shorter the step should
- * be. */
+/* Begins a simplified Newton iteration. After each correction, kt_newton_judge decides with the weighted norm of the
+ * correction. KT_TRY_PASSED with *done ends the iteration; without *done it continues. KT_TRY_DIVERGED sets
+ * result->factor, the factor by which the step should be shorter. */
 void kt_newton_begin(kt_integrator *it);
-/* Before kt_newton_judge, where J may hide what is left of the residual r of a stage: |r / sigma|, its correction if J
- * was 0. */
+/* Records |r / sigma| of a stage with the residual r: the correction if J was 0. Call it before kt_newton_judge if J
+ * may hide the rest of the residual. */
 void kt_newton_note(kt_integrator *it, size_t stage, double bare);
 kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result);
 
 /* sum_i (x_i / scale_i)^2 */
 double kt_newton_square(const kt_integrator *it, const double *x);
 
-/* The same of the correction x of a stage or its increment. With fixed steps the scale knows the size of what is
- * corrected: it may be far larger than the state at the start of the step. */
+/* The same for the correction x of a stage or its increment. With fixed steps the scale includes the size of the
+ * corrected vector, which may be far larger than the state at the start of the step. */
 double kt_newton_square_of(const kt_integrator *it, const double *x, const double *stage);
 
-/* KT_TRY_NOT_FINITE where the norm of a correction is not finite because of a component of x. */
+/* Returns KT_TRY_NOT_FINITE if the norm of a correction is not finite because of a component of x. */
 kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t, double size, kt_try *result);
 
-/* For one iteration of Newton's method without simplification: J at a stage (t, Y), where f is in the slot, and the
- * factors of sigma - J. Where J cannot be computed there, that in memory serves. */
+/* For one iteration of Newton's method without simplification: computes J at a stage (t, Y), with f in the slot, and
+ * the factors of sigma - J. If J cannot be computed there, the J in memory is used. */
 kt_try_result kt_newton_relinearize(kt_integrator *it, double t, const double *stage, size_t slot, double sigma,
                                     kt_try *result);
 
-/* How a try that did not converge goes on: with J as of now and the same step (KT_TRY_PASSED), without J where it cannot be
- * computed now, or not at all. */
+/* Decides how a try continues that did not converge. It continues (KT_TRY_PASSED) with the same step and J of the
+ * present. If J cannot be computed now, it continues without J, or not at all. */
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result);
 
-/* After a step, and before the first one of a motion. kt_newton_want, after the first: the next step begins with a new
- * Jacobian. */
+/* After a step, and before the first step of a motion. kt_newton_want is called after kt_newton_accept: the next step
+ * then begins with a new Jacobian. */
 void kt_newton_accept(kt_integrator *it);
 void kt_newton_want(kt_integrator *it);
 void kt_newton_forget(kt_integrator *it);
 
-/* Forgets the Jacobian, and leaves the rest of the history. */
+/* Forgets the Jacobian, and keeps the rest of the history. */
 void kt_newton_renew(kt_integrator *it);
 
-/* h_new / h after an accepted step, with the predictive control of Gustafsson: Hairer and Wanner IV.8 (8.20, 8.21); not
- * so long that the iteration would fail. */
+/* h_new / h after an accepted step, with the predictive control of Gustafsson: Hairer and Wanner IV.8 (8.20, 8.21). The
+ * result is limited so that the next iteration does not fail. */
 double kt_newton_control(const kt_integrator *it, double h, double error);
 
 kt_status kt_newton_report(const kt_integrator *it, const char *where, kt_error *error);

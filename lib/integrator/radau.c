@@ -10,22 +10,26 @@
  *     (gamma / h - J) dw_1                            = (T^-1 f)_1 - gamma w_1 / h
  *     ((alpha + i beta) / h - J) (dw_2 + i dw_3)      = (T^-1 f)_2 + i (T^-1 f)_3 - (alpha + i beta) (w_2 + i w_3) / h
  *
- * It begins with the polynomial of the last step, continued, or with 0 where there is none. Residuals f - k of the stages,
- * k = A^-1 z / h, tell whether J hides what is left of them (newton.c).
+ * It begins with the polynomial of the last step, continued, or with 0 if there is none. The residuals f - k of the
+ * stages, k = A^-1 z / h, show whether J hides a part of them (newton.c).
  *
- * Error estimate. The embedded formula of order 3 (tables/radau.c) is made to decay where the motion is stiff:
+ * Error estimate. The embedded formula of order 3 (tables/radau.c) is filtered so that it decays if the motion is
+ * stiff:
  *
  *     err = (gamma / h - J)^-1 (f(t0, y0) + gamma (e_1 z_1 + e_2 z_2 + e_3 z_3) / h)
  *
- * and, where it is too large in the first step or after a rejected try, once more with f(t0, y0 + err).
+ * If err is too large in the first step or after a rejected try, it is computed once more with f(t0, y0 + err).
  *
- * Dense output. The slopes of the stages, k = A^-1 z / h, are those of the polynomial through them, and not evaluated:
- * f would magnify what little y1 is off a stiff motion. The slope at the start is the last one of the step before.
+ * Dense output. The slopes of the stages, k = A^-1 z / h, are those of the polynomial through them, and not evaluated.
+ * f would magnify the small deviation of y1 from a stiff motion. The slope at the start is the last one of the step
+ * before.
  *
- * Linear stability: R(z) = (1 + 2 z / 5 + z^2 / 20) / (1 - 3 z / 5 + 3 z^2 / 20 - z^3 / 60), A- and L-stable.
+ * Linear stability, A- and L-stable:
  *
- * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8. T has columns whose
- * last component is 1 (of the complex pair: 1 and 0); all digits are computed from A.
+ *     R(z) = (1 + 2 z / 5 + z^2 / 20) / (1 - 3 z / 5 + 3 z^2 / 20 - z^3 / 60)
+ *
+ * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8. The last component of
+ * each column of T is 1 (for the complex pair: 1 and 0). All digits are computed from A.
  */
 #include "integrator/newton.h"
 
@@ -141,7 +145,7 @@ static kt_try_result evaluate_stages(kt_integrator *it, const kt_interval *in, k
     return KT_TRY_PASSED;
 }
 
-/* Notes |h / gamma (f - k)| of all stages. With fixed steps the iteration goes on to rounding anyway. */
+/* Records |h / gamma (f - k)| of all stages. With fixed steps the iteration continues to rounding anyway. */
 static void note_residuals(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
     const kt_newton_work *w = kt_newton_of(it);

@@ -1,5 +1,5 @@
 /* The family of Rosenbrock methods: linearly implicit, for stiff equations. A step solves eight linear systems with one
- * matrix, and iterates nothing:
+ * matrix, without any iteration:
  *
  *     k_i = f(t0 + alpha_i h, y0 + h sum_{j<i} alpha_ij k_j) + h J sum_{j<=i} gamma_ij k_j + gamma_i h f_t
  *     y1  = y0 + h sum_i b_i k_i
@@ -10,36 +10,44 @@
  *     (1 / (h gamma) - J) U_i = f(t0 + alpha_i h, y0 + sum_{j<i} a_ij U_j) + sum_{j<i} C_ij U_j / h + gamma_i h f_t
  *     y1 = y0 + sum_i m_i U_i
  *
- * Error estimate: the difference to the embedded method is U_8, a solution of such a system, and so decays where the
- * motion is stiff.
+ * Error estimate: the difference to the embedded method is U_8. U_8 solves such a system, and so decays if the motion
+ * is stiff.
  *
- * J. The order depends on an exact one: it is computed at every step, and by central differences where the caller gives
- * none. Where it cannot be computed the old one serves on, and the step is counted (capped): its order is lower, which
- * an adaptive step sees in its estimate. That of a bend next to a singular position of loops is wrong behind it by any
- * factor, and steps by it would be as short: where the slope of the second stage is foreseen better without J, J = 0.
+ * J. The order depends on an exact Jacobian. It is computed at every step, with central differences if the caller
+ * provides none. If it cannot be computed, the old one remains in use, and the step is counted (capped). The order of
+ * such a step is lower, and the error estimate of an adaptive step includes this. Behind a bend next to a singular
+ * position of loops, the old J is wrong by any factor, and steps with it would be as short. If the slope of the second
+ * stage is predicted better without J, the step uses J = 0.
  *
- * f_t. The caller says that f does not depend on time (kt_newton.autonomous), or knows it (kt_newton.time_derivative), or it
- * is the difference over 2 delta, delta = h / 1024, (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta), within
- * the step: off by delta^2 f_ttt / 3, which makes 1e-7 h^4 f_ttt of a step, and by the rounding of f, which makes 5e-13
- * h f.
+ * f_t. The caller may declare that f does not depend on time (kt_newton.autonomous), or may compute f_t
+ * (kt_newton.time_derivative). Otherwise it is a difference within the step, with delta = h / 1024:
  *
- * What the matrix hides. Where a stiff force has gone within the step, as that of a contact that opens, (1 / (h gamma) -
- * J)^-1 leaves nothing of it in U, and so in the estimate. But stages 6 to 8 are all at the end of the step, Y_7 = Y_6 +
- * U_6 and Y_8 = Y_7 + U_7, and J foretells f(Y_7) = f(Y_6) + J U_6, likewise f(Y_8). Where that is wrong by a large part of
- * J U, and the matrix hides it, h gamma of what it is wrong by counts as an error, too.
+ *     f_t = (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta)
  *
- * Quadratures, on which f does not depend, have no part in J: they are integrated by Simpson's rule over the dense
- * output, with two more evaluations, to order 4.
+ * The error of the difference is delta^2 f_ttt / 3, which contributes 1e-7 h^4 f_ttt to a step. The rounding of f
+ * contributes 5e-13 h f.
  *
- * Dense output: the quartic through both states, the value in the middle, and the slopes at the ends, which are those
- * of the published continuous output and not evaluated: f would magnify what little y1 is off a stiff motion. The slope
- * at the start is the last one of the step before.
+ * Hidden residuals. A stiff force may vanish within the step, as that of a contact that opens. The inverse of 1 / (h
+ * gamma) - J then leaves nothing of the change in U, and so in the estimate. But the stages 6 to 8 are all at the end
+ * of the step:
+ *
+ *     Y_7 = Y_6 + U_6,     Y_8 = Y_7 + U_7
+ *
+ * J predicts f(Y_7) = f(Y_6) + J U_6, and likewise f(Y_8). If the prediction is wrong by a large part of J U, and the
+ * matrix hides this, h gamma times the prediction error counts as an error, too.
+ *
+ * Quadratures. f does not depend on quadratures, and they have no part in J. They are integrated to order 4 with
+ * Simpson's rule over the dense output, which takes two more evaluations.
+ *
+ * Dense output: the quartic through both states, the value in the middle, and the slopes at the ends. The slopes are
+ * those of the published continuous output and are not evaluated. f would magnify the small deviation of y1 from a
+ * stiff motion. The slope at the start is the last one of the step before.
  *
  * Linear stability. With B = alpha + gamma, lower triangular, Y = (1 - z B)^-1 1 has Y_i = N_i / (1 - gamma z)^i,
  *
  *     N_i = (1 - gamma z)^(i-1) + z sum_{j<i} B_ij N_j (1 - gamma z)^(i-1-j)
  *
- * and R = Y_8, since b is the last row of B; its numerator is of degree 7, so that R goes to 0.
+ * and R = Y_8, since b is the last row of B. The numerator of R has degree 7, so that R goes to 0.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.7.
  */
@@ -55,15 +63,16 @@ enum { STAGES = KT_ROSENBROCK_STAGES };
 /* Slots: f(t0, y0), that of a stage, and one more for differences. */
 enum { SLOT_START, SLOT_STAGE, SLOT_OTHER, SLOTS };
 
-/* Rows of a try: U, f_t, the slope at the end, and the state in the middle less the mean of both ends. Until all stages are
- * known the last two are free. */
+/* Rows of a try: U, f_t, the slope at the end, and the state in the middle less the mean of both ends. The last two
+ * rows are free until the last stage is solved. */
 enum { ROW_U, ROW_TIME = ROW_U + STAGES, ROW_END, ROW_MIDDLE, ROWS, ROW_FORETOLD = ROW_MIDDLE };
 
-/* The first of the stages at the end of the step, each of which is the one before it and its U. */
+/* The first of the stages at the end of the step. Each of them is the stage before it plus the U of that stage. */
 enum { FIRST_AT_END = 5 };
 
-/* What is wrong by more than a part of J U counts where the matrix leaves less than another part of it, and more than so
- * many roundings of the state. With 0.3, or 0.1, the smooth motion of a stiff direction that turns takes twice the steps. */
+/* A prediction error counts if it exceeds the tolerance and FORETOLD_PART of J U, and if the matrix hides it. The
+ * matrix leaves less than HIDDEN_PART of it then, but more than HIDDEN_ROUNDINGS roundings of the state. With a
+ * FORETOLD_PART of 0.3 or 0.1, the smooth motion of a stiff direction that turns takes twice the steps. */
 #define FORETOLD_PART 0.5
 #define HIDDEN_PART 0.01
 #define HIDDEN_ROUNDINGS 100.0
@@ -127,7 +136,7 @@ static kt_try_result find_time_derivative(kt_integrator *it, const kt_interval *
     memset(slope, 0, n * sizeof *slope);
     for (int k = 1; k <= 2; k++) {
         const double t = in->t + (double)k / 1024.0 * in->h, weight = k == 1 ? 2048.0 : -512.0;
-        const double part = in->h / (t - in->t) * (double)k / 1024.0; /* what rounding has made of the difference */
+        const double part = in->h / (t - in->t) * (double)k / 1024.0; /* corrects delta for rounding */
         if (kt_evaluate(it, t, in->y, SLOT_STAGE, result) != KT_TRY_PASSED)
             return result->result;
         for (size_t l = 0; l < n; l++)
@@ -149,14 +158,15 @@ static void combine(const kt_integrator *it, const double *y, const double *weig
     }
 }
 
-/* Whether J foretells something behind stage i that matters: fixed steps have no estimate. */
+/* Whether J predicts f at the stage after i. Fixed steps have no error estimate, and need no prediction. */
 static bool foretells(const kt_integrator *it, int i) { return i >= FIRST_AT_END && !(it->options.step > 0.0); }
 
 static double size_of(const kt_integrator *it, const double *x) {
     return kt_newton_of(it)->slack * sqrt(kt_newton_square(it, x) / (double)it->counted);
 }
 
-/* f(Y) + J U of stage i, which is U / (h gamma) - rest / h: the first part before it is solved, the second one behind it. */
+/* f(Y) + J U of stage i, computed as U / (h gamma) - rest / h. begin_foretelling writes the second term before the
+ * stage is solved. foretell adds the first term afterwards. */
 static void begin_foretelling(kt_integrator *it, int i, const double *rest, double h) {
     double *foretold = kt_newton_row(it, ROW_FORETOLD);
     for (size_t l = 0; l < it->sizes.n && foretells(it, i); l++)
@@ -175,7 +185,7 @@ static void foretell(kt_integrator *it, int i, double sigma) {
     kt_newton_of(it)->bare[0] = size_of(it, change);
 }
 
-/* Compares f at stage i with what was foretold. */
+/* Compares f at stage i with its prediction. */
 static kt_try_result check_foretold(kt_integrator *it, int i, kt_complex sigma, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     double *off = kt_newton_row(it, ROW_FORETOLD), *bare = kt_newton_row(it, ROW_END);
@@ -240,8 +250,10 @@ static void set_dense(kt_integrator *it, double h) {
     }
 }
 
-/* Simpson's rule for the quadratures g, from their slopes at t0, in the middle and at the end; and their dense output:
- * z(1/2) = z0 + h (5 g0 + 8 g_m - g1) / 24. Of `trial` only quadratures change. */
+/* Integrates the quadratures g with Simpson's rule, from their slopes at t0, in the middle and at the end. Only the
+ * quadratures of `trial` change. Also sets their dense output:
+ *
+ *     z(1/2) = z0 + h (5 g0 + 8 g_m - g1) / 24 */
 static kt_try_result integrate_quadratures(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n, first = it->counted;
     const double *g0 = it->k[SLOT_START], *g1 = it->k[SLOT_STAGE], *gm = it->k[SLOT_OTHER];
@@ -260,8 +272,10 @@ static kt_try_result integrate_quadratures(kt_integrator *it, const kt_interval 
     return KT_TRY_PASSED;
 }
 
-/* Whether an old J foresees the change of the slope up to the second stage, which is known now, worse than J = 0 does: by
- * J a_21 U_1 with J U_1 = U_1 / (h gamma) - f(t0, y0) - gamma_1 h f_t. */
+/* Whether an old J predicts the change of the slope up to the second stage worse than J = 0 does. The second stage must
+ * have been evaluated. The prediction is J a_21 U_1, with
+ *
+ *     J U_1 = U_1 / (h gamma) - f(t0, y0) - gamma_1 h f_t */
 static bool misleads(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
     const kt_rosenbrock *table = table_of(it);
@@ -339,7 +353,9 @@ static void accept(kt_integrator *it) {
     kt_newton_want(it);
 }
 
-/* Beyond the cubic of the ends, theta^2 theta'^2 Q meets the middle: Q = 16 (middle - h (s0 - s1) / 8). */
+/* Beyond the cubic of the ends, the term theta^2 theta'^2 Q meets the middle, with
+ *
+ *     Q = 16 (middle - h (s0 - s1) / 8) */
 static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
     const size_t n = it->sizes.n;
     const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);

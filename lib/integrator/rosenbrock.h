@@ -6,7 +6,7 @@
 
 enum { KT_ROSENBROCK_STAGES = 8 };
 
-/* What steps compute with, besides the method's table. */
+/* The coefficients that a step computes with, in addition to the method's table. */
 struct kt_rosenbrock {
     double a[KT_ROSENBROCK_STAGES][KT_ROSENBROCK_STAGES];        /* strictly lower */
     double coupling[KT_ROSENBROCK_STAGES][KT_ROSENBROCK_STAGES]; /* C, strictly lower */

@@ -1,62 +1,70 @@
 /* The family of methods that are explicit until the motion is stiff, and implicit while it is: dopri5 and radau5.
  *
- * Stiff. Steps of dopri5 are bounded by its stability, near h rho = 3.3 on the real axis, where rho is the spectral
- * radius of J = f_y. Its last two stages are both at the end of the step, Y_7 = y1 and Y_6; where the fastest mode is
- * at its limit, it prevails in their difference d, and in that of their slopes g, so that
+ * Stiffness. Stability bounds the steps of dopri5 near h rho = 3.3 on the real axis, where rho is the spectral radius
+ * of J = f_y. Its last two stages, Y_6 and Y_7 = y1, are both at the end of the step. If the fastest mode is at its
+ * limit, it prevails in their difference d, and in the difference g of their slopes, so that
  *
  *     h rho = |g| / |d|,    g = f(Y_7) - f(Y_6) = J (Y_7 - Y_6),    d = (Y_7 - Y_6) / h = sum_j (b_j - a_6j) k_j
  *
- * which takes no evaluation. Two things resemble this and are not bounded by stability, but by accuracy:
- *   - a corner of f within the step (friction that reverses, a rope that goes slack) turns the difference of slopes
- * over
- *     that of states into any number. At its limit a mode that decays shows 3.3, one that rings while it decays some
- *     more from step to step, since q and v have one norm: a sign of stiffness is KT_STIFF_LEAST < h rho <
- *     KT_STIFF_MOST;
- *   - at loose tolerances, an oscillation that the steps follow. Then cos(g, d) is 0 in the mean, as it is over
- * corners,
- *     and where a mode decays it is -1. So a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum never less than
- * 0. The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it.
- * Until a first sign is found, only every KT_WATCH_PERIOD-th step is checked. The bounds are measured on the bundled
- * scenes, at tolerances of 1e-3 to 1e-9 (reference/implicit), and on linear oscillators of which the damping is 0.1 to
- * 1 of the critical one.
+ * which takes no evaluation. Two cases resemble this, but their steps are bounded by accuracy, not by stability.
+ *   - A corner of f within the step (friction that reverses, a rope that goes slack). The quotient of the differences
+ *     of slopes and of states is then any number. At its limit a mode that decays shows 3.3. A mode that oscillates
+ *     while it decays shows somewhat more from step to step, since q and v have one norm. A sign of stiffness is
+ *     therefore KT_STIFF_LEAST < h rho < KT_STIFF_MOST.
+ *   - At loose tolerances, an oscillation that the steps follow. Then cos(g, d) is 0 in the mean, as it is over
+ *     corners. If a mode decays, the cosine is -1. So a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum is
+ *     never less than 0.
  *
- * Ringing. Where a pair of modes rings while it decays, g and d turn against each other from step to step, and their
- * ratio is any number. A second difference in which fast modes prevail is that of the error estimate,
+ * The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it.
+ * Until a first sign is found, only every KT_WATCH_PERIOD-th step is checked. The bounds are measured on the bundled
+ * scenes, at tolerances of 1e-3 to 1e-9 (reference/implicit). They are also measured on linear oscillators with a
+ * damping of 0.1 to 1 of the critical one.
+ *
+ * Ringing. If a pair of modes oscillates while it decays, g and d turn against each other from step to step. Their
+ * ratio is then any number. Fast modes also prevail in the difference of the error estimate,
  *
  *     e = sum_i e_i k_i = J h d_2,    d_2 = sum_ij e_i a_ij k_j,
  *
- * so that in the plane of the pair [g e] = h J [d d_2], and M = (D'D)^-1 D' [g e], D = [d d_2], has its eigenvalues z =
- * h lambda. Positions count 3.3 / h times in D' (options.positions), so that both halves of an oscillation at the limit
- * have one size; else what other modes do to velocities would outweigh the positions. dopri5 is stable up to |z| = 2.4
- * to 3.4 for every damping above 0.05 of the critical one, and there, and only there, the pair grows as often as it
- * decays, while an oscillation that the steps follow decays like e^z. So a step with |g| > KT_RINGING_RATE |d| and
- * KT_RINGING_LEAST < |z| < KT_RINGING_MOST, decaying by more than KT_RINGING_DAMPING, counts
+ * so that in the plane of the pair [g e] = h J [d d_2]. The eigenvalues of M are those of the pair, z = h lambda:
+ *
+ *     M = (D'D)^-1 D' [g e],     D = [d d_2]
+ *
+ * Positions count 3.3 / h times in D' (options.positions). Both halves of an oscillation at the limit then have one
+ * size. Otherwise the effect of other modes on velocities would outweigh the positions.
+ *
+ * dopri5 is stable up to |z| = 2.4 to 3.4 for every damping above 0.05 of the critical one. There, and only there, the
+ * pair grows as often as it decays. An oscillation that the steps follow decays like e^z. A step counts as ringing if
+ * |g| > KT_RINGING_RATE |d| and KT_RINGING_LEAST < |z| < KT_RINGING_MOST, and if it decays by more than
+ * KT_RINGING_DAMPING. It then counts
  *
  *     1 + KT_RINGING_GROWTH (|R|^2 - 1) / (|R|^2 + 1),
  *
- * where R = R(z) is what dopri5 makes of the mode in a step; any other counts -1. The motion is stiff when the sum,
- * never less than 0, is KT_RINGING_SIGNS. The 46 bundled scenes that are not stiff come to 6.9 of 20 at most.
+ * where R = R(z) is the growth of the mode in a step of dopri5. Any other step counts -1. The motion is stiff when the
+ * sum, never less than 0, is KT_RINGING_SIGNS. The 46 bundled scenes that are not stiff reach at most 6.9 of 20.
  *
- * Back. dopri5 takes over again
- *   - after the first step, if it took over for a decay and h rho was not above KT_STIFF_LEAST in truth;
- *   - when h rho has been below KT_CALM_LIMIT for KT_WINDOW steps of radau5: dopri5 would take these, too, or two for
- *     one;
- *   - when a window of so many steps, the first apart, has cost more for each second of the motion than the last step
- *     of dopri5 did.
- * If the implicit phase was short, the next one takes twice as many signs, so that a motion between the two does not
+ * Back. dopri5 takes over again in three cases.
+ *   - After the first step, if radau5 took over for a decay and h rho was in truth not above KT_STIFF_LEAST.
+ *   - When h rho has been below KT_CALM_LIMIT for KT_WINDOW steps of radau5. dopri5 would take these, too, or two for
+ *     each.
+ *   - When a window of so many steps has cost more for each second of the motion than the last step of dopri5 did. The
+ *     first window does not count.
+ *
+ * If the implicit phase was short, the next one takes twice as many signs. A motion between the two therefore does not
  * switch for ever.
  *
- * rho is that of the Jacobian in use, found where that is new by the power method with its factors: the eigenvalues of
+ * The radius rho is that of the Jacobian in use. When the Jacobian is new, the power method finds rho with its factors.
+ * The eigenvalues of
  *
  *     B = J (sigma - J)^-1 = sigma (sigma - J)^-1 - 1,     sigma = gamma / h,
  *
- * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) where lambda decays, and less where it oscillates.
- * The iteration begins with Y_7 - Y_6, in which the fastest mode prevails, and goes on with the vector that it ended
- * with at the Jacobian before.
+ * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) if lambda decays, and less if it oscillates. The
+ * iteration begins with Y_7 - Y_6, in which the fastest mode prevails. It continues with the final vector of the
+ * Jacobian before.
  *
- * The steps themselves are those of dopri5 and radau5: a motion that is never stiff has the very bits of dopri5. With a
- * fixed step all are dopri5's. Which method took the last step, whose dense output may be asked for, and which takes
- * the next one, belong to the history, with what the detection has counted: they change after an accepted step only.
+ * The steps themselves are those of dopri5 and radau5: a motion that is never stiff has exactly the bits of dopri5.
+ * With a fixed step, all steps are dopri5's. The history holds which method took the last step, whose dense output may
+ * be requested, and which method takes the next one. It also holds the counts of the detection. They change after an
+ * accepted step only.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2 for the detection.
  */
@@ -89,15 +97,16 @@ enum {
     KT_POWER_STEPS = 4
 };
 
-/* What linear equations cost in evaluations, measured on mechanisms of 2 to 20 degrees of freedom: those of one
- * evaluation of radau5, that included; a Jacobian and its factors. */
+/* The cost of linear equations in evaluations, measured on mechanisms of 2 to 20 degrees of freedom. The first number
+ * is for one evaluation of radau5 with its linear equations. The second one is for a Jacobian and its factors. */
 #define KT_IMPLICIT_EVALUATION 1.5
 #define KT_JACOBIAN_EVALUATIONS 10.0
 
 /* gamma of radau5: 1 / gamma is the real eigenvalue of A (radau.c). */
 static const double gamma_real = 3.6378342527444957322084185;
 
-/* What is known after a step: the last part of the history, after that of radau5 and the vector of the power method. */
+/* The results of a step for the detection. They are the last part of the history, after that of radau5 and the vector
+ * of the power method. */
 typedef struct watch {
     double last_stiff; /* 1: the last step was one of radau5 */
     double next_stiff; /* 1: the next one is */
@@ -110,7 +119,7 @@ typedef struct watch {
     double radius;     /* radau5: rho of the Jacobian in use */
     double price;      /* radau5: evaluations a second that dopri5 took */
     double time;       /* radau5: where the window of its steps began */
-    double spent;      /* radau5: what the run had cost there, in evaluations */
+    double spent;      /* radau5: the cost of the run there, in evaluations */
 } watch;
 
 enum { WATCH_NUMBERS = sizeof(watch) / sizeof(double) };
@@ -210,10 +219,10 @@ static double stage_difference(const kt_integrator *it, size_t i) {
     return apart;
 }
 
-/* What the last two stages of the step tell that was accepted. */
+/* The differences of the last two stages of an accepted step. */
 typedef struct difference {
     double rate, cosine; /* h rho, and cos(g, d) */
-    bool may_ring;       /* |g| > KT_RINGING_RATE |d|, where positions count 3.3 / h times */
+    bool may_ring;       /* |g| > KT_RINGING_RATE |d|, with positions counted 3.3 / h times */
 } difference;
 
 static difference last_difference(const kt_integrator *it) {
@@ -233,7 +242,7 @@ static difference last_difference(const kt_integrator *it) {
                         .may_ring = natural > 0.0};
 }
 
-/* z = h lambda of the pair of modes that prevails in d and d_2; zero where none does. */
+/* z = h lambda of the pair of modes that prevails in d and d_2; zero if no pair does. */
 static kt_complex fast_pair(const kt_integrator *it) {
     const double *a = it->table->a, *e = it->table->e, near = fabs(it->memory.last_step) / KT_REAL_LIMIT;
     double ea[6] = {0.0}, dd[3] = {0.0}, dg[4] = {0.0}, gg = 0.0;
@@ -276,7 +285,7 @@ static double growth(kt_complex z) {
     return r.re * r.re + r.im * r.im;
 }
 
-/* What the last step says of a pair that rings at the limit of stability. */
+/* The contribution of the last step to the sum of a pair that rings at the limit of stability. */
 static double ringing_sign(const kt_integrator *it) {
     const kt_complex z = fast_pair(it);
     const double size = sqrt(z.re * z.re + z.im * z.im);
@@ -369,7 +378,8 @@ static double power_step(kt_integrator *it, double sigma, double *x) {
     return norm;
 }
 
-/* rho of the Jacobian in use. Where two modes rotate into each other, norms alternate: the mean of the last two. */
+/* rho of the Jacobian in use. If two modes rotate into each other, norms alternate: the mean of the last two is
+ * used. */
 static double jacobian_radius(kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     const double sigma = gamma_real / fabs(w->factored);

@@ -1,12 +1,13 @@
 /* The family of implicit two-step methods of order 2 with a chosen spectral radius at infinity (multistep.c has their
- * weights): 0 is BDF2, which is L-stable; 1 damps nothing.
+ * weights). The radius 0 gives BDF2, which is L-stable; the radius 1 damps nothing.
  *
  *     Y = base + h b_0 f(t1, Y),     base = a_1 y0 + a_2 y_{-1} + h (b_1 f_0 + b_2 f_{-1})
  *
- * is solved as a stage of a diagonally implicit method, from the guess y_{-1} + 2 h f_0, which is off by O(h^3). Both
- * past states are those after the projection, and their slopes are evaluated there. Where there is no past state a step
- * of the same length before - at the start, after a jump, and before and after a step of another length - the method of
- * the table takes the step, which is L-stable and of order 2.
+ * This equation is solved as a stage of a diagonally implicit method. The initial guess is y_{-1} + 2 h f_0, with an
+ * error of O(h^3). Both past states are those after the projection, and their slopes are evaluated there.
+ *
+ * A two-step step needs a past state at the distance h. It is missing at the start, after a jump, and before and after
+ * a step of another length. The method of the table then takes the step; it is L-stable and of order 2.
  *
  * Source: P. Masarati, M. Lanz, P. Mantegazza, Multistep integration of ordinary, stiff and differential-algebraic
  * problems for multibody dynamics applications, XVI Congresso AIDAA, 2001; [MSD 5.31].
@@ -17,8 +18,8 @@
 #include <math.h>
 #include <string.h>
 
-/* The history after that of diagonally implicit methods: the last step, 0 for none; gamma of the factors in memory; the
- * state before it, and its slope. */
+/* The history after that of diagonally implicit methods: the length of the last step (0: none) and gamma of the factors
+ * in memory. The state before that step and its slope follow. */
 enum { HISTORY_STEP, HISTORY_GAMMA, HISTORY_STATE };
 
 static double *past_of(const kt_integrator *it) { return kt_newton_history(it) + kt_dirk_history(it->sizes.n); }
@@ -28,10 +29,12 @@ static void measure_two_step(const kt_method *method, kt_integrator_sizes *sizes
     kt_newton_measure(sizes, KT_DIRK_ROWS, kt_dirk_history(sizes->n) + HISTORY_STATE + 2 * sizes->n);
 }
 
-/* Inputs that are samples of a signal at the start of each step act at its end, too: the part b_0 / (b_0 + b_1 + b_2) of
- * the forces lags by h. Where the past were forgotten all of them would lag by h / 2, so that it is kept where that part
- * is at most a half: not by BDF2, whose error would be twice as large. The Jacobian is not kept: that of the history is
- * computed again with the inputs of the present (newton.c), and would have other bits after a checkpoint. */
+/* Inputs that are samples of a signal at the start of each step also act at its end. The part b_0 / (b_0 + b_1 + b_2)
+ * of the forces therefore lags by h. If the past were forgotten, all forces would lag by h / 2. The past is kept if
+ * that part is at most a half. BDF2 forgets the past, since its error would be twice as large.
+ *
+ * The Jacobian is not kept. The Jacobian of the history is computed again with the present inputs (newton.c), and would
+ * have other bits after a checkpoint. */
 static void change(kt_integrator *it, bool smooth) {
     const kt_multistep w = kt_multistep_of(it->method);
     const double *b = w.slopes;
@@ -46,7 +49,7 @@ static void change(kt_integrator *it, bool smooth) {
 
 static bool is_regular(const kt_integrator *it, double h) { return kt_is_same_step(h, past_of(it)[HISTORY_STEP]); }
 
-/* What the method of this step multiplies h with in its matrix. */
+/* The factor of h in the matrix of this step's method. */
 static double gamma_of(const kt_integrator *it, double h) {
     const kt_method *m = it->method;
     return is_regular(it, h) ? kt_multistep_of(m).slopes[0] : m->a[m->stages * m->stages - 1];
