@@ -6,9 +6,11 @@
  *     evaluate   f_1 = f(t1, y1), with which the next step begins
  *
  * The last evaluation is at the state after the projection, so that slopes of the past are those of states on the
- * manifold. Past slopes are those of equal steps. Where there are not yet n - 1 of them - at the start, after a jump,
- * and after a step of another length, as one that ends at a given time - the Runge-Kutta method of the table takes the
- * step: it has the same order, and its error is that of one step.
+ * manifold. Past slopes are those of equal steps.
+ *
+ * There may be fewer than n - 1 past slopes: at the start, after a jump, and after a step of another length. (A step
+ * that ends at a given time has another length.) The Runge-Kutta method of the table then takes the step. It has the
+ * same order, and its error is that of one step.
  *
  * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, section III.1; [MSD 5.6.1].
  */

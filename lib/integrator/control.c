@@ -40,7 +40,7 @@ double kt_control_accepted(const kt_integrator *it, double error) {
                              kt_control_power(it->memory.control_error, kt_control_exponent_before(it)));
 }
 
-/* safety err^(-alpha/k): the error of the last accepted step is not used, since it says nothing about a step that
+/* safety err^(-alpha/k). The error of the last accepted step is not used, since it is unrelated to a step that
  * failed. */
 double kt_control_rejected(const kt_integrator *it, double error) {
     const kt_integrator_options *o = &it->options;
@@ -49,11 +49,13 @@ double kt_control_rejected(const kt_integrator *it, double error) {
     return kt_control_clamp(o->safety * kt_control_power(error, kt_control_exponent(it)), o->factor_min, o->safety);
 }
 
-/* A first step that should be accepted. The error of a method with err ~ h^k is about h^k times the k-th derivative,
- * which is about |f| lambda^(k-1) if the motion changes at the rate lambda; h makes it a hundredth of the tolerance, in
- * the weighted norm. lambda is |f'| / |f|, from an Euler step of a hundredth of |y| / |f|, and at least |f| / |y|. (HNW
- * II.4 takes h^k max(|f|, |f'|) = 1/100, which depends on the unit of time: a motion ten thousand times faster then
- * begins with a step ten times too long, a slower one with one too short.) */
+/* A first step that should be accepted. The error of a method with err ~ h^k is about h^k times the k-th derivative. If
+ * the motion changes at the rate lambda, that derivative is about |f| lambda^(k-1). The step h makes the error a
+ * hundredth of the tolerance, in the weighted norm. The rate is |f'| / |f|, from an Euler step of a hundredth of |y| /
+ * |f|, and at least |f| / |y|.
+ *
+ * HNW II.4 takes h^k max(|f|, |f'|) = 1/100 instead, which depends on the unit of time. A motion that is ten thousand
+ * times faster then begins with a step ten times too long. A slower motion begins with a step too short. */
 static double first_guess(const kt_integrator *it, double h0, double d0, double d1, double d2) {
     const double k = it->error_order;
     double rate = d2 / d1;
@@ -74,7 +76,7 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
     double h0 = has_scale ? 0.01 * d0 / d1 : 1e-6;
     h0 = h0 < 0.5 * limit ? h0 : 0.5 * limit; /* half, so that rounding does not lead beyond the limit */
 
-    /* Where f cannot be computed at that distance, a hundredth of it is tried, up to eight times in all. */
+    /* If f cannot be computed at that distance, a hundredth of it is tried, up to eight times in all. */
     kt_try_result reached = KT_TRY_RECOVERABLE;
     for (int tries = 0; tries < 8; tries++) {
         for (size_t i = 0; i < n; i++)

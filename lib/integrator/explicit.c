@@ -4,8 +4,8 @@
  *     y1  = y0 + h sum_i b_i k_i
  *     err = h sum_i e_i k_i
  *
- * All sums run over the terms of a row in the order of the table, component by component, and depend on nothing else: a
- * value has the same bits whatever n, the tile that it belongs to, and the width of the machine's vectors.
+ * All sums run over the terms of a row in the order of the table, component by component, and depend on nothing else. A
+ * value has the same bits for every n, for every tile that it belongs to, and for every width of the machine's vectors.
  *
  * Dense output. With theta = (t - t0) / (t1 - t0) and theta' = 1 - theta, the form in the public header becomes
  *
@@ -15,17 +15,19 @@
  *
  * which is a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection.
  *
- * Linear stability. For y' = lambda y the stages are Y = y0 1 + z A Y, so that with A strictly lower triangular
+ * Linear stability. For y' = lambda y the stages are Y = y0 1 + z A Y. Since A is strictly lower triangular,
  *
  *     R(z) = 1 + z b' (I - z A)^-1 1 = 1 + sum_k z^k b' A^(k-1) 1
  *
- * whose coefficients up to the order p equal 1/k! and are set to that. Where |R| = 1 to rounding over a whole interval,
- * as on the imaginary axis near 0, |R| cannot be compared with 1. The limits therefore come from the remainder after
- * the part that is identically 1 has been removed:
+ * The coefficients up to the order p equal 1/k! and are set to that. If |R| = 1 to rounding over a whole interval, as
+ * on the imaginary axis near 0, |R| cannot be compared with 1. The limits therefore come from the remainder after the
+ * part that is identically 1 has been removed:
  *
  *     real axis:       (1 - R(-x)) / x, which must lie in [0, 2 / x]
- *     imaginary axis:  |R(iy)|^2 - 1 = sum_k e_k y^(2k); the first nonzero e_k decides near 0, and the limit is the
- *                      first sign change of the sum over y^(2k) of that k
+ *     imaginary axis:  |R(iy)|^2 - 1 = sum_k e_k y^(2k)
+ *
+ * The first nonzero e_k decides near 0. The limit on the imaginary axis is the first sign change of the sum over y^(2k)
+ * of that k.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2.
  */
@@ -182,9 +184,9 @@ static double error_norm(const kt_integrator *it, double h) {
 
 /* ---- dense output ------------------------------------------------------------------------------------------------ */
 
-/* Provides all slopes that the dense output needs, in their slots. Missing ones are evaluated: f1 where the method is
- * not fsal or a projection changed y1 (the next step then uses it), the stages of the dense output, and, after a failed
- * step or a restore, the stages of the last step itself. */
+/* Provides all slopes that the dense output needs, in their slots. Missing slopes are evaluated. f1 is missing if the
+ * method is not fsal or a projection changed y1; the next step then uses it. The stages of the dense output are
+ * missing, too. After a failed step or a restore, the stages of the last step itself are missing. */
 static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     const kt_method *m = it->table;
     const kt_integrator_memory *memory = &it->memory;

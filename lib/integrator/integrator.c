@@ -9,8 +9,8 @@
 
 KT_ARENA_LAYOUT(lay_out, kt_integrator, KT_INTEGRATOR_FIELDS, const kt_integrator_sizes *s)
 
-/* The slopes are padded by one cache line beyond whole lines, so that the same component of all of them does not fall
- * into one set of the cache where n is a power of two. */
+/* The slopes are padded by one cache line beyond whole lines. If n is a power of two, the same component of all slopes
+ * then does not fall into one set of the cache. */
 static kt_integrator_sizes measure(const kt_method *method, size_t n, bool owns_matrices) {
     const size_t line = KT_ARENA_ALIGNMENT / sizeof(double);
     kt_integrator_sizes sizes = {.n = n, .stride = (n + line - 1) / line * line + line, .owns_matrices = owns_matrices};
@@ -210,7 +210,7 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
     return KT_OK;
 }
 
-/* The last step, and what step control remembers of it. */
+/* Forgets the last step, and the memory of the step control. */
 static void forget_step(kt_integrator *it) {
     it->memory.previous_t = it->memory.t;
     it->memory.last_step = 0.0;
@@ -242,7 +242,7 @@ void kt_integrator_change(kt_integrator *it, bool smooth) {
     set_state(it, it->y);
 }
 
-/* With fixed steps: where the present time is in their grid. */
+/* Finds the position of the present time in the grid of fixed steps. */
 static void find_grid(kt_integrator *it) {
     kt_integrator_memory *m = &it->memory;
     const double h = it->options.step, k = (m->t - m->origin) / h, near = nearbyint(k);

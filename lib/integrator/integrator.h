@@ -1,14 +1,17 @@
-/* What the files of this folder share.
+/* Declarations that the files of this folder share.
  *
  *     integrator.c   an integrator in the caller's memory: options, start, dense output, checkpoints
  *     step.c         one accepted step, for any family of methods
  *     control.c      the step size
- *     try.c          what every family needs for a tried step: slopes evaluated and checked, norms, errors
+ *     try.c          functions of every family for a tried step: slopes evaluated and checked, norms, errors
  *
- *     method.c       the list of methods
- *     table_*.c      their coefficients, one const struct per method
+ *     list.c         the list of methods
+ *     method.c       the properties of a method that its family determines
+ *     table.c        the properties of a method that its table determines
+ *     tables/*.c     coefficients, one const struct per method
  *     order.c        rooted trees and order conditions
  *     stability.c    linear stability: growth of modes, and the longest stable step
+ *     region.c       regions of stability
  *     verdict.c      A- and L-stability
  *
  *     explicit.c     the family of explicit Runge-Kutta methods
@@ -27,8 +30,8 @@
  *
  *     switching.c    the family of methods that are explicit until the motion is stiff, and implicit while it is
  *
- * A family is one const struct of functions, kt_method_family. Only its own file knows its algorithm; the others call
- * it through the struct.
+ * A family is one const struct of functions, kt_method_family. Its algorithm is private to its own file. The other
+ * files call it through the struct.
  */
 #ifndef KT_INTEGRATOR_INTEGRATOR_H
 #define KT_INTEGRATOR_INTEGRATOR_H
@@ -41,7 +44,7 @@
 #include <float.h>
 #include <math.h>
 
-/* Of options: finite, and zero or more. */
+/* Check of an option: finite, and zero or more. */
 static inline bool kt_is_not_negative(double x) { return isfinite(x) && x >= 0.0; }
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
@@ -56,7 +59,7 @@ extern const double kt_dopri5_a[], kt_dopri5_b[], kt_dopri5_c[], kt_dopri5_e[], 
 /* Whether the method is one of the built-in list, whose tables the tests check. */
 bool kt_method_is_built_in(const kt_method *method);
 
-/* Checks the sizes and that no array is missing, as kt_integrator_size requires before it reads anything.
+/* Checks the sizes, and that no array is missing. kt_integrator_size requires this before it reads anything.
  * kt_table_check_sizes checks the table alone, without the family's part. */
 kt_status kt_method_check_sizes(const kt_method *method, kt_error *error);
 kt_status kt_table_check_sizes(const kt_method *method, kt_error *error);
@@ -117,13 +120,13 @@ typedef struct kt_integrator_sizes {
 
 #define KT_INTEGRATOR_FIELDS(X) KT_INTEGRATOR_KEPT(X) KT_INTEGRATOR_SCRATCH(X)
 
-/* Bytes of an integrator with these options: without Newton's matrices where the caller solves. */
+/* Bytes of an integrator with these options. Newton's matrices are left out if the caller solves the equations. */
 size_t kt_integrator_size_with(const kt_method *method, size_t n, const kt_integrator_options *options);
 
-/* Errors of the slopes themselves, which no shorter step lowers. What the caller remembers of slopes for `within` is that
- * of the tries of one step: the slope at its start may be evaluated by whatever comes before. */
+/* Errors of the slopes themselves, which no shorter step lowers. The caller's record of slopes for `within` covers the
+ * tries of one step. The slope at its start may be evaluated in whatever call comes before. */
 typedef struct kt_noise {
-    void (*begin)(void *user);              /* before the first try of a step, when the slope at its start is known */
+    void (*begin)(void *user);              /* before the first try of a step, with f at its start in slot 0 */
     double (*within)(double h, void *user); /* by how much they may put the state off within the last try of the step h,
                                                which is short; 0: none, or not short */
 } kt_noise;
@@ -134,7 +137,7 @@ struct kt_integrator {
     const kt_method *table;         /* the method, or of one that switches the one that takes the present step */
     kt_integrator_options options;
     kt_integrator_callbacks callbacks;
-    const kt_noise *noise; /* NULL: slopes are known to rounding */
+    const kt_noise *noise; /* NULL: slopes are exact to rounding */
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
     double error_order;        /* err ~ h^error_order */
@@ -142,12 +145,12 @@ struct kt_integrator {
     size_t fresh;              /* slot of f at the end of a step */
     bool gives_end_derivative; /* a try leaves f(t1, y1) in slot `fresh` */
     bool started;
-    /* The state of the slopes. A tried step needs f(t, y) in slot 0; the dense output of the last step needs it in slot
+    /* The state of the slopes. A tried step needs f(t, y) in slot 0. The dense output of the last step needs it in slot
      * `fresh`, with the stages of that step. The two uses alternate by swapping pointers. */
-    bool stages_known;       /* the slots hold the stages of the last step, as far as its dense output needs them */
+    bool stages_known;       /* the slots hold the stages of the last step that its dense output needs */
     bool dense_known;        /* and they hold the stages of the dense output */
     bool matrices_known;     /* implicit: Newton's matrices in memory are those that the history describes */
-    int derivative_slot;     /* slot of f(t, y): 0, fresh, or -1 where it is not known */
+    int derivative_slot;     /* slot of f(t, y): 0, fresh, or -1 if it is in none */
     double quadrature_error; /* see kt_integrator_quadrature_error */
     size_t blamed;           /* component that caused the last step to fail; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
@@ -156,19 +159,19 @@ struct kt_integrator {
 /* For tests: fills all scratch with a byte and marks it as unknown. No bit of later results changes. */
 void kt_integrator_poison(kt_integrator *it, unsigned char byte);
 
-/* Takes the last accepted step back, if its beginning is known: the state is that where it began, the step counts as
- * rejected, and the next one is proposed with the length `step`. As by kt_integrator_jump slopes and history are
- * forgotten. */
+/* Undoes the last accepted step, if its beginning is in memory. The state becomes that at the beginning, the step
+ * counts as rejected, and the next one is proposed with the length `step`. As with kt_integrator_jump, slopes and
+ * history are forgotten. */
 void kt_integrator_retreat(kt_integrator *it, double step);
 
-/* As kt_integrator_jump to the present state, which stays, because inputs of the right-hand side have changed; smooth:
- * they are samples of smooth signals, and slopes from before continue them. */
+/* Like kt_integrator_jump to the present state, for changed inputs of the right-hand side. The state remains. smooth:
+ * the inputs are samples of smooth signals, and slopes from before continue them. */
 void kt_integrator_change(kt_integrator *it, bool smooth);
 
-/* f(t, y) at the present time and state, where it is known; NULL: it is not. */
+/* f(t, y) at the present time and state if it is in memory; otherwise NULL. */
 const double *kt_integrator_known_derivative(const kt_integrator *it);
 
-/* The state where the last step began, n values; where it is not known, the present one. */
+/* The state at the start of the last step, n values. If it is not in memory, the present state. */
 const double *kt_integrator_previous_state(const kt_integrator *it);
 
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
@@ -183,7 +186,7 @@ typedef enum kt_try_result {
     KT_TRY_STOPPED   /* a callback returned < 0 */
 } kt_try_result;
 
-/* The result of a tried step, and where it failed. */
+/* The result of a tried step, and the cause of a failure. */
 typedef struct kt_try {
     kt_try_result result;
     const char *what; /* "the right-hand side", "the new state" ... */
@@ -192,7 +195,7 @@ typedef struct kt_try {
     size_t component; /* index of the component that is not finite */
     double error;     /* weighted norm of the error estimate, for an adaptive step */
     double factor;    /* KT_TRY_DIVERGED: h of the next try over this one's */
-    double growth;    /* kt_control_accepted of the error, where it is known; 0: it is not */
+    double growth;    /* kt_control_accepted of the error, if computed already; 0: it is not */
 } kt_try;
 
 /* The interval from (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end`
@@ -208,7 +211,7 @@ size_t kt_first_not_finite(const double *values, size_t n);
 /* k[slot] = f(t, y); the evaluation is counted and its result checked. */
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result);
 
-/* absolute + relative max(|y0|, |y1|) + DBL_MIN, so that it is never 0 and 0 / 0 does not occur. */
+/* absolute + relative max(|y0|, |y1|) + DBL_MIN. The last term keeps it above 0, so that 0 / 0 does not occur. */
 static inline double kt_scale_of(double absolute, double relative, double y0, double y1) {
     const double a = fabs(y0), b = fabs(y1);
     return absolute + relative * (a > b ? a : b) + DBL_MIN;
@@ -230,9 +233,10 @@ double kt_no_error_at(const kt_integrator *it, double h, size_t i);
 /* Reports a failed tried step as an error: code, time and message. */
 kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const char *advice, kt_error *error);
 
-/* Checks what the family's try_step has computed: slopes and `trial`; computes, for an adaptive step, result->error. */
+/* Checks the results of the family's try_step: slopes and `trial`. For an adaptive step it also computes
+ * result->error. */
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *interval, kt_try *result);
-/* The last part of that, for an adaptive step of which the error estimate is known. */
+/* The last part of kt_try_check, for an adaptive step whose error estimate is given. */
 kt_try_result kt_try_judge(const kt_interval *interval, double error, kt_try *result);
 
 /* A step that will be tried. */
@@ -244,12 +248,12 @@ typedef struct kt_plan_of_try {
     bool on_grid;
 } kt_plan_of_try;
 
-/* As kt_integrator_step, of an integrator that is there and has been started. */
+/* Like kt_integrator_step, for an integrator that is not NULL and has been started. */
 kt_status kt_integrator_take_step(kt_integrator *it, double t_limit, kt_error *error);
 
-/* The same in parts, for callers that try the steps of several integrators at once (batch/ensemble.c): begin, which plans
- * a try; then, while `again`, the family's try_step of plan.interval, kt_try_check if that has passed, and end, which
- * accepts the step, or rejects the try and plans another. */
+/* The same in parts, for callers that try the steps of several integrators at once (batch/ensemble.c). First,
+ * kt_attempt_begin plans a try. While `again` is set, the caller runs the family's try_step on plan.interval. If that
+ * has passed, it calls kt_try_check. Then kt_attempt_end accepts the step, or rejects the try and plans another. */
 typedef struct kt_attempt {
     double t_limit;
     double proposed, least; /* adaptive: |h| of the next try, and the least that may be tried */
@@ -259,10 +263,10 @@ typedef struct kt_attempt {
 kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *attempt, kt_error *error);
 kt_status kt_attempt_end(kt_integrator *it, kt_attempt *attempt, kt_try *result, bool *again, kt_error *error);
 
-/* Of the last adaptive step: the largest error estimate of a quadrature over its tolerance. 0 without quadratures, and
- * with fixed steps. */
+/* The largest error estimate of a quadrature over its tolerance, for the last adaptive step. It is 0 without
+ * quadratures, and with fixed steps. */
 double kt_integrator_quadrature_error(const kt_integrator *it);
-/* Replaces the quadratures at the end of the last step by better ones, of which the rest does not depend. */
+/* Replaces the quadratures at the end of the last step by better ones. No other result depends on them. */
 void kt_integrator_put_quadratures(kt_integrator *it, const double *values);
 
 /* The component that caused the last step to fail with KT_ERROR_STEP or KT_ERROR_NOT_FINITE; n if unknown. */
@@ -277,27 +281,30 @@ struct kt_method_family {
     bool implicit;    /* a is the whole matrix, s x s by rows, and steps solve Newton's equations */
     bool exact;       /* implicit: the order depends on an exact Jacobian */
     bool open;        /* a caller's own method may be of this family */
-    bool switches;    /* a is that of an explicit method, and steps solve Newton's equations where that is cheaper */
-    int stages_max;   /* the largest number of stages, where it follows from the step; 0 where it is fixed */
+    bool switches;    /* a is that of an explicit method, and steps solve Newton's equations if that is cheaper */
+    int stages_max;   /* the largest number of stages, if it follows from the step; 0 if it is fixed */
 
-    /* Set-up. In sizes, n and stride are given, and the family adds its own. A caller's own method is of a family that
-     * is open and must pass `check_sizes`; before that nothing of it is read. */
+    /* Set-up. n and stride in sizes are given, and the family adds its own sizes. A caller's own method must be of a
+     * family that is open, and must pass `check_sizes`. Before that, nothing of it is read. */
     kt_status (*check_sizes)(const kt_method *method, kt_error *error);
     kt_status (*check_order)(const kt_method *method, kt_error *error); /* NULL: conditions of the table alone */
     void (*measure)(const kt_method *method, kt_integrator_sizes *sizes);
     void (*init)(kt_integrator *it);  /* sets fresh, gives_end_derivative and the table; the memory is laid out and
                                          zeroed */
     void (*start)(kt_integrator *it); /* NULL: no history. Sets the history of a motion that begins or jumps */
-    /* NULL: as start. The same where inputs of the right-hand side have changed at the present time, but not the state:
-     * what of the history holds on, always or if they are samples of smooth signals, is kept. */
+    /* Called if inputs of the right-hand side have changed at the present time, but not the state. It keeps the part of
+     * the history that remains valid, always or if the inputs are samples of smooth signals. NULL: as start. */
     void (*change)(kt_integrator *it, bool smooth);
-    void (*restore)(kt_integrator *it); /* NULL: nothing to do. What follows from a history that was put back */
+    void (*restore)(kt_integrator *it); /* NULL: nothing to do. Restores the values that follow from a history */
 
-    /* One step. `prepare` (NULL: nothing to do) computes what all tries of the step need in addition to f(t, y), which
-     * is in slot 0; it is called again, with `rejected`, before each further try. `try_step` computes slopes and
-     * `trial`, `error` then the weighted norm of the error estimate. `accept` (NULL: no history) writes the history; it
-     * cannot fail. `longest_step` (NULL: any) bounds an adaptive step, `control` (NULL: PI control) returns h_new / h
-     * after an accepted one, and `report` describes a try with the result KT_TRY_TOO_LONG or KT_TRY_DIVERGED. */
+    /* One step. `prepare` (NULL: nothing to do) computes the data that all tries need in addition to f(t, y), which is
+     * in slot 0. It is called again, with `rejected`, before each further try. The function `try_step` computes slopes
+     * and `trial`. Then `error` returns the weighted norm of the error estimate. Finally `accept` (NULL: no history)
+     * writes the history; it cannot fail.
+     *
+     * The function `longest_step` (NULL: any) bounds an adaptive step. After an accepted one, `control` (NULL: PI
+     * control) returns h_new / h. The function `report` describes a try with the result KT_TRY_TOO_LONG or
+     * KT_TRY_DIVERGED. */
     kt_try_result (*prepare)(kt_integrator *it, bool rejected, kt_try *result);
     kt_try_result (*try_step)(kt_integrator *it, const kt_interval *interval, kt_try *result);
     double (*error)(const kt_integrator *it, double h);
@@ -310,9 +317,9 @@ struct kt_method_family {
     /* Computes y(t) strictly within the last step, n values. */
     kt_try_result (*interpolate)(kt_integrator *it, double t, double *y_out, kt_try *result);
 
-    /* Linear stability (kt_stability_make and the functions after it in the public header). `stages` (NULL: the number
-     * is fixed) returns the number of stages of a step h with z = h max |lambda|; `reach`, defined together with it,
-     * the largest z for which there are enough stages. `gain` is NULL where it is |value|. */
+    /* Linear stability (kt_stability_make and the functions after it in the public header). For a step h with z = h max
+     * |lambda|, `stages` (NULL: the number is fixed) returns the number of stages. Defined together with it, `reach`
+     * returns the largest z for which there are enough stages. If the gain is |value|, `gain` is NULL. */
     kt_status (*stability)(const kt_method *method, int stages, kt_stability *stability, kt_error *error);
     kt_complex (*value)(const kt_stability *stability, kt_complex z);
     double (*gain)(const kt_stability *stability, kt_complex z);
@@ -341,8 +348,10 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval,
 void kt_combine(double *out, const double *y, double h, const kt_stage_term *terms, size_t count, double *const *k,
                 size_t n);
 
-/* The error estimate of a step h from mean squares: err, or where there are two estimates HNW (II.10.17):
- * h err_5^2 / sqrt(err_5^2 + 0.01 err_3^2). */
+/* The error estimate of a step h from mean squares: err with a single estimate. With two estimates it is HNW
+ * (II.10.17):
+ *
+ *     h err_5^2 / sqrt(err_5^2 + 0.01 err_3^2) */
 static inline double kt_explicit_error(double h, double high, bool has_low, double low) {
     return has_low && high != 0.0 ? fabs(h) * high / sqrt(high + 0.01 * low) : fabs(h) * sqrt(high);
 }
@@ -359,19 +368,19 @@ kt_complex kt_rational_value(const kt_stability *stability, kt_complex z);
 /* The limit on either axis of an A-stable method: none. */
 double kt_rational_limit(const kt_stability *stability);
 
-/* Steps are equal where they differ by no more than the rounding of times makes: then what belongs to a step's length
- * serves for the next one. */
+/* Two steps are equal if they differ by no more than the rounding of times. Data that belong to a step's length then
+ * serve for the next one. */
 #define KT_SAME_STEP 1e-8
 static inline bool kt_is_same_step(double h, double other) { return fabs(h - other) <= KT_SAME_STEP * fabs(h); }
 
-/* kt_is_inside tells whether x lies inside a region. kt_first_exit searches outwards from 0 for the first boundary of
- * the region, between the last point inside and the first outside, to rounding; it returns HUGE_VAL if there is none up
- * to `most` (stability.c). */
+/* kt_is_inside returns whether x lies inside a region. Searching outwards from 0, kt_first_exit returns the first
+ * boundary of the region to rounding: a point between the last one inside and the first outside. It returns HUGE_VAL if
+ * there is none up to `most` (stability.c). */
 typedef bool kt_is_inside(const void *problem, double x);
 double kt_first_exit(kt_is_inside *inside, const void *problem, double most);
 
-/* A bound of all limits: no consistent polynomial of degree s keeps |R| <= 1 further than 2 s^2. A rational R of an
- * A-stable method has none on the left; where a mode grows, its poles lie within. */
+/* A bound of all limits. No consistent polynomial of degree s keeps |R| at most 1 further than 2 s^2. A rational R of
+ * an A-stable method has no limit on the left. If a mode grows, its poles lie within the bound. */
 static inline double kt_farthest_stable(const kt_stability *s) {
     const double degree = s->poles > s->degree ? s->poles : s->degree;
     return 2.0 * degree * degree + 1.0;
@@ -379,8 +388,8 @@ static inline double kt_farthest_stable(const kt_stability *s) {
 
 /* ---- step size --------------------------------------------------------------------------------------------------- */
 
-/* x^p for finite x > 0 and |p| <= 2, to about 1e-12, by arithmetic alone: it has the same bits on every platform, which
- * no libm guarantees. */
+/* x^p for finite x > 0 and |p| at most 2, to about 1e-12, using only arithmetic. The bits are the same on every
+ * platform, which no libm guarantees. */
 double kt_control_power(double x, double p);
 
 /* The exponents of the error of an accepted step, and of that of the step before; h_new / h from the powers. */
@@ -396,12 +405,13 @@ static inline double kt_control_growth(const kt_integrator *it, double power, do
 double kt_control_accepted(const kt_integrator *it, double error);
 double kt_control_rejected(const kt_integrator *it, double error);
 
-/* Proposes the first step in a direction (+-1), after HNW II.4; f is evaluated only within `limit`. Requires f(t, y) in
- * slot 0. Returns 0 where a callback stopped. */
+/* Proposes the first step in a direction (+-1), after HNW II.4. Requires f(t, y) in slot 0, and evaluates f only within
+ * `limit`. Returns 0 if a callback stopped. */
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result);
 
-/* Adaptive steps: a motion that advances, over so many tries, by less than KT_PROGRESS of its time per try makes no
- * progress; nor does one that advances by less than KT_PROGRESS_LASTING over so many such windows of tries in a row. */
+/* Adaptive steps. A motion makes no progress if it advances, over KT_PROGRESS_TRIES tries, by less than KT_PROGRESS of
+ * its time per try. The same is true for less than KT_PROGRESS_LASTING over KT_PROGRESS_WINDOWS such windows of tries
+ * in a row. */
 #define KT_PROGRESS 1e-10
 #define KT_PROGRESS_LASTING 1e-9
 enum { KT_PROGRESS_TRIES = 10000, KT_PROGRESS_WINDOWS = 5 };

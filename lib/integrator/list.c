@@ -23,7 +23,7 @@ int kt_method_count(void) { return COUNT; }
 
 const kt_method *kt_method_at(int index) { return index >= 0 && index < COUNT ? methods[index] : NULL; }
 
-/* Whether two names are equal, where `_` and `-` are the same. */
+/* Whether two names are equal, with `_` equal to `-`. */
 static bool is_named(const char *a, const char *b) {
     while (*a != '\0' && (*a == *b || (*a == '-' && *b == '_'))) {
         a++;

@@ -1,4 +1,4 @@
-/* What a method is by its family. */
+/* The properties of a method that its family determines. */
 #include "integrator/integrator.h"
 
 const kt_method_family *kt_method_family_of(const kt_method *method) {

@@ -11,14 +11,14 @@
  *
  *     0^q = sum_i a_i (-i)^q + q sum_j b_j (-j)^(q-1)
  *
- * Linear stability [MSD 5.16 .. 5.20]. For y' = lambda y, y_k = xi^k solves the recurrence where xi is a root of
+ * Linear stability [MSD 5.16 .. 5.20]. For y' = lambda y, y_k = xi^k solves the recurrence if xi is a root of
  *
  *     implicit:   (1 - b_0 z) xi^n - sum_i (a_i + b_i z) xi^(n-i)
  *     PECE:       xi^n - (1 + b_0 z) xi^(n-1) - sum_i (b_i z + b_0 p_i z^2) xi^(n-i)
  *
- * with the predictor's weights p_i. The root that is e^z for small z stands for the motion, the others are spurious. A
- * mode grows where any root is larger than 1. Roots are found by the iteration of Weierstrass (Durand and Kerner), and
- * each is then corrected by Newton's.
+ * with the predictor's weights p_i. The root that is e^z for small z represents the motion, and the others are
+ * spurious. A mode grows if any root is larger than 1. Roots are found with the iteration of Weierstrass (Durand and
+ * Kerner). Each root is then corrected with Newton's.
  *
  * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, III.1 to III.3; G. Wanner, E. Hairer, Solving ODE II,
  * V.1.
@@ -176,7 +176,7 @@ static void iterate(roots *r) {
     }
 }
 
-/* Newton's correction, as long as it is a small one: at a multiple root it is none. */
+/* Applies Newton's correction if it is small. At a multiple root it does not improve the root. */
 static void correct(roots *r) {
     for (int i = 0; i < r->count; i++)
         for (int k = 0; k < 2; k++) {
@@ -193,7 +193,7 @@ static kt_complex coefficient(const kt_stability *s, int i, kt_complex z) {
     return (kt_complex){c[0] + c[1] * z.re + c[2] * square.re, c[1] * z.im + c[2] * square.im};
 }
 
-/* False where a root is infinite: at the pole of an implicit method. */
+/* Returns false if a root is infinite: at the pole of an implicit method. */
 static bool find(const kt_stability *s, kt_complex z, roots *r) {
     const kt_complex first = coefficient(s, 0, z);
     r->count = s->steps;
@@ -233,8 +233,8 @@ double kt_multistep_gain(const kt_stability *s, kt_complex z) {
 
 /* ---- limits ------------------------------------------------------------------------------------------------------ */
 
-/* Near 0 the root that stands for the motion differs from 1 by less than it is rounded on the imaginary axis: there the
- * first point is as far out as SEEN. What grows by less than 1e-13 in a step counts as rounding. */
+/* On the imaginary axis near 0, the root that represents the motion differs from 1 by less than its rounding. The first
+ * point is therefore as far out as SEEN. A growth below 1e-13 in a step counts as rounding. */
 #define SEEN 0.0625
 #define ROUNDING 1e-13
 

@@ -5,18 +5,23 @@
  *
  *     Phi_i(t) = product over the children u of the root of sum_j a_ij Phi_j(u),    Phi_i(.) = 1.
  *
- * Of a Rosenbrock method a node with one child has a_ij + gamma_ij in place of a_ij (Hairer and Wanner, Solving ODE II,
- * IV.7, theorem 7.5). Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes
- * (theorem 2.13); for a difference of two such weights the sum is 0; and for weights that depend on theta it is
- * theta^rho(t) / gamma(t), for every theta (HNW II.6). The last is an identity between polynomials of degree 3 +
- * dense_terms that both vanish at 0: it is checked at as many further points.
+ * For a Rosenbrock method, a node with one child has a_ij + gamma_ij in place of a_ij (Hairer and Wanner, Solving ODE
+ * II, IV.7, theorem 7.5).
  *
- * Trees are level sequences (the depth of each node in preorder), each generated from the previous one by the algorithm
- * of T. Beyer and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706: 1, 1, 2, 4, 9, 20, 48, 115 trees of 1 .. 8 nodes.
+ * Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes (theorem 2.13). For a
+ * difference of two such weights the sum is 0. For weights that depend on theta the sum is theta^rho(t) / gamma(t), for
+ * every theta (HNW II.6). The last condition is an identity between polynomials of degree 3 + dense_terms that both
+ * vanish at 0. It is checked at as many further points.
  *
- * Rounding: a coefficient rounded to double has a relative error of eps/2, and a term of a tree of rho nodes is a
- * product of rho coefficients. So a residual of rho eps sum |terms| passes, which includes a factor of 2; sums are
- * formed in long double.
+ * Trees are level sequences (the depth of each node in preorder). Each tree is generated from the previous one with the
+ * algorithm of T. Beyer and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706. The numbers of trees are
+ *
+ *     nodes  1  2  3  4  5   6   7    8
+ *     trees  1  1  2  4  9  20  48  115
+ *
+ * Rounding: a coefficient rounded to double has a relative error of eps/2. A term of a tree of rho nodes is a product
+ * of rho coefficients. So a residual of rho eps sum |terms| passes, which includes a factor of 2. Sums are formed in
+ * long double.
  */
 #include "integrator/integrator.h"
 
@@ -39,7 +44,7 @@ typedef struct extended {
     int slots, thetas;
     long double a[SLOTS][SLOTS];
     long double beta[SLOTS]
-                    [SLOTS]; /* what a node with one child is multiplied by: a, of a Rosenbrock method a + gamma */
+                    [SLOTS]; /* the factor of a node with one child: a itself, or a + gamma for a Rosenbrock method */
     weights b, e, e_low, dense[THETAS];
 } extended;
 
@@ -169,8 +174,8 @@ static kt_status check_row_sums(const extended *x, kt_error *error) {
     return KT_OK;
 }
 
-/* Generates the next tree with the same number of nodes: p is the last node of level above 1, q its parent; the levels
- * of the nodes q .. p - 1 are repeated from p on. Returns false after the last tree. */
+/* Generates the next tree with the same number of nodes. p is the last node of level above 1, and q its parent. The
+ * levels of the nodes q .. p - 1 are repeated from p on. Returns false after the last tree. */
 static bool next_tree(tree *t) {
     int p = t->nodes - 1;
     while (p > 0 && t->level[p] <= 1)

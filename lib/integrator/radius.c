@@ -1,19 +1,25 @@
 /* The spectral radius of f_y, which determines how many stages a stabilised method needs.
  *
- * It is computed by the method of Arnoldi without the matrix f_y: w = (f(y + delta v_j) - f(y)) / delta approximates
- * f_y v_j; its components along v_0 .. v_j form column j of the Hessenberg matrix H, and the normalised remainder is
- * v_{j+1}. The spectral radius of the leading j + 1 rows and columns of H converges to that of f_y, from a start with a
- * component in every mode, far faster than the quotients of the power method: where the start holds little of the
- * fastest mode and much of one that is nearly as fast, those stagnate for many iterations at 3/4 of the true value. The
- * iteration ends where two successive radii differ by less than one in a hundred, or where the vectors span all excited
+ * The method of Arnoldi computes it without the matrix f_y. The quotient w approximates f_y v_j:
+ *
+ *     w = (f(y + delta v_j) - f(y)) / delta
+ *
+ * The components of w along v_0 .. v_j form column j of the Hessenberg matrix H, and the normalised remainder is
+ * v_{j+1}. The spectral radius of the leading j + 1 rows and columns of H converges to that of f_y. The start must have
+ * a component in every mode. The radius converges far faster than the quotients of the power method. The start may hold
+ * little of the fastest mode, and much of a mode that is nearly as fast. Those quotients then stagnate for many
+ * iterations at 3/4 of the true value.
+ *
+ * The iteration ends if two successive radii differ by less than one in a hundred, or if the vectors span all excited
  * modes.
  *
- * The radius of the small matrix is lim |H^p|^(1/p), by repeated squaring: p = 2^8. It errs upwards.
+ * The radius of the small matrix is the limit of |H^p|^(1/p), computed with repeated squaring up to p = 2^8. The result
+ * is never too small.
  *
  * Each estimate starts from scratch, so that a checkpoint contains no vectors. A start that misses the fastest mode is
  * rare but would make steps unstable: therefore an estimate lowers the radius by no more than a seventh.
  * KT_RADIUS_MARGIN covers the remaining error, and the growth of the radius until the next estimate. Estimates are made
- * more often where the step is fixed, since then no error estimate would show that the radius has grown.
+ * more often if the step is fixed, since then no error estimate would show that the radius has grown.
  *
  * Sources: W. E. Arnoldi, Quart. Appl. Math. 9 (1951) 17; for the differences and the margin RKC (1998), section 3.3.
  */
@@ -60,7 +66,7 @@ static double radius_of(const hessenberg *matrix, int k) {
 }
 
 /* A start vector of length 1 with a component in every mode, different at each step: fractional parts of multiples of
- * the golden ratio. (Not f: where one mode dominates it, it hides the others.) */
+ * the golden ratio. (The slope f is unsuitable: if one mode dominates it, it hides the others.) */
 static void first_direction(double *v, size_t n, uint64_t step) {
     for (size_t i = 0; i < n; i++) {
         const double x = 0.61803398874989485 * (double)(i + 1 + step % 4096);
@@ -97,8 +103,8 @@ static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double
     return KT_TRY_PASSED;
 }
 
-/* The size of y; a small part of it is the step delta of the differences. Near y = 0 their rounding error eps |f| /
- * delta would exceed them, so the size is at least 1e-6, and 1 at y = 0. */
+/* The size of y. A small part of it is the step delta of the differences. Near y = 0, their rounding error eps |f| /
+ * delta would exceed the differences. The size is therefore at least 1e-6, and 1 at y = 0. */
 static double size_of(const double *y, size_t n) {
     const double size = sqrt(kt_dense_dot(y, y, (int)n));
     return size > 0.0 ? fmax(size, 1e-6) : 1.0;

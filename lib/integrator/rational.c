@@ -6,7 +6,8 @@
 
 static kt_complex divide(kt_complex a, kt_complex b) { return kt_complex_multiply(a, kt_complex_invert(b)); }
 
-/* sum_k c_k z^k, or where z is large sum_k c_k z^(k - most), which `z` is then the reciprocal for. */
+/* Returns sum_k c_k z^k. If `large` is set, `z` is the reciprocal of the argument, and the result is the sum divided by
+ * the argument's power `most`. */
 static kt_complex polynomial(const double *c, int degree, int most, kt_complex z, bool large) {
     kt_complex sum = {0.0, 0.0};
     for (int i = 0; i <= most; i++) {

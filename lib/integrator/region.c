@@ -1,4 +1,4 @@
-/* Regions of stability: |R(z)|, and where a ray from 0 leaves a region. */
+/* Regions of stability: |R(z)|, and the point at which a ray from 0 leaves a region. */
 #include "integrator/integrator.h"
 
 #include <math.h>

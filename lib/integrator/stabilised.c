@@ -1,18 +1,23 @@
 /* The family of Runge-Kutta-Chebyshev methods: explicit, with as many stages as the fastest decay of f requires.
  *
- * Of all polynomials of degree s that agree with e^z to order 2, those built from T_s stay below 1 on nearly the
- * longest interval of the negative real axis, whose length grows as s^2:
+ * Many polynomials of degree s agree with e^z to order 2. Those built from T_s stay below 1 on nearly the longest
+ * interval of the negative real axis, whose length grows as s^2:
  *
  *     R(z) = a_s + b_s T_s(w0 + w1 z)
  *     w0   = 1 + epsilon / s^2,              w1  = T_s'(w0) / T_s''(w0)
  *     b_s  = T_s''(w0) / T_s'(w0)^2,         a_s = 1 - b_s T_s(w0)
  *
- * R(0) = R'(0) = R''(0) = 1 follow at once. While -1 <= w0 + w1 z <= 1, that is, for z >= -(w0 + 1) / w1, R lies within
- * a_s +- b_s, and the damping, epsilon = 2/13, keeps this below 1 - epsilon/3: about 0.95. The length is close to 2/3
- * (s^2 - 1) (1 - 2/15 epsilon) = 0.653 (s^2 - 1).
+ * These constants give
  *
- * Stages. With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j, the three-term recurrence of T_j gives one for the
- * stages. For d_j = Y_j - y0, in which less cancels than in Y_j:
+ *     R(0) = R'(0) = R''(0) = 1
+ *
+ * While w0 + w1 z is in [-1, 1], that is, for z >= -(w0 + 1) / w1, R lies within a_s +- b_s. The damping, epsilon =
+ * 2/13, keeps this below 1 - epsilon/3, about 0.95. The length of the interval is close to
+ *
+ *     2/3 (s^2 - 1) (1 - 2/15 epsilon) = 0.653 (s^2 - 1)
+ *
+ * Stages. With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j, the three-term recurrence of T_j gives a recurrence for
+ * the stages. It is written for d_j = Y_j - y0, in which less cancels than in Y_j:
  *
  *     d_0   = 0,   d_1 = b_1 w1 h f0
  *     d_j   = mu_j d_{j-1} + nu_j d_{j-2} + h (mut_j f(t0 + c_{j-1} h, Y_{j-1}) + gat_j f0),   j = 2 .. s
@@ -20,12 +25,15 @@
  *     mut_j = 2 b_j w1 / b_{j-1},   gat_j = -a_{j-1} mut_j
  *     b_j   = T_j''(w0) / T_j'(w0)^2,   b_0 = b_1 = b_2,   a_j = 1 - b_j T_j(w0)
  *
- * and c_j, which is d_j of y' = 1 over h, follows from the same recurrence. y1 = y0 + d_s. Each stage has order 2.
+ * The number c_j is d_j of y' = 1 over h, and follows from the same recurrence. y1 = y0 + d_s. Each stage has order 2.
  *
- * Order 4 by extrapolation: one step over h, two over h/2, three over h/3. Their local errors of order 2 and 3 cancel
- * in T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, as long as all have the same number of stages, on which these errors depend. The
- * sum stays bounded if each step is damped more: with epsilon = 6/5 it stays below 0.74 (computed for all numbers of
- * stages), on a length of 0.58 s^2.
+ * Order 4 by extrapolation. T_1, T_2 and T_3 denote one step over h, two over h/2 and three over h/3. Their local
+ * errors of order 2 and 3 cancel in
+ *
+ *     y1 = T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4
+ *
+ * if all steps have the same number of stages, on which these errors depend. The sum stays bounded if each step is
+ * damped more. With epsilon = 6/5 it stays below 0.74 (computed for all numbers of stages), on a length of 0.58 s^2.
  *
  * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F.
  * Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.
@@ -56,7 +64,7 @@ kt_chebyshev kt_chebyshev_make(int stages, double damping) {
 
 double kt_chebyshev_reach(const kt_chebyshev *family) { return (family->w0 + 1.0) / family->w1; }
 
-/* 0.667 (s^2 - 1) exceeds the reach of every member, so the search begins at or below the answer. */
+/* The reach of every member is below 0.667 (s^2 - 1). The search therefore begins at or below the answer. */
 int kt_chebyshev_stages(double z, double damping) {
     const double most = (double)KT_STABILISED_STAGES_MAX;
     if (!(z < most * most))
@@ -157,8 +165,12 @@ static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, 
     return KT_TRY_PASSED;
 }
 
-/* Writes y0 + D_1 / 12 - 4 D_2 / 3 + 9 D_3 / 4 to trial, where D_m is the increment of m steps over h / m. The error
- * estimate is this sum minus (9 D_3 / 5 - 4 D_2 / 5); it is stored in `krylov` until error_at reads it. */
+/* Writes y0 plus the extrapolated sum to trial, where D_m is the increment of m steps over h / m:
+ *
+ *     sum   = D_1 / 12 - 4 D_2 / 3 + 9 D_3 / 4
+ *     error = sum - (9 D_3 / 5 - 4 D_2 / 5)
+ *
+ * The error estimate is stored in `krylov` until error_at reads it. */
 static kt_try_result extrapolate(kt_integrator *it, const kt_chebyshev *family, const kt_interval *in, kt_try *result) {
     static const double weight[] = {1.0 / 12.0, -4.0 / 3.0, 9.0 / 4.0}, e[] = {1.0 / 12.0, -8.0 / 15.0, 9.0 / 20.0};
     const size_t n = it->sizes.n;
@@ -216,7 +228,9 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
     return KT_TRY_PASSED;
 }
 
-/* rkc2: 4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4), y3 the third derivative */
+/* The error estimate of rkc2, with y3 the third derivative of y:
+ *
+ *     4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4) */
 static double error_at(const kt_integrator *it, double h, size_t i) {
     const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
     return kt_chebyshev_copies(it->method) > 1 ? kt_stabilised_scratch_of(it)->krylov[i]
@@ -294,7 +308,7 @@ static bool inside_real(const void *problem, double x) {
 
 static double real_limit(const kt_stability *s) { return kt_first_exit(inside_real, s, kt_farthest_stable(s)); }
 
-/* |R(iy)|^2 - 1 begins with y^4 here, so growth becomes visible above rounding from y of about 1e-3 on. */
+/* |R(iy)|^2 and 1 differ from the term in y^4 on. Growth becomes visible above rounding from y of about 1e-3 on. */
 static bool inside_imaginary(const void *problem, double y) {
     const kt_complex z = {0.0, y};
     return kt_stability_gain(problem, z) <= 1.0 + 64.0 * DBL_EPSILON;

@@ -1,5 +1,5 @@
-/* The family of Runge-Kutta-Chebyshev methods: its polynomials, and what it shares with the estimate of the spectral
- * radius (stabilised.c, radius.c). */
+/* The family of Runge-Kutta-Chebyshev methods: its polynomials, and the parts that it shares with the estimate of the
+ * spectral radius (stabilised.c, radius.c). */
 #ifndef KT_INTEGRATOR_STABILISED_H
 #define KT_INTEGRATOR_STABILISED_H
 
@@ -13,22 +13,22 @@ typedef struct kt_chebyshev {
     double w0, w1, a, b;
 } kt_chebyshev;
 
-/* epsilon of a stabilised method's family, and the number of step sequences that are combined: one for rkc2; rkc4
- * extrapolates from three (one, two and three steps). */
+/* The damping epsilon of a method's family, and the number of step sequences that the method combines. rkc2 has a
+ * single sequence. rkc4 extrapolates from three sequences, of one, two and three steps. */
 double kt_chebyshev_damping(const kt_method *method);
 int kt_chebyshev_copies(const kt_method *method);
 
-/* The member of s >= 2 stages. O(s). */
+/* The member of s stages, with s at least 2. Cost: O(s). */
 kt_chebyshev kt_chebyshev_make(int stages, double damping);
 
 /* R decays on -reach <= z < 0. */
 double kt_chebyshev_reach(const kt_chebyshev *family);
 
-/* The least number of stages, 2 or more, whose reach is at least z >= 0; KT_STABILISED_STAGES_MAX + 1 if the maximum is
- * not enough. */
+/* The least number of stages, at least 2, whose reach is at least z. z must not be negative. Returns
+ * KT_STABILISED_STAGES_MAX + 1 if the maximum is not enough. */
 int kt_chebyshev_stages(double z, double damping);
 
-/* T_j, T_j', T_j'' at a point, for j and j - 1; kt_chebyshev_first sets j = 1, kt_chebyshev_next advances from j to j +
+/* T_j, T_j' and T_j'' at a point, for j and j - 1. kt_chebyshev_first sets j = 1. kt_chebyshev_next increases j by
  * 1. */
 typedef struct kt_chebyshev_values {
     double t, dt, ddt;
@@ -40,7 +40,9 @@ static inline kt_chebyshev_values kt_chebyshev_first(double x) {
     return values;
 }
 
-/* T_{j+1} = 2 x T_j - T_{j-1} and its derivatives. */
+/* Advances T_j and its derivatives with the recurrence
+ *
+ *     T_{j+1} = 2 x T_j - T_{j-1} */
 static inline void kt_chebyshev_next(kt_chebyshev_values *v, double x) {
     const double t = 2.0 * x * v->t - v->t1, dt = 2.0 * (v->t + x * v->dt) - v->dt1,
                  ddt = 2.0 * (2.0 * v->dt + x * v->ddt) - v->ddt1;
@@ -59,8 +61,8 @@ static inline void kt_chebyshev_next(kt_chebyshev_values *v, double x) {
 
 enum { KT_RADIUS_VECTORS = 8 }; /* the largest number of directions in which f is differenced for its spectral radius */
 
-/* The history of a motion: the spectral radius of f_y with its margin, 1/s, negative before the first estimate; and the
- * number of steps since it was estimated. */
+/* The history of a motion: the spectral radius of f_y with its margin, in 1/s, and the number of steps since its
+ * estimate. The radius is negative before the first estimate. */
 enum { KT_HISTORY_RADIUS, KT_HISTORY_AGE, KT_STABILISED_HISTORY };
 
 #define KT_STABILISED_FIELDS(X)                                                                                        \
@@ -82,10 +84,10 @@ static inline kt_stabilised_scratch *kt_stabilised_scratch_of(const kt_integrato
 
 static inline double kt_stabilised_radius(const kt_integrator *it) { return kt_stabilised_scratch_of(it)->radius; }
 
-/* The longest step for which there are enough stages; HUGE_VAL where nothing decays. */
+/* The longest step for which there are enough stages; HUGE_VAL if nothing decays. */
 double kt_stabilised_reach(const kt_integrator *it);
 
-/* Before a try: sets `radius`, estimated again where that in the history is too old or a try was rejected. */
+/* Before a try: sets `radius`. It is estimated again if that in the history is too old or a try was rejected. */
 kt_try_result kt_need_radius(kt_integrator *it, bool rejected, kt_try *result);
 
 /* Updates the history after a step; clears it before the first step of a motion. */

@@ -1,8 +1,8 @@
 /* Linear stability: R(z), y1 = R(h lambda) y0 for y' = lambda y, and the longest step that it allows.
  *
- * The family defines R and where the axes leave |R| <= 1. Where |R| = 1 to rounding, as for an undamped mode near 0,
- * |R| cannot be compared with 1: for a general eigenvalue the criterion is its growth over a whole run, which the
- * rounding of one step does not affect.
+ * The family defines R and the points at which |R| exceeds 1 on the axes. If |R| = 1 to rounding, as for an undamped
+ * mode near 0, |R| cannot be compared with 1. For a general eigenvalue the criterion is therefore its growth over a
+ * whole run. The rounding of one step does not affect that growth.
  */
 #include "integrator/integrator.h"
 
@@ -96,7 +96,7 @@ static double longest_of_each(const kt_stability *s, const kt_complex *lambda, s
     return step;
 }
 
-/* All modes together, as a function of x = h radius, where the number of stages follows from the step. */
+/* All modes together, as a function of x = h radius, for a number of stages that follows from the step. */
 typedef struct spectrum {
     const kt_method *method;
     const kt_complex *lambda;
@@ -116,8 +116,8 @@ static double largest_size(const kt_complex *lambda, size_t count, ptrdiff_t *in
     return radius;
 }
 
-/* The largest growth of a mode, at least 1, and the index of this mode if it grows, with the stages that the method
- * takes for this step. */
+/* The largest growth of a mode, at least 1, and the index of this mode if it grows. The number of stages is that of the
+ * method for this step. */
 static double worst_growth(const kt_method *method, double radius, const kt_complex *lambda, size_t count, double step,
                            double duration, ptrdiff_t *index) {
     kt_stability s;

@@ -1,6 +1,6 @@
 /* One accepted step.
  *
- * All decisions are made in local variables and in scratch; `memory` and the pointers to the states change only in
+ * All decisions are made in local variables and in scratch. `memory` and the pointers to the states change only in
  * commit(), after which nothing can fail. Therefore a failed step needs no undoing.
  */
 #include "algebra/finite.h"
@@ -21,9 +21,8 @@ static kt_status report_lost(const kt_integrator *it, const char *what, double h
                         "%s %g is lost in the rounding of the time; take a larger one, or start nearer to 0", what, h);
 }
 
-/* Fixed step: to the next point t0 + k h of the grid, or to t_limit where that comes first. A whole step is h itself
- * and not the difference of two rounded times, so that autonomous problems give the same bits wherever on the time axis
- * they start. */
+/* Fixed step: to the next point t0 + k h of the grid, or to t_limit if that comes first. A whole step is h itself and
+ * not the difference of two rounded times. Autonomous problems therefore give the same bits for every start time. */
 static kt_status plan_fixed(const kt_integrator *it, double t_limit, kt_plan_of_try *p, kt_error *error) {
     const kt_integrator_memory *m = &it->memory;
     const double h = it->options.step, direction = t_limit > m->t ? 1.0 : -1.0;
@@ -43,7 +42,7 @@ static kt_status plan_fixed(const kt_integrator *it, double t_limit, kt_plan_of_
     return report_lost(it, "the step", h, error);
 }
 
-/* Adaptive: |h| from t is the proposed size if t_limit leaves room for two such steps; with less room it is half the
+/* Adaptive: |h| from t is the proposed size if t_limit leaves room for two such steps. With less room, |h| is half the
  * rest, or the rest. */
 static void plan_adaptive(const kt_integrator *it, double t_limit, double proposed, kt_plan_of_try *p) {
     const double t = it->memory.t, left = fabs(t_limit - t), direction = t_limit > t ? 1.0 : -1.0;
@@ -77,7 +76,7 @@ static kt_try_result prepare(kt_integrator *it, kt_try *result) {
     return result->result;
 }
 
-/* Describes a failed try: what failed, and when. */
+/* Records the cause and the time of a failed try. */
 static kt_try_result fail(kt_try *result, kt_try_result found, const char *what, double t) {
     result->what = what;
     result->t = t;
@@ -225,12 +224,14 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
                         is_of_error(r) ? advice_on_motion(it) : advice_on_model);
 }
 
-/* Progress. Accepted steps may nevertheless lead nowhere: near a point where velocities grow without bound they shrink
- * with the distance to it, and where forces jump back and forth, or are not known better, they stay as short as one
- * jump allows. Therefore, every KT_PROGRESS_TRIES tries, accepted or not, the average advance of a try must be
- * KT_PROGRESS of the time, and in one of KT_PROGRESS_WINDOWS such windows KT_PROGRESS_LASTING: a run that would need
- * more than 1 / KT_PROGRESS tries counts as stuck at once, one that would need a tenth of that if it does not get
- * faster. */
+/* Progress. Accepted steps may nevertheless lead nowhere. Next to a point where velocities grow without bound, they
+ * shrink with the distance to the point. If forces jump back and forth, or are not accurate enough, they stay as short
+ * as one jump allows.
+ *
+ * Progress is therefore checked every KT_PROGRESS_TRIES tries, accepted or not. The average advance of a try must be
+ * KT_PROGRESS of the time. In one of KT_PROGRESS_WINDOWS such windows it must be KT_PROGRESS_LASTING. A run that would
+ * need more than 1 / KT_PROGRESS tries counts as stuck at once. A run that would need a tenth of that counts as stuck
+ * if it does not get faster. */
 static double time_scale(const kt_integrator *it, double t_limit) {
     return fmax(fabs(it->memory.t), isfinite(t_limit) ? fabs(t_limit) : 0.0);
 }
@@ -265,7 +266,7 @@ static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const
                         is_of_error(r) ? advice_on_motion(it) : advice_on_model);
 }
 
-/* Whether the tolerances are below the state's own rounding, whatever the step: the error estimate of a step is then
+/* Whether the tolerances are below the state's own rounding, for every step size. The error estimate of a step is then
  * rounding, and steps shrink until a run would never end. (CVODE's test for too much accuracy.) */
 static bool is_beyond_rounding(const kt_integrator *it) { return DBL_EPSILON * kt_scaled_norm(it, it->y, NULL) > 1.0; }
 
@@ -342,7 +343,7 @@ static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *erro
     return plan_next(it, a, error);
 }
 
-/* What a try that has failed changes: the length of the next one, which is planned. */
+/* Plans the next try after a failed one, with another length. */
 static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed, kt_error *error) {
     kt_try r;
     if (failed->result == KT_TRY_STOPPED || failed->result == KT_TRY_TOO_LONG)
@@ -377,7 +378,7 @@ static kt_status end_adaptive(kt_integrator *it, kt_attempt *a, kt_try *r, bool 
         return shorten(it, a, r, error);
     double control_error = it->memory.control_error, next = fabs(p->interval.h);
     it->quadrature_error = worst_quadrature(it, p->interval.h);
-    if (r->error <= 1.0) /* noise says nothing of the next step */
+    if (r->error <= 1.0) /* the noise of a try is no information about the next step */
         next = accept(it, p, a->retried, r, &control_error);
     commit(it, p, changed, next, r->error);
     it->memory.control_error = control_error;

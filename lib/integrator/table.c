@@ -1,4 +1,4 @@
-/* What the table of a method says without its family: sizes and orders. */
+/* The properties of a method that its table determines without the family: sizes and orders. */
 #include "integrator/integrator.h"
 
 bool kt_method_is_adaptive(const kt_method *method) { return method ? method->embedded_order > 0 : false; }

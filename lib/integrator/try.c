@@ -1,6 +1,6 @@
-/* What every family needs for a tried step: slopes that are evaluated and checked, norms, and error reports.
+/* The functions that every family needs for a tried step: they evaluate and check slopes, form norms and report errors.
  *
- * Sums over components have the same bits whatever n and the width of the machine's vectors.
+ * Sums over components have the same bits for every n and every width of the machine's vectors.
  */
 #include "algebra/finite.h"
 #include "integrator/integrator.h"

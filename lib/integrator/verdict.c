@@ -1,9 +1,10 @@
-/* Verdicts of linear stability [MSD 5.3.1, 5.3.2]: A-stable, where no mode that decays or swings in truth grows,
- * whatever the step; L-stable, where moreover what decays infinitely fast is gone after a step.
+/* Verdicts of linear stability [MSD 5.3.1, 5.3.2]. A method is A-stable if no mode grows that decays or oscillates in
+ * the exact solution, for any step size. An A-stable method is L-stable if an infinitely fast decay is gone after one
+ * step.
  *
  * The largest |R| of the left half plane is on the imaginary axis, unless R has a pole on the left (the maximum
- * principle; of a multistep method it holds for the largest root). Both are tested point by point: the axis, and
- * arcs on the left, next to whose points a pole would show.
+ * principle). For a multistep method this holds for the largest root. Both are tested at points: the axis, and arcs in
+ * the left half plane. A pole would show at the points of the arcs next to it.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1.
  */
@@ -15,10 +16,11 @@
  * real one. */
 enum { GRAIN = 40, LEAST = -4, MOST = 6, DIRECTIONS = 8 };
 
-/* What grows by less in a step counts as rounding: the square root of eps, which a double root makes of it. */
+/* A growth in a step below this bound counts as rounding. It is the square root of eps: a double root turns an error of
+ * eps into it. */
 #define ROUNDING 1e-7
 
-/* |z| that stands for infinity: what is left of 1 / z, or of its square root, is below ROUNDING. */
+/* The |z| that represents infinity: the remainder, 1 / z or its square root, is below ROUNDING. */
 #define FAR 1e100
 
 static bool is_inside(const kt_stability *s, double re, double im) {
