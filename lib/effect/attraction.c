@@ -1,12 +1,13 @@
-/* Attraction by the inverse square of the distance (Newton's, or with S < 0 Coulomb's repulsion): with d = p2 - p1 the
- * ends are pulled together by
+/* Attraction with the inverse square of the distance (Newton's, or with S < 0 Coulomb's repulsion). With d = p2 - p1
+ * the force pulls the ends together:
  *     f = S / |d|^2,   V = -S / |d|.
  *
- * At coincident points there is no direction, and no bound. Closer than r = 1e-50 m, far below what a position in
- * metres can resolve, the law is that of a point inside a uniform ball of radius r, which joins it continuously:
+ * Coincident points have no direction, and the law has no bound there. Closer than r = 1e-50 m, the law is therefore
+ * that of a point inside a uniform ball of radius r. This distance is far below the resolution of a position in metres.
+ * The law of the ball continues that outside:
  *     f = S |d| / r^3,   V = -S (3 - |d|^2 / r^2) / (2 r).
- * So coincident points feel no force, by symmetry, and no result is NaN. Close passages above that are what they are:
- * the error control shortens the steps, as far as it goes.
+ * Because of symmetry, coincident points feel no force, and no result is NaN. Close passages at larger distances are
+ * computed as they are. The error control then shortens the steps, as far as it can.
  */
 #include "effect/effect.h"
 
@@ -33,7 +34,9 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* The force on the second end is -S d / r^3; outside, with n = d / r, its derivative is -S (1 - 3 n n') / r^3. */
+/* The force on the second end is -S d / r^3. Outside the ball, with n = d / r, its derivative is
+ *
+ *     -S (1 - 3 n n') / r^3 */
 static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                            kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;

@@ -1,14 +1,17 @@
-/* Bushing: a spring and a damper in all six directions between two frames. With d = R1' (p2 - p1) and R = R1' R2 the
- * second frame seen from the first, theta the Euler vector of R, u = d' and w the rates of both seen from there,
+/* Bushing: a spring and a damper in all six directions between two frames. The pose of the second frame relative to the
+ * first is d = R1' (p2 - p1) and R = R1' R2. The Euler vector of R is theta. The rates of both relative to the first
+ * frame are u = d' and w:
  *     u = R1' (v2 - v1 - w1 x (p2 - p1)),   w = R1' (w2 - w1) = G thetadot   [MSD A.28],
  *     V = d' K d / 2 + theta' Kr theta / 2,   dissipated = u' C u + w' Cr w,
- *     F = -K d - C u,   M = -G^-T Kr theta - Cr w     on the second end, at its point, in the first end's axes,
- * since theta' Kr thetadot = (G^-T Kr theta) . w. The first end feels -F in the second's point, so about its own
- * -M - (p2 - p1) x F: the pair has no resultant wrench, and the gradient of V holds for rotations of the first frame,
- * too.
+ *     F = -K d - C u,   M = -G^-T Kr theta - Cr w,
+ * since theta' Kr thetadot = (G^-T Kr theta) . w.
  *
- * Where both frames turn about one axis of the first, M = -k theta exactly. The frames are taken to be less than half a
- * turn apart: there theta jumps to its opposite, and the moment with it.
+ * Frame: F and M act on the second end, at its point, in the first end's axes. The first end feels -F in the second's
+ * point. About its own point its moment is -M - (p2 - p1) x F. The pair therefore has no resultant wrench, and the
+ * gradient of V is also correct for rotations of the first frame.
+ *
+ * If both frames turn about one axis of the first, M = -k theta exactly. The frames must be less than half a turn
+ * apart. At half a turn theta jumps to its opposite, and the moment with it.
  */
 #include "effect/effect.h"
 
@@ -45,10 +48,12 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* In the axes of the first end, with kappa = Kr theta:
- *     dF = -K dd - C du,               du = -w1 x dd where the second end is displaced
+/* Derivatives in the axes of the first end, with kappa = Kr theta. The terms du and dtheta are for a displacement and a
+ * rotation of the second end:
+ *     dF = -K dd - C du,               du = -w1 x dd
  *     dM = -d(G^-T kappa) - Cr dw,     dtheta = G^-1 (the rotation of the second end),   dkappa = Kr dtheta
- * G^-T kappa = kappa + theta x kappa / 2 + c theta x (theta x kappa), c(x) of x = |theta|^2 (triple.h), so that
+ * With the coefficient c(x) of x = |theta|^2 (triple.h),
+ *     G^-T kappa = kappa + theta x kappa / 2 + c theta x (theta x kappa)
  *     d(G^-T kappa) = G^-T dkappa + dtheta x kappa / 2 + 2 c' (theta . dtheta) theta x (theta x kappa)
  *                   + c (dtheta x (theta x kappa) + theta x (dtheta x kappa)) */
 

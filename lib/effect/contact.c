@@ -1,18 +1,18 @@
-/* Contact of a sphere (a point, where its radius is 0) with a plane: a half-space below the plane through the second
- * end, normal to n. With c the sphere's centre, r its radius and l = c - r n its lowest point,
- *     x = r - n . (c - p)                         is how deep it is,
- *     s = v1 + w1 x (l - c) - v2 - w2 x (l - p)   how l moves on the sphere, less how on the plane's body,
- * and n . s = -dx/dt. For x > 0 the normal force of Hunt and Crossley (1975) acts in l on both:
- *     N = k x^m max(0, 1 + 3/2 c dx/dt),   V = k x^(m + 1) / (m + 1),
- * c being the derivative of the coefficient of restitution, 1 - c v for slow impacts at v, whatever m. N is continuous where
- * contact begins and ends, for the damping vanishes with x^m, and it never pulls: a sphere that leaves faster than
+/* Contact of a sphere (a point, if its radius is 0) with a plane: a half-space below the plane through the second end,
+ * normal to n. The sphere has the centre c, the radius r and the lowest point l = c - r n. The depth x and the slip
+ * velocity s, of l on the sphere relative to l on the plane's body, are
+ *     x = r - n . (c - p)
+ *     s = v1 + w1 x (l - c) - v2 - w2 x (l - p),   n . s = -dx/dt
+ * For x > 0 the normal force of Hunt and Crossley (1975) acts in l on both:
+ *     N = k x^m max(0, 1 + 3/2 c dx/dt),   V = k x^(m + 1) / (m + 1)
+ * For slow impacts at the speed v, the coefficient of restitution is 1 - c v, for every m. The damping vanishes with
+ * x^m, so that N is continuous at the beginning and the end of contact. N never pulls. A sphere that leaves faster than
  * 2 / (3 c) leaves the indentation behind, and its energy is dissipated without a force.
  *
- * Friction opposes the tangential part of s,
- *     T = -mu N tanh(|s_t| / v0) s_t / |s_t|,
- * smooth in s_t: below v0 (`slip`) it is a damper mu N / v0, and under a load T < mu N a body creeps at
- * v0 artanh(T / (mu N)) instead of resting. It acts in l, not in the centre, and so makes a ball roll. What is not
- * elastic is
+ * Friction opposes the tangential part of s, and is smooth in s_t:
+ *     T = -mu N tanh(|s_t| / v0) s_t / |s_t|
+ * Below v0 (`slip`) it is a damper mu N / v0. Under a load T < mu N a body creeps at v0 artanh(T / (mu N)) instead of
+ * resting. Friction acts in l, not in the centre, and so makes a ball roll. The inelastic part of the power is
  *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
  */
 #include "effect/effect.h"
@@ -75,8 +75,7 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* What a change of the plane's motion changes: rotation and displacement, angular velocity and velocity of its
- * point. */
+/* A change of the plane's motion: rotation and displacement, angular velocity and velocity of its point. */
 typedef struct change {
     kt_vec3 rotation, displacement, omega, velocity;
 } change;
@@ -84,7 +83,7 @@ typedef struct change {
 /* A state of contact. */
 typedef struct contact_state {
     kt_vec3 n, from_plane, arm, s, across, force;     /* force: on the sphere */
-    double elastic, gradient, bounce, deeper, normal; /* gradient: k m x^(m - 1); bounce: 1 + 3/2 c dx/dt, or 0 */
+    double elastic, gradient, bounce, deeper, normal; /* gradient = k m x^(m - 1); bounce: 1 + 3/2 c dx/dt, or 0 */
     double rub, rub_by_speed, speed;                  /* rub_by_speed: for one N of normal force */
 } contact_state;
 
@@ -157,7 +156,7 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 #endif
 
 #if KT_HAS_GAP
-/* How far the lowest point is below the centre: r, of a disc r |n x a|. */
+/* The distance of the lowest point below the centre: r, and r |n x a| for a disc. */
 static double reach_of(const kt_effect_record *effect, const kt_effect_end *end) {
 #if KT_HAS_SWITCHES
     if (effect->disc)
@@ -168,8 +167,8 @@ static double reach_of(const kt_effect_record *effect, const kt_effect_end *end)
     return effect->radius;
 }
 
-/* -x, and how the sphere's centre moves in the frame of the plane; of a plane on the ground, in the world's axes. A disc's contact
- * is hard, and of it the distance alone is asked for. */
+/* Returns -x, and the velocity of the sphere's centre in the frame of the plane. For a plane on the ground, the
+ * velocity is in the world's axes. A disc's contact is hard, and only its distance is used. */
 static kt_gap find_gap(const kt_effect_record *effect, const kt_effect_end *end) {
     const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point), n = end[1].axes.z;
     const double distance = kt_vec3_dot(n, from_plane) - reach_of(effect, end);
@@ -180,7 +179,7 @@ static kt_gap find_gap(const kt_effect_record *effect, const kt_effect_end *end)
     return (kt_gap){distance, u.z, u, kt_vec3_norm(kt_vec3_sub(end[0].omega, end[1].omega))};
 }
 
-/* Where the height n . (c - p) is a coordinate. */
+/* For a height n . (c - p) that is a coordinate. */
 static kt_gap find_joint_gap(const kt_effect_record *effect, double height, double rate) {
     return (kt_gap){.distance = height - effect->radius, .rate = rate, .velocity = {0.0, 0.0, rate}};
 }

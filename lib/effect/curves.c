@@ -1,4 +1,5 @@
-/* What effects share that are given by functions of time: the value of their vector, and what they do to the energy. */
+/* Functions shared by effects that are given by functions of time: the value of their vector, and their effect on the
+ * energy. */
 #include "effect/effect.h"
 
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,

@@ -1,8 +1,8 @@
 /* An effect type: the wrench at each of its ends, or the force in a joint.
  *
- * An effect is a pure function of its record, the motion of its ends or joint, and the time. It also says where its
- * power comes from: with P the power of all that it exerts,
- *     P = supplied - dissipated - dV/dt,   V its potential energy.
+ * An effect is a pure function of its record, the motion of its ends or joint, and the time. It also reports the source
+ * of its power. With P the power of all forces that it exerts, and V its potential energy,
+ *     P = supplied - dissipated - dV/dt
  */
 #ifndef KT_EFFECT_EFFECT_H
 #define KT_EFFECT_EFFECT_H
@@ -19,8 +19,8 @@
 
 #include <math.h>
 
-/* What an effect reads and writes. For values these are the structs of a caller's own effects; for derivatives each
- * number carries its change, and in lanes it is one of each of several states. */
+/* The inputs and outputs of an effect. For values they are the structs of a caller's own effects. For derivatives, each
+ * number carries its derivative. In lanes, a number holds the values of several states. */
 #if defined(KT_DUAL) || defined(KT_LANES)
 #ifdef KT_LANES
 #define KT_EFFECT(name) KT_KERNEL(name)
@@ -44,45 +44,44 @@ typedef kt_wrench kt_effect_wrench;
 typedef kt_effect_balance kt_effect_power;
 #endif
 
-/* How the wrench on the last of an effect's ends changes while the other end (of one end: the ground) is at rest: with
- * the rotation and the displacement of that end, and with its angular velocity and velocity. The moment is about its
- * point, and moves along with it; world axes. The wrench on the other end is the opposite in every state, so this tells
- * all of the effect's derivatives. */
+/* The derivatives of the wrench on the last of an effect's ends while the other end (for one end: the ground) is at
+ * rest. They are with respect to the rotation, the displacement, the angular velocity and the velocity of that end. The
+ * wrench on the other end is the opposite in every state, so that these derivatives are complete.
+ * Frame: world axes. The moment is about the end's point, and moves along with it. */
 typedef struct kt_effect_jacobian {
     kt_vec3 moment, force;
-    bool
-        at_point; /* a force alone, by displacement and velocity alone: stiffness[1][1] and damping[1][1]; the moment and
-                    * the other matrices are not set */
+    bool at_point; /* a force alone, of displacement and velocity alone: of both matrices only [1][1] is set */
     kt_mat3 stiffness[2][2]; /* of moment, force: by rotation, displacement */
     kt_mat3 damping[2][2];   /* of moment, force: by angular velocity, velocity */
 } kt_effect_jacobian;
 
-/* How far an effect is from acting that acts on one side of a boundary alone: a contact, a stop. */
+/* The distance of an effect from acting, if it acts on one side of a boundary only: a contact, a stop. */
 typedef struct kt_gap {
     double distance;  /* m or rad; below 0: it acts */
     double rate;      /* d(distance)/dt */
-    kt_vec3 velocity; /* of what approaches the boundary, in any axes that rest relative to this */
-    double turn;      /* rad/s; at which these axes turn relative to what approaches */
+    kt_vec3 velocity; /* of the approaching point, in any axes that are at rest relative to the boundary */
+    double turn;      /* rad/s; of these axes relative to the approaching body */
 } kt_gap;
 
 /* A type is one file, compiled for values and once more for derivatives: const kt_effect_kind
- * KT_EFFECT(kt_effect_spring). Its descriptor, which is compiled once, has its keys; which ends, joint and functions of
- * time it reads follows from them. */
+ * KT_EFFECT(kt_effect_spring). Its descriptor is compiled once and has its keys. The ends, the joint and the functions
+ * of time that the type reads follow from the keys. */
 typedef struct kt_effect_kind {
-    /* Reports what the ranges of the keys do not cover; NULL: nothing. */
+    /* Reports faults that the ranges of the keys do not cover; NULL: none. */
     void (*check)(kt_checker *checker, const kt_effect *effect);
-    /* What the effect can do to the energy of a mechanism, with the numbers that it has. */
+    /* How the effect, with its present numbers, can change the energy of a mechanism. */
     kt_energetics (*energetics)(const kt_effect_record *effect);
-    /* Effects with ends: wrench[k] receives what acts on end k, moment about its point, world axes. balance may be
-     * NULL. The points of both ends are given relative to a fixed point of the world near one of them, so that no
-     * digits are lost where they are far from the world's origin. */
+    /* Effects with ends: wrench[k] receives the wrench on end k. balance may be NULL. The points of both ends are
+     * relative to a fixed point of the world near one of them. No digits are therefore lost if they are far from the
+     * world's origin.
+     * Frame: world axes; the moment is about the end's point. */
     void (*wrench)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, kt_plain t,
                    kt_effect_wrench *wrench, kt_effect_power *balance);
     /* Effects in a joint with position q and velocity v: the joint force (N m, or N in a sliding joint). */
     kt_real (*joint_force)(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
                            kt_effect_power *balance);
-    /* The derivatives of `wrench`, and of `joint_force` with respect to q and v, in closed form. NULL: they are taken
-     * of its own code by dual numbers (derivative/dual_effect.c), which cost some ten times as much. */
+    /* The derivatives of `wrench`, and of `joint_force` with respect to q and v, in closed form. NULL: dual numbers
+     * differentiate the effect's own code (derivative/dual_effect.c), at about ten times the cost. */
     void (*jacobian)(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                      kt_effect_jacobian *jacobian);
     void (*joint_derivatives)(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
@@ -93,12 +92,13 @@ typedef struct kt_effect_kind {
                             kt_wrench *wrench);
     double (*joint_time_derivative)(const kt_effect_record *effect, const double *numbers, double q, double v,
                                     double t);
-    /* Of effects by formulas, in place of the two above: `values` are those of its six formulas. */
+    /* For effects with formulas, in place of the two above. `values` are those of the effect's six formulas. */
     void (*formula_wrench)(const kt_effect_record *effect, const double values[6], const kt_effect_end *end,
                            kt_wrench *wrench, kt_effect_balance *balance);
-    /* Of effects that act on one side of a boundary alone; NULL: all others. Of the first end the axes are not set, nor are
-     * the velocities of a second one on the ground, of which z is set alone. joint_gap: q is the effect's coordinate, or of a contact the height of
-     * its centre, where that is a sum of coordinates. */
+    /* For effects that act on one side of a boundary only; NULL: all others. The axes of the first end are not set. If
+     * the second end is on the ground, its velocities are not set, and z is its only axis that is set. For `joint_gap`,
+     * q is the effect's coordinate. For a contact, q is the height of its centre, if the height is a sum of
+     * coordinates. */
     kt_gap (*gap)(const kt_effect_record *effect, const kt_effect_end *end);
     kt_gap (*joint_gap)(const kt_effect_record *effect, double q, double v);
     /* The highest derivative of its functions of time that the force depends on; 0: their values alone. */
@@ -121,7 +121,7 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #define KT_IF_JACOBIAN(function) function
 #endif
 
-/* The same for what derivatives and lanes do not need. */
+/* The same for members that derivatives and lanes do not need. */
 #if defined(KT_DUAL) || defined(KT_LANES)
 #define KT_HAS_GAP 0
 #define KT_GAP(function) NULL
@@ -134,15 +134,16 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 
-/* Stops and contacts are elastic, with a stiffness, or hard, with a restitution (compile/hard.c). A library without
- * Jacobians, which is meant to be small, has none that are hard. */
+/* Whether a stop or a contact is hard. Stops and contacts are elastic, with a stiffness, or hard, with a restitution
+ * (compile/hard.c). A library without Jacobians, which is meant to be small, has no hard ones. */
 static inline bool kt_effect_is_hard(const kt_effect *effect) {
     return KT_HAS_SWITCHES && (effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT) &&
            !isinf(effect->restitution);
 }
-/* Checks which of both it is, and what only the one or the other has; `stop`: what it is in words. */
+/* Checks whether the effect is hard or elastic, and rejects the numbers of the other kind. `what` is its name in
+ * messages. */
 void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const char *what);
-/* Of a contact of these: whether it has friction. */
+/* Whether the effect is a hard contact with friction. */
 static inline bool kt_effect_rubs(const kt_effect *effect) {
     return effect->type == KT_EFFECT_CONTACT && kt_effect_is_hard(effect) && effect->friction > 0.0;
 }
@@ -151,13 +152,13 @@ static inline bool kt_effect_has_axle(const kt_effect *effect) {
     return effect->type == KT_EFFECT_CONTACT &&
            (effect->axle.x != 0.0 || effect->axle.y != 0.0 || effect->axle.z != 0.0);
 }
-/* Of a joint's stops, how far the nearer one is. */
+/* The distance of the nearer one of a joint's stops. */
 static inline double kt_stop_distance(const kt_effect_record *effect, double q) {
     const double below = effect->upper - q, above = q - effect->lower;
     return below < above ? below : above;
 }
-/* From the centre of a contact's sphere, -r n, or of a disc with the axle a, -r a x (n x a) / |n x a|, to the lowest point: of a
- * disc that lies flat any one of its rim. */
+/* The vector from the centre of a contact's sphere or disc to the lowest point. It is -r n for a sphere, and -r a x (n
+ * x a) / |n x a| for a disc with the axle a. For a disc that lies flat, it is that of any point of the rim. */
 static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 axes, kt_vec3 n) {
 #if KT_HAS_SWITCHES
     const kt_vec3 across = kt_vec3_cross(n, axes.z);
@@ -170,7 +171,7 @@ static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 
 #endif
     return kt_vec3_scale(-effect->radius, n);
 }
-/* Of friction that sticks: a constraint while it does (compile/hard.c). */
+/* Whether the effect is friction that sticks. It is a constraint while it sticks (compile/hard.c). */
 static inline bool kt_effect_sticks(const kt_effect *effect) {
     return KT_HAS_SWITCHES && effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
 }
@@ -216,9 +217,10 @@ void kt_effect_check_bounds(kt_checker *checker, const kt_effect *effect);
     "    shape: {type: rod, to: [0, 0, -1]}\n"                                                                         \
     "effects:\n"
 
-/* Of an effect whose type exists: the number of its ends (0: it acts in a joint); whether the frame of the second end
- * is turned until its z axis is along `axis`; the k-th of its at most three functions of time, KT_FUNCTION_NONE where
- * it has fewer; whether its length is the distance of its ends at the start; and the check of its members. */
+/* Properties of an effect whose type exists: the number of its ends (0: it acts in a joint). Whether the frame of the
+ * second end is turned until its z axis is along `axis`. The k-th of its at most three functions of time, or
+ * KT_FUNCTION_NONE if it has fewer. Whether its length is the distance of its ends at the start. The check of its
+ * members. */
 KT_INNER int kt_effect_end_count(const kt_effect *effect);
 bool kt_effect_aligns_second_end(const kt_effect *effect);
 const kt_function *kt_effect_function(const kt_effect *effect, int k);
@@ -229,15 +231,15 @@ static inline kt_energetics kt_energetics_of(bool dissipates) {
     return dissipates ? KT_ENERGY_DISSIPATED : KT_ENERGY_CONSERVED;
 }
 
-/* Of an effect that is given by functions of time: it supplies energy unless all of them are zero. (A constant force
- * has a potential, but it counts as supplied.) */
+/* The energetics of an effect that is given by functions of time. It supplies energy unless all of them are zero. (A
+ * constant force has a potential, but it counts as supplied.) */
 kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
 
 /* `value` at time t, in world axes. */
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                                      kt_plain t);
 
-/* kt_curve_evaluate at the time of each lane, which mostly is that of all. */
+/* kt_curve_evaluate at the time of each lane, which is mostly the same for all lanes. */
 static inline void kt_effect_curve_evaluate(const kt_curve *curve, const double *numbers, kt_plain t, kt_plain out[3]) {
 #ifdef KT_LANES
     double f[3] = {0.0, 0.0, 0.0};
@@ -252,8 +254,8 @@ static inline void kt_effect_curve_evaluate(const kt_curve *curve, const double 
 #endif
 }
 
-/* The derivatives of a function of time just after t, where a ramp or a table may begin or end: out[1], out[2]. And
- * that of `value`, in world axes. */
+/* The derivatives of a function of time just after t, at which a ramp or a table may begin or end: out[1], out[2]. The
+ * second function returns the derivative of `value`, in world axes. */
 static inline void kt_effect_curve_derivatives(const kt_curve *curve, const double *numbers, double t, double out[3]) {
     kt_curve_evaluate(curve, numbers, nextafter(t, (double)INFINITY), out);
 }

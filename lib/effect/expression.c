@@ -1,10 +1,10 @@
-/* Forces by formulas of t and of what joints and markers do (kt_variable).
+/* Forces with formulas of t and of the motion of joints and markers (kt_variable).
  *
  *   in a joint           force = f
  *   between two ends     with d = p2 - p1, n = d / |d|: f n on the second, -f n on the first; f may use |d| and n . d'
  *   on a point           force (f1, f2, f3) and moment (f4, f5, f6), in world axes or in the end's
  *
- * Power: supplied = f q', f n . d', or f . v + m . w. Its formulas, or its law in C, are evaluated by
+ * Power: supplied = f q', f n . d', or f . v + m . w. The formulas, or a law in C, are evaluated by
  * mechanism/formula.c, and differentiated by derivative/effect_derivatives.c.
  */
 #include "effect/effect.h"
@@ -64,7 +64,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double values[
     } else {
         const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point),
                       moving = kt_vec3_sub(end[1].velocity, end[0].velocity);
-        const double length = kt_vec3_norm(d); /* where the ends coincide there is no direction, and no force */
+        const double length = kt_vec3_norm(d); /* coincident ends have no direction, and no force */
         const kt_vec3 force = kt_vec3_scale(length > 0.0 ? values[0] / length : 0.0, d), none = {0.0, 0.0, 0.0};
         wrench[0] = (kt_wrench){.moment = none, .force = kt_vec3_scale(-1.0, force)};
         wrench[1] = (kt_wrench){.moment = none, .force = force};

@@ -2,7 +2,8 @@
 #include "effect/effect.h"
 #include "model/relative.h"
 
-/* What is a loop in the model acts in a coordinate of a joint: loops relate these alone. */
+/* Rejects an effect in a coordinate of a loop. The effect is a loop in the model, and loops relate only the coordinates
+ * of joints. */
 static void refuse_coordinate_of_loop(kt_checker *checker, const kt_effect *effect, const char *what,
                                       const char *remedy) {
     const kt_description *d = checker->description;
@@ -17,7 +18,7 @@ static void refuse_coordinate_of_loop(kt_checker *checker, const kt_effect *effe
                          kt_name_quote(effect->joint).text, what, remedy);
 }
 
-/* What only an elastic one has. */
+/* Rejects a number that only an elastic contact or stop has. */
 static void refuse_elastic(kt_checker *checker, const char *key, double value, const char *what) {
     if (value > 0.0)
         kt_checker_fault(checker, key, -1, "a hard %s (restitution) has no %s; leave one of both out", what, key);

@@ -1,13 +1,13 @@
-/* Friction in a joint: Coulomb's, with more of it at rest (Stribeck 1902) and a viscous part,
+/* Friction in a joint: Coulomb's, with a larger force at rest (Stribeck 1902) and a viscous part,
  *     force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v,   dissipated = -force v >= 0,
  * after Armstrong-Helouvry, Dupont and Canudas de Wit (1994), with the sign of v made smooth over v0.
  *
- * The force is smooth (no events), a function of the speed alone; the price is that nothing rests: under a load f < S
- * the joint creeps, at v0 artanh(f / S) where v0 << vs. At rest it is a damper of S / v0, and this is what limits the
- * steps of an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors against dry friction are proportional to v0.
+ * The force is smooth, without events, and a function of the speed alone. Nothing therefore rests: under a load f < S
+ * the joint creeps, at v0 artanh(f / S) if v0 << vs. At rest it is a damper of S / v0. This damper limits the steps of
+ * an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors relative to dry friction are proportional to v0.
  *
- * With `stick` it is dry: the sign of v is that of the slip, which changes at events, and at rest it is a constraint
- * (simulation/contact.c).
+ * With `stick` the friction is dry. The sign of v is then that of the slip, which changes at events. At rest the
+ * friction is a constraint (simulation/contact.c).
  */
 #include "effect/effect.h"
 
@@ -23,7 +23,7 @@ static void check(kt_checker *checker, const kt_effect *effect) {
             effect->breakaway, effect->coulomb);
 }
 
-/* Where it sticks static friction may end with the first motion. */
+/* If friction sticks, static friction may end with the first motion. */
 #if KT_HAS_SWITCHES
 #define HAS_CURVE(effect) ((effect)->stribeck > 0.0)
 #define STRIBECK_RANGE KT_RANGE_NOT_NEGATIVE

@@ -1,12 +1,14 @@
 /* Elastic stops of a joint. At x > 0 beyond a stop, with the rate w = dx/dt, the force back is
  *     N = k x + c w k x / (k x + c |w|),   V = k x^2 / 2,   dissipated = c w^2 k x / (k x + c |w|) >= 0.
  *
- * The damping force is the harmonic mean (halved) of c |w| and k x: far inside it is that of a damper c, and at the
- * stop it grows from zero with the spring's own force, which it never exceeds. So the force is continuous where contact
- * begins and ends - a plain damper c w would jump there - and N >= 0 always: a stop never pulls. It needs no
- * length or rate over which to blend, and scales with the joint's units. (The idea that damping must vanish with the
- * indentation is Hunt and Crossley's, 1975.) N has a kink at x = 0, as every one-sided spring; elsewhere it is C1. A
- * joint that leaves with c |w| >> k x hardly feels the stop, whose energy then turns into heat.
+ * The damping force is half the harmonic mean of c |w| and k x. Far inside it is that of a damper c. At the stop it
+ * grows from zero with the spring's own force, and never exceeds it. The force is therefore continuous at the beginning
+ * and the end of contact, at which a plain damper c w would jump. It also satisfies N >= 0: a stop never pulls. The law
+ * needs no length or rate over which to blend, and scales with the joint's units. (Hunt and Crossley, 1975, introduced
+ * damping that vanishes with the indentation.)
+ *
+ * N has a kink at x = 0, as every one-sided spring. Elsewhere it is C1. A joint that leaves with c |w| >> k x hardly
+ * feels the stop, whose energy then turns into heat.
  */
 #include "effect/effect.h"
 
@@ -43,7 +45,9 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
 static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* With e = k x, d = c w and s = e + |d|: the derivatives of d e / s are k d |d| / s^2 and c (e / s)^2. */
+/* With e = k x, d = c w and s = e + |d|, the two derivatives of d e / s are
+ *
+ *     k d |d| / s^2 and c (e / s)^2 */
 static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                            double derivative[2]) {
     (void)numbers, (void)t;
@@ -60,7 +64,7 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 #endif
 
 #if KT_HAS_GAP
-/* Of the nearer stop. */
+/* The gap of the nearer stop. */
 static kt_gap find_gap(const kt_effect_record *effect, double q, double v) {
     const double rate = effect->upper - q <= q - effect->lower ? -v : v;
     return (kt_gap){.distance = kt_stop_distance(effect, q), .rate = rate, .velocity = {0.0, 0.0, rate}};

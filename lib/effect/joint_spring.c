@@ -1,5 +1,6 @@
-/* Spring and damper in a joint: force = -k (q - r) - c v with the rest position r(t),
- *     V = k (q - r)^2 / 2,   dissipated = c v^2,   supplied = -k (q - r) r', by whatever moves the rest position. */
+/* Spring and damper in a joint, with the rest position r(t). The actuator that moves the rest position supplies energy.
+ *     force = -k (q - r) - c v
+ *     V = k (q - r)^2 / 2,   dissipated = c v^2,   supplied = -k (q - r) r' */
 #include "effect/effect.h"
 
 static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,

@@ -1,4 +1,4 @@
-/* What follows from the descriptors of effect types, and the energetics of all effects of a model. */
+/* Queries that the descriptors of effect types answer, and the energetics of all effects of a model. */
 #include "effect/effect.h"
 #include "model/switching.h"
 
@@ -59,7 +59,7 @@ kt_energetics kt_model_energetics(const kt_model *model) {
         worst = one > worst ? one : worst;
     }
 #if KT_HAS_SWITCHES
-    /* Loops that are switched on take energy; what effects store comes and goes with them. */
+    /* Loops that are switched on dissipate energy. The stored energy of effects appears and vanishes with them. */
     for (int k = 0; k < kt_switch_count(model); k++) {
         const bool takes =
             model->family->switches.item[k].loop >= 0 || is_stick(model, model->family->switches.item[k].effect);

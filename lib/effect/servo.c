@@ -1,13 +1,14 @@
 /* Servo: a joint's force towards a target r(t), of limited size.
  *     u = k (r - q) + c (r' - v),   force = limit(u),   supplied = force v
  *
- * The limit L is smooth: force = u up to 0.9 L, +-L from 1.1 L on, and a parabola between them,
- *     force = L - (1.1 L - u)^2 / (0.4 L),
- * which meets both with their derivatives, 1 and 0. So the force is what the gains say wherever the servo is not near its
- * limit, never exceeds it, and is C1 for the integrator's error control.
+ * The limit L is smooth. The force is u up to 0.9 L, and +-L from 1.1 L on. Between them it is a parabola, which
+ * continues both with their derivatives, 1 and 0:
+ *     force = L - (1.1 L - u)^2 / (0.4 L)
+ * Far from its limit the servo therefore has the force of its gains. The force never exceeds the limit, and is C1 for
+ * the integrator's error control.
  *
- * The bounds `lower` and `upper` are hard, as those of other programs are: min(max(u, lower), upper) takes the place of u,
- * which has a kink at each. They need not be of one size.
+ * The bounds `lower` and `upper` are hard, as those of other programs are. They replace u with min(max(u, lower),
+ * upper), which has a kink at each bound. They need not have the same magnitude.
  */
 #include "effect/effect.h"
 
@@ -31,7 +32,7 @@ static kt_real limited(kt_real u, double limit) {
     return KT_CHOOSE(is_beyond, KT_CHOOSE(kt_value(u) < 0.0, -force, force), u);
 }
 
-/* What is not a number stays none. */
+/* Restricts u to the hard bounds. A NaN stays NaN. */
 static kt_real bounded(kt_real u, const kt_effect_record *effect) {
     const kt_real least = KT_CHOOSE(kt_value(u) < effect->lower, kt_real_of(effect->lower), u);
     return KT_CHOOSE(kt_value(u) > effect->upper, kt_real_of(effect->upper), least);
@@ -54,8 +55,8 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* The force follows u with the derivative of the limit: 1, (1.1 L - |u|) / (0.2 L) on the parabola, 0 beyond it and
- * beyond a hard bound. r: the target with its derivatives. */
+/* The derivative of the force with respect to u. It is 1 below the parabola, and 0 beyond the parabola or a hard bound.
+ * On the parabola it is (1.1 L - |u|) / (0.2 L). The target with its derivatives is r. */
 static double derivative_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
     const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
     const double missing = (1.0 + blend) * effect->limit - fabs(u);

@@ -1,10 +1,10 @@
 /* Spring and damper along the line between two points. With d = p2 - p1, n = d / |d|, rate = n . d':
  *     tension = k (|d| - L) + c rate,  V = k (|d| - L)^2 / 2,  dissipated = c rate^2
- * and the ends are pulled together by it, so that a spring of no length (L = 0) pulls with -k d.
+ * The tension pulls the ends together. A spring of no length (L = 0) therefore pulls with -k d.
  *
- * Where the points coincide n is undefined. In a motion through such a state n is -d' / |d'| before it and d' / |d'|
- * after it: the elastic force k L n changes its sign there, and c rate n = c d' does not. The mean of both sides is
- * taken: no elastic force, and damping of the whole d'.
+ * At coincident points n is undefined. In a motion through such a state, n is -d' / |d'| before it and d' / |d'| after
+ * it. The elastic force k L n changes its sign there, and c rate n = c d' does not. The force there is the mean of both
+ * sides: no elastic force, and damping of the whole d'.
  */
 #include "effect/effect.h"
 

@@ -1,6 +1,7 @@
-/* Thrust of mass that leaves a body, or arrives, with a velocity u relative to it, fixed in its axes: f = m'(t) u
- * [MSD H 3.1], u against the motion and m' < 0 for a rocket. That the body's own mass is m(t) is said with the body
- * (dynamics/variable_mass.c); supplied = f . v.
+/* Thrust of mass that leaves a body, or arrives. Its velocity u relative to the body is fixed in the body's axes:
+ *     f = m'(t) u   [MSD H 3.1],   supplied = f . v
+ * For a rocket, u is against the motion and m' < 0. The mass m(t) of the body itself is defined with the body
+ * (dynamics/variable_mass.c).
  */
 #include "effect/effect.h"
 
@@ -20,7 +21,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* It turns with the body: df = theta x f. */
+/* The thrust turns with the body: df = theta x f. */
 static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                            kt_effect_jacobian *jacobian) {
     const kt_vec3 force = force_of(effect, numbers, end, t);

@@ -10,7 +10,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* What is fixed in the body turns with it: dm = theta x m. */
+/* A moment fixed in the body turns with it: dm = theta x m. */
 static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                            kt_effect_jacobian *jacobian) {
     const kt_vec3 value = kt_effect_value(effect, numbers, end, t);

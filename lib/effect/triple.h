@@ -1,5 +1,6 @@
-/* Vectors and matrices of effects, for values and for derivatives (algebra/real.h): kt_vec3 and kt_mat3, and with
- * KT_DUAL the same with what they change by. With KT_LANES they are those of several states (algebra/real3.h).
+/* Vectors and matrices of effects, for values and for derivatives (algebra/real.h). For values they are kt_vec3 and
+ * kt_mat3. With KT_DUAL they also hold the derivatives. With KT_LANES they are those of several states
+ * (algebra/real3.h).
  */
 #ifndef KT_EFFECT_TRIPLE_H
 #define KT_EFFECT_TRIPLE_H
@@ -124,7 +125,7 @@ KT_OPERATOR kt_columns kt_columns_of_model(kt_mat3 a) {
  *          c = 1 / 12 + x / 720 + x^2 / 30240 + ..,  x = |theta|^2: |B_2k| x^(k-1) / (2 k)!
  * In the changes, R' = w x R: w = sum r_k x r_k' / 2 over its columns, and theta' = G^-1 w.
  */
-/* |B_2k| / (2 k)! for k = 1 .. 7: c = sum of these times x^(k - 1). */
+/* The coefficients |B_2k| / (2 k)! of c for k = 1 .. 7. Each is multiplied by x^(k - 1). */
 static const double kt_rotation_vector_map_series[] = {1.0 / 12.0,         1.0 / 720.0,      1.0 / 30240.0,
                                                        1.0 / 1209600.0,    1.0 / 47900160.0, 691.0 / 1307674368000.0,
                                                        1.0 / 74724249600.0};
