@@ -1,16 +1,16 @@
-/* Times at which formulas of time have corners, and at which steps end so that they see what a formula does.
+/* Times at which formulas of time have corners or features. Steps end at these times, so that no step misses a feature.
  *
- * Corners are where an operation that is not smooth takes another branch. The sign of its decision changes there: x of
- * abs(x), x - y of min(x, y) and of comparisons. Between two corners a step may still leap over a feature, a pulse
- * exp(-((t - 5) / 0.01)^2) between two of its stages. Steps therefore also end where f', f'' or f''' change their sign:
- * between two such times f, f' and f'' are monotone, so that their values at the ends of a step, which every method
- * sees, tell whether anything happens between.
+ * A corner is a time at which an operation that is not smooth takes another branch. The sign of its decision changes
+ * there: x of abs(x), x - y of min(x, y) and of comparisons. Between two corners a step may still leap over a feature,
+ * as a pulse exp(-((t - 5) / 0.01)^2) between two of its stages. Steps therefore also end if f', f'' or f''' changes
+ * its sign. Between two such times f, f' and f'' are monotone. Every method samples their values at the ends of a step,
+ * which then show whether anything happens between.
  *
- * Both are zeros of a function g along time, and are found by exclusion and bisection (Moore, Kearfott and Cloud 2009,
- * chapter 8): g has none in an interval over whose bounds (jet.h) 0 is not, and at most one where 0 is not in the bounds
- * of g'. Other intervals are halved, the earlier half first, and so are those in a part of which g is not defined: the
- * branch may change there without a zero, as that of sqrt(t - 1) < 3 at t = 1. What is left when they are very short is
- * a zero at which the sign does not change, as of (t - 1)^2, or two that cancel.
+ * Both are zeros of a function g along time. They are found with exclusion and bisection (Moore, Kearfott and Cloud
+ * 2009, chapter 8). In an interval, g has no zero if 0 is outside its bounds (jet.h), and at most one if 0 is outside
+ * the bounds of g'. Other intervals are halved, the earlier half first. Intervals in a part of which g is not defined
+ * are halved, too. The branch may change there without a zero, as that of sqrt(t - 1) < 3 at t = 1. A very short
+ * interval that remains holds a zero without a change of sign, as of (t - 1)^2, or two that cancel.
  */
 #include "expression/corner.h"
 
@@ -18,25 +18,26 @@
 #include <math.h>
 #include <stdint.h>
 
-/* A search: `seek` corners, or else changes of derivatives. */
+/* A search for corners, or else for changes of derivatives. */
 typedef struct search {
     const kt_expression *expression;
     bool corners;
-    double after;  /* the time after which changes are sought: one at that time is known */
+    double after;  /* the time after which changes are sought; a change at that time is excluded */
     double length; /* of the interval that is halved */
-    int effort;    /* intervals that may still be looked at */
+    int effort;    /* intervals that may still be evaluated */
 } search;
 
 /* ---- one interval ------------------------------------------------------------------------------------------------ */
 
-/* Of zeros of each function: none; one at most whose sides rounding hides; one at most; any number. */
+/* The zeros of each function: none; at most one, whose signs rounding hides; at most one; any number. */
 typedef enum finding { NOTHING, HIDDEN, ONCE, UNKNOWN } finding;
 
 static bool holds_zero(kt_interval x) { return !(x.lo > 0.0 || x.hi < 0.0); }
 
 static bool is_within(kt_interval x, double bound) { return x.lo >= -bound && x.hi <= bound; }
 
-/* Of g and its derivative. What is 0 but for `nothing` throughout changes no sign. */
+/* The finding for g with the derivative `slope`. A function that is 0 to within `nothing` throughout has no change of
+ * sign. */
 static finding find(kt_interval g, kt_interval slope, double nothing) {
     if (!holds_zero(g) || is_within(g, nothing))
         return NOTHING;
@@ -52,8 +53,9 @@ static void meet(void *user, const kt_jet *decision) {
         *worst = here;
 }
 
-/* Derivatives that change the value over the whole interval that is halved by no more than its rounding errors are none.
- * Those that do so over a part of it alone may change their sign there: in a short enough part every derivative does. */
+/* Classifies the zeros in an interval. A derivative counts as none if it changes the value over the whole halved
+ * interval by no more than its rounding errors. If it does so only over a part, its sign may change there. In a short
+ * enough part every derivative is that small. */
 static finding bound_on(search *s, double from, double to) {
     static const double rounding = 1e-13, nothing_at_all = 1e-60; /* in any unit of a machine */
     finding worst = NOTHING;
@@ -86,7 +88,7 @@ static uint64_t signature_of(const search *s, double t) {
     return signs;
 }
 
-/* Whether the sign of a derivative that rounding does not hide is another at `to`. */
+/* Whether a derivative has another sign at `to`, in spite of rounding. */
 static bool changes_sign(const search *s, double from, double to) {
     const kt_jet a = kt_expression_bound(s->expression, from, from, NULL, NULL);
     const kt_jet b = kt_expression_bound(s->expression, to, to, NULL, NULL);
@@ -96,7 +98,7 @@ static bool changes_sign(const search *s, double from, double to) {
     return false;
 }
 
-/* The first time at which the signature is not what it is at `from`; at `to` it is not. Corners are found to the last
+/* The first time at which the signature differs from that at `from`; at `to` it does. Corners are found to the last
  * bit: the branch is that of the formula's own rounded values. */
 static double change_between(const search *s, double from, double to) {
     const uint64_t before = signature_of(s, from);
@@ -115,11 +117,11 @@ static double change_between(const search *s, double from, double to) {
 
 /* ---- many intervals ---------------------------------------------------------------------------------------------- */
 
-/* A search that is cut goes on at a time that is later by a part of itself: a run in which every search is cut has some
- * CUTS_PER_TIME of them for each factor e of its duration. */
+/* A search that is cut continues at a time that is later by a part of itself. If every search of a run is cut, there
+ * are CUTS_PER_TIME of them for each factor e of its duration. */
 enum { DEPTH = 30, EFFORT = 4000, CUTS_PER_TIME = 16 };
 
-/* The first change in (from, to]; HUGE_VAL: none. *clear: up to where that is known. */
+/* The first change in (from, to]; HUGE_VAL: none. *clear is the time up to which there is certainly none. */
 static double first_change(search *s, double from, double to, double *clear) {
     double end[DEPTH + 1] = {to}, begin = from;
     int depth = 0;
@@ -145,7 +147,7 @@ static double first_change(search *s, double from, double to, double *clear) {
     return HUGE_VAL;
 }
 
-/* The first change after t and up to `limit`, in intervals that grow while there is none. Where the effort does not
+/* The first change after t and up to `limit`, in intervals that grow while there is none. If the effort does not
  * suffice, *known is false, and the search is cut at the time returned. */
 static double seek(search *s, double t, double limit, bool *known) {
     static const double first_length = 1.0 / 1024.0;
@@ -169,7 +171,7 @@ static double seek(search *s, double t, double limit, bool *known) {
 
 static const double horizon = 1e12; /* s: no run is as long */
 
-/* The lowest derivative that may jump where a branch changes; 3: there are no branches. */
+/* The lowest derivative that may jump at a change of branch; 3: there are no branches. */
 static int jump_of(const kt_expression *expression) {
     int order = 3;
     for (size_t i = 0; i < expression->count; i++) {
@@ -183,7 +185,7 @@ static int jump_of(const kt_expression *expression) {
     return order;
 }
 
-/* The first corner after t, of which times next to 0 are not told apart from 0. */
+/* The first corner after t. Times next to 0 are not distinguished from 0. */
 static double next_corner(const kt_expression *expression, double t, double until, int *order) {
     search s = {.expression = expression, .corners = true};
     bool known;

@@ -3,11 +3,12 @@
  * An operation z = f(x, y) along a curve s has
  *     z'  = f_x x' + f_y y'
  *     z'' = f_x x'' + f_y y'' + f_xx x'^2 + 2 f_xy x' y' + f_yy y'^2.
- * A partial derivative that is infinite where the argument does not change does not count: sqrt(0) has no slope, but a
- * constant under the root has none to pass on.
+ * An infinite partial derivative is ignored if its argument does not change. The root sqrt(0) has no slope, but a
+ * constant under the root needs none.
  *
- * Intermediate values can be beyond the largest number although the result is a number: log(1 + exp(8000)), or the derivatives
- * of 1 / cosh(8000). What is not finite is evaluated again, with numbers of any exponent (wide.h).
+ * Intermediate values can exceed the largest number although the result is a number. Examples are log(1 + exp(8000)),
+ * and the derivatives of 1 / cosh(8000). A result that is not finite is evaluated again, with numbers of any exponent
+ * (wide.h).
  */
 #include "expression/corner.h"
 #include "expression/expression.h"
@@ -17,7 +18,8 @@
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-/* The value where the usual numbers give one that is not finite; that one if there is none. */
+/* The value with wide numbers, for a usual value that is not finite. Returns the usual value if the wide one is not
+ * finite. */
 static double value_with_wide_numbers(const kt_expression *expression, const double *values, double usual) {
     double wide;
     kt_expression_wide(expression, values, NULL, NULL, 0, &wide);
@@ -66,7 +68,7 @@ double kt_expression_evaluate(const kt_expression *expression, const double *val
     return isfinite(*top) ? *top : value_with_wide_numbers(expression, values, *top);
 }
 
-/* Which of its branches an operation takes: 0 or 1, of sign also 2; those of smooth ones are all 0. */
+/* The index of the branch that an operation takes: 0, 1 or, for sign, 2. Smooth operations have the branch 0. */
 static uint64_t branch_of(kt_operator code, double x, double y) {
     switch (code) {
     case KT_OPERATOR_ABS:
@@ -128,12 +130,12 @@ size_t kt_expression_symbols(const kt_expression *expression, size_t room, int *
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
-/* Partial derivatives of an operation; those by y are zero where there is one argument. */
+/* Partial derivatives of an operation. Those with respect to y are zero if there is one argument. */
 typedef struct kt_partials {
     double x, y, xx, xy, yy;
 } kt_partials;
 
-/* x^y. At x = 0 a constant exponent of 0 or 1 leaves no infinite terms, and 0^y is 0 for all y > 0. */
+/* Derivatives of x^y. At x = 0 a constant exponent of 0 or 1 leaves no infinite terms. 0^y is 0 for a positive y. */
 static kt_partials partials_of_power(double x, double y, double value) {
     kt_partials f = {.x = y == 0.0 ? 0.0 : y * pow(x, y - 1.0),
                      .xx = y == 0.0 || y == 1.0 ? 0.0 : y * (y - 1.0) * pow(x, y - 2.0)};
@@ -144,7 +146,7 @@ static kt_partials partials_of_power(double x, double y, double value) {
     return f;
 }
 
-/* With r^2 = x^2 + y^2: that of the angle of (y, x), atan2(x, y), and of the length r. */
+/* With r the length of (x, y): derivatives of the angle atan2(x, y) of the point (y, x), and of r. */
 static kt_partials partials_of_atan2(double x, double y) {
     const double r2 = x * x + y * y, a = y / r2, b = x / r2;
     return (kt_partials){.x = a, .y = -b, .xx = -2.0 * a * b, .xy = b * b - a * a, .yy = 2.0 * a * b};
@@ -235,7 +237,7 @@ static kt_taylor taylor_of_leaf(const kt_expression_term *term, const double *va
     return (kt_taylor){.v = values[k], .d = rates ? rates[k] : 0.0, .dd = second ? second[k] : 0.0};
 }
 
-/* Replaces the first that is not finite, and what follows from that, by those that are numbers. */
+/* Replaces the first number that is not finite, and the numbers after it, with finite ones from wide numbers. */
 static void mend(const kt_expression *expression, const double *values, const double *rates, const double *second,
                  double out[3]) {
     double wide[3];

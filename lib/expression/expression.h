@@ -1,5 +1,5 @@
-/* A formula as a list of terms in postfix order: numbers and symbols are put on a stack, operators replace the one or two
- * values on its top by their result. */
+/* A formula as a list of terms in postfix order. Numbers and symbols are put on a stack. An operator replaces the one
+ * or two values on top of the stack with its result. */
 #ifndef KT_EXPRESSION_EXPRESSION_H
 #define KT_EXPRESSION_EXPRESSION_H
 
@@ -28,8 +28,8 @@ typedef enum kt_operator {
 
 typedef struct kt_expression_term {
     double number;  /* KT_OPERATOR_NUMBER */
-    int32_t symbol; /* KT_OPERATOR_SYMBOL: its index; KT_OPERATOR_NUMBER that a name stands for: the name's column in
-                       the text, from 1; else 0 */
+    int32_t symbol; /* KT_OPERATOR_SYMBOL: its index; KT_OPERATOR_NUMBER with a name: the column of the name in the
+                       text, from 1; else 0 */
     int32_t code;   /* kt_operator */
 } kt_expression_term;
 
@@ -39,7 +39,7 @@ struct kt_expression {
     kt_expression_term term[];
 };
 
-/* The result of an operator; y is not read where it takes one value. */
+/* The result of an operator; y is not read if the operator takes one value. */
 double kt_operator_value(kt_operator code, double x, double y);
 
 /* Whether an operator takes two values from the stack; else it takes one. */
@@ -66,7 +66,7 @@ static inline bool kt_operator_is_binary(kt_operator code) {
     }
 }
 
-/* What kt_expression_next_corner (corner.h) gives as the order of a time at which its search was cut. */
+/* The order that kt_expression_next_corner (corner.h) returns with a time at which its search was cut. */
 enum { KT_CORNER_CUT = 5 };
 
 #endif

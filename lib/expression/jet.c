@@ -8,13 +8,16 @@
  *     z = log x    z_k = (x_k - (1/k) sum_(0<i<k) i z_i x_(k-i)) / x_0
  *     s = sin x, c = cos x    k s_k = sum_(i>0) i x_i c_(k-i),  k c_k = -sum_(i>0) i x_i s_(k-i)
  *
- * and what is an integral of these (atan, asin, ...) has z_k = (z')_(k-1) / k. Where a value is beyond the largest number,
- * as exp(800) in 1 / (1 + exp(100 (8 - t))), these sums have no bounds, but the ratios z_k / z_0 have: they follow from the
- * same sums over x_0, y_0 and z_0, and those of x + y, two numbers of one sign, are means of both. If the signs differ,
- * the same means have bounds as long as |x| > 2 |y|: their weights are 1 / (1 + y / x) and 1 less that.
+ * Integrals of these functions (atan, asin, ...) have z_k = (z')_(k-1) / k.
  *
- * An interval is widened by two roundings in each operation, so that it holds what exact arithmetic gives. Where a value may
- * be NaN is kept besides its bounds, which are those of its numbers alone: a comparison with NaN is one of numbers again.
+ * Ratios. A value may exceed the largest number, as exp(800) in 1 / (1 + exp(100 (8 - t))). These sums then have no
+ * bounds, but the ratios z_k / z_0 have. The ratios follow from the same sums over x_0, y_0 and z_0. For x + y with two
+ * numbers of one sign, they are means of the ratios of both. If the signs differ, the same means have bounds as long as
+ * |x| > 2 |y|. Their weights are then 1 / (1 + y / x) and 1 less that.
+ *
+ * Rounding. An interval is widened by two roundings in each operation, so that it contains the result of exact
+ * arithmetic. The jet also records whether a value may be NaN. The bounds are those of the numbers alone, since a
+ * comparison with NaN yields a number again.
  */
 #include "expression/jet.h"
 
@@ -28,7 +31,8 @@ static const kt_interval zero = {0.0, 0.0};
 
 /* ---- intervals --------------------------------------------------------------------------------------------------- */
 
-/* What is too large for a number may be one in exact arithmetic, so that no interval lies at infinity alone. */
+/* Widens an interval by rounding. A value that is too large for a number may be a number in exact arithmetic. Therefore
+ * no interval lies at infinity alone. */
 static kt_interval widened(double lo, double hi) {
     if (isnan(lo) || isnan(hi))
         return everything;
@@ -70,13 +74,13 @@ static kt_interval divide(kt_interval x, kt_interval y) {
     return multiply(x, widened(1.0 / y.hi, 1.0 / y.lo));
 }
 
-/* Of a function that rises everywhere. */
+/* Bounds of a function that rises everywhere. */
 static kt_interval raise(double (*f)(double), kt_interval x) {
     const kt_interval y = widened(f(x.lo), f(x.hi));
     return widened(y.lo, y.hi);
 }
 
-/* sin over [lo, hi]: its crests are at (4 n + 1) pi / 2. */
+/* Bounds of sin over [lo, hi]. Its crests are at (4 n + 1) pi / 2. */
 static kt_interval bound_sin(kt_interval x) {
     static const double pi = 3.14159265358979323846;
     const double slop = 4.0 * DBL_EPSILON * (1.0 + fmax(fabs(x.lo), fabs(x.hi)));
@@ -95,7 +99,7 @@ static kt_interval bound_cos(kt_interval x) {
     return bound_sin(add(x, (kt_interval){half_pi, half_pi}));
 }
 
-/* Cut to where a function is defined; everything where it is nowhere. */
+/* Restricts x to the domain [lo, hi] of a function. Returns `everything` if x lies outside it. */
 static kt_interval within(kt_interval x, double lo, double hi) {
     const kt_interval cut = {fmax(x.lo, lo), fmin(x.hi, hi)};
     return cut.lo <= cut.hi ? cut : everything;
@@ -106,7 +110,7 @@ static kt_interval bound_sqrt(kt_interval x) {
     return x.hi >= 0.0 ? raise(sqrt, within(x, 0.0, HUGE_VAL)) : everything;
 }
 
-/* ---- Taylor coefficients ----------------------------------------------------------------------------------------- */
+/* Restricts x to the domain of a function. Returns `everything` if x is outside the domain. */
 
 static kt_jet constant(kt_interval value) { return (kt_jet){.c = {value, zero, zero, zero, zero}}; }
 static kt_jet number(double value) { return constant((kt_interval){value, value}); }
@@ -123,13 +127,14 @@ static kt_interval ratio_of(const kt_jet *x, int k) {
     return k == 0 ? one : x->has_ratio ? x->ratio[k] : divide(x->c[k], x->c[0]);
 }
 
-/* What both hold; both hold the same number. */
+/* The intersection of two intervals that contain the same number. */
 static kt_interval common(kt_interval x, kt_interval y) {
     const kt_interval both = {fmax(x.lo, y.lo), fmin(x.hi, y.hi)};
     return both.lo <= both.hi ? both : x;
 }
 
-/* Takes over the ratios, which bound what has no bounds yet, or wide ones. Infinity times 0 bounds nothing. */
+/* Stores the ratios, and uses them to bound coefficients without bounds, or with wide ones. Infinity times 0 bounds
+ * nothing. */
 static void settle(kt_jet *z, const kt_interval ratio[ORDER + 1]) {
     for (int k = 0; k <= ORDER; k++) {
         z->ratio[k] = ratio[k];
@@ -143,14 +148,14 @@ static bool have_one_sign(kt_interval x, kt_interval y) {
     return (x.lo >= 0.0 && y.lo >= 0.0) || (x.hi <= 0.0 && y.hi <= 0.0);
 }
 
-/* x / (x + y) of numbers of one sign. */
+/* Bounds of x / (x + y) for numbers of one sign. */
 static kt_interval share(kt_interval x, kt_interval y) {
     static const kt_interval whole = {0.0, 1.0};
     const double lo = least(x) / (least(x) + most(y)), hi = most(x) / (most(x) + least(y));
     return isnan(lo) || isnan(hi) ? whole : common(whole, widened(lo, hi));
 }
 
-/* The weights of x and y in the ratios of x + y, where |x| > 2 |y| and the signs differ. */
+/* The weights of x and y in the ratios of x + y, if |x| > 2 |y| and the signs differ. */
 static void dominate(kt_interval x, kt_interval y, kt_interval weight[2]) {
     const double m = most(y) / least(x);
     weight[0] = widened(1.0, 1.0 / (1.0 - m));
@@ -206,7 +211,7 @@ static kt_jet jet_scale(double factor, const kt_jet *x) {
     return z;
 }
 
-/* To the bit, so that -2 remains a whole number. */
+/* Negates exactly, so that -2 remains a whole number. */
 static kt_jet jet_minus(const kt_jet *x) {
     kt_jet z = *x;
     for (int k = 0; k <= ORDER; k++)
@@ -280,7 +285,7 @@ static kt_jet jet_exp(const kt_jet *x) {
     kt_jet z = {.size = 0.0};
     z.c[0] = raise(exp, x->c[0]);
     z.c[0].lo = fmax(0.0, z.c[0].lo);
-    z.c[0].hi = fmax(DBL_TRUE_MIN, z.c[0].hi); /* it is above zero, whatever it is multiplied by */
+    z.c[0].hi = fmax(DBL_TRUE_MIN, z.c[0].hi); /* above zero, for every factor */
     for (int k = 1; k <= ORDER; k++)
         z.c[k] = everything;
     kt_interval ratio[ORDER + 1] = {{1.0, 1.0}};
@@ -317,7 +322,7 @@ static void jet_sincos(const kt_jet *x, kt_jet *s, kt_jet *c) {
     }
 }
 
-/* z' = x' / y with the value z_0, the integral of which is meant. */
+/* The integral of z' = x' / y with the value z_0 at the expansion point. */
 static kt_jet jet_integral(kt_interval value, const kt_jet *x, const kt_jet *y) {
     kt_jet rate = number(0.0), z = {.c = {value}};
     for (int k = 0; k < ORDER; k++)
@@ -422,14 +427,14 @@ static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
 
 static kt_definedness worse(kt_definedness a, kt_definedness b) { return a > b ? a : b; }
 
-/* Of a function that is defined from lo to hi. */
+/* The domain of f from lo to hi. */
 static kt_definedness defined_between(kt_interval x, double lo, double hi) {
     return x.hi < lo || x.lo > hi ? KT_DEFINED_NOWHERE : x.lo < lo || x.hi > hi ? KT_DEFINED_IN_PART : KT_DEFINED;
 }
 
 static kt_definedness unless(bool fails) { return fails ? KT_DEFINED_IN_PART : KT_DEFINED; }
 
-/* Of z = f(x, y) where x and y are defined. */
+/* Whether z = f(x, y) is defined if x and y are. */
 static kt_definedness defined_by_values(kt_operator code, kt_interval x, kt_interval y) {
     switch (code) {
     case KT_OPERATOR_ADD:
@@ -491,12 +496,13 @@ static kt_jet jet_hull(const kt_jet *x, const kt_jet *y) {
     return z;
 }
 
-/* What is x where the decision is above 0, and y where it is below. */
+/* Returns x if the decision is above 0, y if it is below, and the hull of both otherwise. */
 static kt_jet chosen(const kt_jet *decision, const kt_jet *x, const kt_jet *y) {
     return decision->c[0].lo > 0.0 ? *x : decision->c[0].hi < 0.0 ? *y : jet_hull(x, y);
 }
 
-/* 0 or 1 of step and of comparisons, -1 to 1 of sign: defined also where the decision is not, of which all are false. */
+/* The value of step and of comparisons (0 or 1), or of sign. It is defined even if the decision is not: all comparisons
+ * are false then. */
 static kt_jet jet_jump(kt_operator code, const kt_jet *decision) {
     const kt_jet below = number(code == KT_OPERATOR_SIGN ? -1.0 : 0.0), above = number(1.0);
     const bool unequal = code == KT_OPERATOR_NOT_EQUAL;
@@ -537,7 +543,7 @@ static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_
     }
 }
 
-/* atan2(y, x), of which the first argument is y. */
+/* atan2(y, x); its first argument is y. */
 static kt_jet jet_atan2(const kt_jet *y, const kt_jet *x) {
     static const kt_interval turn = {-3.2, 3.2};
     const kt_jet minus = jet_minus(x);
@@ -569,7 +575,7 @@ static kt_jet jet_hypot(const kt_jet *x, const kt_jet *y) {
 
 /* ---- rounding errors --------------------------------------------------------------------------------------------- */
 
-/* Of a power: |n x^(n-1)| dx, and |z| (|log x| dy + |y| dx / |x|). */
+/* The rounding errors of a power: |n x^(n-1)| dx, and |z| (|log x| dy + |y| dx / |x|). */
 static double size_of_power(const kt_jet *z, const kt_jet *x, const kt_jet *y) {
     const double n = fabs(y->c[0].lo), far = most(x->c[0]);
     if (!is_whole(y))
@@ -577,9 +583,9 @@ static double size_of_power(const kt_jet *z, const kt_jet *x, const kt_jet *y) {
     return y->c[0].lo > 0.0 ? n * pow(least(x->c[0]), n - 1.0) * x->size : n * pow(far, -n - 1.0) * x->size;
 }
 
-/* How rounding errors of x and y come to be those of z = f(x, y), to a small factor and first order. A large number within
- * a formula does not hide what is left of it: of 1 / (1 + exp(500)) all digits hold. Of an interval these are the least,
- * so that nothing is taken for rounding before the interval is short. */
+/* The rounding errors of z = f(x, y) that follow from those of x and y, to a small factor and first order. A large
+ * number within a formula does not hide the remaining digits: all digits of 1 / (1 + exp(500)) are valid. For an
+ * interval these are the least errors. Nothing therefore counts as rounding before the interval is short. */
 static double size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const kt_jet *y) {
     const double value = most(z->c[0]);
     switch (code) {
@@ -606,8 +612,8 @@ static double size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const 
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
-/* Whether a function is constant but for rounding over all arguments, *value: which need not be numbers, as those of
- * tanh(exp(1000 t)). */
+/* Whether a function is constant, to rounding, over all arguments. *value receives the constant. The arguments need not
+ * be numbers, as those of tanh(exp(1000 t)). */
 static bool is_saturated(kt_operator code, kt_interval x, double *value) {
     static const double tanh_is_one = 20.0, exp_is_zero = -746.0, atan_is_right = 1e17;
     const double least = x.lo > 0.0 ? x.lo : x.hi < 0.0 ? -x.hi : 0.0;
@@ -664,7 +670,7 @@ static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_swit
     }
 }
 
-/* z = f(x, y), with where it is defined. */
+/* z = f(x, y), with its definedness. */
 static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
     const kt_definedness defined = definedness_of(code, x, y);
     kt_jet z = jet_of(code, x, y, meet, user);

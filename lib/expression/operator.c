@@ -37,7 +37,7 @@ static double value_of_two(kt_operator code, double x, double y) {
     case KT_OPERATOR_HYPOT:
         return hypot(x, y);
     default:
-        return (double)NAN; /* there is none: the reader puts only these */
+        return (double)NAN; /* unreachable: the reader writes only these codes */
     }
 }
 
@@ -77,7 +77,7 @@ static double value_of_one(kt_operator code, double x) {
     case KT_OPERATOR_STEP:
         return x >= 0.0;
     default:
-        return (double)NAN; /* there is none: the reader puts only these */
+        return (double)NAN; /* unreachable: the reader writes only these codes */
     }
 }
 

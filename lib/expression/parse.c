@@ -1,6 +1,6 @@
-/* Reads formulas by recursive descent, a function for each line of the grammar in kinetree/expression.h, into terms in
- * postfix order. A character yields one term at most, except for `a <op>` pairs that wait for their second value: so a
- * text of n bytes has at most n terms. */
+/* Reads formulas with recursive descent, a function for each line of the grammar in kinetree/expression.h, into terms
+ * in postfix order. A character yields at most one term, except for `a <op>` pairs that wait for their second value. A
+ * text of n bytes therefore has at most n terms. */
 #include "expression/expression.h"
 
 #include "algebra/angle.h"
@@ -77,7 +77,7 @@ static bool take(kt_parser *p, char c) {
     return true;
 }
 
-/* What stands at a place, for messages: a word, or a character. */
+/* The text at a position, for messages: a word, or a character. */
 static const char *found_at(const char *spot, char text[KT_NAME_TEXT_SIZE]) {
     char word[KT_NAME_TEXT_SIZE] = "";
     size_t length = 0;
@@ -168,7 +168,7 @@ static bool refuse_with_list(kt_parser *p, const char *spot, const char *name) {
     return refuse(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
 }
 
-/* The nearest symbol. The list may write each name to the same place: which it was is known by its number. */
+/* The nearest symbol. The list may write each name to the same memory, so that the number identifies the symbol. */
 static const char *nearest_symbol(const kt_parser *p, kt_nearest nearest) {
     int best = -1;
     for (int k = 0;; k++) {
@@ -182,7 +182,7 @@ static const char *nearest_symbol(const kt_parser *p, kt_nearest nearest) {
     return best >= 0 ? p->symbols->list(p->symbols->user, best) : NULL;
 }
 
-/* Reports a name that is unknown, with the nearest known one. */
+/* Reports an undefined name, with the nearest defined one. */
 static bool refuse_name(kt_parser *p, const char *spot, const char *name, bool is_function) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     if (strlen(name) == 0)
@@ -201,7 +201,7 @@ static bool refuse_name(kt_parser *p, const char *spot, const char *name, bool i
 
 static bool parse_call(kt_parser *p, const char *spot, const char *name);
 
-/* A symbol, pi, or a function. Of names that go on with a hyphen the longest known one is taken. */
+/* Reads a symbol, pi, or a function. If names continue with a hyphen, the longest defined one is taken. */
 static bool parse_name(kt_parser *p, bool *is_angle) {
     const char *spot = p->at, *end = skip_name(spot);
     char name[KT_EXPRESSION_NAME_MAX + 1], longer[KT_EXPRESSION_NAME_MAX + 1];
@@ -237,7 +237,7 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
 
 static bool parse_comparison(kt_parser *p, bool *is_angle);
 
-/* Bounds the recursion: what a call of this has opened is closed by leave(). */
+/* Bounds the recursion: leave() closes each level that this function opens. */
 static bool enter(kt_parser *p) {
     if (++p->depth > KT_EXPRESSION_DEPTH_MAX)
         return refuse(p, p->at, "more than %d parentheses, signs or powers within one another",

@@ -1,10 +1,10 @@
-/* Parts of a formula that depend on one of its symbols alone: of -k q + 3 step(t - 2) + v exp(-t) and t these are
- * 3 step(t - 2) and exp(-t). In postfix order the terms of a part are neighbours. */
+/* Parts of a formula that depend on a single symbol. For the symbol t in -k q + 3 step(t - 2) + v exp(-t), the parts
+ * are 3 step(t - 2) and exp(-t). In postfix order the terms of a part are neighbours. */
 #include "expression/part.h"
 
 #include <string.h>
 
-/* What a value on the stack depends on. */
+/* The dependence of a value on the stack. */
 typedef enum kt_source { OF_NOTHING, OF_SYMBOL, OF_OTHERS } kt_source;
 
 typedef struct kt_value {
@@ -24,7 +24,8 @@ static void hand_over(const kt_search *s, const kt_value *value) {
         s->found(s->user, s->expression->term + value->begin, count);
 }
 
-/* The value of an operator. What becomes a part of something that depends on others is as large as it gets. */
+/* The value of an operator. If it depends on other symbols, its arguments that depend on the symbol alone are complete,
+ * and are handed over as parts. */
 static kt_value join(const kt_search *s, const kt_value *x, const kt_value *y, size_t end) {
     const kt_source source = x->source > y->source ? x->source : y->source;
     if (source == OF_OTHERS) {

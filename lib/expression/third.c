@@ -1,8 +1,8 @@
 /* The third derivative of a formula along a line. An operation of one value z = f(x) has
  *     z' = f' x',   z'' = f' x'' + f'' x'^2,   z''' = f' x''' + 3 f'' x' x'' + f''' x'^3      (Faa di Bruno)
- * products follow Leibniz' rule, and the other operations of two values are made of these:
+ * Products follow Leibniz' rule, and the other operations of two values are made of these:
  *     x / y = x y^-1,   x^y = e^(y log x),   hypot = (x^2 + y^2)^(1/2),   atan2' = (x' y - x y') / (x^2 + y^2)
- * A derivative that is infinite where the argument does not change does not count, as in evaluate.c.
+ * An infinite derivative is ignored if its argument does not change, as in evaluate.c.
  */
 #include "expression/third.h"
 #include "expression/wide.h"
@@ -57,7 +57,7 @@ static series quotient(const series *x, const series *y) {
 
 /* ---- functions of one value -------------------------------------------------------------------------------------- */
 
-/* 1 / sqrt(1 - x^2) and its derivatives, those of asin from the first on. */
+/* The function 1 / sqrt(1 - x^2) and its derivatives: those of asin from the first on. */
 static void derivatives_of_asin(double x, double f[4]) {
     const double w = 1.0 - x * x, r = 1.0 / sqrt(w);
     f[1] = r;

@@ -1,8 +1,9 @@
-/* Formulas with numbers m 2^e of any exponent e, where the usual ones overflow or underflow: log(1 + exp(8000)) is 8000, and
- * exp(900) / exp(899) is e. Such an evaluation costs some ten times the usual one, and replaces it only where a result is not finite.
+/* Formulas with numbers m 2^e of any exponent e, for cases in which the usual ones overflow or underflow. For example,
+ * log(1 + exp(8000)) is 8000, and exp(900) / exp(899) is e. Such an evaluation costs some ten times the usual one. It
+ * replaces the usual one only if a result is not finite.
  *
- * Each value has its Taylor coefficients x_k, the k-th derivative over k! along the curve. With z' as the derivative by the curve's
- * parameter,
+ * Each value has its Taylor coefficients x_k, the k-th derivative over k! along the curve. With z' as the derivative by
+ * the curve's parameter,
  *
  *     z = x y      z_k = sum_i x_i y_(k-i)
  *     z = x / y    z_k = (x_k - sum_(i<k) z_i y_(k-i)) / y_0
@@ -12,8 +13,8 @@
  *     s = sin x, c = cos x      k s_k = sum_(i>0) i x_i c_(k-i),  k c_k = -sum_(i>0) i x_i s_(k-i)
  *     s = sinh x, c = cosh x    likewise, with + in place of -
  *
- * (Moore, Kearfott and Cloud 2009, Introduction to Interval Analysis, chapter 9), and what is an integral of these (atan, asin,
- * tanh, atan2) has z_k = (z')_(k-1) / k.
+ * (Moore, Kearfott and Cloud 2009, Introduction to Interval Analysis, chapter 9). Integrals of these functions (atan,
+ * asin, tanh, atan2) have z_k = (z')_(k-1) / k.
  */
 #include "expression/wide.h"
 
@@ -56,7 +57,8 @@ static wide plus(wide x, wide y) {
     return normal(x.m + ldexp(y.m, (int)fmax(y.e - x.e, -beyond)), x.e);
 }
 
-/* e^x: with k ln 2 the nearest to x, e^(x - k ln 2) 2^k. Where the rounding of x alone makes it uncertain, NaN. */
+/* e^x as e^(x - k ln 2) 2^k, with k ln 2 the nearest to x. If the rounding of x alone makes the result uncertain,
+ * NaN. */
 static wide wide_exp(wide x) {
     static const double inverse = 1.44269504088896338700, high = 6.93147180559945286227e-01,
                         low = 2.31904681384629955842e-17, most = 1e12;
@@ -174,7 +176,8 @@ static series power_of(const series *x, double p) {
     return z;
 }
 
-/* Of sine and cosine, sign -1, or of the hyperbolic ones, 1, whose values are in s and c. */
+/* The coefficients of sine and cosine (sign -1) or of the hyperbolic functions (sign 1), whose values are in s and
+ * c. */
 static void pair_of(const series *x, double sign, series *s, series *c) {
     for (int k = 1; k <= ORDER; k++) {
         s->c[k] = mean_of(x, c, k);
@@ -198,7 +201,7 @@ static void hyperbolic_of(const series *x, series *s, series *c) {
     pair_of(x, 1.0, s, c);
 }
 
-/* x' as a series; its last coefficient is not known, and not used. */
+/* x' as a series. Its last coefficient is missing, and not used. */
 static series rate_of(const series *x) {
     series z = constant(nothing);
     for (int k = 0; k < ORDER; k++)
@@ -206,7 +209,7 @@ static series rate_of(const series *x) {
     return z;
 }
 
-/* Of the value z_0 and the derivative. */
+/* The series with the value z_0 and the derivative `rate`. */
 static series integral_of(double value, const series *rate) {
     series z = constant(widen(value));
     for (int k = 1; k <= ORDER; k++)
@@ -280,7 +283,7 @@ static series of_one(kt_operator code, const series *x) {
     case KT_OPERATOR_ABS:
         return scaled(x, (x->c[0].m > 0.0) - (x->c[0].m < 0.0));
     default:
-        return constant(widen(kt_operator_value(code, x->c[0].m, 0.0))); /* their signs count alone */
+        return constant(widen(kt_operator_value(code, x->c[0].m, 0.0))); /* only their signs count */
     }
 }
 
@@ -333,7 +336,7 @@ static series of_two(kt_operator code, const series *x, const series *y) {
     }
 }
 
-/* A function of constants is one, also where its derivatives are infinite. */
+/* A function of constants is constant, even if its derivatives are infinite. */
 static series operate(kt_operator code, const series *x, const series *y) {
     const series z = kt_operator_is_binary(code) ? of_two(code, x, y) : of_one(code, x);
     return is_constant(x) && (x == y || is_constant(y)) ? constant(z.c[0]) : z;
@@ -395,7 +398,7 @@ static void write_operation(kt_operator code, double first, double second, char 
         (void)snprintf(text, size, "%s(%.4g)", function_name[code], x);
 }
 
-/* What is not defined comes before the first number that is too large, which may not matter. */
+/* An undefined operation takes precedence over the first number that is too large, which may have no effect. */
 bool kt_expression_fault(const kt_expression *expression, const double *values, char *text, size_t size) {
     series stack[KT_EXPRESSION_DEPTH_MAX] = {{{nothing}}};
     bool found = false;
