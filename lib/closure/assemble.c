@@ -1,19 +1,18 @@
 /* Assembly [MSD 8.5]: the closed state nearest to the given one.
  *
  * With d = u - u_given, |d|^2 is minimised subject to phi(u) = 0. If the given state is far from closed, the loops are
- * closed first (levenberg_marquardt.c). The search then follows the manifold: the tangential part of d, (1 - A+ A) d,
- * is what can still be reduced, and where it vanishes d is normal to the manifold. The step is d_new - d, where d_new
- * is the least solution of
- *   A d_new = A d - phi
- * If phi = 0, it is minus that part. Steps are scaled after Barzilai & Borwein (1988) and shortened until |d| falls;
- * fixed coordinates have no column in A.
+ * closed first (levenberg_marquardt.c). The search then follows the manifold. The tangential part of d, (1 - A+ A) d,
+ * can still be reduced. If it vanishes, d is normal to the manifold. The step is d_new - d, where d_new is the least
+ * solution of
+ *   A d_new = A d - phi If phi = 0, the step is minus the tangential part. Steps are scaled after Barzilai & Borwein
+ *   (1988) and shortened until |d| falls. Fixed coordinates have no column in A.
  *
  * The velocity equations are linear: dv is the least solution of A dv = b' - A v.
  *
- * The fixed coordinates are those to be held and, as long as each group closes without moving them, those whose value
- * the description gives. In a group that does not close in this way the given ones are released, and then all of its
- * coordinates have equal weights: moving the given ones least would lead to the boundary of the reachable positions,
- * which is a singular position.
+ * The fixed coordinates are those to be held. As long as each group closes without moving them, they also include those
+ * whose value the description gives. In a group that does not close in this way the given ones are released, and then
+ * all of its coordinates have equal weights. Moving the given ones least would lead to the boundary of the reachable
+ * positions, which is a singular position.
  */
 #include "closure/levenberg_marquardt.h"
 #include "closure/open_loops.h"
@@ -63,7 +62,7 @@ static const bool *held_of(const kt_model *model, unsigned given) {
     return given == KT_POSITION_GIVEN ? model->held : model->held_velocity;
 }
 
-/* Fixes the coordinates to be held; in groups where other coordinates are free, also those whose value is `given`
+/* Fixes the coordinates to be held. In groups with other, free coordinates, it also fixes those whose value is `given`
  * (KT_POSITION_GIVEN, VELOCITY_GIVEN). Returns whether any of these are fixed. */
 static bool fix_given(const kt_model *model, unsigned given, bool *fixed) {
     const bool *held = held_of(model, given);
@@ -230,9 +229,9 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
 
 /* ---- velocities -------------------------------------------------------------------------------------------------- */
 
-/* Changes v by the least step that satisfies the velocity equations; fixed coordinates (NULL: none) do not change. *violation is the
- * remaining violation, *speed the largest term of the equations, of which it may be a rounding error. Returns false if
- * a number is not finite. */
+/* Changes v by the least step that satisfies the velocity equations; fixed coordinates (NULL: none) do not change.
+ * *violation is the remaining violation. *speed is the largest term of the equations, of which the violation may be a
+ * rounding error. Returns false if a number is not finite. */
 static bool close_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                              const bool *fixed, kt_violation *violation, double *speed) {
     const kt_reduction_kernels *kernels = model->group_kernels;
@@ -260,7 +259,7 @@ static bool group_fits(const kt_model *model, kt_data *data, size_t g, double t,
            kt_group_velocities_fit(model, data, g, t, q, v, KT_CLOSED_STEP);
 }
 
-/* Does for velocities what close_around_given does for positions. */
+/* The counterpart of close_around_given for velocities. */
 static bool move_around_given(const kt_model *model, kt_data *data, double t, const double *q, double *v, bool *fixed) {
     double *given = data->moved_v, speed;
     kt_violation violation;

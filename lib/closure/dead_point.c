@@ -1,8 +1,10 @@
 /* At a dead point one direction of a group is lost, and the drives prescribe a rate along it. No velocities satisfy the
- * equations there. Towards it they grow like 1 / sqrt(t* - t), until rounding errors let a step jump to positions where
- * the drives move the mechanism back again. If a motion passes through a singular position instead, its velocities stay
- * finite, and the prescribed rate along the lost direction vanishes with the size of that direction. So near the
- * position (KT_DEAD) the rates of the drives are compared with those that the other directions alone can follow. */
+ * equations there. Towards it the velocities grow like 1 / sqrt(t* - t). Finally rounding errors let a step jump to
+ * positions at which the drives move the mechanism back again.
+ *
+ * If a motion passes through a singular position instead, its velocities stay finite. The prescribed rate along the
+ * lost direction vanishes with the size of that direction. So near the position (KT_DEAD) the rates of the drives are
+ * compared with those that the other directions alone can follow. */
 #include "closure/dead_point.h"
 
 #include <string.h>
@@ -17,7 +19,7 @@ static bool is_dead(const kt_group_work *w, const double *missed) {
 }
 
 /* Whether a direction of a group is nearly lost, as last factored with all directions counted. Groups whose equations
- * are all holonomic are not tested: for them a search for later positions finds where the motion ends
+ * are all holonomic are not tested: for them a search for later positions finds the end of the motion
  * (simulation/fail.c). */
 static bool is_lost(const kt_model *model, const kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];

@@ -1,7 +1,7 @@
 /* The changes that an assembly made to the initial values that the description gives.
  *
- * A change is relative to its scale: an angle to a radian, a length to the length of the longest loop; a velocity to
- * the fastest of the mechanism, before or after, in the same units.
+ * A change is relative to its scale. The scale of an angle is a radian, and that of a length is the length of the
+ * longest loop. The scale of a velocity is the fastest velocity of the mechanism, before or after, in the same units.
  */
 #include "kinetree/closure.h"
 #include "model/model.h"

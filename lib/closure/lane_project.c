@@ -1,11 +1,11 @@
-/* Projection of several states at once: the usual course of project.c, operation by operation. A state that has come to
- * its end stays as it is while others are moved on. One that needs more (next to a singular position, loops that rounding
- * keeps open, velocities that do not fit) is left to the projection of one state. */
+/* Projection of several states at once: the usual course of project.c, operation by operation. A state that has reached
+ * its end stays as it is while others are moved on. Some states need more: next to a singular position, with loops that
+ * rounding keeps open, or with velocities that do not fit. They are left to the projection of one state. */
 #include "closure/lane_project.h"
 
 #include "closure/project.h"
 
-/* As kt_unit_quaternions. Returns the states whose norms are usual. */
+/* Like kt_unit_quaternions. Returns the states whose norms are usual. */
 static kt_condition make_units(const kt_model *model, kt_real1 *q) {
     kt_condition usual = kt_condition_true();
     for (size_t i = 1; i < model->n.link; i++) {
@@ -41,7 +41,7 @@ static void rotate(kt_condition here, const kt_real1 *d, kt_real1 *p) {
     }
 }
 
-/* As kt_position_move: a link that does not move keeps its bits. */
+/* Like kt_position_move: a link that does not move keeps its bits. */
 static void move(const kt_model *model, kt_condition here, const kt_real1 *step, kt_real1 *q) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
@@ -81,7 +81,7 @@ static kt_condition close_positions(const kt_model *model, kt_data *data, kt_con
     return kt_condition_false();
 }
 
-/* Returns the states whose velocities fit. The violation of those that are not moved on is what it was. */
+/* Returns the states whose velocities fit. The violation of a state that is not moved on is unchanged. */
 static kt_condition close_velocities(const kt_model *model, kt_data *data, kt_condition live, kt_real1 *v,
                                      kt_violation *violation) {
     const kt_condition open = live & ~(violation->slip <= KT_CLOSED * violation->speed);

@@ -1,20 +1,22 @@
 /* Assembly from a state far from closed: Levenberg-Marquardt (Marquardt 1963),
- *   (B'B + mu tr(B'B) 1) dy = -B' r
- * with mu lowered after a step that reduces |r| and raised after one that does not. Unlike a step by QR it needs no
- * rank: off the manifold redundant equations appear independent, and contradictory ones have no solution. r are the
- * residuals and y the coordinates, each relative to its scale (a radian, or the length of the loops), so that the size
- * of a mechanism, millimetres or kilometres, makes no difference; a step changes a coordinate by at most half its
- * scale. Each group is iterated independently of the others.
+ *   (B'B + mu tr(B'B) 1) dy = -B' r with mu lowered after a step that reduces |r| and raised after any other step.
+ *   Unlike a step with QR it needs no rank. Off the manifold redundant equations appear independent, and contradictory
+ *   ones have no solution.
  *
- * In a long chain tr(B'B) grows with the cube of the length and the least singular value of B does not: mu would have
+ * The residuals r and the coordinates y are relative to their scales (a radian, or the length of the loops). The size
+ * of a mechanism, millimetres or kilometres, therefore makes no difference. A step changes a coordinate by at most half
+ * its scale. Each group is iterated independently of the others.
+ *
+ * In a long chain tr(B'B) grows with the cube of the length, and the least singular value of B does not. mu would have
  * to fall by decades more for each decade of links. The damping of a group that is reduced by fronts is therefore at
- * most GAP_DAMPING mu times the mean of r^2 over the coordinates (Yamashita & Fukushima 2001), which at first is that
- * with which a step that closes all of the gap changes a coordinate by a third of its scale. A row of 10 to 1000
- * windows then takes five steps instead of six to eleven.
+ * most GAP_DAMPING mu times the mean of r^2 over the coordinates (Yamashita & Fukushima 2001). With this damping, a
+ * first step that closes all of the gap changes a coordinate by a third of its scale. A row of 10 to 1000 windows then
+ * takes five steps instead of six to eleven.
  *
- * Where links are reduced by fronts, Newton's method is tried first. Its steps cost as much as those of the projection
- * after a step, which eliminates the equations; damped steps, which eliminate none, cost up to ten times as much. It
- * counts only if each step is short and leaves at most a quarter of the gap; otherwise the search begins where it was.
+ * If links are reduced by fronts, Newton's method is tried first. Its steps cost as much as those of the projection
+ * after a step, which eliminates the equations. Damped steps, which eliminate none, cost up to ten times as much.
+ * Newton's method counts only if each step is short and leaves at most a quarter of the gap. Otherwise the search
+ * begins where it was.
  *
  * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
@@ -28,8 +30,8 @@
 #include <float.h>
 #include <string.h>
 
-/* The most steps; and those of a group that is reduced by fronts from another start and from a sample: most that close
- * at all do within ten, and a sample that does not is taken from less far away. */
+/* The most steps of a search, and those of a group that is reduced by fronts, from another start and from a sample.
+ * Most groups that close at all do so within ten steps. A sample that does not close is taken from less far away. */
 enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 20, STARTS = 4 };
 
 #define NEWTON_REACH 0.1                  /* the longest step of Newton's method, in the coordinates' units */
@@ -57,7 +59,8 @@ static double squares(const kt_group_work *w) {
 /* The noise level of an entry in the units of its row and coordinate (group.h). */
 static const double noise = KT_RANK_TOLERANCE * KT_RANK_FLOOR;
 
-/* The same by fronts, with a damping of up to `most`, unless rounding errors hide a damping so small. */
+/* The damped step of a group that is reduced by fronts. The damping is at most `most`, unless rounding errors hide a
+ * damping so small. */
 static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu,
                        double most) {
     const kt_group *group = &model->group[g];
@@ -130,17 +133,19 @@ void kt_take_group(const kt_model *model, const kt_group *group, const double *f
     }
 }
 
-/* What is asked of a search: whether the loops close; or also where |r| has its minimum, of which the gap is told. */
+/* The purpose of a search: to close the loops, or also to find the minimum of |r|, whose gap is reported. */
 typedef enum purpose { TO_CLOSE, TO_TELL } purpose;
 
 /* Whether the step of one group is accepted; its equations at the new state have been filled. */
 static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w, purpose asked) {
     const double before = data->gap[g], after = squares(w);
-    /* A step that the gap alone damps ends at a minimum at once; more damping would find it again and again. */
+    /* If the gap alone damps the step, the step ends at a minimum at once. More damping would find it again and
+     * again. */
     const bool least =
         kt_group_has_fronts(&model->group[g]) && after != before && fabs(after - before) <= 1e-10 * before;
     const bool rounding = before <= 1e-28 * (double)w->k;
-    /* What loops disagree by is least somewhere along the motion that they leave, but a search ends where it meets it. */
+    /* The disagreement of loops has a minimum somewhere along the motion that they leave. A search ends where it
+     * reaches the disagreement. */
     const double gap = gap_of(w);
     if (after > 0.5 * before && gap > KT_CLOSED_STEP && gap <= model->disagreement) {
         data->settled[g] = true;
@@ -148,8 +153,8 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
     }
     double *mu = &data->damping[g];
     if (after < before) {
-        /* Above the first mu less damping was refused: steps creep along a valley to a minimum above zero. (From a saddle
-         * mu falls first.) */
+        /* Above the first mu, a step with less damping was rejected: steps creep along a valley to a minimum above
+         * zero. (From a saddle mu falls first.) */
         const bool creeps = asked == TO_CLOSE && *mu > BEGINNING && after > 0.99999 * before;
         *mu = fmax(*mu * 0.1, UNDAMPED);
         data->gap[g] = after;
@@ -157,8 +162,8 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
                            (rounding && after > 0.5 * before);
         return true;
     }
-    /* Near closure rounding errors hide the decrease that a damped step achieves along a direction that is about to be
-     * lost: more damping would only end the iteration there. The undamped step closes the gap along it, if any step
+    /* Near closure, rounding errors hide the decrease of a damped step along a direction that is about to be lost. More
+     * damping would only end the iteration there. If any step closes the gap in this direction, the undamped step
      * does. */
     const bool near = before <= 1e-24 * (double)w->k, undamped = *mu <= UNDAMPED;
     *mu = near ? UNDAMPED : *mu * 10.0;
@@ -180,8 +185,8 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
     return true;
 }
 
-/* Iterates until all groups are settled, those by fronts for `large` steps at most; q is finite and stays so. On return
- * the equations are those at q. */
+/* Iterates until all groups are settled. Groups that are reduced by fronts iterate for at most `large` steps. q must be
+ * finite and stays so. On return the equations are those at q. */
 static void iterate(const kt_model *model, kt_data *data, double t, const bool *held, int large, purpose asked,
                     double *q) {
     const kt_reduction_kernels *kernels = model->group_kernels;

@@ -1,5 +1,5 @@
-/* Which loops are open, and by how much: the loops that a message names, the worst first. Where equations contradict each
- * other, the gaps of least squares are named, which all of them have a part of. */
+/* The loops that a message names as open, the worst first, and their gaps. If equations contradict each other, the
+ * message names the gaps of least squares, in which all of them have a part. */
 #include "closure/open_loops.h"
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
@@ -26,7 +26,8 @@ static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_r
     return largest;
 }
 
-/* "0.12 m", "34 deg", "0.12 m and 34 deg": how far a loop is open, by the largest length and the largest angle. */
+/* The text of a loop's gap, with the largest length and the largest angle, as "0.12 m and 34 deg". A part below 1e-3 of
+ * the other one is left out. */
 typedef struct gap_text {
     char text[64];
 } gap_text;

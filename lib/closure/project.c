@@ -1,21 +1,23 @@
 /* Projection onto the constraint manifold [MSD 7.55 to 7.58]:
- *   u <- u (+) du,   A du = -phi           repeated
- *   v <- v + dv,     A dv = b' - A v
+ *     u <- u (+) du,   A du = -phi           repeated
+ *     v <- v + dv,     A dv = b' - A v
  * du is least in the model's metric. dv is always least in kinetic energy, which makes it the impulse that the loops
- * themselves would exert: the error of an evaluation near a singular position is a force of the loops, and only this
- * metric removes it completely (N-four-bar, RK4 at 1e-3 s over 10 s: 2e-10 m, and 5e-8 m with the identity).
+ * themselves would exert. The error of an evaluation near a singular position is a force of the loops. Only this metric
+ * removes it completely. For the N-four-bar, with RK4 at 1e-3 s over 10 s, the error is 2e-10 m, and 5e-8 m with the
+ * identity.
  *
- * Near a singular position the direction that is about to be lost can be closed only by steps of phi divided by its
- * size s, which amplify the rounding errors of phi. A gap c in it makes the motion bend as one whose lengths are off by
- * c would (singular_crossing.c), so it is closed like the others, once they are, if it is above rounding and s above
- * the root of that: below, steps c / s would be longer than s, within which the equation is linear. There the direction
- * is left out until the motion has moved on, unless the gap exceeds the tolerance; and if no step closes it then,
- * because the linkage would have to go elsewhere, it counts as closed as far as an assembly's would.
+ * Near a singular position a direction is about to be lost. Only steps of phi divided by its size s can close it, and
+ * they amplify the rounding errors of phi. A gap c in it makes the motion bend as if the lengths had an error of c
+ * (singular_crossing.c). The direction is therefore closed after the others, if c is above rounding and s above the
+ * root of rounding. For a smaller s the steps c / s would be longer than s, and the equation is linear only within s.
+ * The direction is then left out until the motion has moved on, unless the gap exceeds the tolerance. If no step closes
+ * it then, because the linkage would have to go elsewhere, the tolerance is that of an assembly.
  *
- * What is left open does no harm as long as it stays the same: the motion is that of lengths which are off by c. Closing
- * it in the bend does: the state moves by c / s on to the path of other lengths, where the same drive has supplied other
- * work. So c is made small on the way in, where s is a few thousandths and the step c / s is rounding, and the next
- * steps keep it: a parallelogram of d = 1e-10 is driven through s = 3e-5 with 4 eps, which cost 2e-5 J of 10 J.
+ * An open gap does no harm while it stays constant: the motion is that of lengths with an error of c. Closing it in the
+ * bend does harm. The state moves by c / s on to the path of other lengths, for which the same drive has supplied other
+ * work. So c is made small on the way in, at an s of a few thousandths, where the step c / s is rounding. The next
+ * steps keep it small. A parallelogram of d = 1e-10 is driven through s = 3e-5 with a gap of 4 eps, which cost 2e-5 J
+ * of 10 J.
  */
 #include "closure/dead_point.h"
 #include "closure/levenberg_marquardt.h"
@@ -29,22 +31,25 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The gap in a direction that is nearly lost which is left to rounding, and the velocity in it, relative to the
- * largest; the size of such a direction, relative to its usual size, above which it is left no more than any other,
- * and the one above which more is closed: the root of the rounding level.
+/* Bounds for a direction that is nearly lost, of the size s relative to its usual size.
+ *   LEFT_OPEN: the gap in the direction that is left to rounding.
+ *   WAY_IN: the s above which the gap may be no larger than in other directions.
+ *   LEFT_MOVING: the velocity in the direction that is left, relative to the largest velocity.
+ *   RESOLVED: the s above which a larger gap must be closed; the root of the rounding level.
  *
- * A velocity w (relative to the largest) that is left in a direction of size s violates the equation by s w. While the
- * motion is there, for s / v, the equations of the acceleration, w v^2 / s, hand it on to the others: speeds are known to
- * w, and energies as well. LEFT_MOVING is the default tolerance. Rounding alone may leave c / s of the equation
- * (left_by_rounding), which is less where s > 1e-3. With LEFT_MOVING from 1e-12 to 1e-6 six linkages of
- * test/hard/band.py (d = 1e-4 to 1e-9) take the same number of steps, and their energies change by 3e-7 J at most. */
+ * A velocity w (relative to the largest) that is left in the direction violates the equation by s w. While the motion
+ * is there, for the time s / v, the equations of the acceleration, w v^2 / s, transfer it to the other directions.
+ * Speeds are then exact to w, and energies as well. LEFT_MOVING is the default tolerance. Rounding alone may leave c /
+ * s of the equation (left_by_rounding), which is less if s > 1e-3. This was measured with six linkages of
+ * test/hard/band.py (d = 1e-4 to 1e-9). With LEFT_MOVING from 1e-12 to 1e-6 they take the same number of steps. Their
+ * energies change by at most 3e-7 J. */
 #define LEFT_OPEN (4.0 * KT_CLOSED)
 #define WAY_IN (0.3 * KT_NEAR_SINGULAR)
 #define LEFT_MOVING 1e-9
 #define RESOLVED 1.5e-8
 
-/* The size of the smallest direction of the groups that are near a singular position, over its usual size; 0 where one
- * is lost altogether, and `last` is the size of the one before. */
+/* The size of the smallest direction of the groups that are near a singular position, over its usual size. It is 0 if a
+ * direction is lost altogether; `last` is then the size of the direction before it. */
 static double smallest(const kt_model *model, const kt_data *data, kt_rows rows) {
     double least = KT_NEAR_SINGULAR;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -57,12 +62,12 @@ static double smallest(const kt_model *model, const kt_data *data, kt_rows rows)
     return least;
 }
 
-/* What rounding leaves of the velocity equation in a direction of size s that is nearly lost, relative to the speed: the
- * position is known to c / s, along a path whose radius of curvature is s (x y = d), so that its tangent is known to
- * c / s^2, and the equation, of size s, to c / s. */
+/* The violation of the velocity equation that rounding leaves in a direction of size s that is nearly lost, relative to
+ * the speed. The position is exact to c / s, along a path whose radius of curvature is s (x y = d). Its tangent is
+ * therefore exact to c / s^2, and the equation, of size s, to c / s. */
 static double left_by_rounding(double s) { return LEFT_OPEN / fmax(s, RESOLVED); }
 
-/* Whether a gap is closed in a direction that is nearly lost, as last factored, too. */
+/* Whether the projection must also close the gap in a direction that is nearly lost, as last factored. */
 static bool closes_nearly_lost(const kt_model *model, const kt_data *data, double gap) {
     const double s = smallest(model, data, KT_ROWS_CLOSED);
     return s > RESOLVED && gap > (s > WAY_IN ? KT_CLOSED : LEFT_OPEN);
@@ -78,7 +83,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
         data->closing.position = (uint32_t)i;
         if (!kernels->residuals(model, data, t, q, v, NULL, violation))
             return KT_CLOSURE_NOT_FINITE;
-        /* stop when rounding errors dominate: the gap is small, and a further step has not halved it. (A step that left
+        /* Stop when rounding errors dominate: the gap is small, and a further step has not halved it. (A step that left
          * a direction out may have increased it.) */
         const bool slow = violation->gap > 0.5 * before;
         const bool closes = near && regular && closes_nearly_lost(model, data, violation->gap);
@@ -99,8 +104,8 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
     }
 }
 
-/* Removing a velocity leaves a rounding error of its original size, not of the small remainder: the tolerance refers to
- * the given speeds throughout. */
+/* Removing a velocity leaves a rounding error of its original size, not of the small remainder. The tolerance therefore
+ * refers to the given speeds throughout. */
 static kt_closure project_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
                                      kt_violation *violation) {
     const kt_reduction_kernels *kernels = model->group_kernels;
@@ -136,26 +141,28 @@ static kt_closure close_velocities(const kt_model *model, kt_data *data, double 
     const kt_closure closure = project_velocities(model, data, true, v, changed, violation);
     if (closure != KT_CLOSURE_DONE || !kt_is_near_singular(model, data))
         return closure;
-    /* a velocity that is left in the direction becomes one along the path where that bends; but nearer than rounding, as
-     * where a dead point is met, the equation does not know the velocity, and the one given is better */
+    /* A velocity that is left in the direction becomes a velocity along the path when the path bends. But next to a
+     * singular position, within rounding, the equation does not determine the velocity, as at a dead point. The given
+     * velocity is then better. */
     const double s = smallest(model, data, KT_ROWS_ALL);
     const double open = s > RESOLVED ? fmin(0.1 * KT_CLOSED_STEP, LEFT_MOVING * s) : left_by_rounding(s);
-    /* where two loops fold at once, the terms of the equation are far below the velocities that it is made of, whose
-     * entries of A are known to rounding of what they could be */
+    /* If two loops fold at the same time, the terms of the equation are far below the velocities that it contains. Its
+     * entries of A are exact only to the rounding of their possible size. */
     double speed = violation->speed;
     for (size_t i = 0; i < model->n.group_v && s <= RESOLVED; i++)
         speed = fmax(speed, fabs(v[model->group_v[i]]) / model->unit[i]);
     return violation->slip > open * speed ? project_velocities(model, data, false, v, changed, violation) : closure;
 }
 
-/* Whether a gap is left in a direction too small for rounding to tell where it would be closed; as last factored. */
+/* Whether a gap is left in a direction that is too small, compared with rounding, to determine a closed position; as
+ * last factored. */
 static bool is_undecided(const kt_model *model, const kt_data *data, double gap) {
     return gap <= KT_CLOSED_ASSEMBLED && kt_is_near_singular(model, data) &&
            smallest(model, data, KT_ROWS_CLOSED) < RESOLVED;
 }
 
-/* What loops disagree by is divided by the size of the smallest direction, as far as the root of it: more next to a
- * singular position. */
+/* The disagreement of loops divided by the size of the smallest direction, down to a size of the root of the
+ * disagreement. It is larger next to a singular position. */
 static double left_by_disagreement(const kt_model *model, const kt_data *data) {
     if (model->disagreement == 0.0)
         return 0.0;
@@ -174,8 +181,8 @@ KT_INLINE kt_closure close_motion(const kt_model *model, kt_data *data, double t
     tolerance = fmax(tolerance, left_by_disagreement(model, data));
     if (violation->slip <= tolerance * violation->speed)
         return KT_CLOSURE_DONE;
-    /* What contradicts the drives remains at their own size. What is left above rounding has been through
-     * project_velocities, which tells whether there is such a direction. Where two loops fold at once, more is left. */
+    /* A contradiction of the drives remains at its own size. A remainder above rounding has passed project_velocities,
+     * which determines whether there is such a direction. If two loops fold at the same time, more is left. */
     if (kt_is_near_singular(model, data))
         tolerance = fmax(tolerance, fmax(KT_CLOSED_ASSEMBLED, left_by_rounding(smallest(model, data, KT_ROWS_ALL))));
     return violation->slip <= tolerance * violation->speed || kt_velocities_fit(model, data, t, q, v, tolerance)
@@ -196,8 +203,8 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
     return close_motion(model, data, t, q, v, tolerance, changed, violation);
 }
 
-/* Reports the gaps that remain when the loops are closed as far as possible; if a search closes them, which reaches
- * farther than a projection, it reports the gaps at q. */
+/* Reports the gaps that remain when the loops are closed as far as possible. A search reaches farther than a
+ * projection; if it closes the loops, the gaps at q are reported. */
 static kt_status refuse_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
     kt_violation violation;
     const kt_status status = kt_loops_reach(model, data, t, q, KT_CLOSED_STEP,
@@ -247,8 +254,8 @@ static void remember(kt_data *data) {
     most->capped += last->capped + (last->position == KT_POSITION_STEPS_MAX ? 1U : 0U);
 }
 
-/* The result must not depend on earlier uses of the data: a dead point is sought, and what loops disagree by is divided,
- * only in groups that this projection factors. */
+/* Makes the result independent of earlier uses of the data. Only groups that this projection factors are tested for a
+ * dead point, and only there the disagreement of loops is divided. */
 static void forget_singular(const kt_model *model, kt_data *data) {
     if (model->driven || model->disagreement > 0.0)
         memset(data->near, 0, model->n.group * sizeof *data->near);

@@ -6,13 +6,14 @@
 
 #include <float.h>
 
-/* The rounding level of residuals relative to their scales (a radian, or the length of the longest loop), and of
- * velocity equations relative to their largest term; nothing smaller is required. */
+/* The rounding level of residuals relative to their scales (a radian, or the length of the longest loop). For velocity
+ * equations it is relative to their largest term. No smaller residual is required. */
 #define KT_CLOSED DBL_EPSILON
 
 /* The gap that counts as closed: after a step (from a position near to closed), and after a search. A search leaves
- * rounding or a gap that does not close: of the six families of test/hard/band.py that were asked next to their
- * singular positions (d = 0 to 1e-6) no energy changes with KT_CLOSED_ASSEMBLED from 1e-13 to 1e-6, in three digits. */
+ * rounding or a gap that does not close. This was measured with six families of test/hard/band.py, assembled next to
+ * their singular positions (d = 0 to 1e-6). Their energies do not change, in three digits, if KT_CLOSED_ASSEMBLED is
+ * from 1e-13 to 1e-6. */
 #define KT_CLOSED_STEP 1e-12
 #define KT_CLOSED_ASSEMBLED 1e-9
 
@@ -42,8 +43,8 @@ static inline bool kt_is_near_singular(const kt_model *model, const kt_data *dat
     return false;
 }
 
-/* The size of the smallest direction of the groups that are near a singular position, relative to its usual size; 0
- * where one is lost, 1 where none is near. `rows` are factored, with all directions. */
+/* The size of the smallest direction of the groups that are near a singular position, relative to its usual size. It is
+ * 0 if a direction is lost, and 1 if no group is near. `rows` must be factored, with all directions. */
 static inline double kt_smallest_direction(const kt_model *model, const kt_data *data, kt_rows rows) {
     double least = 1.0;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -54,11 +55,11 @@ static inline double kt_smallest_direction(const kt_model *model, const kt_data 
     return least;
 }
 
-/* The in-place forms of kt_state_project and kt_state_assemble for a model with loops; `given` are the positions before
+/* The in-place forms of kt_state_project and kt_state_assemble for a model with loops. `given` are the positions before
  * the assembly. `input` is used in messages. */
 kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *q, double *v,
                            bool *moved, kt_error *error);
-/* The velocities alone, at positions that stay. */
+/* Projects the velocities alone; the positions do not change. */
 kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *v,
                                 kt_error *error);
 kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,
@@ -84,12 +85,12 @@ static inline void kt_residuals_to_right_hand_side(const kt_model *model, const 
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         kt_violation violation = kt_violation_none;
         kt_group_position_residuals(&w, &violation);
-        for (int r = 0; r < w.k; r++) /* closed groups do not move, whatever others need */
+        for (int r = 0; r < w.k; r++) /* closed groups do not move, even if others must */
             w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
     }
 }
 
-/* Where a projection ends. */
+/* The end of a projection. */
 typedef struct kt_projection_limits {
     int steps;        /* at most */
     double gap;       /* to this gap, which may be 0, or to the rounding level */

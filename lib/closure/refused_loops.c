@@ -1,5 +1,6 @@
-/* What a failure says that a caller's own loop is the cause of. Its equations are not numbers then, and what has stumbled
- * over them does not know why; a callback is a function of its arguments alone, so that it is asked again. */
+/* The error of a failure whose cause is a caller's own loop. Its equations are then not numbers, and the function that
+ * fails has no information about the cause. A callback is a function of its arguments alone, so that it is called
+ * again. */
 #include "closure/refused_loops.h"
 
 #include "constraint/refusal.h"

@@ -1,4 +1,4 @@
-/* What of a violation rounding may leave. */
+/* The part of a violation that rounding may leave. */
 #include "closure/rounding.h"
 
 #include "model/function.h"
@@ -30,7 +30,8 @@ bool kt_group_is_closed(const kt_model *model, const kt_data *data, size_t g, co
            (violation.gap <= tolerance || violation.gap <= kt_group_rounding(model, g, q));
 }
 
-/* The largest speed in a group: of a coordinate over its unit, or of what a rate is the sum of over its row's scale. */
+/* The largest speed in a group: of a coordinate over its unit, or of the terms of a drive's rate over its row's
+ * scale. */
 static double speed_of(const kt_model *model, size_t g, const kt_group_work *w, double t, const double *v) {
     const kt_group *group = &model->group[g];
     double speed = KT_SPEED_LEAST;
