@@ -1,5 +1,5 @@
-/* The models of sets of contacts: those of the compiler, or masks (mask.h). The model that a simulation runs on is never overwritten: of
- * three masks two take turns, and the third is for what is tried. */
+/* The models of sets of contacts: models of the compiler, or masks (mask.h). The model that a simulation runs on is
+ * never overwritten. Two of the three masks take turns; the third one serves trials. */
 #include "integrator/integrator.h"
 #include "model/switching.h"
 #include "simulation/contact.h"
@@ -8,7 +8,8 @@ static const kt_model *compiled(const kt_simulation *simulation, uint64_t set) {
     return kt_model_switched(simulation->model, set);
 }
 
-/* The model of the set in which all contacts are closed, besides what else is on; NULL: the set has what the model has not. */
+/* The model in which all contacts are closed, with the other switches of the set. NULL if the set contains a switch
+ * that the model lacks, or if no contacts are masked. */
 static const kt_model *all_closed(const kt_simulation *simulation, uint64_t set) {
     const kt_family *family = simulation->model->family;
     return family != NULL && family->switches.masked != 0 ? compiled(simulation, set | family->switches.masked) : NULL;

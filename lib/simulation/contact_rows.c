@@ -1,4 +1,4 @@
-/* Rows of hard contacts: their equations, and the numbers of the effects that they are of; for contact.c and
+/* Rows of hard contacts: their equations, and the parameters of their effects. Used in contact.c and
  * contact_friction.c. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
@@ -11,7 +11,7 @@
 #include <float.h>
 #include <math.h>
 
-/* The model in which all contacts are closed, with the loops and effects that are on; its data. */
+/* Selects the model in which all contacts are closed, with the loops and effects that are on, and adapts its data. */
 static void take_all(struct kt_contacts *c, const kt_model *model) {
     const kt_model *all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
     if (all != c->all)
@@ -91,8 +91,8 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
 
 /* ---- rest -------------------------------------------------------------------------------------------------------- */
 
-/* What rounding of the gap of row k is relative to: the lengths and angles that it is made of, by its Jacobian. In space a rotation moves
- * a point by its lever, even at an angle of zero. */
+/* The size that rounding of the gap of row k is relative to: the lengths and angles in the gap, weighted with its
+ * Jacobian. In space, a rotation moves a point on its lever even at an angle of zero. */
 static double extent_of(const struct kt_contacts *c, int k, const double *q) {
     const kt_model *all = c->all;
     const bool turns = all->loop[c->item[c->list[k]].loop].type != KT_LOOP_COUPLING;
@@ -110,8 +110,8 @@ static double extent_of(const struct kt_contacts *c, int k, const double *q) {
     return sum;
 }
 
-/* A bounce at the speed u against the acceleration w is u^2 / 2 w high and takes 2 u / w: less than some roundings of the gap, or of the
- * time, are not there. */
+/* A bounce at the speed u against the acceleration w has the height u^2 / 2 w and the duration 2 u / w. A bounce does
+ * not exist if its height is below some roundings of the gap, or its duration below some roundings of the time. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k) {
     static const double roundings = 16.0;
     const struct kt_contacts *c = simulation->contacts;
@@ -139,7 +139,7 @@ uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *m
 
 /* ---- reactions that are not unique ------------------------------------------------------------------------------- */
 
-/* What the multipliers are measured in, as in linear/coulomb.h. */
+/* The units in which multipliers are measured, as in linear/coulomb.h. */
 static void set_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
     for (size_t i = 0; i < model->n.row; i++)
         unit[i] = 1.0;
@@ -153,8 +153,8 @@ static void set_units(const struct kt_contacts *c, const kt_model *model, double
     }
 }
 
-/* The longest column of J (rows x nv) from the k-th on becomes the k-th, of length 1, and the others lose their part along it.
- * Returns the square of its length. */
+/* Pivots the longest column of J (rows x nv) from column k on into column k, and scales it to length 1. Removes its
+ * direction from the remaining columns. Returns the square of its length. */
 static double take_longest(double *J, size_t rows, size_t nv, size_t k, double least) {
     double *u = J + k * rows, most = 0.0;
     size_t pivot = k;
@@ -177,8 +177,8 @@ static double take_longest(double *J, size_t rows, size_t nv, size_t k, double l
     return most;
 }
 
-/* Writes the least multipliers of those that give the same forces, measured in `unit`: their part in the range of J, whose columns
- * become an orthonormal basis of it. */
+/* Writes the least multipliers, measured in `unit`, among those with equal forces. They are the part of the multipliers
+ * in the range of J, whose columns become an orthonormal basis of that range. */
 static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, kt_error *error) {
     const size_t rows = at->model->n.row, nv = at->model->n.v;
     double *J = c->jacobian, first = 0.0;
@@ -205,7 +205,7 @@ static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const d
     return KT_OK;
 }
 
-/* The least multipliers in one unit, which tell normal forces, and then in roots of these. */
+/* The least multipliers: first in one unit, which yields normal forces, then in roots of the normal forces. */
 kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
     for (size_t i = 0; i < at->model->n.row; i++)
         c->rate[i] = 1.0;

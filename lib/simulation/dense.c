@@ -1,15 +1,16 @@
 /* The state within the last step, from the method's dense output.
  *
- * The dense output uses the acceleration at the end of the step. At a dead point of drives that grows without bound, or
- * is what rounding makes of it, while the state itself is closed: the polynomial then leaves the motion by any
- * distance. Between the ends of a step a motion goes no farther than its velocities and its distance there tell,
+ * The dense output uses the acceleration at the end of the step. At a dead point of drives, that acceleration grows
+ * without bound or consists of rounding errors, although the state itself is closed. The polynomial can then leave the
+ * motion by any distance. Between the ends of a step, the velocities and the distance of both ends limit the motion,
  *
- *     |q - q0| <= LEEWAY (|q1 - q0| + h |v0| + h |v1|),     |v - v0| <= LEEWAY (|v1 - v0| + |v0| + |v1| + |q1 - q0| /
- * h)
+ *     |q - q0| <= LEEWAY (|q1 - q0| + h |v0| + h |v1|)
+ *     |v - v0| <= LEEWAY (|v1 - v0| + |v0| + |v1| + |q1 - q0| / h)
  *
- * and where a dense output does, or cannot be computed, that of the states alone takes its place: q cubic with v at
- * both ends (with quaternions linear), v and the works linear. Loops are closed, quaternions scaled to unit norm
- * afterwards. Only drives have dead points: without any nothing is asked.
+ * If a dense output violates this limit or cannot be computed, an interpolation of the two states replaces it. This
+ * interpolation takes q as a cubic with v at both ends (linear with quaternions), and v and the works as linear.
+ * Afterwards, loops are closed and quaternions are scaled to unit norm. Only drives have dead points: a model without
+ * drives is not checked.
  */
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
@@ -32,7 +33,7 @@ static double distance(const double *x, const double *y, size_t n) {
     return sqrt(sum);
 }
 
-/* Whether the state y lies where the motion between the ends of the last step can be; false for NaN. */
+/* Whether the motion between the ends of the last step can reach the state y; false for NaN. */
 static bool is_between(const kt_simulation *simulation, const double *y) {
     const kt_integrator *it = simulation->integrator;
     const size_t nq = simulation->size.nq, nv = simulation->size.nv;

@@ -1,32 +1,32 @@
 /* Contacts and stops that a step has not seen.
  *
- * A method sees forces at its stages alone. An effect that acts on one side of a boundary (a contact, a stop) may begin
- * and end to act between two of them, when steps have grown where nothing happened. Therefore, after a step, the
- * distance d of each such effect from its boundary is followed along the dense output, from t0 to t1 = t0 + h. With u
- * its velocity, d' = u_z, and w = max |u|, nothing happens where
+ * A method evaluates forces at its stages only. An effect that acts on one side of a boundary (a contact, a stop) may
+ * begin and end to act between two stages. This happens if steps have grown during quiet motion. After a step, this
+ * file therefore follows the distance d of each such effect from its boundary. It uses the dense output from t0 to t1 =
+ * t0 + h. Let u be the relative velocity, with d' = u_z, and w = max |u|. Let r be the rate at which the two bodies
+ * turn relative to each other. Nothing happens if
  *
- *     d0 + d1 >= 4 w h                        the boundary is out of reach, by the speeds; or
- *     min(d0, d1) >= h (|u1 - u0| + r h w)    the path is straight within its distance, r being the rate at which the
- *                                             two bodies turn relative to each other; not where d0 + d1 < w h / 16
+ *     d0 + d1 >= 4 w h                        the speeds cannot reach the boundary; or
+ *     min(d0, d1) >= h (|u1 - u0| + r h w)    the path is straight within its distance; not if d0 + d1 < w h / 16
  *
- * Where neither holds, the interval is halved. The cubic through d and d' at its ends lies above the least of its
- * Bernstein coefficients d0, d0 + h d0' / 3, d1 - h d1' / 3, d1, and is wrong by about what d and d' of the dense
- * output differ from it in the middle: where twice that is below the least coefficient, a half needs no evaluation,
- * otherwise it is halved again, as it is while the bodies turn by more than a radian. Dense output whose own stages meet
- * the effect (dop853) is wrong by metres: from knot to knot w is at least |d1 - d0| / h. At a boundary, d is where the
- * effect acts at twice the depth that it has at the ends of the step, which the stages next to them have seen; the
- * depth of rounding does not count. Where d is a coordinate (a stop; the centre of a free body above a plane on the
- * ground, which its rotations do not move), u is d' and r is 0.
+ * If neither holds, the interval is halved. The cubic through d and d' at its ends lies above the least of its
+ * Bernstein coefficients d0, d0 + h d0' / 3, d1 - h d1' / 3, d1. Its error is about the difference from d and d' of the
+ * dense output in the middle. If the least coefficient of a half exceeds twice that error, the half needs no
+ * evaluation. Otherwise it is halved again. While the bodies turn by more than a radian, every half is halved again.
  *
- * Nearly all steps are far from nearly all boundaries. Therefore distances and bounds of the speeds alone are computed
- * first (clearance.c), and what
+ * If stages of the method meet the effect, the error of its dense output (dop853) can be metres. From sample to sample,
+ * w is therefore at least |d1 - d0| / h. If the effect acts at an end of the step, the boundary lies at twice the depth
+ * there. The stages next to that end have seen this depth. The depth of rounding does not count. For some effects d is
+ * a coordinate: for a stop, and for the centre of a free body above a plane on the ground. Rotations do not move that
+ * centre. Then u is d' and r is 0.
+ *
+ * Nearly all steps are far from nearly all boundaries. Distances and bounds of the speeds are therefore computed first
+ * (clearance.c). The conditions above, and the check of records, apply only to effects that violate
  *
  *     min(d0, d1) >= 2 w h
  *
- * leaves open alone is asked as above, and for records.
- *
- * A step that went deeper in between is taken back and repeated up to the time that was found: its last stage sees the
- * effect, and the control of the error does the rest.
+ * A step that went deeper in between is undone and repeated up to the time that was found. The last stage of the
+ * repeated step sees the effect, and the error control does the rest.
  */
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
@@ -36,11 +36,11 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Halvings of a step, and evaluations within it for one effect, at most: where a path stays at a boundary for long none
- * decides, and what is left is a contact of 1 / 4096 of the step. */
+/* The most halvings of a step, and evaluations within it for one effect. If a path stays at a boundary for long, no
+ * number of halvings decides. The remaining uncertainty is a contact of 1 / 4096 of the step. */
 enum { HALVINGS = 12, EVALUATIONS = 64 };
 
-/* Depths of this part of the path w h are rounding for a step; for a record, the error of its state. */
+/* Depths below these parts of the path w h do not count: rounding in a step, the error of the state in a record. */
 static const double depth_of_rounding = 1e-9, depth_of_record = 1e-4;
 
 /* max(a, b); fmax of <math.h> is a call. */
@@ -52,10 +52,10 @@ typedef struct knot {
     kt_vec3 u;
 } knot;
 
-/* How deep an effect acts at the ends of a step, by its distances there; 0 if at neither. */
+/* The larger depth of an effect at the ends of the step, from its distances there; 0 if it acts at neither end. */
 static double deepest(double begin, double end) { return larger(0.0, -smaller(begin, end)); }
 
-/* Where it is sought from then on, `negligible` being a depth that counts as none. */
+/* The depth that counts as an unseen action, from the depth that the step has seen and a negligible depth. */
 static double boundary_of(double seen, double negligible) { return 2.0 * seen + negligible; }
 
 /* The larger of the speeds at both ends, squared. */
@@ -76,7 +76,7 @@ static knot knot_of(const search *s, double t, const kt_gap *gap) {
     return (knot){.t = t, .d = gap->distance + s->boundary, .rate = gap->rate, .u = gap->velocity};
 }
 
-/* Whether nothing happens between the distances d0 and d1, with the velocities u0 and u1, on a path of length w h. */
+/* Whether nothing happens between the distances d0 and d1, with velocities u0 and u1, on a path of length w h. */
 static bool is_out_of_reach(double d0, double d1, kt_vec3 u0, kt_vec3 u1, double turn, double path, double h) {
     if (d0 + d1 >= 4.0 * path)
         return true;
@@ -90,21 +90,21 @@ static double least_coefficient(const knot *a, const knot *b) {
     return fmin(fmin(a->d, b->d), fmin(a->d + third * a->rate, b->d - third * b->rate));
 }
 
-/* How far the cubic from a to b may be off, from what d and d' in the middle, m, differ by. It says nothing of bodies
- * that have turned far. */
+/* A bound of the error of the cubic from a to b, from the differences in d and d' in the middle, m. It does not hold
+ * for bodies that have turned far: then the result is HUGE_VAL. */
 static double error_of_cubic(const search *s, const knot *a, const knot *m, const knot *b) {
     const double h = b->t - a->t, d = 0.5 * (a->d + b->d) + 0.125 * h * (a->rate - b->rate);
     const double rate = 1.5 * (b->d - a->d) / h - 0.25 * (a->rate + b->rate);
     return s->turn * h > 1.0 ? HUGE_VAL : 2.0 * fabs(m->d - d) + 0.5 * h * fabs(m->rate - rate);
 }
 
-/* The gaps in the state y, to `gaps`; swept: data hold the motion of links there. */
+/* The gaps in the state y, written to `gaps`. swept: data hold the motion of links in y. */
 static void gaps_in(kt_simulation *simulation, const double *y, bool swept, kt_gap *gaps) {
     kt_gaps_evaluate(simulation->model, simulation->data, simulation->gap_source, simulation->size.gap, y,
                      y + simulation->size.nq, swept, gaps);
 }
 
-/* The gaps at a time within the step, to `gaps`. */
+/* The gaps at a time within the step, written to `gaps`. Returns false if the dense output is not available. */
 static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
     kt_error ignored;
     if (kt_integrator_interpolate(simulation->integrator, t, simulation->y, &ignored) != KT_OK)
@@ -114,7 +114,7 @@ static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
     return true;
 }
 
-/* Whether d < 0 somewhere from a to b. middle: the gaps in the middle, where they are known, or NULL. */
+/* Whether d < 0 somewhere from a to b. middle: the gaps in the middle, or NULL to compute them. */
 static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int halvings) {
     kt_simulation *simulation = s->simulation;
     const double h = b.t - a.t, t = a.t + 0.5 * h;
@@ -125,7 +125,7 @@ static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int hal
     if (middle == NULL) {
         s->evaluations--;
         if (!evaluate_gaps(simulation, t, simulation->gap_inside))
-            return false; /* the slope at the end, which dense output needs, is that of the next step, which will say */
+            return false; /* dense output needs the slope at the end, which the next step evaluates and reports */
         middle = simulation->gap_inside;
     }
     const knot m = knot_of(s, t, &middle[s->k]);
@@ -140,8 +140,8 @@ static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int hal
 
 /* ---- methods that do not see the end of a step ------------------------------------------------------------------- */
 
-/* Where no stage is at the end of a step (rkc4), forces that begin or end to act behind the last stage are seen by no
- * step: the next one begins with them. A step of such a method ends at the boundary that it crosses, to this part of
+/* If a method has no stage at the end of a step (rkc4), no step sees forces that begin or end behind the last stage.
+ * The next step begins with them. A step of such a method ends at the boundary that it crosses, to within this part of
  * the path w h. */
 static const double crossing_part = 1e-6;
 
@@ -152,12 +152,12 @@ bool kt_simulation_has_end_stage(const kt_method *method) {
     return method->fsal;
 }
 
-/* Whether the effect acts just after the knot. */
+/* Whether the effect acts just after the sample. */
 static bool acts_after(const knot *a, double tolerance) {
     return a->d < -tolerance || (a->d < tolerance && a->rate < 0.0);
 }
 
-/* Whether the step crosses the boundary before its end; *when: where. By bisection along the dense output. */
+/* Whether the step crosses the boundary before its end; *when: the time, by bisection along the dense output. */
 static bool crosses(search s, const kt_gap *begin, const kt_gap *end, double t0, double t1, double *when) {
     s.boundary = 0.0;
     knot a = knot_of(&s, t0, begin), b = knot_of(&s, t1, end);
@@ -178,12 +178,12 @@ static bool crosses(search s, const kt_gap *begin, const kt_gap *end, double t0,
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
-/* Whether the last evaluation gave the slope of the present state, and so left the motion of links in data. */
+/* Whether the last evaluation gave the slope of the present state, and therefore left the motion of links in data. */
 static bool is_swept(const kt_simulation *simulation, const double *slope) {
     return simulation->cached == KT_CACHED_EVALUATION && simulation->slope == slope;
 }
 
-/* What is known where a step ends is where the next one begins. */
+/* Passes the gaps from the end of a step to the beginning of the next one. */
 static void pass_gaps(kt_simulation *simulation, bool known, double far) {
     kt_simulation_pass_clearances(simulation);
     simulation->gap_time = simulation->integrator->memory.t;
@@ -192,7 +192,7 @@ static void pass_gaps(kt_simulation *simulation, bool known, double far) {
         simulation->far_time = far;
 }
 
-/* Parameters may have changed: the list is made anew. */
+/* Makes the list of effects anew, since parameters may have changed. */
 void kt_simulation_begin_gaps(kt_simulation *simulation) {
     const double *slope = kt_integrator_known_derivative(simulation->integrator);
     (void)kt_gap_list(simulation->model, simulation->gap_source);
@@ -201,8 +201,8 @@ void kt_simulation_begin_gaps(kt_simulation *simulation) {
     pass_gaps(simulation, false, (double)NAN);
 }
 
-/* After a step: whether it may have reached a boundary. Where its last evaluation was at its end and no loops are closed,
- * nothing but the scaling of quaternions came after it, which changes gaps by rounding. */
+/* Whether the last step may have reached a boundary. If its last evaluation was at its end and no loops are closed,
+ * only the scaling of quaternions followed, which changes gaps by rounding. */
 static bool reaches_any(kt_simulation *simulation) {
     const kt_integrator *it = simulation->integrator;
     const double *slope = it->gives_end_derivative ? it->k[it->fresh] : kt_integrator_known_derivative(it);
@@ -210,7 +210,7 @@ static bool reaches_any(kt_simulation *simulation) {
                                             it->memory.t - it->memory.previous_t);
 }
 
-/* Of effect k in the state y; swept: as kt_gaps_evaluate has it. */
+/* Computes the gap of effect k in the state y. swept: as in kt_gaps_evaluate. */
 static void find_gap(kt_simulation *simulation, size_t k, const double *y, bool *swept, kt_known_gap *gap) {
     kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gap_source[k], 1, y, y + simulation->size.nq,
                      *swept, &gap->gap);
@@ -218,7 +218,8 @@ static void find_gap(kt_simulation *simulation, size_t k, const double *y, bool 
     gap->known = true;
 }
 
-/* The gaps of what the step may have reached, at both its ends: those at its end are known of these, and of no others. */
+/* The gaps of the effects that the step may have reached, at both ends of the step. Gaps at the end are computed for
+ * these effects only. */
 static bool find_gaps(kt_simulation *simulation) {
     const double *y0 = simulation->integrator->previous_y, *y1 = simulation->integrator->y;
     const double h = simulation->integrator->memory.t - simulation->integrator->memory.previous_t;
@@ -239,8 +240,8 @@ static bool find_gaps(kt_simulation *simulation) {
     return any;
 }
 
-/* Follows effect k through the last step; *evaluated: whether the gaps in its middle are known. Returns whether the step
- * leapt over it, *when: a time at which it acts. */
+/* Follows effect k through the last step. *evaluated: whether the gaps in the middle of the step are available. Returns
+ * whether the step leapt over the effect; *when: a time at which the effect acts. */
 static bool leaps_over(kt_simulation *simulation, size_t k, bool *evaluated, double *when) {
     const kt_gap *begin = &simulation->gap_begin[k].gap, *end = &simulation->gap_end[k].gap;
     const double t0 = simulation->integrator->memory.previous_t, t1 = simulation->integrator->memory.t, h = t1 - t0;
@@ -261,7 +262,7 @@ static bool leaps_over(kt_simulation *simulation, size_t k, bool *evaluated, dou
     return found;
 }
 
-/* Whether the last step leapt over one of the effects that it may have reached. */
+/* Whether the last step leapt over an effect that it may have reached. */
 static bool leaps(kt_simulation *simulation, double *when) {
     bool evaluated = false;
     const bool any = find_gaps(simulation);
@@ -272,12 +273,12 @@ static bool leaps(kt_simulation *simulation, double *when) {
 }
 
 #if KT_HAS_CLEARANCES
-#define KT_BY_ITSELF __attribute__((noinline)) /* most steps do not come here, and would save its registers */
+#define KT_BY_ITSELF __attribute__((noinline)) /* most steps skip this call and would save its registers */
 #else
 #define KT_BY_ITSELF
 #endif
 
-/* Of a step that may have reached a boundary. */
+/* kt_simulation_take_back for a step that may have reached a boundary. */
 static KT_BY_ITSELF bool take_back_near(kt_simulation *simulation, double *t_limit) {
     kt_integrator *integrator = simulation->integrator;
     double when;
@@ -334,7 +335,7 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     const bool far = KT_HAS_CLEARANCES && simulation->far_time == t1 && simulation->gap_time == t1;
     if (!(t0 < t && t < t1) || far)
         return KT_OK;
-    simulation->cached = KT_CACHED_NOTHING; /* the data hold what is evaluated here */
+    simulation->cached = KT_CACHED_NOTHING; /* the evaluations below overwrite the data */
     gaps_in(simulation, simulation->y, false, now);
     bool acts = false;
     for (size_t k = 0; k < simulation->size.gap; k++)

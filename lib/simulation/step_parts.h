@@ -1,7 +1,12 @@
-/* kt_simulation_take_step in parts, for callers that try the steps of several simulations at once (batch/ensemble.c). `begin_step` puts
- * inputs into force and ends the step at the next corner, `begin_watch` evaluates events where it begins; then, while
- * `again`, `begin_try`, an accepted step of the integrator to *t_limit, and `check_step`, which takes it back where it has
- * leapt over a contact or an event happens within it: *t_limit is where the next one is to end. */
+/* The parts of kt_simulation_take_step, for callers that try the steps of several simulations together
+ * (batch/ensemble.c). The order of the calls:
+ *
+ * 1. `begin_step` puts inputs into force and limits the step to the next breakpoint.
+ * 2. `begin_watch` evaluates events at the beginning of the step.
+ * 3. While `again` is true: `begin_try`, an accepted step of the integrator to *t_limit, and `check_step`.
+ *
+ * `check_step` undoes a step that leapt over a contact or that contains an event. *t_limit is then the end of the next
+ * try. */
 #ifndef KT_SIMULATION_STEP_PARTS_H
 #define KT_SIMULATION_STEP_PARTS_H
 

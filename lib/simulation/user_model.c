@@ -1,9 +1,9 @@
-/* The state of the user model; its coordinates, forces and reactions where a transformation of it is integrated.
+/* The state of the user model. If a transformation of that model is integrated: its coordinates, forces and reactions.
  *
- * `state` is the user model's state at the current time, at an address of its own: the integrator exchanges its arrays
- * in every step, and a controller reads the state through pointers that it asked for once. With a transformation it is
- * written after each step from that of the step before, so that angles count whole turns; a checkpoint then contains it
- * in addition to the state that is integrated.
+ * `state` is the user model's state at the current time. It has a memory address of its own for two reasons. The
+ * integrator exchanges its arrays in every step, and a controller keeps the pointers to the state that it got once.
+ * With a transformation, each step derives `state` from the one before, so that angles count whole turns. A checkpoint
+ * then contains `state` in addition to the state that is integrated.
  */
 #include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
