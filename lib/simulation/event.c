@@ -1,27 +1,31 @@
 /* Events: times at which a function g(t, q, v) of the motion changes its sign.
  *
- * After a step from t0 to t1, g is looked at on the dense output in t0, t1 and three times between them. Where two
- * neighbours differ in sign there is a root; where the middle one of three of one sign is nearest to zero, the vertex of
- * the parabola through them is looked at, too, so that two roots between two neighbours are found where the parabola
- * shows them. (Two roots closer than that are seen by no step: max_step bounds what can be missed.) A step is long where
- * the motion is simple (a crank that is driven, a wheel that turns by itself), and g need not be: such a step is divided
- * into panels, in which no joint turns by more than half a turn (by its rates at the ends of the step), and which end at
- * the corners of g as a function of time; each is looked at so, until one has a root. The values of g that the search of a
- * step may take are limited, all its repetitions together: each repetition takes half of what is left at most. Beyond that
- * an adaptive step is repeated as long as half of these values reach; a fixed one has fewer, longer panels, and is counted
- * (kt_event_cuts). The first root in
- * the event's direction is enclosed by ITP (Oliveira, Takahashi 2021, "An enhancement of the bisection method average
- * performance preserving minmax optimality"), to four units of rounding of the time.
+ * After a step from t0 to t1, g is sampled on the dense output: at t0, at t1 and three times between them. If two
+ * neighbouring samples differ in sign, there is a root between them. If three samples of one sign have the middle one
+ * nearest to zero, the vertex of the parabola through them is sampled, too. In this way, two roots between two
+ * neighbours are found if the parabola shows them. No step sees two roots closer than that: max_step bounds the roots
+ * that can be missed.
  *
- * The step is then taken back, and repeated so that it ends at that root: its state has the order of the method, not
- * that of the dense output, and the next step begins there. The repeated step has another dense output, on which the
- * root lies elsewhere by the error of the first; it is looked for again, and as the two agree better and better towards
- * the end of a step, one or two repetitions are enough.
+ * A step is long if the motion is simple (a driven crank, a wheel that turns freely), but g need not be simple. Such a
+ * step is divided into panels. In a panel, no joint turns by more than half a turn, by its rates at the ends of the
+ * step. A panel also ends at breakpoints of g as a function of time. Panels are sampled in turn until one has a root.
  *
- * An event has a side, the sign that g had last: what is zero has the side from before, so that a root which a step ends
- * at is not found a second time. Hard contacts that are left open where they touch have the side -1: they part, and may meet again;
- * or they sink, as forces have changed before they parted: that is an event, too. Roots that lie within `together` of each other are one instant, at which the events
- * take effect in the order in which they were added.
+ * The number of values of g that the search of a step may take is limited, for all its repetitions together. Each
+ * repetition takes at most half of the remaining values. Beyond this limit, an adaptive step is repeated with the
+ * length for which half of these values suffice. A fixed step has fewer, longer panels, and is counted (kt_event_cuts).
+ *
+ * The first root in the event's direction is enclosed with ITP, to four units of rounding of the time. Source:
+ * Oliveira, Takahashi 2021, "An enhancement of the bisection method average performance preserving minmax optimality".
+ *
+ * The step is then undone, and repeated so that it ends at that root. The state at the root has the order of the
+ * method, not that of the dense output, and the next step begins there. The repeated step has another dense output, on
+ * which the root differs by the error of the first one. The root is searched again. Towards the end of a step the two
+ * agree better and better, so that one or two repetitions suffice.
+ *
+ * An event has a side: the sign that g had last. A value of zero keeps the previous side, so that a root at the end of
+ * a step is not found twice. Hard contacts that are left open while they touch have the side -1: they part, and may
+ * close again. If forces have changed before they parted, they penetrate instead, which is an event, too. Roots within
+ * `together` of each other are one instant. At an instant, events take effect in the order in which they were added.
  */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
@@ -36,25 +40,26 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Looks at the step: at both ends and between them; of these, besides, the vertices of parabolas. */
+/* Samples of a panel, at both ends and between them; samples with the vertices of parabolas; vertices at three samples.
+ */
 enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, ROOT_STEPS = 128 };
 _Static_assert(KT_EVENT_VALUES == LOOKS + 1, "the last row of values is that of the beginning of the step");
 
-/* What a joint turns by in a panel at most, by the rates at both ends of the step. */
+/* The largest turn of a joint in a panel, by the rates at both ends of the step. */
 static const double half_turn = 3.14159265358979323846;
 
-/* Values that every repetition of a step may take: of a panel that is the whole step, and of the search for the time of a
- * root. PARABOLAS: those of the vertices in a panel at most. */
+/* Values that every repetition of a step may take. They suffice for one panel over the whole step, and for the search
+ * of the time of a root. PARABOLAS: the most values for the vertices in a panel. */
 enum { AT_LEAST = LOOKS - 1 + ROOT_STEPS, PARABOLAS = (LOOKS - 2) * VERTICES };
 _Static_assert((REPETITIONS + 1) * AT_LEAST + 2 <= KT_EVENT_EVALUATIONS_LEAST, "what a step takes in any case");
 
 /* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
 static double together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
 static double least_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
-/* No step is as short. */
+/* No step is shorter. */
 static double shortest(double t) { return 64.0 * DBL_EPSILON * fabs(t); }
 
-/* Values below this part of the largest along a step are its root, where the step was to end at that. */
+/* If the step was to end at a root, values below this part of the largest along the step are the root. */
 static const double reached = 1e-3;
 /* Reactions below this part of the largest along a step are rounding. */
 static const double nothing = 1e-9;
@@ -70,7 +75,7 @@ static kt_status fail_event(const kt_event *event, const char *what, double t, c
                                : kt_error_set(error, KT_ERROR_CALLBACK, where, "its %s returned %d", what, code);
 }
 
-/* g of one event in the state y. */
+/* Evaluates g of one event in the state y. */
 static kt_status evaluate(kt_simulation *simulation, size_t k, double t, const double *y, double *value,
                           kt_error *error) {
     const kt_event *event = &simulation->event[k];
@@ -98,7 +103,7 @@ static bool is_armed(const kt_simulation *simulation, size_t k) {
     return !simulation->event_memory[k].disarmed && (limit == 0 || simulation->event_memory[k].count < limit);
 }
 
-/* g of all armed events in the state y. */
+/* Evaluates g of all armed events in the state y. */
 static kt_status evaluate_all(kt_simulation *simulation, double t, const double *y, double *values, kt_error *error) {
     kt_status status = KT_OK;
     for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++)
@@ -121,7 +126,8 @@ static kt_status value_at(kt_simulation *simulation, size_t k, double t, knot *t
     return status == KT_OK ? evaluate(simulation, k, t, simulation->y, &to->g, error) : status;
 }
 
-/* Where the parabola through three knots of one sign comes nearest to zero, if that is between them. */
+/* The time at which the parabola through three samples of one sign comes nearest to zero. Returns false unless that
+ * time is between them. */
 static bool vertex_of(const knot *a, const knot *m, const knot *b, double *t) {
     const double left = (m->g - a->g) / (m->t - a->t), right = (b->g - m->g) / (b->t - m->t);
     const double curvature = (right - left) / (b->t - a->t);
@@ -131,7 +137,7 @@ static bool vertex_of(const knot *a, const knot *m, const knot *b, double *t) {
     return a->t < *t && *t < b->t && *t != m->t;
 }
 
-/* Looks for a knot of another sign between three of one sign, where parabolas come nearest to zero. */
+/* Searches a sample of another sign between three samples of one sign, at the vertices of parabolas. */
 static kt_status find_hidden(kt_simulation *simulation, size_t k, knot a, knot m, knot b, knot *hidden, bool *found,
                              kt_error *error) {
     const int side = sign_of(m.g);
@@ -167,9 +173,10 @@ static int insert(knot *knots, int count, knot new) {
     return count + 1;
 }
 
-/* A step that ended at the root may have left a value of rounding on the side from which it came: by its rate g is on the other one
- * within the same instant. Up to there what is no farther is the same rounding, and counts as on that side. Contacts sink instead.
- * Returns its size. */
+/* Clears values of rounding at the beginning of a panel. A step that ended at the root may have left such a value on
+ * the side from which it came. With its present rate, g reaches the other side within the same instant. Up to there,
+ * values that are no farther from zero are rounding too, and count as on the other side. For contacts, such values are
+ * penetration instead. Returns the size of the rounding. */
 static double clear_rounding(const kt_simulation *simulation, size_t k, knot *base) {
     const int from = simulation->event_search[k].side;
     const double left = fabs(base[0].g), reach = fabs(base[1].g - base[0].g) * together(base[0].t);
@@ -183,7 +190,7 @@ static double clear_rounding(const kt_simulation *simulation, size_t k, knot *ba
     return left;
 }
 
-/* Whether the search of the step may take a panel's parabolas. */
+/* Whether the search of the step may still take the values of a panel's parabolas. */
 static bool has_values_left(const kt_simulation *simulation, size_t k) {
 #if KT_HAS_EVENTS
     return simulation->event_search[k].spent + PARABOLAS <= simulation->event_most;
@@ -193,7 +200,7 @@ static bool has_values_left(const kt_simulation *simulation, size_t k) {
 #endif
 }
 
-/* The knots of event k along the step, with those that parabolas add. */
+/* Lists the samples of event k along a panel, with those that parabolas add. */
 static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *times, knot *knots, int *count,
                            kt_error *error) {
     knot base[LOOKS];
@@ -217,8 +224,10 @@ static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *ti
     return status;
 }
 
-/* The end of an interval of the least width within which g - threshold changes its sign from that of a to that of b: ITP with
- * kappa_1 = 0.2 / (b - a), kappa_2 = 2, n_0 = 1. */
+/* Finds the root of g - threshold between a and b: the end of an interval of the least width in which the sign changes.
+ * Method: ITP.
+ *
+ *    kappa_1 = 0.2 / (b - a), kappa_2 = 2, n_0 = 1 */
 static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, knot a, knot b, double *root,
                          kt_error *error) {
     a.g -= threshold;
@@ -250,7 +259,8 @@ static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, 
     return KT_OK;
 }
 
-/* Whether forces that jump where the step begins have made the reaction of contact k negative there, by more than rounding. */
+/* Whether forces that jump at the beginning of the step have made the reaction of contact k negative there, beyond
+ * rounding. */
 static bool is_negative_at_once(const kt_simulation *simulation, size_t k, const double *times) {
     const kt_event_search *search = &simulation->event_search[k];
     return kt_simulation_has_jumped(simulation) && k < kt_simulation_contact_events(simulation) && search->side > 0 &&
@@ -258,8 +268,8 @@ static bool is_negative_at_once(const kt_simulation *simulation, size_t k, const
            simulation->event_value[k] < -nothing * search->size;
 }
 
-/* The first root of event k in a panel in its direction, and to which side; HUGE_VAL if there is none: then the side that
- * g has behind the panel is kept. */
+/* Finds the first root of event k in a panel in its direction, and the side behind it. HUGE_VAL if there is none: then
+ * the side of g behind the panel is kept. */
 static kt_status find_root(kt_simulation *simulation, size_t k, const double *times, double *root, int *side,
                            kt_error *error) {
     knot knots[KNOTS];
@@ -296,7 +306,7 @@ static kt_status find_root(kt_simulation *simulation, size_t k, const double *ti
 
 /* ---- a panel ----------------------------------------------------------------------------------------------------- */
 
-/* g along a panel, whose first values are known: at its end, and three times between. */
+/* Samples g along a panel whose first values are available: at its end, and three times between. */
 static kt_status sample_panel(kt_simulation *simulation, double from, double to, double *times, kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);
     kt_status status = KT_OK;
@@ -315,9 +325,10 @@ static kt_status sample_panel(kt_simulation *simulation, double from, double to,
     return status;
 }
 
-/* Of an event that the step was to end at. If its state has not quite reached it, it is there all the same. If it is far from it, the
- * dense output of the longer step before was wrong, as where friction turns within that: then it is where the slope at the end leads;
- * HUGE_VAL: nowhere. */
+/* The time of an event at which the step was to end. If the state has almost reached the event, this is the end of the
+ * step. If the state is far from it, the dense output of the longer step before was wrong, for example because friction
+ * reversed within it. Then the result is the time to which the slope at the end leads. HUGE_VAL if that slope leads to
+ * no root. */
 static double arrival_of(const kt_simulation *simulation, size_t k, const double *times) {
     const double *value = simulation->event_value + k;
     const double last = value[(LOOKS - 1) * simulation->size.event],
@@ -328,7 +339,7 @@ static double arrival_of(const kt_simulation *simulation, size_t k, const double
     return slope * last < 0.0 ? times[LOOKS - 1] - last / slope : HUGE_VAL;
 }
 
-/* The roots of all events in a panel, to `root` and `side`; *first: the earliest known. */
+/* Finds the roots of all events in a panel, in `root` and `side`; *first: the earliest one so far. */
 static kt_status find_roots_in(kt_simulation *simulation, const double *times, double *first, kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);
     kt_status status = KT_OK;
@@ -337,7 +348,7 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, d
         kt_event_search *search = &simulation->event_search[k];
         double root = HUGE_VAL;
         int side = 0;
-        if (found->due && found->time <= times[0]) /* in a panel before */
+        if (found->due && found->time <= times[0]) /* in an earlier panel */
             continue;
         for (size_t j = 0; j < LOOKS; j++)
             search->size = fmax(search->size, fabs(simulation->event_value[j * simulation->size.event + k]));
@@ -358,8 +369,8 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, d
     return status;
 }
 
-/* The first corner of an event after t, and which event has it. One that is known is not sought again before it is passed:
- * that costs more than a step. */
+/* The first breakpoint of an event after t, and the index of that event. A breakpoint is searched again only after it
+ * is passed: a search costs more than a step. */
 static double next_corner(kt_simulation *simulation, double t, size_t *of) {
     double next = HUGE_VAL;
     for (size_t k = 0; k < simulation->event_count; k++) {
@@ -395,7 +406,7 @@ static double largest_rate(kt_simulation *simulation, double t, const double *y)
     return sqrt(most);
 }
 
-/* g at the present time, where that is not known; the sides that are not. */
+/* Evaluates g at the present time, unless the values are available, and sets the sides that are not set yet. */
 static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const double *y = kt_integrator_state(simulation->integrator);
@@ -412,7 +423,7 @@ static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
     return KT_OK;
 }
 
-/* The values that a search along the last step begins with. */
+/* Sets the values with which a search along the last step begins. */
 static void begin_search(kt_simulation *simulation) {
     const size_t n = simulation->size.event;
     simulation->event_rate_end = largest_rate(simulation, kt_integrator_time(simulation->integrator),
@@ -424,7 +435,7 @@ static void begin_search(kt_simulation *simulation) {
                                                         .corner = simulation->event_memory[k].corner};
 }
 
-/* The most values of any event that the step has taken so far. */
+/* The largest number of values that the step has taken so far for one event. */
 static int most_spent(const kt_simulation *simulation) {
     int most = 0;
     for (size_t k = 0; k < simulation->event_count; k++)
@@ -440,12 +451,12 @@ static size_t first_armed(const kt_simulation *simulation) {
     return k;
 }
 
-/* Along a step that is searched: what may be taken, and how far that has led. */
+/* The limits of the search along a step, and its progress. */
 typedef struct reach {
     int begin, most; /* values taken before, and those with which the search ends */
-    double half;     /* s, where half of them were taken */
-    bool cut;        /* the last panel has more than half a turn, or corners */
-    size_t of;       /* by which event */
+    double half;     /* s, the time at which half of them were taken */
+    bool cut;        /* the last panel contains more than half a turn, or breakpoints */
+    size_t of;       /* the event that is reported: that of the last breakpoint, else the first armed one */
 } reach;
 
 static reach begin_reach(kt_simulation *simulation) {
@@ -458,7 +469,7 @@ static reach begin_reach(kt_simulation *simulation) {
     return r;
 }
 
-/* Into how many panels of equal length a step is divided. An adaptive one is searched as far as its values reach. */
+/* The number of panels of equal length of a step. An adaptive step is searched as far as its values suffice. */
 static double count_panels(const kt_simulation *simulation, double length, reach *r) {
     const double turn = length * fmax(simulation->event_rate, simulation->event_rate_end);
     const double count = fmax(1.0, ceil(turn / half_turn)), most = floor((double)(r->most - r->begin) / (LOOKS - 1));
@@ -469,7 +480,7 @@ static double count_panels(const kt_simulation *simulation, double length, reach
     return count;
 }
 
-/* The end of a panel, or that of the step if one more panel is too much. */
+/* The end of a panel, or the end of the step if one more panel takes too many values. */
 static double end_of_panel(const kt_simulation *simulation, double from, double to, double t1, reach *r) {
     const int spent = most_spent(simulation);
     if (2 * (spent - r->begin) <= r->most - r->begin)
@@ -480,7 +491,7 @@ static double end_of_panel(const kt_simulation *simulation, double from, double 
     return t1;
 }
 
-/* Counts a search that was cut, whose last panel is longer than it should be. */
+/* Counts a search that was cut, with a last panel that is too long. */
 static void count_cut(kt_simulation *simulation, const reach *r) {
 #if KT_HAS_EVENTS
     kt_simulation_memory *memory = &simulation->memory;
@@ -493,8 +504,9 @@ static void count_cut(kt_simulation *simulation, const reach *r) {
 #endif
 }
 
-/* The roots of all events in the first panel of the last step that has any, and of one instant with these; *first: the
- * earliest, HUGE_VAL for none. *shorter: where an adaptive step is to end, whose search takes too many values; else HUGE_VAL. */
+/* Finds the roots of all events in the first panel of the last step that has any, and the roots of the same instant.
+ * The earliest root, or HUGE_VAL, goes to *first. If the search of an adaptive step takes too many values, the end of
+ * the repeated step goes to *shorter, else HUGE_VAL. */
 static kt_status find_roots(kt_simulation *simulation, bool may_shorten, double *first, double *shorter,
                             kt_error *error) {
     const size_t n = simulation->size.event;
@@ -532,7 +544,7 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, double 
     return status;
 }
 
-/* The last of the roots that are one instant with the first; those behind it are due no longer. */
+/* The last root that belongs to the same instant as the first one. Roots behind it are not due any longer. */
 static double instant_of(kt_simulation *simulation, double first) {
     double last = first;
     for (size_t k = 0; k < simulation->event_count; k++)
@@ -546,7 +558,7 @@ static double instant_of(kt_simulation *simulation, double first) {
     return last;
 }
 
-/* Where the last step was accepted as it is: its end becomes the beginning of the next. */
+/* Accepts the last step: its end becomes the beginning of the next one. */
 static void pass(kt_simulation *simulation, bool fires) {
     const size_t n = simulation->size.event;
     for (size_t k = 0; k < simulation->event_count; k++) {
@@ -575,7 +587,8 @@ static void forget_beyond(kt_simulation *simulation, int repetition) {
 #endif
 }
 
-/* Where the step is to end that is repeated: beyond its end t1, if it has not reached the instant, but not beyond a step that has. */
+/* The end of the repeated step. If the step has not reached the instant, this is beyond its end t1, but not beyond a
+ * step that has reached it. */
 static double within(kt_simulation *simulation, double instant, double t1) {
 #if KT_HAS_EVENTS
     if (!(instant > t1)) {
@@ -620,11 +633,11 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     kt_status status = find_roots(simulation, may_shorten, &first, &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
     const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || repetition >= REPETITIONS);
-    if (fires && simulation->event_reach != t1) /* the end of the step is not that of the panel */
+    if (fires && simulation->event_reach != t1) /* the last panel ended before the end of the step */
         status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
                               simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
     if (status != KT_OK) {
-        simulation->cause = *error; /* it names the event, or what the dense output needs */
+        simulation->cause = *error; /* it names the event, or the evaluation that the dense output needs */
         kt_integrator_retreat(simulation->integrator, t1 - t0);
         return status;
     }
@@ -642,7 +655,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     kt_integrator_retreat(simulation->integrator, instant - t0);
     *again = instant - t0 > shortest(instant);
     *t_limit = instant;
-    if (!*again) { /* no step is so short: it is here already */
+    if (!*again) { /* no step is so short: the event happens at the present state */
         for (size_t k = 0; k < simulation->event_count; k++)
             if (simulation->event_root[k].due)
                 simulation->event_memory[k].side = simulation->event_root[k].side;
@@ -651,9 +664,9 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     return KT_OK;
 }
 
-/* ---- what events do ---------------------------------------------------------------------------------------------- */
+/* ---- effects of events ------------------------------------------------------------------------------------------- */
 
-/* The record of an event, once before its action and once behind it if that has changed the state. */
+/* Hands over the record of an event: once before its action, and once after it if the action changed the state. */
 static kt_status hand_over(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
     const kt_event *event = &simulation->event[k];
     if (recorder == NULL || !(event->record || event->stop))
@@ -661,7 +674,7 @@ static kt_status hand_over(kt_simulation *simulation, size_t k, kt_recorder *rec
     return kt_simulation_record_event(simulation, event, recorder, user, error);
 }
 
-/* What one event does. */
+/* Applies one event: its action, or the end of the run. */
 static kt_status act(kt_simulation *simulation, size_t k, kt_error *error) {
     const kt_event *event = &simulation->event[k];
     kt_error from = {0};
@@ -678,8 +691,8 @@ static kt_status act(kt_simulation *simulation, size_t k, kt_error *error) {
     return KT_OK;
 }
 
-/* After actions: an event whose value they changed is on the side of the new value; at zero, on the next one that is
- * not. */
+/* Renews the sides after actions. An event whose value changed is on the side of its new value. If that value is zero,
+ * the next nonzero value decides. */
 static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
     if (simulation->event_time == kt_integrator_time(simulation->integrator))
         return KT_OK;
@@ -693,7 +706,7 @@ static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* One event that is due. A recorder that asks to stop has its record, and will not be given it again. */
+/* Applies one event that is due. If a recorder stops the run at an event, it does not get this event's record again. */
 static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
     kt_event_root *root = &simulation->event_root[k];
     const double t = kt_integrator_time(simulation->integrator);
@@ -713,7 +726,7 @@ static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder
 }
 
 static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
-    kt_status status = begin_events(simulation, error); /* they are known but after a checkpoint */
+    kt_status status = begin_events(simulation, error); /* the values are missing only after a checkpoint */
     size_t k = 0;
     while (k < simulation->event_count && !simulation->event_root[k].due)
         k++;
@@ -768,7 +781,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     simulation->event_root[k] = (kt_event_root){.due = 0};
     simulation->event_search[k] = (kt_event_search){.corner = (double)NAN};
     simulation->event_time = (double)NAN;
-    if (simulation->watch == NULL) /* contacts have their own (contact.c) */
+    if (simulation->watch == NULL) /* contacts have their own handler (contact.c) */
         simulation->watch = &watch;
     return KT_OK;
 }

@@ -4,11 +4,14 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Instants of events that come ever closer accumulate: with intervals d, r d, r^2 d ... at d r / (1 - r) from the last, r the
- * largest ratio of so many that shrink (two events that happen to be close to each other make one ratio small).
- * Where that is this part of the time between records, nothing comes behind them but rounding; nor where so many instants in a row
- * follow at such intervals themselves. Besides, no more than WITHIN may lie within one fixed step, or within one interval between records:
- * this bounds the cost of a step. */
+/* Instants of events that come ever closer accumulate. With the last interval d and the ratio r, their limit is d r /
+ * (1 - r) after the last one. The ratio r is the largest ratio of SHRINKING successive intervals that shrink: two
+ * events that are close by chance make one ratio small.
+ *
+ * A chain has no end if that limit is closer than `at_once` times the interval between records: only rounding remains
+ * behind it. It has no end either if IN_A_ROW successive instants follow each other at intervals as short as that.
+ * Besides, at most WITHIN instants may lie within one fixed step, or within one interval between records. This bounds
+ * the cost of a step. */
 static const double at_once = 1e-9;
 enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000 };
 
@@ -38,7 +41,7 @@ static kt_status refuse_many(const kt_simulation *simulation, size_t k, double t
                             : "give it a limit, or take a smaller step or interval");
 }
 
-/* Counts those within a fixed step, or an interval. */
+/* Counts the instants within a fixed step, or within an interval between records. */
 static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_error *error) {
 #if KT_HAS_EVENTS
     kt_simulation_memory *memory = &simulation->memory;
@@ -55,7 +58,7 @@ static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_
 #endif
 }
 
-/* Whether what accumulates is a hard contact's bounces, which end now. */
+/* Whether the accumulating events are bounces of a hard contact, which end now. */
 static bool comes_to_rest(kt_simulation *simulation, size_t k) {
 #if KT_HAS_EVENTS
     simulation->memory.event_row = simulation->memory.event_shrinking = 0;
@@ -66,7 +69,7 @@ static bool comes_to_rest(kt_simulation *simulation, size_t k) {
 #endif
 }
 
-/* Counts an instant of events; an error if such instants have no end. */
+/* Counts an instant of events. Returns an error if such instants have no end. */
 kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
     kt_simulation_memory *memory = &simulation->memory;
     const double close = at_once * simulation->interval, d = t - memory->event_last, before = memory->event_interval;

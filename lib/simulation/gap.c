@@ -21,8 +21,8 @@
  * centre. Then u is d' and r is 0.
  *
  * Nearly all steps are far from nearly all boundaries. Distances and bounds of the speeds are therefore computed first
- * (clearance.c). The conditions above, and the check of records, apply only to effects that violate
- *
+ * (clearance.c). The conditions above apply only to effects that violate the following one. Records are checked only if
+ * an effect violates it.
  *     min(d0, d1) >= 2 w h
  *
  * A step that went deeper in between is undone and repeated up to the time that was found. The last stage of the
