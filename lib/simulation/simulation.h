@@ -1,4 +1,5 @@
-/* A simulation, for the files of this folder. Its state is y = (q, v, x), where a balance is computed with two works. */
+/* The simulation, for the files of this folder. Its state is y = (q, v, x), followed by two works if a balance is
+ * computed. */
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 
@@ -12,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Which inputs a step has: torques in joints, wrenches on bodies. */
+/* The inputs of a step: torques in joints, wrenches on bodies. */
 typedef struct kt_input_flags {
     bool torque, wrenches; /* whether there are any */
 } kt_input_flags;
@@ -23,65 +24,65 @@ typedef struct kt_corrections {
     int64_t v;                  /* the velocity with `most` */
 } kt_corrections;
 
-/* All values that determine the further run and are not in the integrator; they are part of a checkpoint. */
 /* Powers at the ends of the last steps, and the works that follow from them (power_points.c, work_watch.c). */
 enum { KT_POWER_POINTS = 4 };
 typedef struct kt_power_points {
-    int count;                 /* how many are known, the last one first */
+    int count;                 /* the number of points; the last one comes first */
     double t[KT_POWER_POINTS]; /* s */
     double d[KT_POWER_POINTS]; /* divided differences of the net power; the first is that at the last point, W */
     double before, size;       /* net power at the last but one; |dissipated| + |supplied| at the last, W */
     kt_work_estimate sum[2];   /* up to the last but one, and to the last */
 } kt_power_points;
 
+/* All values that determine the rest of the run, except those of the integrator; they are part of a checkpoint. */
 typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
-    kt_input_flags now;  /* what the step that ended at the current time had */
-    kt_input_flags next; /* what the next step will have */
+    kt_input_flags now;  /* the inputs of the step that ended at the current time */
+    kt_input_flags next; /* the inputs of the next step */
     bool pending;        /* `next` or a parameter was set since the last step */
-    bool changed;        /* a parameter was */
+    bool changed;        /* a parameter was set */
     bool refined;        /* the works of the last step are those of balance.c */
     uint64_t balance_evaluations;
-    uint64_t joined; /* states within steps that are not of the dense output (dense.c) */
-    uint64_t cut;    /* searches of features */
-    double piece;    /* s, from where the corner after the last step was sought; NaN: not known */
+    uint64_t joined; /* states within steps that do not come from the dense output (dense.c) */
+    uint64_t cut;    /* searches of features that reached their limit */
+    double piece;    /* s, from where the breakpoint after the last step was sought; NaN: not available */
     uint64_t factorizations;
     kt_iterations iterations;
     kt_crossings crossings;
     kt_corrections corrections;
     kt_power_points powers;
-    double event_last;        /* s, of the last instant of events */
-    double event_interval;    /* s, from the one before to that */
+    double event_last;        /* s, the last instant of events */
+    double event_interval;    /* s, from the instant before to the last one */
     uint64_t event_instants;  /* so far */
-    uint64_t event_shrinking; /* of these, the last ones whose intervals shrank */
-    double event_ratio;       /* of these intervals to the ones before, the largest */
-    uint64_t event_row;       /* of these, the last ones that followed each other at once */
+    uint64_t event_shrinking; /* the number of last instants whose intervals shrank */
+    double event_ratio;       /* the largest ratio of these intervals to the intervals before them */
+    uint64_t event_row;       /* the number of last instants that followed each other at once */
     int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
-    uint64_t set;             /* of the switched loops and effects that are on */
+    uint64_t set;             /* switched loops and effects that are on */
 #if KT_HAS_EVENTS
-    double event_since;    /* s, from where those are counted that lie within one fixed step, or one interval */
-    uint64_t event_many;   /* of these, how many */
-    uint64_t corners;      /* at which steps ended */
-    uint64_t event_cuts;   /* searches of events that were cut; the first: */
-    double event_cut_time; /* s, where its step begins */
-    int64_t event_cut_of;  /* the event */
+    double event_since;    /* s, from where instants within one fixed step, or one interval, are counted */
+    uint64_t event_many;   /* the number of these instants */
+    uint64_t corners;      /* breakpoints at which steps ended */
+    uint64_t event_cuts;   /* searches of events that reached their limit; the first one: */
+    double event_cut_time; /* s, the beginning of its step */
+    int64_t event_cut_of;  /* its event */
     kt_contact_counts contacts;
     double slip[KT_FAMILY_SWITCHES][2];   /* directions in which contacts slip, in the order of contact.c */
-    double closes_at[KT_FAMILY_SWITCHES]; /* likewise, gaps at which open ones close, slips that are rest: 0 or less */
-    uint64_t released; /* contacts that do not act: of the set; of friction of joints both switches */
-    uint64_t held;     /* friction that slips in joints that contacts or loops hold: of the set */
-    uint64_t counted;  /* contacts that are closed, and friction that sticks, as `contacts` counts */
-    int64_t jumped;    /* forces have jumped since closed contacts were looked at last */
+    double closes_at[KT_FAMILY_SWITCHES]; /* likewise: gaps at which open contacts close, slips that are rest; <= 0 */
+    uint64_t released; /* contacts that do not act, as bits of the set; for friction of joints both switches */
+    uint64_t held;     /* friction that slips in joints that contacts or loops hold, as bits of the set */
+    uint64_t counted;  /* contacts that are closed, and friction that sticks, as `contacts` counts them */
+    int64_t jumped;    /* forces have jumped since closed contacts were checked last */
 #endif
     int64_t fires; /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
 
-/* What an event remembers. */
+/* The memory of an event. */
 typedef struct kt_event_memory {
-    int64_t side;     /* the sign that its value had last; 0: not known */
+    int64_t side;     /* the last sign of its value; 0: not available */
     uint64_t count;   /* how often it has happened */
     double size;      /* the largest |value| along the last step */
-    double corner;    /* its first corner after the last step that began where none was known; NaN: not known */
+    double corner;    /* its first breakpoint after the beginning of an earlier step; NaN: not available */
     int64_t disarmed; /* by the caller */
 } kt_event_memory;
 
@@ -89,37 +90,37 @@ typedef struct kt_event_memory {
 typedef struct kt_event_root {
     int64_t due;      /* there is one, and the event takes effect at the end of the step */
     int64_t recorded; /* its record has been handed over */
-    int64_t side;     /* the sign behind it */
+    int64_t side;     /* the sign of the value behind it */
     double time;      /* s */
 } kt_event_root;
 
-/* Of an event, while its roots are looked for along a step. */
+/* The search for roots of an event along a step. */
 typedef struct kt_event_search {
-    int side;      /* the sign of its value where the next panel begins; 0: not known */
-    int spent;     /* how many of its values the step has taken */
+    int side;      /* the sign of its value at the beginning of the next panel; 0: not available */
+    int spent;     /* the number of its values that the step has taken */
     double size;   /* the largest |value| so far */
-    double corner; /* the next corner; NaN: not known */
+    double corner; /* the next breakpoint; NaN: not available */
 } kt_event_search;
 
-/* Values of an event that are kept: five along a panel, and that where the step begins. */
+/* Values of an event that are kept: five along a panel, and the one at the beginning of the step. */
 enum { KT_EVENT_VALUES = 6 };
 
 /* The results of the present state that data hold, so that they need not be computed again. */
 typedef enum kt_cached {
     KT_CACHED_NOTHING = 0,
     KT_CACHED_POSES,      /* the poses, from the projection or from kinematics */
-    KT_CACHED_EVALUATION, /* everything from the evaluation that gave `slope`, if that is the slope of the present state */
+    KT_CACHED_EVALUATION, /* all results of the evaluation that gave `slope`, if it is the slope of the present state */
 } kt_cached;
 
-/* Corners of functions of time and of a caller's own forces (corner.c): those next to the present time, in s. */
+/* Breakpoints of functions of time and of a caller's own forces (corner.c): those next to the present time, in s. */
 typedef struct kt_corners {
-    bool any;                /* steps end at corners */
-    bool fixed;              /* there are some, and steps are fixed */
-    kt_corner_callback *own; /* those of the caller's equations; NULL: none */
-    double from, next;       /* between these there is none */
-    bool jumps, cut;         /* at `next`: the accelerations jump; a search of features was cut */
-    double begin, after;     /* for a step that begins where they jump: its first slope is that of the time `after` */
-    double end, before;      /* for a step that ends where they jump: its last slope is that of the time `before` */
+    bool any;                /* steps end at breakpoints */
+    bool fixed;              /* there are breakpoints, and steps are fixed */
+    kt_corner_callback *own; /* breakpoints of the caller's equations; NULL: none */
+    double from, next;       /* there is none between these times */
+    bool jumps, cut;         /* at `next`: the accelerations jump; the search of features reached its limit */
+    double begin, after;     /* a step that begins at a jump: its first slope is the slope at the time `after` */
+    double end, before;      /* a step that ends at a jump: its last slope is the slope at the time `before` */
 } kt_corners;
 
 /* A part of the last step, along which powers were integrated (balance.c). */
@@ -127,14 +128,14 @@ enum { KT_PANEL_TERMS = 13 };
 typedef struct kt_work_panel {
     bool known;
     int tried;                 /* panels of this step, tried or taken */
-    double from, to, next;     /* s; the length that the next one should have */
+    double from, to, next;     /* s; `next`: the proposed length of the next panel */
     kt_work start;             /* at `from`, since the start of the run */
-    kt_work b[KT_PANEL_TERMS]; /* from there, in Legendre's polynomials */
+    kt_work b[KT_PANEL_TERMS]; /* the works from there on, as coefficients of Legendre's polynomials */
 } kt_work_panel;
 
 #define KT_SQUARE(x) ((x) * (x))
 
-/* Those of an implicit method. */
+/* The arrays of an implicit method. */
 #if !KT_HAS_JACOBIAN
 #define KT_NEWTON_ARRAYS(X)
 #else
@@ -157,7 +158,7 @@ typedef struct kt_work_panel {
     X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")
 #endif
 
-/* How many models of sets of contacts a simulation makes room for (contact_model.c). */
+/* The number of models of sets of contacts that a simulation has room for (contact_model.c). */
 enum { KT_CONTACT_MASKS = 3 };
 
 struct kt_contacts; /* contact.c */
@@ -178,7 +179,7 @@ struct kt_contacts; /* contact.c */
 #define KT_SIMULATION_STATICS(X)
 #endif
 
-/* A gap that is computed only where a step may have reached the boundary. */
+/* A gap that is computed only if a step may have reached the boundary. */
 typedef struct kt_known_gap {
     kt_gap gap;
     bool known;
@@ -233,58 +234,67 @@ typedef struct kt_known_gap {
 
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
-    size_t x;       /* own states */
+    size_t x;       /* auxiliary states */
     size_t work;    /* index in y of the works, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
     size_t n;       /* of the integrator: work, or work + 2 if a balance is computed */
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
     size_t gap;   /* effects that act on one side of a boundary */
-    size_t event; /* the most events, hard contacts among them */
+    size_t event; /* the most events, including hard contacts */
 #if KT_HAS_EVENTS
     size_t contact; /* bytes of hard contacts; 0 without */
-    size_t undo;    /* likewise of `undo` */
-    size_t mask;    /* bytes of a mask, and of its ranks; 0: each set of contacts has a compiled model */
+    size_t undo;    /* bytes of `undo`; 0 without */
+    size_t mask;    /* bytes of a mask, then of its ranks; 0: each set of contacts has a compiled model */
     size_t ranks;
 #endif
 #if KT_HAS_QUASI_STATICS
-    size_t balanced; /* n where coordinates move no mass, else 0 */
+    size_t balanced; /* n if coordinates move no mass, else 0 */
 #endif
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
-    bool reduced;        /* of an implicit method: its matrices are those of the velocities that the loops leave */
-    bool all_directions; /* of an implicit method: its Jacobian is exact across the loops, too */
+    bool reduced;        /* implicit method: its matrices act on the velocities that the loops leave free */
+    bool all_directions; /* implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t state;        /* user_nq + user_nv + x */
-    size_t kept;         /* of these, those that a checkpoint holds */
+    size_t kept;         /* the first numbers of `state` that a checkpoint holds */
     size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
 
-/* What is done about events (event.c): a simulation to which none was added has no watch, and a program that adds none does
- * not link it. `begin` comes before a step. `take_back` comes after it: where an event happened within it the step is taken
- * back, *t_limit is where it is to end, and *again is true. `fire` lets those events take effect that happened at the
- * present time (memory.fires), and hands their records to the recorder, unless that is NULL. `value` is that of event k in any state y. */
+/* The event handler (event.c). A simulation without events has no handler, and a program that adds none does not link
+ * it. */
 typedef struct kt_event_watch {
+    /* Evaluates events before a step. */
     kt_status (*begin)(kt_simulation *simulation, kt_error *error);
+    /* Searches events after a step. If an event happened within the step, the step is undone, *t_limit is its new end,
+     * and *again is true. */
     kt_status (*take_back)(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error);
+    /* Applies the events that happened at the present time (memory.fires). Hands their records to the recorder, unless
+     * that is NULL. */
     kt_status (*fire)(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
+    /* Computes the value of event k in any state y. */
     kt_status (*value)(kt_simulation *simulation, size_t k, double t, const double *y, double *value, kt_error *error);
 } kt_event_watch;
 
-/* What hard contacts are asked to do (contact.c). `open` opens them all, before a state is set that may lie anywhere;
- * `resolve`, at the present state: impulses where contacts close, and which of them are closed from now on. `leaving`: a bit
- * for each whose reaction has come to an end. `follow`, when data have been initialised for another model. `check`, of the multipliers of
- * a record: an error if a closed contact pulls, or friction of a joint that sticks is beyond its limit. `rest`, where bounces accumulate:
- * contact k, which closes, comes to rest at this instant, unless it has no rest velocity; returns whether it does. `keep`
- * and `take_back`: of a change of the state that may fail (undo.c). `renew`, when parameters have been set. */
+/* The operations on hard contacts (contact.c). */
 typedef struct kt_contact_calls {
+    /* Opens all contacts, before a state is set that may lie anywhere. */
     void (*open)(kt_simulation *simulation);
+    /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on.
+     * leaving: a bit for each contact whose reaction has ended. */
     kt_status (*resolve)(kt_simulation *simulation, uint64_t leaving, kt_error *error);
+    /* Comes after data have been initialised for another model. */
     void (*follow)(kt_simulation *simulation);
+    /* Checks the multipliers of a record. Errors: a closed contact pulls, or sticking friction of a joint is beyond its
+     * limit. */
     kt_status (*check)(const kt_simulation *simulation, double t, kt_error *error);
+    /* Lets contact k come to rest at this instant, at which it closes, since bounces accumulate. A contact without a
+     * rest velocity does not come to rest. Returns whether it does. */
     bool (*rest)(kt_simulation *simulation, size_t k);
+    /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
     void (*keep)(kt_simulation *simulation);
     void (*take_back)(kt_simulation *simulation);
+    /* Comes after parameters have been set. */
     void (*renew)(kt_simulation *simulation);
 } kt_contact_calls;
 
@@ -294,9 +304,9 @@ struct kt_simulation {
     const kt_model *model;      /* the model that is integrated: the user model, or that of the transformation */
     const kt_model *user_model; /* in whose coordinates inputs and outputs are expressed */
     const kt_transformation *transformation; /* from one to the other, or NULL */
-    kt_data *data, *user_data;               /* scratch; the same if the models are the same */
+    kt_data *data, *user_data;               /* scratch; identical if the models are identical */
     kt_integrator *integrator;
-    kt_method method;          /* that of the run, where it is given by rho */
+    kt_method method;          /* the method of the run, if it is given by rho */
     const double *tau;         /* inputs of the last step: nv, or NULL */
     const kt_wrench *external; /* one for each body, or NULL */
     int groups;                /* of loops */
@@ -305,50 +315,50 @@ struct kt_simulation {
     double switch_gap;                /* of the options */
     bool records_contacts;            /* events of hard contacts are handed over */
     bool watches_works;               /* works are estimated at the ends of steps */
-    const double *end_slope;          /* of the evaluation that gave end_power; NULL: none in this step */
-    kt_power end_power;               /* of the evaluation that may become that of the end */
+    const double *end_slope;          /* slope of the evaluation that gave end_power; NULL: none in this step */
+    kt_power end_power;               /* power of the evaluation that may become that of the end */
     kt_complex sigma[2];              /* implicit: of the real and the complex factors */
     bool closes_loops;                /* a projection does more than renormalise quaternions: it overwrites data */
     kt_right_hand_side *acceleration; /* the caller's, or NULL */
     kt_projection *projection;        /* the caller's, or NULL */
-    void *user;                       /* of these two */
+    void *user;                       /* passed to these two callbacks */
     kt_corners corners;
     bool watches_gaps;           /* adaptive steps do not leap over contacts and stops */
-    bool watches_ends;           /* nor over what functions of time do behind their last stage */
-    bool lacks_end_stage;        /* by a method without a stage at the end of its steps */
-    bool lacks_inner_stage;      /* or between the ends */
-    double gap_time;             /* of clearance_begin; NaN: not known */
-    bool gaps_known;             /* gap_begin has some; else none is known there */
-    double far_time;             /* where the last step ended, if it can have reached no boundary; else NaN */
+    bool watches_ends;           /* nor over changes of functions of time behind their last stage */
+    bool lacks_end_stage;        /* the method has no stage at the end of its steps */
+    bool lacks_inner_stage;      /* the method has no stage between the ends of its steps */
+    double gap_time;             /* the time of clearance_begin; NaN: not available */
+    bool gaps_known;             /* gap_begin has valid gaps; else none of its gaps is valid */
+    double far_time;             /* the end of the last step, if it can have reached no boundary; else NaN */
     const kt_event_watch *watch; /* NULL: there are no events */
-    size_t event_count;          /* that were added */
+    size_t event_count;          /* the number of events */
 #if KT_HAS_EVENTS
-    size_t contact_count;         /* of these, the first ones are hard contacts */
+    size_t contact_count;         /* the number of hard contacts, which are the first events */
     struct kt_contacts *contacts; /* NULL: there are none */
     const kt_contact_calls *contact_calls;
     uint64_t contact_mask; /* the switches of hard contacts */
     uint64_t
-        contact_friction; /* of these, those of friction of joints, which is released where both of its own are on */
-    uint64_t contact_released; /* of all, those that are released at first */
-    double contact_margin;     /* gaps that become smaller than this below zero have not parted */
-    double event_beyond;       /* where a try of this step ended that went beyond an event */
+        contact_friction; /* the switches of joint friction among them; released if both switches of a joint are on */
+    uint64_t contact_released; /* the contacts that are released at first */
+    double contact_margin;     /* the depth at which a contact penetrates that was left open, m or rad */
+    double event_beyond;       /* the end of a try of this step that went beyond an event */
     int event_evaluations;     /* the most values of an event that the search of a step takes */
-    int event_most;            /* of these, those with which the search after this try ends */
+    int event_most;            /* the number of values with which the search after this try ends */
     kt_progress_callback *progress;
     void *progress_user;
-    uint64_t progress_steps, progress_due; /* how many steps from call to call, and to the next one */
+    uint64_t progress_steps, progress_due; /* the number of steps from call to call, and to the next call */
     bool event_searched;                   /* this step has been searched */
-    double contact_time;                   /* s, of the values of contacts (contact.c); NaN: not known */
+    double contact_time;                   /* s, of the values of contacts (contact.c); NaN: not available */
 #endif
-    double event_time;                 /* of event_value; NaN: not known */
-    double event_reach;                /* up to where the last step was looked at */
-    double event_rate, event_rate_end; /* the largest rate of a turn there and at the end of the step, rad/s */
+    double event_time;                 /* of event_value; NaN: not available */
+    double event_reach;                /* the end of the searched part of the last step */
+    double event_rate, event_rate_end; /* the largest rate of a turn at event_time and at the end of the step, rad/s */
     double step;                       /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
     unsigned record; /* KT_RECORD_ bits to compute */
     bool kinematics; /* a record's data are updated */
-    bool places;     /* for more than energies */
+    bool places;     /* for quantities other than energies */
     kt_simulation_memory memory;
     kt_cached cached;    /* the results of the present state that data hold */
     const double *slope; /* y' as the last evaluation returned it to the integrator */
@@ -357,7 +367,7 @@ struct kt_simulation {
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
 
-/* How far a hard contact that is open may sink. */
+/* The depth to which an open hard contact may penetrate, m or rad. */
 static inline double kt_simulation_contact_margin(const kt_simulation *simulation) {
 #if KT_HAS_EVENTS
     return simulation->contact_margin;
@@ -367,8 +377,8 @@ static inline double kt_simulation_contact_margin(const kt_simulation *simulatio
 #endif
 }
 
-/* Forces have jumped at the present time: reactions, which follow from them, are others than at the end of the last step. Whether contacts
- * stay closed is looked at where the next step begins (event.c). */
+/* Notes that forces have jumped at the present time, so that reactions differ from those at the end of the last step.
+ * The beginning of the next step then checks whether contacts stay closed (event.c). */
 static inline void kt_simulation_note_jump(kt_simulation *simulation) {
 #if KT_HAS_EVENTS
     if (simulation->contact_count == 0)
@@ -398,7 +408,7 @@ static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) {
 /* Returns the index of the event of this name; event_count if there is none. */
 size_t kt_event_find(const kt_simulation *simulation, const char *name);
 
-/* How many of the events are hard contacts: the first ones. */
+/* The number of hard contacts, which are the first events. */
 static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) {
 #if KT_HAS_EVENTS
     return simulation->contact_count;
@@ -408,7 +418,7 @@ static inline size_t kt_simulation_contact_events(const kt_simulation *simulatio
 #endif
 }
 
-/* Whether coordinates move no mass, and the state is where the forces on these are balanced. */
+/* Whether some coordinates move no mass, so that the forces on these coordinates are balanced in every state. */
 static inline bool kt_simulation_balances_forces(const kt_simulation *simulation) {
 #if KT_HAS_QUASI_STATICS
     return simulation->size.balanced > 0;
@@ -418,32 +428,33 @@ static inline bool kt_simulation_balances_forces(const kt_simulation *simulation
 #endif
 }
 
-/* Those of the sizes that are another's for another model of a family (model/switching.h). X(member) */
+/* The sizes that differ between the models of a family (model/switching.h). X(member) */
 #define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)
 
-/* Sets what follows from the model that is integrated, but for its sizes: at the start, and where it has become another of
- * its family. */
+/* Sets the values that follow from the integrated model, except its sizes: at the start, and after a change to another
+ * model of the family. */
 void kt_simulation_follow_model(kt_simulation *simulation);
 
-/* Takes another model of the family; the state, the data and the integrator's history are not those of it yet. */
+/* Changes to another model of the family. The state, the data and the integrator's history do not belong to it yet. */
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model);
 
-/* With hard contacts (undo.c): keeps the simulation before a change of the state, and takes it back as it was. Parameters of the model
- * are not restored. Changes do not nest. O(the memory of the integrator). step.c calls them by kt_contact_calls. */
+/* With hard contacts (undo.c): saves the simulation before a change of the state, and restores it. Parameters of the
+ * model are not restored. Changes do not nest. step.c calls both functions with kt_contact_calls. Cost: O(the memory of
+ * the integrator). */
 #if KT_HAS_EVENTS
 size_t kt_simulation_undo_size(const kt_simulation_sizes *size);
 void kt_simulation_keep(kt_simulation *simulation);
 void kt_simulation_take_change_back(kt_simulation *simulation);
 #endif
 
-/* Kinetic energy, and potential energy with that which effects store, in the state y. */
+/* Kinetic energy, and potential energy including the energy that effects store, in the state y. */
 typedef struct kt_simulation_energy {
     double kinetic, potential;
 } kt_simulation_energy;
 KT_CHECKED kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
                                                kt_error *error);
-/* The state jumps to y, whose works have been written, from one with the energy `before`, to `after`: forgets what
- * belongs to the motion before. `to`: the user model's state. */
+/* Commits a jump of the state to y, whose works are already written. Forgets the results of the motion before the jump.
+ * The user model's state becomes `to`. The energies on both sides of the jump are `before` and `after`. */
 KT_CHECKED kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double before, double after,
                                         kt_error *error);
 
@@ -460,11 +471,11 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
     return work;
 }
 
-/* Writes the state at a time within the last step to `y`, closed. */
+/* Writes the state at a time within the last step, with closed loops, to `y`. */
 KT_CHECKED kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *error);
 
-/* After a step with a balance: integrates the powers along it if the works of the step are not as accurate as the
- * tolerances ask. */
+/* After a step with a balance: integrates the powers along the step if its works are less accurate than the tolerances
+ * require. */
 void kt_simulation_refine_works(kt_simulation *simulation);
 /* The works at a time within a step that was refined, up to its end. Returns false if they cannot be computed. */
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work);
@@ -472,7 +483,8 @@ bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work);
 KT_CHECKED int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power,
                                    kt_error *error);
 
-/* The own states in a state y; and lets evaluations with the simulation's data read them there. */
+/* The first function returns the auxiliary states in a state y. The second one lets evaluations with the simulation's
+ * data use those of y. */
 static inline double *kt_simulation_own_states_of(const kt_simulation *simulation, double *y) {
     return y + simulation->size.nq + simulation->size.nv;
 }
@@ -481,7 +493,7 @@ static inline void kt_simulation_use_states(const kt_simulation *simulation, con
         memcpy(simulation->data->x, y + simulation->size.nq + simulation->size.nv, simulation->size.x * sizeof(double));
 }
 
-/* Lets queries of the simulation's data answer for masses as they are at t, where they vary. */
+/* Updates masses that vary to the time t, for queries of the simulation's data. */
 static inline kt_status kt_simulation_date_masses(const kt_simulation *simulation, double t, kt_error *error) {
 #if KT_HAS_VARIABLE_MASS
     if (simulation->model->n.varying > 0)
@@ -496,26 +508,29 @@ static inline void kt_simulation_put_works(const kt_simulation *simulation, cons
     y[simulation->size.work + 1] = work->supplied;
 }
 
-/* Works estimated from powers at the ends of steps (work_watch.c), where that is asked for: takes the power that an
- * evaluation of the state y to dydt has found; notes one at the present time, once (power_points.c); and after a step. */
+/* Works estimated from powers at the ends of steps (work_watch.c), if the options request them.
+ *
+ * Receives the power that an evaluation of the state y has found with its slope dydt. */
 void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power);
+/* Notes a power at the present time, once (power_points.c). */
 void kt_simulation_note_power(kt_simulation *simulation, kt_power power);
+/* Notes the power at the end of a step. */
 void kt_simulation_end_powers(kt_simulation *simulation);
-/* Adds those of the present time if they are missing: before a record, and before new inputs. */
+/* Adds the powers of the present time if they are missing: before a record, and before new inputs. */
 void kt_simulation_complete_powers(kt_simulation *simulation);
 kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t);
 
 /* Returns the callbacks for the integrator. */
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 
-/* What rounding makes of accelerations next to singular positions. */
+/* The noise that rounding causes in accelerations next to singular positions. */
 extern const struct kt_noise kt_simulation_noise;
 
-/* Newton's equations of an implicit method, in second-order form (newton.c); its sizes. */
+/* Newton's equations of an implicit method, in second-order form (newton.c), and the sizes that they need. */
 extern const kt_newton kt_simulation_newton;
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size);
 
-/* Computes the accelerations a (nv) at (t, y), by the engine's equations or the caller's. Returns the values of a
+/* Computes the accelerations a (nv) at (t, y) with the engine's equations or the caller's. Returns the values of a
  * callback. */
 KT_CHECKED int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
                                         const kt_wrench *external, double *a, kt_error *error);
@@ -527,13 +542,12 @@ void kt_simulation_inputs_use(kt_simulation *simulation);
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
                                            kt_error *error);
 
-/* The next four functions serve simulations with a transformation, and only the third may be called without
- * (user_model.c).
+/* The next four functions serve simulations with a transformation (user_model.c). Only the third one may be called
+ * without a transformation.
  *
- * Converts forces on the user model, of which there are some, to wrenches on the bodies of the model at its positions
- * q. */
+ * Converts forces on the user model, which has some, to wrenches on the bodies of the model at its positions q. */
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
-/* Updates `state`, that of the user model, after a step. */
+/* Updates `state`, the user model's state, after a step. */
 void kt_simulation_sync(kt_simulation *simulation);
 /* Converts a state near the current time, and accelerations (or NULL), to the user model's coordinates. */
 void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
@@ -546,7 +560,7 @@ KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, doubl
 enum {
     KT_RECORD_REACTIONS = KT_RECORD_REACTION | KT_RECORD_MULTIPLIER | KT_RECORD_BEARING,
     KT_RECORD_ACCELERATIONS = KT_RECORD_ACCELERATION | KT_RECORD_MARKER_ACCELERATION | KT_RECORD_ANGULAR_ACCELERATION,
-    /* read from the kinematics by who is given the record */
+    /* evaluated from the kinematics by the receiver of the record */
     KT_RECORD_KINEMATICS = KT_RECORD_MOMENTUM | KT_RECORD_ORIENTATION | KT_RECORD_MARKER_VELOCITY |
                            KT_RECORD_MARKER_ACCELERATION | KT_RECORD_EFFECT | KT_RECORD_CLOSURE |
                            KT_RECORD_ANGULAR_VELOCITY | KT_RECORD_ANGULAR_ACCELERATION
@@ -555,67 +569,72 @@ enum {
 /* Computes the reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 
-/* Puts inputs that were set since the last step into force for the next one. */
+/* Puts inputs that were set since the last step into force for the next step. */
 KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error);
 
-/* KT_OK, or KT_ERROR_ARGUMENT at "record" if a bit of these is not one of KT_RECORD_LIST. */
+/* Returns KT_OK, or KT_ERROR_ARGUMENT at "record" if one of the bits is not in KT_RECORD_LIST. */
 KT_CHECKED kt_status kt_record_check(unsigned record, kt_error *error);
 
-/* Whether functions of time or a caller's effects have corners; the longest step that sees what functions do between
- * them, HUGE_VAL where they are polynomials. O(loops + effects). */
+/* The first function returns whether functions of time or a caller's effects have breakpoints. The second one returns
+ * the longest step that samples functions between their breakpoints, HUGE_VAL for polynomials. Cost: O(loops +
+ * effects). */
 bool kt_simulation_has_corners(const kt_model *model);
 double kt_simulation_longest_step(const kt_model *model);
 
-/* The shortest piece of a function of time between two of its corners that begins and ends within the duration, or a
- * quarter of a sine's period; HUGE_VAL where there is none. O(corners). */
+/* The shortest piece of a function of time between two breakpoints, or a quarter of a sine's period. Pieces count if
+ * they begin and end within the duration. HUGE_VAL if there is none. Cost: O(breakpoints). */
 KT_INNER double kt_simulation_shortest_feature(const kt_model *model, double duration);
 
-/* Where steps end at corners. The first comes before a step, or before the slope at the present time is asked for: at a
- * corner where the accelerations jump the slopes of earlier steps, and the last step's interpolant, are forgotten. The
- * second: *t_limit becomes the next corner if that comes first. */
+/* Ends steps at breakpoints. The first function comes before a step, or before the slope at the present time is
+ * requested. At a breakpoint with a jump of the accelerations, it forgets the slopes of earlier steps and the last
+ * step's interpolant. The second function reduces *t_limit to the next breakpoint if that comes first. */
 KT_CHECKED kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error);
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
 
-/* Whether a stage is between the ends of a step of the method. */
+/* Whether the method has a stage between the ends of its steps. */
 bool kt_simulation_has_inner_stage(const kt_method *method);
 
-/* After a step of a method that has no stage at its end: where a function of time changes behind the last one, takes the
- * step back and returns true, *t_limit the time at which the next one is to end. */
+/* Undoes a step of a method without a stage at its end, if a function of time changes behind the last stage. Returns
+ * whether it did. The end of the next step is then *t_limit. */
 bool kt_simulation_take_back_missed(kt_simulation *simulation, double *t_limit);
 
-/* With fixed steps: refuses a record at t, within the last step, where a function of time does what no stage has
- * seen. */
+/* With fixed steps: rejects a record at t, within the last step, if no stage has sampled a change of a function of time
+ * there. */
 KT_CHECKED kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t, kt_error *error);
 
-/* The time at which forces are evaluated at t where steps end at corners: at one that ends or begins a step, the limit from
- * inside of the step. */
+/* The time at which forces at t are evaluated, if steps end at breakpoints. At a breakpoint that ends or begins a step,
+ * it is the limit from inside of the step. */
 static inline double kt_simulation_time_inside(const kt_simulation *simulation, double t) {
     const kt_corners *c = &simulation->corners;
     return t == c->end ? c->before : t == c->begin ? c->after : t;
 }
 
-/* After a checkpoint: the corners at both ends of the step that ended at the present time. */
+/* After a checkpoint: restores the breakpoints at both ends of the step that ended at the present time. */
 void kt_simulation_recall_corners(kt_simulation *simulation);
 
-/* Corners are searched anew: functions of time, or the time itself, have changed. */
+/* Lets breakpoints be searched anew, since functions of time, or the time itself, have changed. */
 void kt_simulation_forget_corners(kt_simulation *simulation);
 
-/* Contacts and stops that a step has leapt over (gap.c), in models that have such effects. The first finds the gaps at
- * the present time, before a step. The second, after it, returns false if nothing was leapt over; otherwise the step is
- * taken back, and *t_limit is where it is to end. The third refuses a record at t, whose state is in y, where such an
- * effect acts that the ends of the step have not seen. */
+/* Contacts and stops that a step has leapt over (gap.c), in models with such effects. */
 bool kt_simulation_has_end_stage(const kt_method *method); /* whether a stage is at the end of each step */
+/* Finds the gaps at the present time, before a step. */
 void kt_simulation_begin_gaps(kt_simulation *simulation);
+/* After a step: returns false if nothing was leapt over. Otherwise it undoes the step, and *t_limit is its new end. */
 bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit);
+/* Rejects a record at t, with its state in y, if such an effect acts there and the ends of the step have not seen it.
+ */
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
 
-/* Distances from boundaries (clearance.c): where parameters may have changed; of the present state, where a step of length h
- * ends, which returns whether it may have reached a boundary; whether it may have reached that of effect k; and: the next
- * step begins there. swept: data hold the motion of the links that carry forces. O(effects), of one and the last O(1). */
+/* Distances from boundaries (clearance.c). swept: data hold the motion of the links that carry forces. */
 #if KT_HAS_CLEARANCES
+/* Measures the present distances, since parameters may have changed. Cost: O(effects). */
 void kt_simulation_begin_clearances(kt_simulation *simulation, bool swept);
+/* Measures the distances at the end of a step of length h. Returns whether the step may have reached a boundary. Cost:
+ * O(effects). */
 bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, double h);
+/* Whether the step may have reached the boundary of effect k. Cost: O(1). */
 bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double h);
+/* Passes the distances at the end of a step to the beginning of the next one. Cost: O(1). */
 void kt_simulation_pass_clearances(kt_simulation *simulation);
 #else
 #define kt_simulation_begin_clearances(simulation, swept) ((void)(swept))
@@ -627,33 +646,38 @@ void kt_simulation_pass_clearances(kt_simulation *simulation);
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
 
-/* Counts an instant of events, at which event k happens (event_chain.c); an error if such instants have no end. */
+/* Counts an instant of events, at which event k happens (event_chain.c). Returns an error if such instants have no end.
+ */
 KT_CHECKED kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error);
 
 /* Hands over the record of an event at the present time. */
 KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
                                                 void *user, kt_error *error);
 
-/* Takes one step; records are not handed over, and events that happen at its end have not taken effect (memory.fires). */
+/* Takes one step. Records are not handed over, and events at the end of the step have not taken effect (memory.fires).
+ */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
-/* The end of that, with the status of the integrator's step and its error `from`. */
+/* The end of kt_simulation_take_step, with the status of the integrator's step and its error `from`. */
 KT_CHECKED kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from,
                                             kt_error *error);
 
-/* kt_simulation_run until its first record. */
+/* Runs kt_simulation_run until its first record. */
 KT_CHECKED kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error);
 
 /* Whether kt_simulation_run has a record to hand over at the current time, or before. */
 bool kt_simulation_owes_record(const kt_simulation *simulation);
 
-/* A record in parts, for callers that compute those of several simulations at once (batch/ensemble.c): `begin` begins
- * record k, without a state; `read` does, with its state in y; `complete` computes what is asked for, where reading has come to `status` and `from`, and
- * hands it over by `give`. */
+/* The parts of a record, for callers that compute the records of several simulations together (batch/ensemble.c).
+ *
+ * Begins record k, without a state. */
 void kt_simulation_begin_record(kt_simulation *simulation, int64_t k, kt_record *record);
+/* Begins record k, with its state in y. */
 KT_CHECKED kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from);
+/* Computes the requested values of a record and hands it over. status, from: the result of reading it. */
 KT_CHECKED kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record,
                                                    kt_error *from, kt_recorder *recorder, void *user, kt_error *error);
+/* Hands over a record that is complete. */
 KT_CHECKED kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record,
                                                kt_recorder *recorder, void *user, kt_error *error);
 
@@ -661,17 +685,18 @@ KT_CHECKED kt_status kt_simulation_give_record(kt_simulation *simulation, const 
 KT_CHECKED kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user,
                                              kt_error *error);
 
-/* The body whose joint the component `at` of the state y belongs to; 0: none. */
+/* The body whose joint has the component `at` of the state y; 0: none. */
 int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 
 /* Whether a smaller step may avoid an error. */
 bool kt_simulation_is_recoverable(kt_status status);
 
-/* Reports an error of the integrator or of a callback, preceded by the time. kt_simulation_fail_step is for steps, and
- * adds a remedy; near: the step computed accelerations next to a singular position. */
+/* Reports an error of the integrator or of a callback, preceded by the time. The function for steps,
+ * kt_simulation_fail_step, adds a remedy. Its argument `near` is true if the step computed accelerations next to a
+ * singular position. */
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
-/* Adds to an error what it comes from where a disc lies flat. */
+/* Adds the cause to an error that a flat disc produces. */
 #if KT_HAS_EVENTS
 kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error);
 #else
@@ -687,7 +712,7 @@ void kt_simulation_skip_records(kt_simulation *simulation);
 /* The time of record k (s). */
 double kt_simulation_record_time(const kt_simulation *simulation, int64_t k);
 
-/* How many records there are: see kt_simulation_record_count. */
+/* The number of records: see kt_simulation_record_count. */
 double kt_record_intervals(double duration, double interval);
 
 #endif
