@@ -1,24 +1,31 @@
 /* Hard contacts: loops that bound one side, g(q, t) >= 0 (stops, floors, slack ropes), along a motion.
  *
- * A contact is open, and its gap g > 0 is watched; or it is closed, a constraint of the mechanism like any other (its loop is
- * switched on, model/switching.h), and its reaction lambda > 0 is watched. Both are events (event.c). At one of them, with
- * all contacts that touch, u = J v - b' the rates of their gaps and W = J M^-1 J' (M^-1 that of the mechanism with its
- * other loops, control/mass_inverse.c):
+ * An open contact has its gap g > 0 watched. A closed contact is a constraint of the mechanism like any other: its loop
+ * is switched on (model/switching.h). Its reaction lambda > 0 is watched. Both are events (event.c). For the contacts
+ * that touch at an event, let u = J v - b' be the rates of their gaps, and W = J M^-1 J'. M^-1 belongs to the mechanism
+ * with its other loops (control/mass_inverse.c). At an event, two steps follow.
  *
- * - Impulses p where some close, u < 0, by Newton's rule or Poisson's (contact_impact.c).
- * - Those with u+ = 0, or no faster than the rest velocity (two that close in turn would go on for ever), are closed from
- *   now on whose reaction presses: with w the accelerations of their gaps without it,
+ * 1. If some contacts close, u < 0, impulses p follow from Newton's rule or Poisson's (contact_impact.c).
+ *
+ * 2. Contacts with u+ = 0, or no faster than the rest velocity, are closed from now on if their reaction is
+ *    compressive. (Two contacts that close in turn would otherwise go on for ever.) With the accelerations w of their
+ *    gaps without reactions,
+ *
  *       w+ = w + W lambda,   0 <= lambda  complementary to  w+ >= 0
  *
- * Friction of a joint that sticks (kt_effect.stick) is of the same kind: it slips, and its rate is watched, in the direction
- * in which it does; or it sticks, a constraint, and what is left of its limit S, S - |lambda|. It has no impulse, and at rest
- *       -S <= lambda <= S,   a = 0 within,   a >= 0 where lambda = -S,   a <= 0 where lambda = S
- * which with z1 = lambda + S and z2 = max(-a, 0) are two more rows, a + z2 >= 0 and 2 S - z1 >= 0.
+ * Friction of a joint that sticks (kt_effect.stick) is handled alike. While it slips, its rate in the direction of slip
+ * is watched. While it sticks, it is a constraint, and the reserve S - |lambda| to its limit S is watched. It has no
+ * impulse. At rest
  *
- * Both are linear complementarity problems with a matrix that is positive semidefinite (linear/lemke.h). Where reactions
- * are not unique (four legs of a table) Lemke's basic solution leaves the redundant ones open.
+ *       -S <= lambda <= S,   a = 0 within,   a >= 0 if lambda = -S,   a <= 0 if lambda = S
  *
- * C. Glocker, Set-Valued Force Laws, 2001; F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996.
+ * With z1 = lambda + S and z2 = max(-a, 0), these are two more rows, a + z2 >= 0 and 2 S - z1 >= 0.
+ *
+ * Both are linear complementarity problems with a positive semidefinite matrix (linear/lemke.h). If reactions are not
+ * unique (four legs of a table), Lemke's basic solution leaves the redundant contacts open.
+ *
+ * Sources: C. Glocker, Set-Valued Force Laws, 2001; F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral
+ * Contacts, 1996.
  */
 #include "simulation/contact.h"
 
@@ -35,13 +42,14 @@
 #include <math.h>
 #include <stdio.h>
 
-/* What touches: gaps up to this part of the mechanism's length, or of 1 m or rad. Deeper than `deep` nothing can be. */
+/* Gaps up to the first part of the mechanism's length, or of 1 m or rad, touch. No gap may be deeper than the second.
+ */
 static const double touching = 1e-11, deep = 1e-6;
 /* Rates and accelerations below this part of the sum of their terms are rounding. */
 static const double rounding = 1e-11;
-/* What leaves has this much of an acceleration inwards at most: the event has found the end of its reaction to rounding of the time. */
+/* The largest relative inward acceleration of a leaving contact: the event is exact to rounding of the time. */
 static const double sinks = 1e-6;
-/* Slip of a contact has turned back where it is this fast against the direction in which it began: rounding is less, m/s. */
+/* Slip of a contact has reversed at this speed against its first direction, m/s; rounding is less. */
 static const double turned = 1e-12;
 KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const kt_contact_sizes *s)
 
@@ -74,19 +82,19 @@ size_t kt_contacts_size(const kt_model *model, size_t n) {
     return n > 0 ? lay_out(NULL, &s) : 0;
 }
 
-/* ---- what is watched --------------------------------------------------------------------------------------------- */
+/* ---- values of events -------------------------------------------------------------------------------------------- */
 
 static double direction_of(const kt_model *model, const kt_contact *contact) {
     return (model->set & contact->back) != 0 ? -1.0 : 1.0;
 }
 
-/* The slip of a joint along its direction; of one that is held (find_held), from the rate that rests. */
+/* The slip of a joint along its direction. For a joint that is held (find_held), it counts from the rate of rest. */
 static double slip_of_joint(const kt_model *model, const kt_contact *contact, const double *v) {
     const bool is_held = (contact->simulation->memory.held & contact->bit) != 0;
     return direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
 }
 
-/* The slip of a contact along its direction, by the last evaluation. */
+/* The slip of a contact along its direction, from the last evaluation. */
 static double slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact) {
     size_t slips = 0;
     for (int i = 0; i < contact->loop; i++)
@@ -95,7 +103,7 @@ static double slip_along(const kt_model *model, const kt_data *data, const kt_co
     return s[0] * d[0] + s[1] * d[1];
 }
 
-/* What is watched of friction of a contact: what is left of the cone, or the slip along its direction. */
+/* The event value of a contact's friction: the reserve of the cone, or the slip along its direction. */
 static double friction_of(const struct kt_contacts *c, const kt_instant *at, int k) {
     const kt_model *model = at->model;
     const kt_contact *friction = &c->item[k], *contact = &c->item[friction->of];
@@ -148,12 +156,12 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
     kt_simulation *simulation = contact->simulation;
     struct kt_contacts *c = simulation->contacts;
     const size_t nq = at->model->n.q, nv = at->model->n.v;
-    /* The first of all is asked first at each instant; the others find what it has found. */
+    /* The first contact is evaluated first at each instant; the others reuse its results. */
     const bool known = contact->index > 0 && simulation->contact_time == at->t && c->set == at->model->set &&
                        memcmp(c->at, at->q, nq * sizeof(double)) == 0 &&
                        memcmp(c->at + nq, at->v, nv * sizeof(double)) == 0;
     if (!known) {
-        kt_instant inside = *at; /* where forces jump, those of the step that ends or begins here */
+        kt_instant inside = *at; /* where forces jump: the forces of the step that ends or begins here */
         inside.t = kt_simulation_time_inside(simulation, at->t);
         simulation->contact_time = (double)NAN;
         if (find_values(c, &inside, error) != KT_OK)
@@ -167,12 +175,12 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
     return 0;
 }
 
-/* Whether contact k is due at this instant: what an event before it has settled has the other side again. */
+/* Whether contact k is due at this instant. An earlier event may have resolved it: then it has the other side again. */
 static bool is_due(const kt_simulation *simulation, int k) {
     return simulation->event_root[k].due && simulation->event_memory[k].side < 0;
 }
 
-/* Closed contacts whose reactions end at this instant: this one, and others that are due. */
+/* Resolves all contacts that are due at this instant, also those whose reactions end. */
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const kt_contact *contact = user;
     struct kt_contacts *c = simulation->contacts;
@@ -203,7 +211,7 @@ static void add_row(struct kt_contacts *c, int k, int component) {
     c->component[c->touching++] = component;
 }
 
-/* Lists the contacts that touch, and all friction; an error for one that is deep. */
+/* Lists the contacts that touch, and all friction. Errors: a contact penetrates deeply. */
 static kt_status find_touching(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double scale = fmax(1.0, c->all->length);
@@ -234,7 +242,7 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
     return KT_OK;
 }
 
-/* M^-1 J' and W, of the mechanism with all contacts open. Its data are those of the simulation. */
+/* Computes M^-1 J' and W of the mechanism with all contacts open, from data of the simulation. */
 static kt_status find_response(kt_simulation *simulation, const kt_model *open, double t, const double *q, double *W,
                                kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
@@ -259,17 +267,18 @@ static kt_status find_response(kt_simulation *simulation, const kt_model *open, 
     return status;
 }
 
-/* The problem of reactions: n rows of contacts and friction at rest, then one for each friction. */
+/* The problem of reactions: n rows of contacts and friction at rest, then a second row for each friction. */
 typedef struct reactions {
-    int at[KT_FAMILY_SWITCHES], n, sides; /* in the list; of these, contacts */
-    double limit[KT_FAMILY_SWITCHES];     /* of friction; 0 of contacts */
-    double slip[KT_FAMILY_SWITCHES];      /* likewise, where slip begins */
-    double free[KT_FAMILY_SWITCHES];      /* accelerations without all of them */
+    int at[KT_FAMILY_SWITCHES], n, sides; /* rows in the list; the number of rows; the number of contacts */
+    double limit[KT_FAMILY_SWITCHES];     /* of friction; 0 for contacts */
+    double slip[KT_FAMILY_SWITCHES];      /* force at which slip begins; 0 for contacts */
+    double free[KT_FAMILY_SWITCHES];      /* accelerations without all these reactions */
     double z[KT_LEMKE_MAX];
 } reactions;
 
-/* Those that can have a reaction, with the accelerations that they leave. A contact whose reaction has ended has none: the
- * event has found its sign; a few rounding units of the time earlier, where the step ends, it may still press. */
+/* Lists the rows that can have a reaction, with their free accelerations. A contact whose reaction has ended can have
+ * none, because the event has found its change of sign. The step ends a few rounding units of the time earlier, where
+ * the contact may still have a compressive reaction. */
 static void list_reactions(kt_simulation *simulation, const double *W, const double *u, uint64_t leaving,
                            reactions *r) {
     const struct kt_contacts *c = simulation->contacts;
@@ -292,13 +301,13 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
         r->at[r->n++] = i;
         r->sides += is_side;
     }
-    /* At rest the model has friction that slips forwards. */
+    /* At rest, the model has friction that slips forwards. */
     for (int i = 0; i < r->n; i++)
         for (int k = r->sides; k < r->n; k++)
             r->free[i] += W[r->at[i] * c->touching + r->at[k]] * r->slip[k];
 }
 
-/* w = W lambda + free, lambda = z1 - S, and for friction the rows of z2. */
+/* Solves w = W lambda + free with lambda = z1 - S, and the rows of z2 for friction. */
 static bool solve_reactions(const double *W, int stride, reactions *r, uint64_t *pivots) {
     const int friction = r->n - r->sides, rows = r->n + friction;
     double M[KT_LEMKE_MAX * KT_LEMKE_MAX] = {0.0}, q[KT_LEMKE_MAX];
@@ -317,9 +326,10 @@ static bool solve_reactions(const double *W, int stride, reactions *r, uint64_t 
     return kt_lemke_solve(rows, M, q, r->z, pivots);
 }
 
-/* Of those whose reaction has ended the ones that would sink all the same: at the same instant friction, or another contact,
- * has changed what presses on them. All accelerations may be rounding there, as those of a pendulum that hangs down are, or of a body
- * that a growing force lifts: what the largest reaction of the last step would accelerate is a measure, too. */
+/* Finds contacts whose reaction has ended but that would penetrate. At the same instant, friction or another contact
+ * has changed the force on them. All accelerations may be rounding, as for a pendulum that hangs down, or for a body
+ * that a growing force lifts. The acceleration from the largest reaction of the last step is therefore a measure, too.
+ */
 static uint64_t find_sinking(const kt_simulation *simulation, const double *W, uint64_t leaving, const reactions *r) {
     const struct kt_contacts *c = simulation->contacts;
     uint64_t sinking = 0;
@@ -334,7 +344,7 @@ static uint64_t find_sinking(const kt_simulation *simulation, const double *W, u
     return sinking;
 }
 
-/* sqrt(x'M x). Data of the simulation are those of `model`. */
+/* Computes sqrt(x'M x). Data of the simulation belong to `model`. */
 static kt_status find_norm(kt_simulation *simulation, const kt_model *model, const double *q, const double *x,
                            double *norm, kt_error *error) {
     const kt_status status = kt_kinematics_update(model, simulation->data, q, x, NULL, error);
@@ -343,7 +353,7 @@ static kt_status find_norm(kt_simulation *simulation, const kt_model *model, con
     return status;
 }
 
-/* The accelerations with all contacts open, to c->a, and the equations at the velocities behind impulses. */
+/* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities after impulses. */
 static kt_status find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_slipping_set(c, simulation->model));
@@ -356,15 +366,15 @@ static kt_status find_free(kt_simulation *simulation, double t, const double *y,
     return status == KT_OK ? kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error) : status;
 }
 
-/* What row i of friction does. At its upper limit z1 is 2 S but for rounding: z2 tells whether that is where it is, since what is
- * not in Lemke's basis is 0. One whose limit is reached slips, against the force that is its limit. */
+/* The switch of friction in row i. At its upper limit, z1 is 2 S except for rounding. There z2 decides, since variables
+ * outside of Lemke's basis are exactly 0. Friction at its limit slips, against the force that is its limit. */
 static uint64_t bit_of_friction(const reactions *r, int i, const kt_contact *contact, uint64_t leaving) {
     const double most = 2.0 * r->limit[i], edge = (leaving & contact->bit) != 0 ? 1e-6 * most : 0.0;
     const double z1 = r->z[i], z2 = r->z[i + r->n - r->sides];
     return z2 > 0.0 || z1 >= most - edge ? contact->back : z1 > edge ? contact->bit : 0;
 }
 
-/* Of those that touch and do not part the ones whose reactions press, and what friction does: bits of the set. */
+/* Solves contact forces: the touching contacts with compressive reactions, and the friction, as bits of the set. */
 static kt_status press(kt_simulation *simulation, double t, const double *y, const double *W, const double *u,
                        uint64_t leaving, uint64_t *on, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
@@ -393,16 +403,16 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
     return KT_OK;
 }
 
-/* Friction of joints that slips at no rate, since loops, contacts that are closed, or other friction that sticks, hold the joint: its row
- * depends on theirs, which is so where orthogonalisation in the metric of W leaves nothing of it. Its rate is rounding until what holds it
- * moves: slip has turned where it is against its direction, and faster than what rests. */
+/* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
+ * joint. Its row then depends on theirs: orthogonalisation in the metric of W leaves nothing of it. Its rate is
+ * rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest. */
 static uint64_t find_held(const kt_simulation *simulation, const double *W, uint64_t on) {
     const struct kt_contacts *c = simulation->contacts;
     const int m = c->touching;
     double L[KT_COULOMB_ROWS][KT_COULOMB_ROWS];
     int row[KT_COULOMB_ROWS], n = 0;
     uint64_t held = 0;
-    for (int pass = 0; pass < 2; pass++) /* those that are closed first */
+    for (int pass = 0; pass < 2; pass++) /* closed contacts first */
         for (int i = 0; i < m; i++) {
             const kt_contact *item = &c->item[c->list[i]];
             const bool closed = (on & item->bit) != 0, slips = i >= c->meeting && i < c->resting && !closed;
@@ -427,7 +437,7 @@ static uint64_t find_held(const kt_simulation *simulation, const double *W, uint
     return held;
 }
 
-/* The same where contacts with friction are among them (contact_friction.c). */
+/* press if contacts with friction are among those that touch (contact_friction.c). */
 static kt_status press_with_friction(kt_simulation *simulation, double t, const double *W, double *u, uint64_t leaving,
                                      uint64_t *on, double *lost, kt_error *error) {
     const double *y = kt_integrator_state(simulation->integrator);
@@ -440,7 +450,8 @@ static kt_status press_with_friction(kt_simulation *simulation, double t, const 
     return status == KT_OK ? kt_contacts_press(simulation, t, W, u, 0, on, error) : status;
 }
 
-/* Switches and jumps open all contacts first: what is closed again behind them has not closed. */
+/* Counts changes. Switches and jumps open all contacts first: a contact that is closed again behind them is not
+ * counted. */
 static void count_changes(kt_simulation *simulation, uint64_t after) {
     const struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
@@ -458,7 +469,8 @@ static void count_changes(kt_simulation *simulation, uint64_t after) {
     }
 }
 
-/* Takes the model with the contacts that are on, and the state behind the impulses of what came at the speed `approach`; 0: there are none. */
+/* Commits contacts: the model with the contacts that are on, and the state after impulses. approach: the speed before
+ * the impulses; 0: no impulses. */
 static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, double approach, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
@@ -485,7 +497,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, dou
         double *work = simulation->y + simulation->size.work;
         const double gain = after.kinetic + after.potential - before.kinetic - before.potential;
         const bool driven =
-            c->all->driven || simulation->model->driven; /* what moves may be open again behind a bounce */
+            c->all->driven || simulation->model->driven; /* a moving contact may be open again after a bounce */
         work[0] += driven ? lost : fmax(-gain, 0.0);
         work[1] += driven ? gain + lost : fmax(gain, 0.0);
     }
@@ -502,9 +514,9 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, dou
     return KT_OK;
 }
 
-/* ---- slip that turns --------------------------------------------------------------------------------------------- */
+/* ---- slip that reverses ------------------------------------------------------------------------------------------ */
 
-/* Hands the directions of slip to the data of a model, or takes them from there. */
+/* Copies the directions of slip to the data of a model, or from there. */
 static void copy_directions(kt_simulation *simulation, bool takes) {
     const struct kt_contacts *c = simulation->contacts;
     double *d = simulation->data->slip;
@@ -519,8 +531,9 @@ static void copy_directions(kt_simulation *simulation, bool takes) {
 
 static void follow(kt_simulation *simulation) { copy_directions(simulation, false); }
 
-/* Where slip has turned in the present state, its direction is taken anew; where it begins, what rounding has left of it against that
- * is where it comes to rest. Returns whether any has changed. */
+/* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
+ * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest changed.
+ */
 static bool follow_slip(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_model *model = simulation->model;
@@ -542,8 +555,8 @@ static bool follow_slip(kt_simulation *simulation) {
     return changes;
 }
 
-/* Before a step. Where directions change, forces in the present state are what they were but for rounding; a simulation that is restored
- * here has the same. */
+/* Begins a step. If directions change, forces in the present state are the previous ones except for rounding. A
+ * simulation that is restored here has the same directions. */
 static kt_status begin_step(kt_simulation *simulation, kt_error *error) {
     if (follow_slip(simulation)) {
         kt_integrator_change(simulation->integrator, true);
@@ -552,8 +565,9 @@ static kt_status begin_step(kt_simulation *simulation, kt_error *error) {
     return simulation->contacts->begin(simulation, error);
 }
 
-/* What is left open where it touches, or slips from rest, comes to the free side first, or sinks (event.c). Where closing others has
- * moved it beyond its boundary, by what is open where they touch, it comes back to where it is now: a bounce may be lower than that. */
+/* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
+ * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
+ * touching. It then closes at its present gap, since a bounce may be lower than that. */
 static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double *y = kt_integrator_state(simulation->integrator);
@@ -571,7 +585,7 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     for (int k = c->sides; k < c->n; k++)
         simulation->memory.closes_at[k] = -HUGE_VAL;
     (void)follow_slip(simulation);
-    simulation->contact_time = (double)NAN; /* values of the same state are others now */
+    simulation->contact_time = (double)NAN; /* values of this state have changed */
     return status;
 }
 
@@ -605,7 +619,7 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
             u[i] = 0.0;
         approach = i < c->meeting ? fmax(approach, -u[i]) : approach;
     }
-    for (int k = 0; approach > 0.0 && k < c->sides; k++) /* behind impulses any may press */
+    for (int k = 0; approach > 0.0 && k < c->sides; k++) /* after impulses, all reactions are possible */
         leaving &= ~c->item[k].bit;
     const bool rough = c->touching > c->resting; /* a contact with friction touches */
     if (status == KT_OK && approach > 0.0)
@@ -645,7 +659,7 @@ static const kt_contact_calls calls = {.rest = rest,
                                        .take_back = kt_simulation_take_change_back,
                                        .renew = kt_contacts_renew_model};
 
-/* The contacts, and behind them friction. */
+/* Lists the contacts, and friction after them. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
     const kt_model *model = simulation->model;
     int k = 0;
@@ -676,7 +690,7 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
     }
 }
 
-/* What none of its positions gives an inverse of the mass matrix. */
+/* Returns an error if the mass matrix has no inverse at any position. */
 static kt_status refuse_massless(const kt_simulation *simulation, const struct kt_contacts *c, kt_error *error) {
     const kt_model *model = simulation->model;
     char where[KT_WHERE_SIZE];
@@ -712,7 +726,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     }
     simulation->memory.released = simulation->contact_released;
     c->rubs = c->rests = c->stops = false;
-    for (int k = c->sides; k < c->n; k++) /* a loop that is off knows no links */
+    for (int k = c->sides; k < c->n; k++) /* a loop that is off has no links */
         if (kt_contact_rubs(c, k))
             c->rubs = true;
         else

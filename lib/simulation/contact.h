@@ -1,4 +1,5 @@
-/* Loops that bound one side (kt_loop.side) in a simulation: hard stops, contacts, slack ropes; and friction that sticks. */
+/* Loops that bound one side (kt_loop.side) in a simulation: hard stops, contacts, slack ropes. Also friction that
+ * sticks. */
 #ifndef KT_SIMULATION_CONTACT_H
 #define KT_SIMULATION_CONTACT_H
 
@@ -8,16 +9,17 @@
 #include "simulation/mask.h"
 #include "simulation/simulation.h"
 
-/* One that bounds a side, or friction: of a joint, or of a contact, of which there is one item more. */
+/* One item: a loop that bounds a side, friction of a joint, or friction of a contact. A contact with friction has two
+ * items. */
 typedef struct kt_contact {
     kt_simulation *simulation;
     int loop, index;
     uint64_t bit;  /* its loop is on */
-    double sign;   /* of the residual where the contact is open; 1 of friction */
-    int effect;    /* friction: the effect; of contacts -1 */
+    double sign;   /* of the residual if the contact is open; 1 for friction */
+    int effect;    /* friction: the effect; contacts: -1 */
     uint64_t back; /* friction of a joint: it slips backwards; with `bit`: it is released */
-    int v;         /* friction of a joint: its rate */
-    int of;        /* friction of a contact: the index of that; of contacts that of their friction; -1: none */
+    int v;         /* friction of a joint: the index of its rate */
+    int of;        /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
 } kt_contact;
 
 /* Every array: type, name, count, meaning. n contacts, of which m touch. */
@@ -45,23 +47,23 @@ typedef struct kt_contact_sizes {
 } kt_contact_sizes;
 
 struct kt_contacts {
-    int n, sides;          /* in all; of these, the first ones bound a side, and the others are friction */
-    int touching, meeting; /* rows of the list; of these, the first ones bound a side, */
-    int resting;           /* and up to here joints have friction; the others are of contacts */
-    uint64_t mask;         /* the switches of all: contact_mask */
-    uint64_t back;         /* of these, those of `back` */
-    uint64_t met;         /* of those whose gaps end at this instant: they touch, whatever rounding has left of these */
-    double speed, change; /* at an event: roots of v'M v and a'M a */
-    uint64_t set;         /* likewise */
-    size_t inverse_size;  /* bytes of inverse_memory */
-    const kt_model *all;  /* all are closed: of the equations */
-    kt_data *data;        /* of `all` */
-    kt_cone *cone;        /* NULL: no contact has friction */
-    bool rubs;            /* some have friction */
-    bool rests;           /* bounces accumulate: what touches comes to rest */
-    bool stops;           /* ends of slip do: what slips slower than its rest velocity comes to rest */
-    kt_event_watch watch; /* that of events, with what is done where slip turns */
-    kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* that of events */
+    int n, sides;          /* the number of items; the first `sides` items bound a side, the others are friction */
+    int touching, meeting; /* rows of the list; the first `meeting` rows bound a side, */
+    int resting;           /* rows up to `resting` are friction of joints, the others friction of contacts */
+    uint64_t mask;         /* the switches of all items: contact_mask */
+    uint64_t back;         /* the bits `back` among them */
+    uint64_t met;          /* contacts whose gaps close at this instant: they touch, even if rounding left a gap */
+    double speed, change;  /* at an event: roots of v'M v and a'M a */
+    uint64_t set;          /* of the values, like `at` */
+    size_t inverse_size;   /* bytes of inverse_memory */
+    const kt_model *all;   /* the model of the equations, in which all contacts are closed */
+    kt_data *data;         /* data of `all` */
+    kt_cone *cone;         /* NULL: no contact has friction */
+    bool rubs;             /* some contacts have friction */
+    bool rests;            /* bounces accumulate: contacts that touch come to rest */
+    bool stops;            /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
+    kt_event_watch watch;  /* the event handler, extended for slip that reverses */
+    kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* `begin` of the original handler */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
 
@@ -72,7 +74,7 @@ static inline double kt_contacts_dot(size_t n, const double *x, const double *y)
     return sum;
 }
 
-/* Friction slower than this has come to rest, m/s or rad/s. */
+/* The rate below which friction has come to rest, m/s or rad/s. */
 static const double kt_contact_resting = 1e-9;
 
 static inline bool kt_contact_is_closed_in(uint64_t set, const kt_contact *contact) {
@@ -82,7 +84,7 @@ static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact 
     return kt_contact_is_closed_in(model->set, contact);
 }
 
-/* It does not act, whatever its gap (kt_simulation_release). */
+/* Whether the contact is released, so that it does not act at any gap (kt_simulation_release). */
 bool kt_contact_is_released(const kt_contact *contact);
 
 /* The first row of its equations. */
@@ -93,91 +95,99 @@ static inline int kt_contact_row(const kt_model *model, const kt_contact *contac
 /* Whether item k is friction of a contact. */
 static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }
 
-/* Of row k of those that touch: its loop, and the j-th number of its Jacobian. */
+/* The loop of row k of the contacts that touch. */
 const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
+/* The j-th number of the Jacobian of row k. */
 double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
-/* Likewise its rate J v - b' and its acceleration J a - b'', and what rounding of these is relative to: the largest that |J x| can be
- * in the mass metric, sqrt(W_kk) sqrt(x'M x) (Cauchy and Schwarz). The sum of the terms is no measure: of a stop J x is one number, in
- * which forces have cancelled before. */
+/* The rate J v - b' and the acceleration J a - b'' of row k. *size: the magnitude that their rounding is relative to.
+ * It is at least the largest possible |J x| in the mass metric, sqrt(W_kk) sqrt(x'M x), after Cauchy and Schwarz. The
+ * sum of the terms alone is no measure: for a stop, J x is one number, in which forces have already cancelled. */
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
 
-/* The speed up to which a contact that touches comes to rest, rather than that it bounces: its rest_velocity, or that of a bounce which
- * rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
+/* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a
+ * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
 
-/* Of friction: mu of a contact, the largest force at rest in a joint, and the force where slip begins there. */
+/* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint slips.
+ */
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 
-/* The set in which all contacts are open, and friction of joints slips as the velocities say; where it rests, forwards; where it is
- * released, not at all. */
+/* The set in which all contacts are open, and friction of joints slips in the direction of the velocities. Friction at
+ * rest slips forwards. Friction that is released does not act. */
 uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model);
 
-/* The gaps of all contacts; `all`: the rates, drifts and the Jacobian of their equations, too. */
+/* Computes the gaps of all contacts. all: also the rates, drifts and the Jacobian of their equations. */
 KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                                 const double *v, bool all, kt_error *error);
 
-/* From the multipliers in c->row the least ones that give the same forces, to c->reaction: in one unit, which tells normal
- * forces, and then tangential ones in roots of these (linear/coulomb.h). */
+/* Computes the least multipliers that give the same forces as those in c->row, to c->reaction. They are measured in one
+ * unit to find normal forces, and then in roots of the normal forces to find tangential ones (linear/coulomb.h). */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
-/* contact_refusal.c. Of rows that close, u < 0: an error where a contact has no lever on any joint, or its motion is prescribed. The data
- * are those of `open`. */
+/* Checks rows that close, u < 0 (contact_refusal.c). Data of the simulation belong to `open`. Errors: a contact has no
+ * lever on any joint, or its motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
                                               const double *W, const double *u, kt_error *error);
-/* From the status of a projection onto the loops behind impulses of what came at the speed `approach`, with the
- * velocities v: an error where contacts go on to close since their motion is prescribed. Requires the equations at the present state. */
+/* Checks the rates after impulses. status: of the projection onto the loops; approach: the speed before; v: the
+ * velocities after the projection. Requires the equations at the present state. Errors: contacts continue to close,
+ * since their motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
                                              kt_status status, kt_error *error);
-/* Of the multipliers of a record at t (kt_contact_calls.check). */
+/* Checks the multipliers of a record at t (kt_contact_calls.check). */
 KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
-/* The error of contacts that have no impulses, or no reactions (`what`). */
+/* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
 
-/* A phase of an impact (contact_impact.c). By rows of the list, of which the first ones meet: */
+/* A phase of an impact (contact_impact.c). The indices are rows of the list, of which the first ones are normal rows.
+ */
 typedef struct kt_impact_phase {
-    double bound[KT_FAMILY_SWITCHES], least[KT_FAMILY_SWITCHES]; /* the rates behind it, and its impulses, at least */
-    double u[KT_COULOMB_ROWS], p[KT_COULOMB_ROWS];               /* rates before it, then behind it; impulses */
+    double bound[KT_FAMILY_SWITCHES], least[KT_FAMILY_SWITCHES]; /* lower bounds of its final rates and its impulses */
+    double u[KT_COULOMB_ROWS], p[KT_COULOMB_ROWS];               /* initial rates, then final ones; impulses */
     int rows, line[KT_COULOMB_ROWS];                             /* rows that have impulses, in this order */
 } kt_impact_phase;
 
-/* contact_friction.c. u + W p of what meets, with friction: |p_t| in Coulomb's cone of the normal impulse, against the slip at the end
- * of the phase. Returns false if there are no such impulses. */
+/* Solves a phase u + W p of the closing contacts, with friction (contact_friction.c). The tangential impulse p_t lies
+ * in Coulomb's cone of the normal impulse, against the slip at the end of the phase. Returns false if there are no such
+ * impulses. */
 bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase);
 
-/* contact_impact.c. With W = J M^-1 J' of the rows that touch and u their rates: impulses; u becomes u+, and c->v the
- * velocities behind; *lost: the kinetic energy that is dissipated. */
+/* Applies an impact (contact_impact.c). With W = J M^-1 J' of the touching rows and their rates u: computes impulses.
+ * Then u becomes u+, and c->v the velocities after the impact. *lost: the dissipated kinetic energy. */
 KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
                                         kt_error *error);
-/* From the accelerations without contacts in c->a: which of those that do not part are closed, and what sticks, to the bits of
- * *on; directions of slip to memory.slip. leaving: whose reaction or stick has come to an end. */
+/* Solves contact forces, from the accelerations without contacts in c->a. Writes the closed and the sticking contacts
+ * to the bits of *on, and directions of slip to memory.slip. leaving: contacts whose reaction, or whose stick, has
+ * ended. */
 KT_CHECKED kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u,
                                        uint64_t leaving, uint64_t *on, kt_error *error);
 
-/* Where no accelerations obey Coulomb's law (Painleve's paradox): impulses without a collision, by which what slips comes to rest, or turns.
- * Returns false if there are none; otherwise u and c->v are those behind them, and *lost grows by the energy that they dissipate. */
+/* Computes impulses without a collision, if no accelerations obey Coulomb's law (Painleve's paradox). They stop or
+ * reverse the slip. Returns false if there are none. Otherwise u and c->v become the values after these impulses, and
+ * *lost grows by the dissipated energy. */
 bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
 
-/* contact_model.c. Prepares the masks, at the start. */
+/* Prepares the masks, at the start (contact_model.c). */
 void kt_contacts_init_masks(kt_simulation *simulation);
-/* The model of a set of what is closed in the present state; data of the simulation are adapted to any model then. tried: the simulation
- * does not run on it, and the next one that is tried takes its place. */
+/* The model of a set of closed contacts in the present state. Data of the simulation may be adapted to another model
+ * then. tried: the simulation does not run on the model, and the next trial overwrites it. */
 const kt_model *kt_contacts_model(kt_simulation *simulation, uint64_t set, bool tried);
-/* The same with the ranks of a checkpoint, which are saved of the present model; NULL: there is no such set. */
+/* The model of a set with the ranks of a checkpoint. NULL: there is no such set. */
 const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks);
+/* Saves the ranks of the present model for a checkpoint. */
 void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks);
-/* Takes parameters that have been set over into the model that the simulation runs on. */
+/* Copies parameters that have been set to the model that the simulation runs on. */
 void kt_contacts_renew_model(kt_simulation *simulation);
 
-/* How many such loops a model has, closed and open. */
+/* The number of such loops of a model, closed and open. */
 size_t kt_contacts_of(const kt_model *model);
 
-/* Bytes of the memory for n contacts of a model, of all its sets. */
+/* Bytes of the memory for n contacts of a model, for all its sets. */
 size_t kt_contacts_size(const kt_model *model, size_t n);
 
-/* Lists the contacts and adds their events, the first of all. `simulation` has its model, data and memory. */
+/* Lists the contacts and adds their events before all others. `simulation` has its model, data and memory. */
 KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error);
 
 #endif

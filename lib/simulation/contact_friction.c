@@ -1,10 +1,11 @@
-/* Impacts and reactions where contacts with Coulomb's friction touch, by linear/coulomb.h.
+/* Impacts and reactions of touching contacts with Coulomb's friction, with linear/coulomb.h.
  *
- * Impacts: in each phase (contact_impact.c) Coulomb's law holds for the impulses and the slip at its end, in one step: it sticks if
- * the impulse lies in the cone, and slips against it otherwise. Dry friction of joints has no impulse.
+ * Impacts: in each phase (contact_impact.c), Coulomb's law relates the impulses and the slip at its end, in one step. A
+ * contact sticks if its impulse lies in the cone, and slips against it otherwise. Dry friction of joints has no
+ * impulse.
  *
- * Reactions, at accelerations: what slips knows the direction of its friction; what rests sticks or begins to slip against it. Dry
- * friction of joints is among the items.
+ * Reactions, at accelerations: a slipping contact has a given direction of friction. A resting contact sticks or begins
+ * to slip against its friction. Dry friction of joints is among the items.
  */
 #include "base/copy.h"
 #include "linear/coulomb.h"
@@ -12,14 +13,14 @@
 
 #include <math.h>
 
-/* As in contact.c. */
+/* Relative rounding, as in contact.c. */
 static const double rounding = 1e-11;
 
-/* Rows of the problem: those of the list that take part. */
+/* The rows of the problem: the rows of the list that take part. */
 typedef struct problem {
     kt_coulomb c;
     kt_coulomb_solution solution;
-    int item[KT_COULOMB_ITEMS]; /* of each item of the problem its first row in the list */
+    int item[KT_COULOMB_ITEMS]; /* the first row of each item in the list */
 } problem;
 
 static void begin(problem *p, const struct kt_contacts *c, const double *W) {
@@ -87,7 +88,7 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
     return true;
 }
 
-/* The paradox's problem is that of an impact at which nothing approaches: no impulse is one solution, and another holds what slips. */
+/* The paradox's problem is that of an impact without approach. Zero impulse is one solution; another one stops slip. */
 bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost) {
     struct kt_contacts *c = simulation->contacts;
     double most = 0.0, energy = 0.0;
@@ -123,7 +124,7 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
 
 /* ---- reactions --------------------------------------------------------------------------------------------------- */
 
-/* A contact that does not part: what slips knows its direction. */
+/* Adds a contact that does not part. If it slips, its direction is given. */
 static void add_contact(problem *p, const kt_simulation *simulation, int line, const double *u, uint64_t leaving) {
     const struct kt_contacts *c = simulation->contacts;
     kt_coulomb_item *item = add_item(p, simulation, line);
@@ -149,7 +150,8 @@ static void add_dry(problem *p, const kt_simulation *simulation, int line, uint6
     item->refused = (leaving & friction->bit) != 0 ? 1U << KT_COULOMB_STICK : 0;
 }
 
-/* What takes part, and the accelerations without its reactions. strict: what parts is left out even if it is slower than rest. */
+/* Sets the rows that take part, and their accelerations without reactions. strict: contacts that part below their rest
+ * velocity are left out, too. */
 static void set_problem(problem *p, const kt_simulation *simulation, const double *W, const double *u, uint64_t leaving,
                         bool strict) {
     const struct kt_contacts *c = simulation->contacts;
@@ -167,14 +169,14 @@ static void set_problem(problem *p, const kt_simulation *simulation, const doubl
         p->c.b[j] = fabs(free) <= rounding * size ? 0.0 : free;
         p->c.size = fmax(p->c.size, size);
     }
-    /* At rest the model has friction of joints that slips forwards. */
+    /* At rest, the model has friction of joints that slips forwards. */
     for (int k = 0; k < p->c.n; k++)
         for (int j = 0; p->c.item[k].type == KT_COULOMB_DRY && j < p->c.rows; j++)
             p->c.b[j] += kt_coulomb_entry(&p->c, j, p->c.item[k].row) *
                          kt_contact_slip(simulation->model, &c->item[c->list[p->item[k]]]);
 }
 
-/* Bits of the set, and directions of slip. */
+/* Writes the bits of the set, and the directions of slip. */
 static void apply(kt_simulation *simulation, const problem *p, uint64_t *on) {
     const struct kt_contacts *c = simulation->contacts;
     *on = kt_contacts_slipping_set(c, simulation->model) & c->mask;
@@ -201,8 +203,9 @@ kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W
     kt_contact_counts *counts = &simulation->memory.contacts;
     problem p;
     bool found = false;
-    /* Forces have been shared anew: what was to leave may stay. Corners of a body that part at different speeds below rest may be unable to rest all
-     * at once, since their rates are not those of rest: then they part. */
+    /* The second attempt lets leaving contacts stay, since forces have been redistributed. Third attempt: corners of a
+     * body may part at different speeds below the rest velocity. They cannot always rest together, since their rates
+     * are not those of rest. Then they part. */
     for (int attempt = 0; attempt < 3 && !found; attempt++) {
         if (attempt == 1 && leaving == 0)
             continue;

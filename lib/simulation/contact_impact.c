@@ -1,23 +1,28 @@
-/* Impulses where contacts meet, u < 0. With e the coefficients of restitution, by Newton's rule, in one phase
+/* Impulses of closing contacts, u < 0. Let e be the coefficients of restitution. Newton's rule has one phase
  *
  *     u+ = u + W p,     0 <= p   complementary to   u+ + e min(u, 0) >= 0
  *
- * or by Poisson's (kt_loop.poisson), in two: compression, and expansion, which gives back that part of the impulses of compression,
- * and more where a contact would sink
+ * Poisson's rule (kt_loop.poisson) has two phases. Expansion returns the part e of the impulses of compression, and
+ * more if a contact would penetrate
  *
  *     uC = u + W pC,    0 <= pC          complementary to   uC >= 0
  *     u+ = uC + W pE,   0 <= pE - e pC   complementary to   u+ >= 0
  *
- * with friction in each phase (contact_friction.c). Where contacts of both rules meet, those of Newton's take part in both phases, the
- * second by 0 <= pE complementary to u+ + e min(u, 0) >= 0. What comes slower than its rest velocity has e = 0, so that a chain of ever
- * lower bounces comes to rest; by Poisson's rule that is the rate W_ii pC which its own impulse takes.
+ * Each phase includes friction (contact_friction.c). If contacts of both rules close, those of Newton's rule take part
+ * in both phases. In the second phase, 0 <= pE is complementary to u+ + e min(u, 0) >= 0. A contact that closes below
+ * its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared
+ * rate is W_ii pC, which the contact's own impulse removes.
  *
- * The kinetic energy changes by p . (u + u+) / 2, and by what moving loops supply. By Poisson's rule it never grows where there is no
- * friction, whatever the restitutions: compression dissipates pC'W pC / 2, and expansion gives back the least y . uC + y'W y / 2 of all
- * y >= e pC, of which pC is one. Newton's rule can make it grow: where a contact that parts is struck by the impulse of another, and
- * with friction even at one contact (Kane 1984). Then all e are halved until it does not (with e = 0 it never does), and counted.
+ * The kinetic energy changes by p . (u + u+) / 2, and by the supply of moving loops. With Poisson's rule and without
+ * friction it never grows, for any restitutions. Compression dissipates pC'W pC / 2. Expansion returns the least y . uC
+ * + y'W y / 2 of all y >= e pC, and pC is one of these y.
  *
- * C. Glocker, F. Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7, 1995.
+ * Newton's rule can increase the energy if the impulse of another contact acts on a parting contact. With friction,
+ * even one contact suffices (Kane 1984). Then all e are halved until the energy does not grow, which e = 0 guarantees.
+ * These impacts are counted.
+ *
+ * Source: C. Glocker, F. Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7,
+ * 1995.
  */
 #include "base/copy.h"
 #include "linear/lemke.h"
@@ -27,7 +32,7 @@
 
 enum { HALVINGS = 10 };
 
-/* u + W p of what meets, without friction. */
+/* Solves a phase u + W p of the normal rows, without friction. */
 static bool solve_frictionless(kt_simulation *simulation, const double *response, kt_impact_phase *phase) {
     const struct kt_contacts *c = simulation->contacts;
     const int m = c->meeting;
@@ -60,7 +65,8 @@ static bool solve(kt_simulation *simulation, const double *W, kt_impact_phase *p
     return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
 }
 
-/* The restitutions; *compression: the first phase of Poisson's rule, or nothing where all contacts follow Newton's. */
+/* Sets the restitutions. *compression: the first phase of Poisson's rule; empty if all contacts follow Newton's rule.
+ */
 static bool begin(kt_simulation *simulation, const double *W, const double *u, kt_impact_phase *compression,
                   double *e) {
     const struct kt_contacts *c = simulation->contacts;
@@ -92,7 +98,8 @@ static kt_impact_phase expansion_of(const kt_simulation *simulation, const doubl
     return phase;
 }
 
-/* The energy that the impulses of both phases dissipate; *size: the sum of the terms' magnitudes. The phase has the sum of these then. */
+/* Adds the impulses of compression to the phase, and returns the energy that both phases dissipate. *size: the sum of
+ * the terms' magnitudes. */
 static double loss_of(const double *u, const kt_impact_phase *compression, kt_impact_phase *phase, double *size) {
     double lost = 0.0;
     *size = 0.0;

@@ -1,11 +1,13 @@
-/* Impacts and reactions that do not exist, in words that name the cause.
+/* Impacts and reactions that do not exist: error messages that name the cause.
  *
- * Prescribed motions (loops that are functions of time) leave the mechanism with fewer degrees of freedom, of which W = J M^-1 J' is
- * made. Where they alone decide the rates of contacts, u = J v - b', rows of W depend on each other, or are zero: impulses change
- * these rates by rounding only. What a complementarity problem with such a matrix finds is none of its solutions: once velocities
- * are projected onto the loops, a contact still closes. If n contacts are pressed together, the sum of their rates is what is
- * prescribed, so that one of them keeps at least the n-th part of it; if impulses exist, rounding is left. Half of the smallest such
- * part tells them apart. The loops that are named are those whose velocities contradict each other once these contacts are closed.
+ * Prescribed motions (loops that are functions of time) reduce the degrees of freedom from which W = J M^-1 J' follows.
+ * If they alone determine the rates of contacts, u = J v - b', rows of W are dependent or zero. Impulses then change
+ * these rates by rounding only. The computed result of a complementarity problem with such a matrix is no solution.
+ * After the projection of velocities onto the loops, a contact still closes.
+ *
+ * If n contacts are compressed together, the sum of their rates is prescribed. One of them therefore keeps at least the
+ * n-th part of that sum. If impulses exist, only rounding remains. Half of the smallest such part separates the two
+ * cases. The message names the loops whose velocities contradict each other once these contacts are closed.
  */
 #include "base/copy.h"
 #include "closure/open_loops.h"
@@ -20,16 +22,16 @@
 #include <stdio.h>
 
 static const double kept = 0.5 / KT_SWITCH_MAX;
-/* Rates above this part of the fastest approach part. */
+/* Rates above this part of the fastest approach belong to contacts that part. */
 static const double rounding = 1e-9;
-/* Levers, relative to the mechanism's length, from which on an impulse moves something. */
+/* The least lever with which an impulse moves a body, relative to the mechanism's length. */
 static const double lever = 1e-9;
-/* A recorded reaction that is wrong by more than this part of the largest along its step is no rounding. */
+/* A recorded reaction is wrong beyond rounding if its error exceeds this part of the largest one along its step. */
 static const double wrong = 1e-6;
-/* What contradicts each other leaves at least this part of it. */
+/* Contradicting equations leave at least this part of the speed. */
 static const double left = 1e-3;
 
-/* The rate of row i of those that touch, at the velocities v. */
+/* The rate of row i of the touching contacts, at the velocities v. */
 static double rate_of(const struct kt_contacts *c, int i, const double *v) {
     const kt_contact *contact = &c->item[c->list[i]];
     double sum = -contact->sign * c->rate[kt_contact_row(c->all, contact) + c->component[i]];
@@ -55,7 +57,7 @@ static void name_contact(const kt_simulation *simulation, int i, double t, char 
                    simulation->model->text + kt_contact_loop(simulation, i)->name, t);
 }
 
-/* The largest violation of the velocity equations that a projection has left. */
+/* The largest violation of the velocity equations after a projection. */
 static double violation_of(const kt_model *model, const kt_data *data) {
     double most = 0.0;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -66,7 +68,8 @@ static double violation_of(const kt_model *model, const kt_data *data) {
     return most;
 }
 
-/* Whether loops prescribe that contacts go on to close; then an error that names them. Otherwise data are those of the model again. */
+/* Whether loops prescribe that contacts continue to close. Then sets an error that names them. Otherwise data belong to
+ * the simulation's model again. */
 static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
     if (!KT_HAS_LOOPS)
         return false;
@@ -101,8 +104,8 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     return true;
 }
 
-/* Of x, in which every joint moves by its unit, and the gap by the mechanism's length or a radian at most, x'M x is what W is measured
- * in: W x'M x >= (J x)^2. */
+/* The scale of W is x'M x, with W x'M x >= (J x)^2. In x, every joint moves by its unit, and the gap moves at most by
+ * the mechanism's length or a radian. */
 kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, const double *W,
                                    const double *u, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
@@ -143,7 +146,8 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
                : status;
 }
 
-/* Of a closed contact how far it is from pulling, of friction of a joint from its limit; *size: what this is compared with. */
+/* The reserve of a closed contact before it pulls, or of joint friction before its limit. *size: the scale of the
+ * reserve. */
 static double reserve_of(const kt_simulation *simulation, int k, double *size) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_contact *contact = &c->item[k];

@@ -1,4 +1,5 @@
-/* Models of sets of contacts between none and all (model/switching.h), made while a simulation runs, without allocation. */
+/* Models of sets of contacts between none and all (model/switching.h). They are made during a run, without allocation.
+ */
 #ifndef KT_SIMULATION_MASK_H
 #define KT_SIMULATION_MASK_H
 
