@@ -1,10 +1,11 @@
-/* Works of an energy balance where a step is long for them.
+/* Works of an energy balance in steps that are too long for them.
  *
- * The works W = (W_d, W_s) are quadratures of powers, W' = P(t, q, v), and a step's own rule integrates them with the
- * motion. The step is chosen for the motion alone: of a crank that a drive turns evenly, the motion is exact in a step
- * of a turn, and the power of its weight is not. So where the error that the method estimates of the works is large,
- * the powers are integrated once more along the dense output of the step, from its start, panel by panel. With P at the
- * nodes x_j of a panel of length L (s in [-1, 1]),
+ * The works W = (W_d, W_s) are quadratures of powers, W' = P(t, q, v). A step integrates them with its own rule,
+ * together with the motion. The step is chosen for the motion alone. An example is a crank with a constant driven
+ * speed. Its motion is exact in a step of a turn, but the power of its weight is not.
+ *
+ * If the method's error estimate of the works is large, the powers are therefore integrated once more along the dense
+ * output, panel by panel. With P at the nodes x_j of a panel of length L (s in [-1, 1]),
  *
  *     b_m          = L / 4 sum_j w_j Q_m(x_j) P_j                     Kronrod's rule of 15 nodes
  *     W(s) - W(-1) = sum_m b_m (Q_{m+1} - Q_{m-1})(s)                 P in Legendre's polynomials Q_m, Q_{-1} = -1
@@ -12,9 +13,9 @@
  *     errors       = L / 2 |sum_j (w_j - g_j) P_j|                    of the whole: Gauss' rule of 7 of the nodes
  *                    2 (|b_11| + |b_12|)                              within it, for sums up to m = 12
  *
- * A panel whose errors exceed the tolerances is halved; where that does not help, the works stay those of the method.
- * Next to a singular position of loops, where powers are not known better, the whole step is one panel.
- * The motion changes not one bit.
+ * A panel whose errors exceed the tolerances is halved. If that does not help, the works remain those of the method.
+ * Next to a singular position of loops, more panels do not improve the powers. The whole step is then one panel. The
+ * motion itself does not change in any bit.
  *
  * Source: R. Piessens, E. de Doncker-Kapenga, C. W. Ueberhuber, D. K. Kahaner, QUADPACK, 1983.
  */
@@ -25,18 +26,19 @@
 #include <math.h>
 #include <string.h>
 
-/* Before a dead point of a drive its power grows without bound, and is what rounding makes of it in the end: a step gets
- * no more than so many panels, tried or taken. */
+/* Before a dead point of a drive, its power grows without bound and finally consists of rounding errors. A step
+ * therefore gets at most PANELS_MOST panels, tried or taken. */
 enum { NODES = 15, HALVINGS = 20, PANELS_MOST = 128 };
 
-/* Estimates are those of the embedded formula, whose order is the lower one, so that errors are far below them. From
- * this number of tolerances on the works are integrated again: on the bundled scenes that is next to never, and doing
- * it from 1 on lets no balance close better than by a factor of four, for up to twice the evaluations.
+/* The number of tolerances from which on the works are integrated again. Estimates come from the embedded formula,
+ * which has the lower order, so that true errors are far below them. On the bundled scenes, a repetition is rare. A
+ * limit of 1 improves no balance by more than a factor of four, for up to twice the evaluations.
  *
- * Of loops that are driven the power v . (M a + h - tau) holds accelerations, and stages are off the loops by their
- * errors c, which change an acceleration by some c v^2 / s^3, s being the size of the smallest direction
- * (mechanism/singular_crossing.c). Next to a singular position one stage then decides, and the estimate says no more than
- * the error, or less: in a step before a change point of a driven four-bar 26 tolerances, where the error was 160. */
+ * For driven loops, the power v . (M a + h - tau) contains accelerations. Stages violate the loops by their errors c,
+ * which change an acceleration by some c v^2 / s^3. Here s is the size of the smallest direction
+ * (mechanism/singular_crossing.c). Next to a singular position, one stage then dominates, and the estimate may be as
+ * large as the error or smaller. In a step before a change point of a driven four-bar, the estimate was 26 tolerances
+ * and the error 160. */
 static double doubt_of(const kt_model *model) { return model->driven ? 10.0 : 100.0; }
 
 static const double node[8] = {
@@ -48,7 +50,7 @@ static const double kronrod[8] = {0.022935322010529224963732, 0.0630920926299785
 static const double gauss[8] = {0.0, 0.129484966168869693270611, 0.0, 0.279705391489276667901468,
                                 0.0, 0.381830050505118944950370, 0.0, 0.417959183673469387755102};
 
-/* Node j of 15, in rising order: its place in the tables, whose nodes fall to 0, and its sign. */
+/* Node j of 15, in rising order: its index in the tables, whose nodes fall to 0, and its signed value. */
 static int place_of(int j) { return j < 8 ? j : 14 - j; }
 static double node_at(int j) { return j < 8 ? -node[j] : node[14 - j]; }
 
@@ -56,7 +58,7 @@ static kt_work work_add(kt_work work, double factor, kt_power power) {
     return (kt_work){work.dissipated + factor * power.dissipated, work.supplied + factor * power.supplied};
 }
 
-/* The powers at a time within the last step. */
+/* Computes the powers at a time within the last step. */
 static bool find_power(kt_simulation *simulation, double t, kt_power *power) {
     kt_error error;
     simulation->memory.balance_evaluations++;
@@ -72,7 +74,9 @@ static bool find_powers(kt_simulation *simulation, const kt_work_panel *panel, k
     return true;
 }
 
-/* b_m. (m + 1) Q_{m+1} = (2 m + 1) x Q_m - m Q_{m-1} */
+/* Computes the coefficients b_m with the recurrence of Legendre's polynomials:
+ *
+ *     (m + 1) Q_{m+1} = (2 m + 1) x Q_m - m Q_{m-1} */
 static void expand(kt_work_panel *panel, const kt_power power[NODES]) {
     const double quarter = 0.25 * (panel->to - panel->from);
     memset(panel->b, 0, sizeof panel->b);
@@ -87,8 +91,8 @@ static void expand(kt_work_panel *panel, const kt_power power[NODES]) {
     }
 }
 
-/* The larger of the two errors over the tolerances, of one of the works: `difference` of the two rules, `turned` the
- * integral of the power's magnitude. */
+/* The larger of the two errors over the tolerances, for one of the works. Errors: `difference` of the two rules;
+ * `turned`: the integral of the power's magnitude; `tail`: |b_11| + |b_12|. */
 static double error_over_tolerance(const kt_simulation *simulation, double start, double turned, double difference,
                                    double tail) {
     const kt_integrator_options *o = &simulation->integrator->options;
@@ -117,11 +121,11 @@ static kt_work end_of(const kt_work_panel *panel) {
                      panel->start.supplied + 2.0 * panel->b[0].supplied};
 }
 
-/* Whether the last step was accepted although its error estimate was too large, since that was made of errors of
- * accelerations (kt_noise). Those of powers are, too, and shorter panels do not lower them. */
+/* Whether the last step was accepted although its error estimate was too large, because errors of accelerations caused
+ * it (kt_noise). Powers have these errors too, and shorter panels do not reduce them. */
 static bool is_noise(const kt_simulation *simulation) { return simulation->integrator->memory.last_error > 1.0; }
 
-/* The next panel, from where the last one ends. Returns false if no panel is short enough. */
+/* Moves to the next panel, from the end of the last one. Returns false if no panel is short enough. */
 static bool advance(kt_simulation *simulation, kt_work_panel *panel) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator), least = ldexp(t1 - t0, -HALVINGS);
@@ -145,7 +149,7 @@ static bool advance(kt_simulation *simulation, kt_work_panel *panel) {
     }
 }
 
-/* The works at s of a panel. */
+/* The works at s in a panel. */
 static kt_work within(const kt_work_panel *panel, double s) {
     double before = -1.0, now = 1.0; /* Q_{m-1} and Q_m */
     kt_work work = panel->start;
@@ -173,7 +177,7 @@ static bool begin(kt_simulation *simulation, kt_work_panel *panel) {
 
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work) {
     kt_work_panel *panel = simulation->panel;
-    const kt_crossings crossings = simulation->data->crossings; /* what is told is that of the motion */
+    const kt_crossings crossings = simulation->data->crossings; /* only crossings of the motion are reported */
     bool fine = (panel->known && panel->from <= t) || begin(simulation, panel);
     while (fine && panel->to < t)
         fine = advance(simulation, panel);
@@ -191,7 +195,7 @@ void kt_simulation_refine_works(kt_simulation *simulation) {
     simulation->panel->known = simulation->memory.refined = false;
     if (!(kt_integrator_quadrature_error(simulation->integrator) > doubt_of(simulation->model)))
         return;
-    const uint64_t factorizations = simulation->memory.factorizations; /* those of the motion */
+    const uint64_t factorizations = simulation->memory.factorizations; /* only those of the motion count */
     if (kt_simulation_works_at(simulation, t, &work)) {
         kt_integrator_put_quadratures(simulation->integrator, (double[]){work.dissipated, work.supplied});
         simulation->memory.refined = true;

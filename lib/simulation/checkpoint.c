@@ -1,12 +1,13 @@
 /* Checkpoints: the memory of the simulation and of its integrator in one flat block.
  *
- * Layout, each part at a multiple of 8: head, kt_simulation_memory, kt_integrator_memory, y, the y where the last step
- * began, the history of the method, torques and wrenches of the last and of the next step, and with a
- * transformation the user model's state; what events remember.
+ * Layout, each part at a multiple of 8 bytes: head, kt_simulation_memory, kt_integrator_memory, y, the y at the
+ * beginning of the last step, the history of the method. Torques and wrenches of the last and of the next step follow.
+ * With a transformation, the user model's state comes next, then the ranks of a mask. The memories and roots of events
+ * come last.
  *
- * What comes after a checkpoint depends on the model, on the method and on its settings, too: the head tells them, and
- * a block is taken only where all of them agree. The values of a model's parameters are not compared: a copy of a model
- * may go on with others.
+ * The run after a checkpoint also depends on the model, the method and its settings. The head identifies these, and a
+ * block is accepted only if all of them agree. The values of a model's parameters are not compared: a copy of a model
+ * may continue with other values.
  */
 #include "base/sum.h"
 #include "expression/expression.h"
@@ -23,7 +24,8 @@
 #define KT_CHECKPOINT_EVENTS(X)
 #endif
 
-/* What the steps and records after a checkpoint depend on: name, words, value. One list writes, compares and tells. */
+/* The settings that steps and records after a checkpoint depend on: name, words, value. One list writes, compares and
+ * reports them. */
 #define KT_CHECKPOINT_SETTINGS(X)                                                                                      \
     X(step, "a step of", simulation->step)                                                                             \
     X(relative, "a relative tolerance of", adaptive ? options->relative_tolerance : 0.0)                               \
@@ -50,7 +52,7 @@ typedef struct kt_checkpoint_head {
     uint64_t size, nq, nv, body;
     uint64_t model; /* checksum: see sum_of_model */
 #if KT_HAS_EVENTS
-    uint64_t events; /* checksum of theirs (kt_event.sum) */
+    uint64_t events; /* checksum of the events (kt_event.sum) */
 #endif
     kt_checkpoint_settings settings;
 } kt_checkpoint_head;
@@ -61,8 +63,8 @@ static uint64_t sum_of_text(uint64_t sum, const char *text) {
     return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
 }
 
-/* The operators of an effect's formulas, or of an own state's rate, and what they read, but not their numbers, which are
- * values of parameters. */
+/* Adds the operators and the operands of an effect's formulas, or of an auxiliary state's rate. Their numbers are
+ * values of parameters and are left out. */
 static uint64_t sum_of_formulas(uint64_t sum, const kt_model *model, const kt_effect_record *effect) {
     for (int k = 0; k < 6; k++) {
         const kt_expression *formula =
@@ -81,8 +83,8 @@ static uint64_t sum_of_formulas(uint64_t sum, const kt_model *model, const kt_ef
     return sum;
 }
 
-/* Names, order and types of bodies, loops and effects, what formulas compute, and the library's version, which the layout
- * belongs to; of a family those of its first model, since what is off is no effect of the others. */
+/* Adds names, order and types of bodies, loops and effects, the formulas, and the library's version, on which the
+ * layout depends. For a family, the first model counts, since effects that are off are missing in the others. */
 static uint64_t sum_of_model(const kt_model *model) {
     model = KT_HAS_SWITCHES ? kt_model_switched(model, 0) : model;
     uint64_t sum = sum_of_text(KT_SUM_START, kt_version());

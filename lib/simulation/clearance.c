@@ -1,9 +1,12 @@
 /* Distances from contacts and stops, and bounds of their speeds.
  *
- * After each step every contact and every stop is asked whether the step may have leapt over it (gap.c), and for nearly all
- * the answer is no. Therefore these are computed first, which cost far less than gaps: of a stop, and of a sphere about the
- * centre of a free body, they are a coordinate and its rate; of points of one link above one plane of the ground, as of the
- * corners of a box, the distances are products with one vector, and the speeds that of the farthest point.
+ * After each step, every contact and every stop is checked: may the step have leapt over it (gap.c)? For nearly all of
+ * them the answer is no. Distances and bounds of speeds are therefore computed first, at far less cost than gaps.
+ *
+ * - A stop, and a sphere about the centre of a free body, need a coordinate and its rate.
+ *
+ * - Points of one link above one plane of the ground (the corners of a box) need products with one vector. Their speed
+ *   is that of the farthest point.
  */
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
@@ -14,11 +17,11 @@
 
 #if KT_HAS_CLEARANCES
 
-/* What is rare is called: inlined, it would cost all others registers that they save. */
+/* Rare cases are called, not inlined. Inlined, they would make all other cases save registers. */
 #define KT_BY_ITSELF static __attribute__((noinline))
 
-/* Whether the path reaches the boundary, by the sum of both distances; of what acts at an end of the step, a boundary at twice
- * the depth there (gap.c). */
+/* Whether the path reaches the boundary, judged by the sum of both distances. If the effect acts at an end of the step,
+ * the boundary lies at twice the depth there (gap.c). */
 KT_INLINE bool is_within(const kt_simulation *simulation, double d0, double d1, double path) {
     const double least = d0 < d1 ? d0 : d1;
     if (least >= 0.0)
@@ -33,13 +36,13 @@ bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double
     return is_within(simulation, begin[0], end[0], 2.0 * h * speed);
 }
 
-/* Called, so that others need not save registers for it. */
+/* Not inlined, so that its callers need not save registers for it. */
 KT_BY_ITSELF bool is_near(const kt_simulation *simulation, double d0, double d1, double path) {
     return is_within(simulation, d0, d1, path);
 }
 
-/* Writes what is known of effect k. Returns whether a step may have reached it, by twice the larger of the speeds at its
- * ends. */
+/* Stores the distance and speed of effect k. Returns whether a step may have reached it, judged by twice the larger of
+ * the speeds at the ends of the step. */
 KT_INLINE bool note(const kt_simulation *simulation, size_t k, double twice_h, double distance, double speed) {
     const double *begin = &simulation->clearance_begin[k];
     double *end = &simulation->clearance_end[k];
@@ -50,7 +53,7 @@ KT_INLINE bool note(const kt_simulation *simulation, size_t k, double twice_h, d
     return (!(distance >= path) || !(d0 >= path)) && is_near(simulation, d0, distance, path);
 }
 
-/* q and v where the step ends. */
+/* q and v at the end of the step. */
 KT_INLINE const double *positions(const kt_simulation *simulation) { return simulation->integrator->y; }
 KT_INLINE const double *velocities(const kt_simulation *simulation) {
     return simulation->integrator->y + simulation->size.nq;
@@ -64,7 +67,7 @@ KT_INLINE kt_v2 least_of(kt_v2 a, kt_v2 b) {
     return (kt_v2)((first & (bits)a) | (~first & (bits)b));
 }
 
-/* One of them alone. */
+/* Measures one stop. */
 KT_BY_ITSELF bool measure_stop(const kt_simulation *simulation, size_t k, double twice_h) {
     const kt_gap_source *source = &simulation->gap_source[k];
     const double *q = positions(simulation) + source->q, *v = velocities(simulation) + source->v;
@@ -78,8 +81,9 @@ KT_BY_ITSELF bool reaches_some(const kt_simulation *simulation, size_t first, si
     return reached;
 }
 
-/* Two at a time, as their coordinates follow each other. In place of the larger speed there is the sum of both, and the signs
- * of distances less the path are collected; whether one may have been reached is asked afterwards where one is negative. */
+/* Measures stops in pairs, as their coordinates follow each other. The sum of both speeds replaces the larger one. The
+ * signs of the distances less the path are collected. If one of them is negative, a second pass checks which stops may
+ * have been reached. */
 static bool measure_stops(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const size_t count = simulation->size.gap, n = end - first;
     const bool last = n % 2 != 0 && measure_stop(simulation, end - 1, twice_h);
@@ -116,7 +120,8 @@ static bool measure_heights(kt_simulation *simulation, size_t first, size_t end,
     return reached;
 }
 
-/* With the vector along = A' n, A being the link's axes, a point p is along . p higher than the link's origin. */
+/* Measures points of one link above a plane. With the link's axes A and along = A' n, a point p is along . p higher
+ * than the link's origin. */
 static bool measure_points(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const kt_gap_source *source = &simulation->gap_source[first];
     const kt_pose *plane = &source->effect->frame[1];
@@ -136,7 +141,7 @@ static bool measure_points(kt_simulation *simulation, size_t first, size_t end, 
     return reached;
 }
 
-/* A point that is no arm from its link's origin moves as that does. */
+/* Measures other contacts from both links. A point without an arm from its link's origin moves like that origin. */
 static bool measure_ends(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const kt_force_frame *links = simulation->data->force_link;
     bool reached = false;
@@ -159,7 +164,7 @@ static bool measure_ends(kt_simulation *simulation, size_t first, size_t end, do
     return reached;
 }
 
-/* By their gaps. */
+/* Measures the remaining effects by their gaps. */
 static bool measure_others(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     bool reached = false;
     for (size_t k = first; k < end; k++) {

@@ -1,16 +1,20 @@
-/* Corners: times at which the forces or drives of a simulation, or their derivatives, jump.
+/* Breakpoints (corners): times at which the forces or drives of a simulation, or their derivatives, jump.
  *
- * An adaptive method sees forces at its stages alone. Where nothing moves its steps grow tenfold, and what begins later
- * would fall between two stages, or a step would reach across a corner, where a method has only the order of the
- * derivatives that are continuous. Steps therefore end at corners. Between two of them every function of time is one
- * polynomial, whose values each step samples, a sine, of which a step is a quarter of a period at most
- * (kt_simulation_longest_step), or a formula that is monotone with its first two derivatives, so that the ends of a step
- * tell all of it (expression/corner.c).
+ * An adaptive method evaluates forces at its stages only. In quiet motion its steps grow tenfold. A later force would
+ * then begin and end between two stages. A step might also reach across a breakpoint, where a method has only the order
+ * of the continuous derivatives. Steps therefore end at breakpoints. Between two breakpoints, every function of time is
+ * one of these:
  *
- * Where the accelerations themselves jump (a drive whose second derivative does, the target of a servo with a jump of
- * its slope), a step that ends there needs the limit from the left and the step that begins there the one from the
- * right. The time at which they are evaluated is moved by a few roundings into the step, and the slopes of the step
- * before are forgotten.
+ * - A polynomial, whose values each step samples.
+ *
+ * - A sine, of which a step is at most a quarter of a period (kt_simulation_longest_step).
+ *
+ * - A formula that is monotone with its first two derivatives, so that the ends of a step determine it
+ *   (expression/corner.c).
+ *
+ * The accelerations themselves jump, for example, if a drive's second derivative or the slope of a servo's target
+ * jumps. A step that ends there needs the limit from the left, and the step that begins there the limit from the right.
+ * The time of evaluation is moved by a few roundings into the step, and the slopes of the step before are forgotten.
  */
 #include "effect/effect.h"
 #include "expression/expression.h"
@@ -23,10 +27,10 @@
 
 /* ---- of the model ------------------------------------------------------------------------------------------------ */
 
-/* A corner of the whole: the accelerations jump where a derivative jumps that they depend on. */
+/* A breakpoint of all functions together. The accelerations jump if a derivative jumps that they depend on. */
 typedef struct corner {
     double time;
-    bool jumps, cut; /* cut: a search of features went no further */
+    bool jumps, cut; /* cut: a search of features reached its limit */
 } corner;
 
 /* Takes the time into account if it is after t and not after the one found so far. */
@@ -64,7 +68,7 @@ static corner next_corner(const kt_simulation *simulation, double t) {
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
         meet_curve(&first, t, &model->time_part[i], model->number, 0);
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
-        meet_curve(&first, t, kt_mass_curve(model, k), model->number, 1); /* powers have the rates in them */
+        meet_curve(&first, t, kt_mass_curve(model, k), model->number, 1); /* powers depend on the rates */
     if (simulation->corners.own != NULL)
         meet(&first, t, simulation->corners.own(simulation->user, t), true);
     return first;
@@ -103,7 +107,7 @@ double kt_simulation_longest_step(const kt_model *model) {
     return longest;
 }
 
-/* The least distance of two corners of one function that is not above `least`, at times from 0 on. */
+/* The least distance of two breakpoints of one function, or `least` if that is less, at times from 0 on. */
 static double shortest_piece(const kt_curve *curve, const double *numbers, double duration, double least) {
     double last = -HUGE_VAL;
     for (kt_corner c = kt_curve_next_corner(curve, numbers, 0.0, duration); c.time < duration;
@@ -130,10 +134,10 @@ double kt_simulation_shortest_feature(const kt_model *model, double duration) {
 
 /* ---- of a step --------------------------------------------------------------------------------------------------- */
 
-/* Times this close to each other are the same: a step between them would be lost in rounding. */
+/* Times this close to each other are equal: rounding would hide a step between them. */
 static double margin_at(double t) { return isfinite(t) ? 64.0 * DBL_EPSILON * fabs(t) : 0.0; }
 
-/* How far from a jump the limits on its sides are evaluated. */
+/* The distance from a jump at which the limits on its sides are evaluated. */
 static double aside(const kt_simulation *simulation, double t) {
     return 4.0 * DBL_EPSILON * fmax(fabs(t), simulation->duration) + DBL_MIN;
 }
@@ -143,7 +147,7 @@ void kt_simulation_forget_corners(kt_simulation *simulation) {
     c->from = c->next = c->begin = c->end = simulation->memory.piece = (double)NAN;
 }
 
-/* Finds the corner after t. Returns whether the accelerations jump at t itself. */
+/* Finds the breakpoint after t. Returns whether the accelerations jump at t itself. */
 static bool enter_piece(kt_simulation *simulation, double t) {
     kt_corners *c = &simulation->corners;
     const double margin = margin_at(t);
@@ -168,7 +172,7 @@ static bool enter_piece(kt_simulation *simulation, double t) {
     return jumps;
 }
 
-/* The step that ends here ends at a corner. */
+/* Notes that the step that ends at t ends at a breakpoint. */
 static void end_at_corner(kt_corners *c, double t, double before) {
     c->end = t;
     c->before = before;
@@ -211,8 +215,9 @@ bool kt_simulation_has_inner_stage(const kt_method *method) {
     return kt_method_stages_vary(method);
 }
 
-/* A method whose stages are at the ends of its steps alone (heun) sees nothing of a bump that ends where it began: one of
- * its steps ends within each piece, where cubics and bumps have no zero by symmetry. */
+/* Methods with stages only at the ends of their steps (heun) do not see a bump that ends at the value at which it
+ * began. One of their steps therefore ends within each piece, at a time at which cubics and bumps have no zero by
+ * symmetry. */
 static void end_within_piece(const kt_simulation *simulation, double *t_limit) {
     static const double part = 0.4;
     const kt_corners *c = &simulation->corners;
@@ -237,8 +242,9 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
 
 /* ---- after a step of a method that does not see its end ----------------------------------------------------------- */
 
-/* Whether a function changes so much more behind the last stage, or the latest that is known, than before it that the step
- * does not tell. orders: how many of its derivatives count. What is less than `nothing` is so in any unit of a machine. */
+/* Whether a function changes behind the last stage far more than before it, so that the step cannot represent it. The
+ * latest time with an available slope counts as the last stage. orders: the number of its derivatives that count.
+ * Changes below `nothing` are zero in every unit of a machine. */
 static bool changes_behind(const kt_curve *curve, const double *numbers, const double time[3], int orders) {
     static const double more = 10.0, rounding = 1e-12, nothing = 1e-60;
     double value[3][3];
@@ -253,7 +259,7 @@ static bool changes_behind(const kt_curve *curve, const double *numbers, const d
 }
 
 bool kt_simulation_take_back_missed(kt_simulation *simulation, double *t_limit) {
-    static const double last_known = 2.0 / 3.0; /* the third of the steps that rkc4 extrapolates from begins here */
+    static const double last_known = 2.0 / 3.0; /* where the third step of rkc4 begins */
     const kt_model *model = simulation->model;
     const kt_corners *c = &simulation->corners;
     const double t0 = kt_integrator_previous_time(simulation->integrator),
@@ -296,7 +302,7 @@ static bool changes(const kt_curve *curve, const double *numbers, double a, doub
     return begin[0] != middle[0] || middle[0] != end[0];
 }
 
-/* The first corner after t at which something jumps; HUGE_VAL: there is none before `until`. */
+/* The first breakpoint after t with a jump of any order. HUGE_VAL if there is none before `until`. */
 static double next_jump(const kt_curve *curve, const double *numbers, double t, double until) {
     kt_corner next = {t, KT_CORNER_ORDER_MAX + 1};
     while (next.order > KT_CORNER_ORDER_MAX && next.time < until)
@@ -304,8 +310,8 @@ static double next_jump(const kt_curve *curve, const double *numbers, double t, 
     return next.time < until ? next.time : HUGE_VAL;
 }
 
-/* Whether t lies between two corners of the function, *a and *b, both within the last step, where it changes and no
- * stage is. */
+/* Whether t lies between two breakpoints of the function, *a and *b, both within the last step, between which the
+ * function changes without a stage. */
 static bool is_missed(const kt_simulation *simulation, const kt_curve *curve, double t, double *a, double *b) {
     const kt_integrator *integrator = simulation->integrator;
     const double *numbers = simulation->model->number;

@@ -4,16 +4,17 @@
  *
  *     q' = E(q) v           v itself except for quaternions, p' = p o (0, w) / 2 (kt_position_rate)
  *     v' = a(t, q, v, x)    kt_acceleration_evaluate, or the caller's
- *     x' = f(t, q, v, x)    own states, which most models have none of (kt_own_state_rates)
+ *     x' = f(t, q, v, x)    auxiliary states, absent in most models (kt_own_state_rates)
  *
- * Where coordinates move no mass, all three are those of (q, v) with the forces on these balanced (kt_massless_balance).
+ * If some coordinates move no mass, all three are evaluated at the (q, v) in which the forces on these coordinates are
+ * balanced (kt_massless_balance).
  *
  * If a balance is computed, y = (q, v, x, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
  * (kt_power_evaluate).
  *
- * Runge-Kutta steps leave a quaternion's norm and the closure of loops off by their local error; after each accepted
- * step both are corrected [MSD 7.55 to 7.58], which changes the state by no more than that error and so keeps the
- * method's order.
+ * Runge-Kutta steps leave the norm of quaternions and the closure of loops wrong by their local error. After each
+ * accepted step both are corrected [MSD 7.55 to 7.58]. The correction changes the state by at most that error and
+ * therefore keeps the method's order.
  */
 #include "algebra/lane.h"
 #include "dynamics/dynamics.h"
@@ -95,15 +96,15 @@ int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
 
-/* Whether an evaluation is at the state between two steps: the first of a step, or the last where the method has its
- * slope for the next one. */
+/* Whether an evaluation is at the state between two steps. This is the first evaluation of a step, or the last one if
+ * the method reuses its slope for the next step. */
 KT_INLINE bool is_end_of_step(const kt_simulation *simulation, const double *y, const double *dydt) {
     const kt_integrator *it = simulation->integrator;
     return y == it->y || (it->gives_end_derivative && dydt == it->k[it->fresh]);
 }
 
-/* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. state: y,
- * or y with its forces balanced. */
+/* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. The
+ * argument `state` is y, or y with its forces balanced. */
 KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const double *y, const double *state,
                          double *dydt) {
     const kt_simulation_sizes *size = &simulation->size;
@@ -146,7 +147,7 @@ static int evaluate_slope_inside(double t, const double *y, double *dydt, void *
     return find_slope(user, t, kt_simulation_time_inside(user, t), y, y, dydt);
 }
 
-/* Balances the forces of the state y at the time `at` where coordinates move no mass. */
+/* Balances the forces of the state y at the time `at`, for coordinates that move no mass. */
 static kt_status balance_forces(kt_simulation *simulation, double at, const double *y, double *balanced,
                                 kt_error *error) {
 #if KT_HAS_QUASI_STATICS
@@ -165,14 +166,14 @@ static kt_status balance_forces(kt_simulation *simulation, double at, const doub
 #endif
 }
 
-/* What an error at t means to the integrator: a smaller step may avoid it unless it is at the present state. */
+/* Classifies an error at t for the integrator: a smaller step may avoid it unless it is at the present state. */
 static int fail_slope(kt_simulation *simulation, double t, kt_status status) {
     simulation->ahead = t != kt_integrator_time(simulation->integrator);
     return kt_simulation_is_recoverable(status) && simulation->ahead ? 1 : -1;
 }
 
-/* Of a model with own states or coordinates that move no mass, which has its own right-hand side, so that others do not
- * ask for them. */
+/* The right-hand side of models with auxiliary states or coordinates that move no mass. It is a separate function, so
+ * that other models need no tests for them. */
 static int evaluate_slope_of_states(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const kt_simulation_sizes *size = &simulation->size;
@@ -255,8 +256,8 @@ static void remember_correction(kt_simulation *simulation, double t) {
     }
 }
 
-/* y is finite: the integrator has checked that. At a dead point of its drives a motion ends: smaller steps would only
- * come nearer to it, and finally jump over it. */
+/* Projects the state after a step. y is finite, since the integrator has checked it. A motion ends at a dead point of
+ * its drives: smaller steps would only approach that point and finally leap over it. */
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
@@ -271,11 +272,13 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     return kt_simulation_is_recoverable(status) && !dead ? 1 : -1;
 }
 
-/* Next to a singular position accelerations are known to passage.acceleration, and where both ways to compute them may be
- * right they jump from one to the other by passage.jump. A step of a tenth of the time to it
- * resolves the path (a method of fourth order to 1e-5 of the distance), and the stages' errors, which are of either
- * sign, add up to some of them. That is asked where rounding leads off by more than the tolerance, which is said, and of
- * steps of a thousandth of that time: what these are estimated to be off by is rounding. */
+/* Errors of accelerations next to a singular position. They are uncertain by passage.acceleration. If both ways to
+ * compute them may be right, they jump from one to the other by passage.jump. A step of a tenth of the time to the
+ * position resolves the path. A method of fourth order resolves it to 1e-5 of the distance. Errors of the stages have
+ * either sign and add up to some of these values.
+ *
+ * The limit of a tenth applies if rounding deviates by more than the tolerance, which is reported. Otherwise the limit
+ * is a thousandth of that time, since the estimated error of shorter steps is rounding. */
 static double noise_within(double h, void *user) {
     const kt_simulation *simulation = user;
     const kt_passage *passage = &simulation->data->passage;
@@ -284,7 +287,7 @@ static double noise_within(double h, void *user) {
     return h <= (uncertain ? 0.1 : 1e-3) * passage->time ? off * h : 0.0;
 }
 
-/* Records and works ask for accelerations, too: no step may be judged by these. */
+/* Records and works evaluate accelerations, too. No step may be judged by those evaluations. */
 static void begin_passage(void *user) {
     const kt_simulation *simulation = user;
     simulation->data->passage = (kt_passage){.time = 0.0};

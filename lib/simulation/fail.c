@@ -1,17 +1,17 @@
 /* Error messages of a step, or a record, that failed: the time, the cause and the remedy.
  *
- * If loops change with time, there may be a time after which no position closes them: motions contradict each other, or
- * a length exceeds that of the bars between. The error of the step itself says little then: rates that grow without
- * bound, steps that shrink to nothing, a state far away. So the loops are closed once more a little later, starting
- * from the last closed position: later by a step, or by the interval between records where steps are not fixed. If they
- * cannot be closed there either, the message names the loops and how far they stay apart.
+ * If loops change with time, there may be a time after which no position closes them. Motions contradict each other, or
+ * a length exceeds the length of the bars between its ends. The error of the step itself then reveals little: rates
+ * that grow without bound, steps that shrink to nothing, a state far away. The loops are therefore closed once more at
+ * a later time, starting from the last closed position. The delay is a fixed step, or the interval between records. If
+ * the loops cannot be closed there either, the message names them and their remaining gaps.
  *
- * Rates that drives and loops prescribe (a wheel that rolls) may end, though positions do not: with s(t) the size of the
- * smallest direction of the equations A v = b, s v stays what b asks for, and s falls by v, so that
+ * Rates that drives and loops prescribe (a wheel that rolls) may end, although positions do not. Let s(t) be the size
+ * of the smallest direction of the equations A v = b. Then s v stays as b requires, and s falls by v, so that
  *
  *     v ~ (t* - t)^(-1/2),    t* - t = |v|^2 / (2 v . v')
  *
- * and steps shrink with the time that is left. The message names t*.
+ * and steps shrink with the remaining time. The message names t*.
  */
 #include "closure/dead_point.h"
 #include "closure/open_loops.h"
@@ -31,7 +31,7 @@ bool kt_simulation_is_recoverable(kt_status status) {
            status == KT_ERROR_EFFECT;
 }
 
-/* Returns KT_OK if the loops can be closed later by the fraction `part` of that time. */
+/* Returns KT_OK if the loops can be closed after the fraction `part` of that delay. */
 static kt_status close_later(const kt_simulation *simulation, double part, kt_error *found) {
     const double t = kt_integrator_time(simulation->integrator);
     const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->interval);
@@ -41,8 +41,8 @@ static kt_status close_later(const kt_simulation *simulation, double part, kt_er
                           KT_CLOSED_ASSEMBLED, what, found);
 }
 
-/* Whether a step fails because of loops that can be closed now but not later; *found then says so. A search that starts
- * too far off may miss the position that closes them, so the loops must fail to close twice. */
+/* Whether a step fails because loops can be closed now but not later. Then *found has the message. A search that starts
+ * too far away may miss the closed position, so the loops must fail to close twice. */
 static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error *found) {
     const kt_status cause = simulation->cause.code;
     if (!KT_HAS_LOOPS || !simulation->user_model->driven || simulation->unprojected || simulation->projection != NULL)
@@ -64,9 +64,10 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at) {
     return 0;
 }
 
-#if KT_HAS_JACOBIAN /* left out of the library that is meant to be small */
-/* Where a step has become too small: the time that is left before a dead point of the drives, s. Far from one a time of
- * this kind is that in which velocities double: it is no less than this share of the time since the start. */
+#if KT_HAS_JACOBIAN /* left out of the small library */
+/* The remaining time before a dead point of the drives, for a step that has become too small, s. Far from a dead point,
+ * this formula gives the time in which velocities double. That time is at least this share of the time since the start.
+ */
 static const double doubling = 1e-4;
 
 static bool is_next_to_dead_point(const kt_simulation *simulation, double *left) {
@@ -103,7 +104,8 @@ static kt_status refuse_dead_point(const kt_simulation *simulation, double left,
 }
 #endif
 
-/* Whether a place names a time. (A strstr of one's own: newlib's takes 1.4 kB of a microcontroller's memory.) */
+/* Whether `where` contains a time. It needs no strstr, since newlib's strstr takes 1.4 kB of a microcontroller's
+ * memory. */
 static bool has_time(const char *where) {
     const char *at = strchr(where, 't');
     while (at != NULL && strncmp(at, "t = ", 4) != 0)
@@ -115,7 +117,7 @@ static bool has_time(const char *where) {
 static void add_time(const kt_simulation *simulation, char *where) {
     const kt_error *cause = &simulation->cause;
     const bool known = cause->code != KT_OK;
-    if (known && has_time(cause->where)) /* the time of a stage */
+    if (known && has_time(cause->where)) /* contains the time of a stage */
         (void)snprintf(where, KT_WHERE_SIZE + 32, "%s", cause->where);
     else
         (void)snprintf(where, KT_WHERE_SIZE + 32, "t = %.9g s%s%s", kt_integrator_time(simulation->integrator),
@@ -127,8 +129,8 @@ static bool may_have_leapt(const kt_simulation *simulation) {
     return KT_HAS_JACOBIAN && simulation->step > 0.0 && simulation->memory.crossings.near > 0;
 }
 
-/* What to do about a step that is fixed. A bend that was leapt over lets velocities grow until something overflows, much
- * later and far from it: so it is told whenever there was one. advice: room for ADVICE. */
+/* Advice for a fixed step. A bend that was leapt over lets velocities grow until they overflow, much later and far from
+ * the bend. The advice therefore mentions every bend. advice: room for ADVICE. */
 enum { ADVICE = 240 };
 static const char *advise_fixed(const kt_simulation *simulation, char *advice) {
     const kt_crossings *seen = &simulation->memory.crossings;
@@ -155,7 +157,7 @@ kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *fr
     return kt_error_set(error, what->code, where, "%s", what->message);
 }
 
-/* Of an adaptive step that has become too small, with accelerations next to a singular position. */
+/* The error of an adaptive step that has become too small, with accelerations next to a singular position. */
 static kt_status refuse_bend(const kt_simulation *simulation, const kt_error *from, const char *where,
                              kt_error *error) {
     const kt_crossings *seen = &simulation->memory.crossings;
@@ -170,11 +172,13 @@ static kt_status refuse_bend(const kt_simulation *simulation, const kt_error *fr
 }
 
 #if KT_HAS_EVENTS
-/* A disc that lies flat on its plane touches everywhere, and its rim has no lowest point. Inclined by less than this it does so but for
- * rounding: what turns there has an inertia of m r^2 times the square of that, and impacts run around the rim in less and less time. */
+/* A disc that lies flat on its plane touches everywhere, and its rim has no lowest point. Below this inclination in
+ * rad, a disc is flat up to rounding. Its turning motion then has an inertia of m r^2 times the square of the
+ * inclination. Impacts run around the rim in less and less time. */
 static const double flat = 1e-3;
 
-/* The inclination of a disc against the plane that its rim touches; HUGE_VAL of one that does not touch, and of other loops. */
+/* The inclination of a disc against the plane that its rim touches. HUGE_VAL for a disc that does not touch, and for
+ * other loops. */
 static double inclination_of(const kt_loop_record *loop, const kt_link_kinematics *links) {
     kt_mat3 axes[2];
     kt_vec3 point[2];
@@ -191,7 +195,7 @@ static double inclination_of(const kt_loop_record *loop, const kt_link_kinematic
 }
 
 kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error) {
-    if (error == NULL) /* nobody asks */
+    if (error == NULL) /* no message is needed */
         return status;
     const kt_model *model = simulation->model, *all = kt_model_switched(model, model->set | simulation->contact_mask);
     const double *y = kt_integrator_state(simulation->integrator);

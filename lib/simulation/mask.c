@@ -1,12 +1,14 @@
 /* Masks: models of sets of contacts between none and all.
  *
- * Beyond KT_SWITCH_MAX switches the compiler makes no model of each set. What a mask has of its own is its loops, in which those of open
- * contacts are off, its groups, and the order of their equations. All else is that of the model in which all contacts are closed, whose
- * groups have dense matrices: they factor any of their equations.
+ * Beyond KT_SWITCH_MAX switches, the compiler does not make a model of each set. A mask has its own loops, with those
+ * of open contacts off, its own groups, and its own order of their equations. It shares all else with the model in
+ * which all contacts are closed. The groups of that model have dense matrices, which factor any subset of their
+ * equations.
  *
- * How many equations of a group are independent follows from the state at which contacts close, which satisfies them (compile/rank.c does
- * the same at compilation, where nothing is known of that state). This may be a singular position. If a position next to it has a larger
- * rank, the loops are closed there, and the rank of that counts. Of dependent equations those that are chosen there are chosen from now on.
+ * The number of independent equations of a group follows from the state at which contacts close, which satisfies these
+ * equations. (compile/rank.c does the same at compilation, without such a state.) The state may be a singular position.
+ * If a position next to it has a larger rank, the loops are closed there, and that rank counts. If equations are
+ * dependent, those that are chosen there are chosen from now on.
  */
 #include "simulation/mask.h"
 
@@ -20,7 +22,8 @@
 #include <math.h>
 #include <string.h>
 
-/* How far a position next to the state is, in units of the coordinates; what closed loops leave open there, relative to their scales. */
+/* The distance of a position next to the state, in units of the coordinates; the residual of closed loops there,
+ * relative to their scales. */
 static const double near = 0.01, closed = 1e-9;
 
 KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n)
@@ -35,7 +38,7 @@ size_t kt_mask_size(const kt_model *model) {
     return all != NULL ? lay_out(NULL, &all->n) : 0;
 }
 
-/* Of each group the ranks and usual sizes, and the weights. */
+/* The count of the ranks and usual sizes of all groups, and of the weights. */
 static size_t count_of_ranks(const kt_model *all) { return KT_ROWS_COUNT * (2 * all->n.group + all->n.row); }
 
 size_t kt_mask_ranks_size(const kt_model *model) {
@@ -55,7 +58,7 @@ static bool is_on(const kt_model *all, uint64_t set, size_t loop) {
     return !kt_loop_is_off(&all->loop[loop]) && (k < 0 || (set >> k & 1) != 0);
 }
 
-/* As of the compiler (compile/attach.c): what is off is in no group and has no rows. */
+/* Sets the loops, as in the compiler (compile/attach.c): a loop that is off is in no group and has no rows. */
 static void set_loops(kt_mask *mask) {
     kt_model *model = &mask->model;
     memcpy(mask->loop, mask->all->loop, model->n.loop * sizeof *mask->loop);
@@ -71,7 +74,7 @@ static void set_loops(kt_mask *mask) {
     }
 }
 
-/* A contact with friction that is closed, and does not stick, slips. */
+/* Sets slip: a contact with friction that is closed, and does not stick, slips. */
 static void set_slip(kt_mask *mask) {
     kt_model *model = &mask->model;
     for (size_t i = 0; i < model->n.loop; i++) {
@@ -87,7 +90,7 @@ static void set_slip(kt_mask *mask) {
 
 /* ---- groups ------------------------------------------------------------------------------------------------------ */
 
-/* Slots of the equations that are left, in the order which they have among all: those with a residual come first. */
+/* Sets the slots of the remaining equations, in their order among all equations: those with a residual come first. */
 static void set_slots(kt_mask *mask, const kt_group *from, kt_group *group) {
     int32_t *slot = mask->slot + group->row;
     double *next = mask->weight + group->row;
@@ -103,7 +106,7 @@ static void set_slots(kt_mask *mask, const kt_group *from, kt_group *group) {
         slot[r] = (int32_t)next[r];
 }
 
-/* The loops of a group that are on, and their equations. */
+/* Sets the loops of a group that are on, and their equations. */
 static void set_group(kt_mask *mask, const kt_group *from, int32_t row, kt_group *group) {
     *group = *from;
     group->row = row;
@@ -162,7 +165,7 @@ void kt_mask_make(kt_mask *mask, const kt_model *all, uint64_t set) {
 
 /* ---- ranks ------------------------------------------------------------------------------------------------------- */
 
-/* Takes the rank of a group that was factored last, if it is the largest so far, and the equations that were chosen. */
+/* Takes the rank of the group that was factored last, if it is the largest so far, and the chosen equations. */
 static void take_rank(kt_mask *mask, const kt_data *data, size_t g, int rows, int32_t *rank) {
     const kt_model *model = &mask->model;
     kt_group *group = &mask->group[g];
@@ -178,8 +181,8 @@ static void take_rank(kt_mask *mask, const kt_data *data, size_t g, int rows, in
         weight[w.pivot[i]] = KT_PREFERRED;
 }
 
-/* The ranks of all groups at q, all equations counted: of those whose ranks so far are less, `rank` (KT_ROWS_COUNT a group). Returns whether
- * any is larger than before. */
+/* Measures the ranks of all groups at q, with all equations. rank: the largest ranks so far (KT_ROWS_COUNT a group),
+ * replaced if `takes`. Returns whether any rank is larger than before. */
 static bool measure(kt_mask *mask, kt_data *data, double t, const double *q, bool takes, int32_t *rank) {
     const kt_reduction_kernels *kernels = mask->model.group_kernels;
     kt_violation violation;
@@ -198,7 +201,7 @@ static bool measure(kt_mask *mask, kt_data *data, double t, const double *q, boo
     return larger;
 }
 
-/* A position next to q, with all loops closed if `closes`; returns whether they are. */
+/* Finds a position next to q, with all loops closed if `closes`. Returns whether they are. */
 static bool find_near_position(kt_mask *mask, kt_data *data, double t, const double *q, bool closes) {
     const kt_model *model = &mask->model;
     memset(data->delta, 0, model->n.v * sizeof *data->delta);

@@ -1,7 +1,7 @@
 /* Records at k * interval, from the method's dense output.
  *
- * A record's time is computed from its number, never by adding intervals, and the last one is the duration itself.
- * Between a step's ends the interpolated quaternions are off unit norm by the interpolation's error: they are scaled in
+ * A record's time is computed from its number, never by adding intervals. The last time is the duration itself. Between
+ * the ends of a step, the norm of interpolated quaternions is wrong by the interpolation's error. They are scaled in
  * the record, not in the state.
  */
 #include "dynamics/dynamics.h"
@@ -41,7 +41,7 @@ static kt_status read_state(kt_simulation *simulation, double t, kt_error *error
     return status;
 }
 
-/* Computes the kinematics of the state in y from what the data hold already. */
+/* Computes the kinematics of the state in y from the results that data hold already. */
 static kt_status move(kt_simulation *simulation, double t, const double *a, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
@@ -52,7 +52,7 @@ static kt_status move(kt_simulation *simulation, double t, const double *a, kt_e
     return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 
-/* Computes the reactions. Where forces jump, those of hard contacts are the ones of the step that ends there. */
+/* Computes the reactions. If forces jump, reactions of hard contacts belong to the step that ends there. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
     double t = record->time;
 #if KT_HAS_EVENTS
@@ -67,8 +67,7 @@ static kt_status react(kt_simulation *simulation, const kt_record *record, kt_er
     return status;
 }
 
-/* Computes the kinematics and the quantities that follow from them. Energies are those of the model that is
- * integrated. */
+/* Computes the kinematics and the quantities that follow from them. Energies belong to the model that is integrated. */
 static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
@@ -96,7 +95,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     return kt_kinematics_update(simulation->user_model, simulation->user_data, record->q, record->v, record->a, error);
 }
 
-/* Computes the requested quantities of the state in y. Its accelerations are in `a` if `accelerated`; data hold the
+/* Computes the requested quantities of the state in y. Its accelerations are in `a` if `accelerated`. Data hold the
  * results that `cached` names. The kinematics are computed last, so that they stay in the data. */
 static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
@@ -209,8 +208,8 @@ kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *record
 
 kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
     kt_integrator *integrator = simulation->integrator;
-    /* A record at the very start belongs to the step that begins there, and so do its torques; one within the last step
-     * belongs to that step. */
+    /* A record at the very start belongs to the step that begins there, and so do its torques. A record within the last
+     * step belongs to that step. */
     if (simulation->memory.next_record < simulation->record_count &&
         kt_simulation_record_time(simulation, simulation->memory.next_record) >= kt_integrator_time(integrator)) {
         kt_error from = {0};
@@ -257,10 +256,10 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
 
 /* ---- the present state, for sensors ------------------------------------------------------------------------------ */
 
-/* A record of the present state uses what the last step has left and what the next one needs. After a step the
- * integrator may know f(t, y) (the last stage of a method with fsal); if not, it is evaluated now, as the first stage
- * of the next step, which finds it there. The data then hold the intermediate results of that evaluation, from which
- * kinematics and reactions follow; or they hold the poses that the projection ended with. */
+/* A record of the present state reuses results of the last step and prepares those of the next one. After a step, the
+ * integrator may already hold f(t, y) (the last stage of a method with fsal). Otherwise it is evaluated now, as the
+ * first stage of the next step, which reuses it. The data then hold the intermediate results of that evaluation, from
+ * which kinematics and reactions follow. Alternatively, data hold the poses of the last projection. */
 
 /* Computes the accelerations of the present state into `a`. */
 static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
@@ -278,8 +277,8 @@ static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     return KT_OK;
 }
 
-/* Does the same if records within the last step have not been handed over yet: these need the integrator's memory
- * unchanged. */
+/* Computes them without the integrator, if records within the last step have not been handed over yet. Those records
+ * need the integrator's memory unchanged. */
 static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *from) {
     const double t = kt_integrator_time(simulation->integrator);
     simulation->tau = simulation->memory.next.torque ? simulation->torque_next : NULL;
@@ -300,7 +299,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
         status =
             owes_records(simulation) ? find_acceleration_aside(simulation, from) : find_acceleration(simulation, from);
     else if (simulation->cached == KT_CACHED_EVALUATION)
-        simulation->cached = KT_CACHED_NOTHING; /* data are those of some stage of the last step */
+        simulation->cached = KT_CACHED_NOTHING; /* data belong to some stage of the last step */
     if (status == KT_OK)
         status = report(simulation, accelerates, record, from);
     kt_simulation_inputs_use(simulation);

@@ -1,12 +1,17 @@
 /* Loops and effects that are switched on and off while a simulation runs.
  *
- * Its model becomes another one of the family (model/switching.h); all arrays have room for each of them. Loops that are
- * switched on exert an impulse: velocities are projected in the mass metric,
+ * The simulation changes to another model of the family (model/switching.h). All arrays have room for each of them.
+ * Loops that are switched on exert an impulse: velocities are projected in the mass metric,
+ *
  *     v+ = v + M^-1 A' lambda,   A v+ = b'
+ *
  * which is a plastic impact. With d = v+ - v the kinetic energy changes by
+ *
  *     T+ - T = -d'M d / 2 + d'M v+ = -d'M d / 2 + lambda . b'
- * The first part is dissipated, never negative; the second is what moving constraints supply. The energy that springs
- * store when they are switched off is dissipated, that which they store when they are switched on is supplied.
+ *
+ * The first part is the dissipated energy d'M d / 2, which is never negative. The second part is the supply of moving
+ * constraints. The energy of springs counts as dissipated when they are switched off, and as supplied when they are
+ * switched on.
  */
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
@@ -36,8 +41,8 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
     integrator->callbacks = kt_simulation_callbacks(simulation);
 }
 
-/* What is open when loops are switched on that the last step did not close is no error of rounding, and is closed as far
- * as the caller allows it. */
+/* Loops that are switched on may be open, since the last step did not close them. This gap is not rounding. It is
+ * closed if it is at most this long, or as long as the caller allows. Relative to the model's length, or 1 m. */
 #define OPEN_MOST 1e-6
 
 static kt_status check_gap(kt_simulation *simulation, double t, const double *y, kt_error *error) {
@@ -55,7 +60,7 @@ static kt_status check_gap(kt_simulation *simulation, double t, const double *y,
                         residual.position, most);
 }
 
-/* d'M d / 2, of the change of velocities from v to those in y. */
+/* Computes d'M d / 2 of the change of velocities d from v to those in y. */
 static kt_status find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss, kt_error *error) {
     double *d = simulation->a;
     for (size_t i = 0; i < simulation->size.nv; i++)
@@ -66,7 +71,7 @@ static kt_status find_loss(kt_simulation *simulation, const double *v, const dou
     return status;
 }
 
-/* Writes the state and the works behind the switch to y. */
+/* Writes the state and the works after the switch to y. */
 static kt_status close_state(kt_simulation *simulation, kt_simulation_energy *before, kt_simulation_energy *after,
                              kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
@@ -83,7 +88,7 @@ static kt_status close_state(kt_simulation *simulation, kt_simulation_energy *be
         status = find_loss(simulation, v, y, &loss, error);
     if (status != KT_OK || !kt_simulation_is_balanced(simulation))
         return status;
-    /* A loop that does not move supplies nothing: what is left of the difference is rounding, of the loss. */
+    /* A loop that does not move supplies nothing: the remaining difference is rounding of the loss. */
     const double gain = after->kinetic - before->kinetic, stored = after->potential - before->potential;
     work[0] += simulation->model->driven ? loss : fmax(-gain, 0.0);
     work[1] += simulation->model->driven ? gain + loss : fmax(gain, 0.0);
@@ -95,7 +100,7 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
     const kt_model *from = simulation->model;
-    set &= ~simulation->contact_mask; /* these close and open by themselves */
+    set &= ~simulation->contact_mask; /* contacts close and open on their own */
     set |= simulation->memory.released & simulation->contact_friction;
     const kt_model *to = simulation->transformation == NULL ? kt_model_switched(from, set) : NULL;
     kt_simulation_energy before, after = {0.0, 0.0};
