@@ -240,7 +240,7 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
         end_at_corner(c, *t_limit, fmin(c->next, *t_limit) - aside(simulation, c->next));
 }
 
-/* ---- after a step of a method that does not see its end ----------------------------------------------------------- */
+/* ---- after a step of a method that does not see its end ---------------------------------------------------------- */
 
 /* Whether a function changes behind the last stage far more than before it, so that the step cannot represent it. The
  * latest time with an available slope counts as the last stage. orders: the number of its derivatives that count.

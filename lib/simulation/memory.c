@@ -18,11 +18,11 @@ typedef struct kt_simulation_request {
     kt_simulation_options options;
     const kt_method *method;
     kt_method by_rho;      /* storage of `method` */
-    const kt_model *model; /* that is integrated */
+    const kt_model *model; /* the integrated model */
     unsigned record;
 } kt_simulation_request;
 
-/* What coordinates that move no mass cannot be integrated with. */
+/* Rejects options that cannot be combined with coordinates that move no mass. */
 static kt_status refuse_massless(const kt_simulation_request *settings, kt_error *error) {
     const kt_simulation_options *options = &settings->options;
     if (options->transformation != NULL)
@@ -96,8 +96,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     return KT_OK;
 }
 
-/* Who solves Newton's equations: the simulation, unless the accelerations are the caller's, nothing moves, coordinates
- * follow from the balance of forces, or the library was built without. */
+/* The solver of Newton's equations: that of the simulation. NULL if the accelerations are the caller's, nothing moves,
+ * coordinates follow from the balance of forces, or the library was built without. */
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
     const bool own =
         settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0 && settings->model->n.massless == 0;
@@ -152,7 +152,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->user_data = transformed ? kt_data_size(user_model) : 0;
 }
 
-/* The same of the models of a family, of which each has its own: the most that one of them needs. */
+/* The largest sizes that any model of a family needs. */
 static void measure_most(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
     measure(user_model, settings, size);
     for (uint64_t k = 0; KT_HAS_SWITCHES && user_model->family && k < kt_family_models(user_model->family); k++) {
@@ -166,7 +166,7 @@ static void measure_most(const kt_model *user_model, const kt_simulation_request
     }
 #if KT_HAS_EVENTS
     if (size->mask > 0 && KT_HAS_JACOBIAN &&
-        newton_of(settings) != NULL) /* the loops of a mask may leave any freedom */
+        newton_of(settings) != NULL) /* the loops of a mask may leave any number of free velocities */
         size->basis = size->along = size->nv * size->nv;
 #endif
 }
@@ -197,9 +197,9 @@ static void find_quaternions(kt_simulation *simulation) {
     }
 }
 
-/* The least of what the run, the caller and the functions of time allow; 0: no limit. */
+/* The longest step that the run, the caller and the functions of time allow; 0: no limit. */
 static double longest_step(const kt_simulation_request *settings) {
-    const kt_model *model = settings->model; /* with all that is switched: of all its sets the least */
+    const kt_model *model = settings->model; /* the model with all switches on has the least limit */
     if (KT_HAS_SWITCHES && model->family)
         model = kt_family_model(model->family, kt_family_models(model->family) - 1);
     double longest = kt_simulation_longest_step(model);
@@ -251,8 +251,8 @@ static kt_status init_data(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Writes the initial state to `state` and y. It is the user model that is assembled, so that all simulations of it
- * start from the same state. */
+/* Writes the initial state to `state` and y. The user model is assembled, so that all simulations of it start from the
+ * same state. */
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     double *q = simulation->state, *v = q + simulation->size.user_nq;
     kt_model_initial(simulation->user_model, q, v);
@@ -274,7 +274,7 @@ static kt_status assemble(kt_simulation *simulation, kt_error *error) {
 /* The parts that can fail, in memory that is already laid out. */
 static kt_status fill(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
     kt_status status = init_data(simulation, error);
-    if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
+    if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the size that it measured */
         return status;   /* GCOVR_EXCL_LINE */
     simulation->unprojected = settings->options.unprojected;
     simulation->smooth_inputs = settings->options.smooth_inputs;
@@ -319,7 +319,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
 }
 
 #if KT_HAS_EVENTS
-/* Contacts are closed by the engine, of its own equations. */
+/* Rejects options that bypass the engine's equations, since the engine closes contacts in these equations. */
 static kt_status check_contacts(const kt_simulation_request *settings, kt_error *error) {
     const bool foreign = settings->options.acceleration != NULL || settings->options.projection != NULL;
     if (foreign || settings->options.unprojected)

@@ -9,33 +9,33 @@
  *
  *     (sigma M + C + K P S E) x_v = M r_v - K P S r_q
  *
- * For coordinates that are not quaternions E = P = 1 and S = 1 / sigma. A quaternion p, whose rate is p' = p o (0, w) /
- * 2, has H d = d o (0, w) / 2, whose square is -|w|^2 / 4; P d = 2 vec(p* o d); so that
+ * For coordinates that are not quaternions E = P = 1 and S = 1 / sigma. A quaternion p has the rate p' = p o (0, w) / 2
+ * and H d = d o (0, w) / 2. The square of H is -|w|^2 / 4, and P d = 2 vec(p* o d), so that
  *
  *     S d = (sigma d + d o (0, w) / 2) / (sigma^2 + |w|^2 / 4)
  *     P S E z = (sigma z + z x w / 2) / (sigma^2 + |w|^2 / 4)
  *
- * Loops. Accelerations respond stiffly only along the velocities Z that the loops leave, but there to all
- * displacements: M is Z'MZ, C is -M Z'da/dv and K is -M Z'da/dq, free x nv. With x_v = Z x + x_0, and across the loops
- * x_0 = (1 - Z Z') r_v / sigma, as if J were 0:
+ * Loops. Accelerations respond stiffly only along the velocities Z that the loops leave, but along these to all
+ * displacements. Then M is Z'MZ, C is -M Z'da/dv and K is -M Z'da/dq, free x nv. With x_v = Z x + x_0, and across the
+ * loops x_0 = (1 - Z Z') r_v / sigma, as if J were 0:
  *
  *     (sigma M + C Z + K P S E Z) x = M Z'r_v - C x_0 - K (P S r_q + P S E x_0)
  *
- * Where drives leave no velocity free, Z and these matrices are empty: x_v = r_v / sigma, as if J were 0. Accelerations
- * are then functions of time and of a state that the projection puts back onto the loops.
+ * If drives leave no velocity free, Z and these matrices are empty: x_v = r_v / sigma, as if J were 0. Accelerations
+ * are then functions of time and of a state that the projection returns to the loops.
  *
- * Own states, y = (q, v, x) with x' = f(t, q, v, x). With X = -M da/dx, of loops -Z'M da/dx, and F_q, F_v, F_x the
- * derivatives of -f, x_x is found together with x_v:
+ * Auxiliary states, y = (q, v, x) with x' = f(t, q, v, x). Let X = -M da/dx, with loops -Z'M da/dx. Let F_q, F_v and
+ * F_x be the derivatives of -f. Then x_x is found together with x_v:
  *
  *     (sigma M + C + K P S E) x_v + X x_x = M r_v - K P S r_q
  *     (F_v + F_q P S E) x_v + (sigma + F_x) x_x = r_x - F_q P S r_q
  *
- * and with loops F_v and P S E in front of Z x + x_0.
+ * With loops, F_v and P S E act on Z x + x_0.
  *
- * A Rosenbrock method, whose order depends on an exact J, has the matrices without reduction, M = 1, K = -da/dq and C =
- * -da/dv, X = -da/dx in all directions, also those that violate the loops (kt_acceleration_derivatives).
+ * The order of a Rosenbrock method depends on an exact J. Its matrices are not reduced: M = 1, K = -da/dq, C = -da/dv
+ * and X = -da/dx. They hold in all directions, including those that violate the loops (kt_acceleration_derivatives).
  *
- * Matrices are real but for sigma, vectors complex; where sigma is real, `im` is NULL throughout.
+ * Matrices are real except for sigma, vectors are complex. If sigma is real, `im` is NULL throughout.
  */
 #include "algebra/lu.h"
 #include "base/copy.h"
@@ -178,7 +178,8 @@ static void divide_turn(kt_complex sigma, const double *w, vector z) {
 static const double *quaternion_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k; }
 static const double *spin_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k + 4; }
 
-/* Where in v the angular velocity of quaternion k begins: each quaternion before it has one position more. */
+/* The index in v at which the angular velocity of quaternion k begins: each earlier quaternion has one position more.
+ */
 static size_t spin_at(const kt_simulation *s, size_t k) { return (size_t)s->quaternion[k] - k; }
 
 /* x_i becomes x_i / sigma, first .. last - 1. */
@@ -272,8 +273,9 @@ static kt_state_derivatives states_of(const kt_simulation *s) {
     return (kt_state_derivatives){s->state_force, s->rate_q, s->rate_v, s->rate_x};
 }
 
-/* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. Methods that solve linear systems alone take them
- * however uncertain they are next to a singular position: those of earlier steps, of the path before its bend, are all wrong. */
+/* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. Methods that only solve linear systems take them,
+ * however uncertain they are next to a singular position. Matrices of earlier steps belong to the path before its bend,
+ * and are wrong. */
 static kt_status differentiate_all(kt_simulation *s, const kt_dynamic_state *at, kt_error *error) {
     const size_t nv = s->size.nv;
     const kt_state_derivatives states = states_of(s);
@@ -292,8 +294,8 @@ static kt_status differentiate_all(kt_simulation *s, const kt_dynamic_state *at,
     return KT_OK;
 }
 
-/* Next to a singular position the path bends within a step: Newton's iterations stall by matrices of the bend, however well
- * these are known, and do not by earlier ones in a shorter step. */
+/* Rejects matrices next to a singular position, where the path bends within a step. Newton's iterations stall with
+ * matrices of the bend, however exact they are. With earlier matrices and a shorter step, they converge. */
 static kt_status refuse_near(kt_simulation *s, double t, const double *q, const double *v, kt_error *error) {
     kt_violation violation;
     if (!KT_HAS_LOOPS || s->groups == 0)
@@ -304,7 +306,7 @@ static kt_status refuse_near(kt_simulation *s, double t, const double *q, const 
     return kt_loops_refuse_near(s->model, s->data, error);
 }
 
-/* M, C, K and what own states add, where any velocity is free or there are states. */
+/* Computes M, C, K and the matrices of auxiliary states, if any velocity is free or there are states. */
 static kt_status differentiate(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
     kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
     kt_status status = KT_OK;
@@ -344,7 +346,7 @@ static int jacobian(double t, const double *y, const double *dydt, void *user) {
 
 /* ---- factors ----------------------------------------------------------------------------------------------------- */
 
-/* One of four vectors, of nq (at least nv) components and of own states. */
+/* One of four vectors, of nq (at least nv) components and of the auxiliary states. */
 static vector work_of(const kt_simulation *s, size_t which, bool complex) {
     const size_t n = s->size.nq + s->size.states;
     double *re = s->vectors + 2 * which * n;
@@ -391,7 +393,7 @@ static void form_column(const kt_simulation *s, kt_complex sigma, size_t j, vect
             add_column(to, get(x, i), s->stiffness + i * n, n);
 }
 
-/* The part of column j below: of the first ones F_v Z + F_q P S E Z. */
+/* The part of column j in the rows of auxiliary states, for free velocities: F_v Z + F_q P S E Z. */
 static void form_rates(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
     const size_t nv = s->size.nv, states = s->size.states;
     clear(to, states);
@@ -402,7 +404,7 @@ static void form_rates(const kt_simulation *s, kt_complex sigma, size_t j, vecto
     add_product(s->rate_q, states, nv, 1.0, unit_response(s, sigma, j, to.im != NULL), to);
 }
 
-/* Column j of those of own states: X, and sigma + F_x. */
+/* Column j of the auxiliary states: X, and sigma + F_x. */
 static void form_state(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
     const size_t n = s->size.free, states = s->size.states;
     const kt_complex one = {1.0, 0.0};
@@ -431,7 +433,7 @@ static int factor_newton(kt_complex sigma, void *user) {
 
 /* ---- solutions --------------------------------------------------------------------------------------------------- */
 
-/* x (free, then own states) becomes the solution for the right-hand side in it. */
+/* x (free, then auxiliary states) becomes the solution for the right-hand side in it. */
 static void solve_free(const kt_simulation *s, vector x) {
     const size_t n = s->size.free + s->size.states;
     if (x.im != NULL)
@@ -440,7 +442,7 @@ static void solve_free(const kt_simulation *s, vector x) {
         kt_lu_solve(s->real, n, s->pivot, x.re);
 }
 
-/* r_v becomes x_v, and r_x behind it x_x; `velocity` is P S r_q, and scratch afterwards. */
+/* r_v becomes x_v, and r_x behind it becomes x_x. `velocity` is P S r_q, and scratch afterwards. */
 static void solve_tree(const kt_simulation *s, vector velocity, vector r_v) {
     const size_t nv = s->size.nv, states = s->size.states;
     const vector x = work_of(s, 1, r_v.im != NULL);
@@ -453,7 +455,7 @@ static void solve_tree(const kt_simulation *s, vector velocity, vector r_v) {
     copy(r_v, x, nv + states);
 }
 
-/* The same with loops. */
+/* solve_tree with loops. */
 static void solve_loops(const kt_simulation *s, kt_complex sigma, vector velocity, vector r_v) {
     const size_t nv = s->size.nv, free = s->size.free, states = s->size.states;
     const vector b = work_of(s, 1, r_v.im != NULL), c = work_of(s, 2, r_v.im != NULL), r_x = at(r_v, nv);
@@ -506,7 +508,7 @@ static bool reads_time(const kt_model *model, const kt_effect_record *formulas) 
     return false;
 }
 
-/* Whether neither a loop, an effect nor the rate of an own state depends on time; a caller's own effect may. */
+/* Whether no loop, effect or rate of an auxiliary state depends on time. A caller's own effect counts as dependent. */
 static bool autonomous(void *user) {
     const kt_simulation *s = user;
     const kt_model *model = s->model;
@@ -527,8 +529,8 @@ static bool autonomous(void *user) {
     return !model->driven;
 }
 
-/* Exact where effects and masses alone depend on time. Targets of loops, and a caller's own effects that give no derivatives, have
- * no such derivative. */
+/* The derivative by time. It is exact if only effects and masses depend on time. Targets of loops have no such
+ * derivative, nor have a caller's own effects without derivatives. */
 static int time_derivative(double t, const double *y, const double *dydt, double *slope, void *user) {
     kt_simulation *s = user;
     const kt_model *model = s->model;

@@ -1,7 +1,8 @@
-/* The plan of a scene as a list: which kernels run and when, on how many items each, and which are left out and why.
+/* The plan of a scene as a list: the kernels that run, their phase and their number of items. Kernels that are left out
+ * are listed with the reason.
  *
- * Nothing is decided here. What a scene does not name has no entries in the model's arrays, over which the kernels'
- * loops run, and whole passes are skipped when a count is zero; this file reads the same counts.
+ * This file decides nothing. Items that a scene does not name have no entries in the model's arrays, over which the
+ * kernels loop. Whole passes are skipped when a count is zero. This file reads the same counts.
  */
 #include "constraint/group.h"
 #include "integrator/integrator.h"
@@ -87,7 +88,7 @@ static size_t delassus_loops(const kt_model *model) {
     return count;
 }
 
-/* Why there are none, or fewer than there might be. */
+/* The reason why there are none, or fewer than possible. */
 static const char *why_not_delassus(const kt_model *model) {
     for (size_t g = 0; g < model->n.group; g++)
         if (model->group[g].reason == KT_FORM_REASON_INEXACT)
@@ -136,7 +137,7 @@ static void add_powers(list *l, const kt_model *model, bool balance) {
 
 /* ---- steps and records ------------------------------------------------------------------------------------------- */
 
-/* Those of a method that is implicit, or that may become so. */
+/* Adds the kernels of a method that is implicit, or that may become implicit. */
 static void add_implicit(list *l, const kt_model *model, const kt_run *run) {
     kt_method storage;
     const kt_method *method = kt_run_method(run, model, &storage);

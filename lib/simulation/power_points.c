@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-/* Uncertain is this many times the last term of the cubic: powers have kinks. */
+/* The uncertainty is this multiple of the last term of the cubic, since powers have kinks. */
 static const double caution = 4.0;
 
 static void start_at(kt_power_points *p, double t, double net, double size) {
@@ -40,7 +40,7 @@ static void add_point(kt_power_points *p, double t, double net, double size, boo
     p->count = p->count < KT_POWER_POINTS ? p->count + 1 : KT_POWER_POINTS;
 }
 
-/* A step that was taken back: its end is forgotten, and the cubic begins anew at its start. */
+/* Undoes the point at the end of a step that was undone: the cubic begins anew at the start of the step. */
 static void drop_point(kt_power_points *p) {
     p->sum[1] = p->sum[0];
     start_at(p, p->t[1], p->before, fabs(p->before));

@@ -34,7 +34,7 @@ static kt_status check_step(const kt_run *run, kt_error *error) {
     return check_length(run, "step", run->step, error);
 }
 
-/* It bounds the steps that a method chooses; a fixed one does not read it. */
+/* The bound applies to steps that a method chooses, not to fixed ones. */
 static kt_status check_max_step(const kt_run *run, kt_error *error) {
     if (!kt_is_not_negative(run->max_step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "max_step", "%g s: must be above zero, or zero for no limit",
@@ -58,13 +58,12 @@ static kt_status check_tolerances(const kt_run *run, kt_error *error) {
     return KT_OK;
 }
 
-/* ---- the method ---------------------------------------------------------------------------------------------------
- * */
+/* ---- the method -------------------------------------------------------------------------------------------------- */
 
-/* Why a run has its method. */
+/* The reason why a run has its method. */
 typedef enum kt_choice_of_method {
     KT_CHOSEN_BY_NAME = 0,
-    KT_CHOSEN_ADAPTIVE, /* the only one that is auto */
+    KT_CHOSEN_ADAPTIVE, /* the only method that is chosen automatically */
     KT_CHOSEN_FIXED,
     KT_CHOSEN_FOREIGN,
     KT_CHOSEN_EXPLICIT,
@@ -120,8 +119,7 @@ const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_meth
     return storage;
 }
 
-/* ---- limits -------------------------------------------------------------------------------------------------------
- * */
+/* ---- limits ------------------------------------------------------------------------------------------------------ */
 
 kt_status kt_record_check(unsigned record, kt_error *error) {
 #define KT_RECORD_OR(id, bit, name) | (bit)

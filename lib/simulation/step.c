@@ -36,7 +36,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         if (KT_HAS_JACOBIAN && simulation->watches_works)
             kt_simulation_complete_powers(simulation);
         simulation->memory.powers.count = 0;
-        /* The right-hand side jumps: slopes from before are not those of the next step, but those of smooth inputs. */
+        /* The right-hand side jumps: slopes before the jump are invalid in the next step, except for smooth inputs. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
         kt_status status = KT_OK;
         if (simulation->memory.changed) { /* the model itself */
@@ -58,7 +58,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
     return KT_OK;
 }
 
-/* Whether a model is one whose parameters may change while the simulation runs. */
+/* Checks that parameters of a model may change while the simulation runs. */
 static kt_status check_model(const kt_simulation *simulation, const kt_model *copy, kt_error *error) {
     if (simulation->transformation != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
@@ -151,7 +151,7 @@ static void add_crossings(kt_crossings *to, kt_crossings new) {
 
 void kt_simulation_count(kt_simulation *simulation) {
     const kt_integrator_memory *integrator = &simulation->integrator->memory;
-    /* A fixed step may be longer than the motion is there (kt_crossings.bend). */
+    /* A fixed step may be longer than the passage (kt_crossings.bend). */
     const double step = simulation->step > 0.0 ? 0.0 : integrator->t - integrator->previous_t;
     kt_iterations *most = &simulation->memory.iterations;
     for (int i = 0; i < (simulation->user_data == simulation->data ? 1 : 2); i++) {
@@ -211,7 +211,8 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-/* A step that leapt over a contact or a stop is repeated up to it; one in which an event happens, up to the event. */
+/* Takes a step. A step that leapt over a contact or a stop is repeated up to that, a step with an event up to the
+ * event. */
 static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_status status = kt_simulation_begin_watch(simulation, error);
     bool again = true;
@@ -252,7 +253,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     return kt_simulation_end_step(simulation, status, &from, error);
 }
 
-/* Events at the present time take effect: those of the last step, or those before which a call has ended. */
+/* Applies events at the present time: those of the last step, or those that a previous call left pending. */
 static kt_status fire_pending(kt_simulation *simulation, kt_error *error) {
     return KT_HAS_EVENTS && simulation->memory.fires && simulation->watch != NULL
                ? simulation->watch->fire(simulation, NULL, NULL, error)
@@ -329,7 +330,7 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
     return kt_simulation_work_of(simulation, kt_integrator_state(simulation->integrator));
 }
 
-/* Events begin anew: none has happened, and their sides are those of the new state. */
+/* Resets events: none has happened, and their sides are those of the new state. */
 static void forget_events(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_memory[k] = (kt_event_memory){
@@ -377,7 +378,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
 }
 
-/* Of a state that has been set: which hard contacts touch. */
+/* Resolves hard contacts that touch in a state that has been set. */
 static kt_status settle_contacts(kt_simulation *simulation, kt_error *error) {
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
@@ -387,7 +388,7 @@ static kt_status settle_contacts(kt_simulation *simulation, kt_error *error) {
     return KT_OK;
 }
 
-/* Around a change of the state, which leaves nothing behind if it fails. */
+/* Begins a change of the state. If the change fails, end_change restores the state before it. */
 static void begin_change(kt_simulation *simulation) {
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
@@ -453,7 +454,7 @@ kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, 
     return status;
 }
 
-/* Writes the state that a jump ends in to y, closed. */
+/* Writes the final state of a jump to y, with closed loops. */
 static kt_status close_state(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
@@ -488,7 +489,7 @@ kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double
     return KT_OK;
 }
 
-/* What changes at an instant; NULL: that does not. */
+/* The values that change at an instant; NULL: no change. */
 typedef struct instant_change {
     const double *q, *v, *x;
     kt_model *model;
@@ -496,7 +497,7 @@ typedef struct instant_change {
     int count;
 } instant_change;
 
-/* Takes the first `count` parameters back, the last one first, as what holds between them was true before each. */
+/* Undoes the first `count` parameters, the last one first, since each was valid with those before it. */
 static void take_back(kt_model *model, kt_parameter_change *changes, int count) {
     for (int i = count - 1; i >= 0; i--) {
         double values[KT_PARAMETER_MAX];
@@ -506,7 +507,7 @@ static void take_back(kt_model *model, kt_parameter_change *changes, int count) 
     }
 }
 
-/* Sets the parameters, and leaves their numbers from before in their places. */
+/* Sets the parameters, and returns their previous numbers in `parameters`. */
 static kt_status exchange(const instant_change *change, kt_error *error) {
     kt_status status = KT_OK;
     for (int i = 0; status == KT_OK && i < change->count; i++) {
@@ -523,7 +524,7 @@ static kt_status exchange(const instant_change *change, kt_error *error) {
     return status;
 }
 
-/* Moves to the changed state, from one with the energy `before`. */
+/* Moves to the changed state, from a state with the energy `before`. */
 static kt_status move(kt_simulation *simulation, const instant_change *change, kt_simulation_energy before,
                       kt_error *error) {
     kt_simulation_energy after = {0.0, 0.0};

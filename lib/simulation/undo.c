@@ -1,14 +1,15 @@
-/* Changes of the state that fail leave the simulation as it was, although hard contacts have been opened or settled meanwhile.
+/* Restores the simulation after a change of the state that fails, although hard contacts have been opened or committed.
  *
- * Before a change the simulation, and those of its arrays that a change writes, are copied byte by byte. On failure they are copied back.
- * All pointers among them point into the memory of the simulation, which stays in its place. Data are scratch: they are adapted to the
- * previous model. Counts that the data hold until the end of a step are restored, too. */
+ * Before a change, the simulation and those of its arrays that a change writes are copied byte by byte. On failure they
+ * are copied back. All pointers among them point into the memory of the simulation, which does not move. Data are
+ * scratch: they are adapted to the previous model. Counts that the data hold until the end of a step are restored, too.
+ */
 #include "base/copy.h"
 #include "simulation/contact.h"
 
 #include <stddef.h>
 
-/* What the data have counted since the last step. */
+/* The counts of the data since the last step. */
 typedef struct kt_undo_counts {
     kt_iterations iterations;
     kt_crossings crossings;
@@ -16,7 +17,8 @@ typedef struct kt_undo_counts {
     uint32_t unconverged;
 } kt_undo_counts;
 
-/* The parts: where they are, bytes; the simulation is the first, and masks, one of which may be its model, are the last. One list measures, copies and copies back. */
+/* The parts: location, bytes. The simulation is the first part. Masks, one of which may be its model, are the last
+ * part. One list measures, copies and copies back. */
 #define KT_UNDO_PARTS(X)                                                                                               \
     X(simulation, sizeof(kt_simulation))                                                                               \
     X(&counts, sizeof(kt_undo_counts))                                                                                 \
