@@ -1,11 +1,14 @@
-/* Derivatives of the equations of motion and of the loops by the numbers of a parameter, at a state: dr/dp of
+/* Derivatives of the equations of motion and of the loops with respect to the numbers of a parameter, at a state. They
+ * are dr/dp of
+ *
  *     r(q, v, a; p) = M a + h - J' external - Q,
+ *
  * dM/dp x, and those of phi, b' and b''.
  *
- * They are taken by central differences in a copy of the model. r is linear in gravity, mass and inertia and quadratic
- * in com: differences of order two are exact, and the numbers are shifted by their own size, so that nothing is lost
- * but rounding. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of their
- * numbers: these are shifted by a 1024th, in differences of order four. Armature is the diagonal of M.
+ * They are central differences in a copy of the model. The residual r is linear in gravity, mass and inertia and
+ * quadratic in com, so that differences of order two are exact. These numbers are shifted by their own size, so that
+ * only rounding is lost. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of
+ * their numbers. These are shifted by a 1024th, in differences of order four. Armature is the diagonal of M.
  */
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
@@ -43,7 +46,7 @@ kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_dat
 
 /* ---- differences ------------------------------------------------------------------------------------------------- */
 
-/* Something that depends on the parameter, into `out`, which has room for as many numbers again. */
+/* A quantity that depends on the parameter, written to `out`, which has room for twice as many numbers. */
 typedef kt_status quantity(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
                            kt_error *error);
 
@@ -62,7 +65,7 @@ static kt_status find_residual(const kt_model *model, kt_data *data, const kt_pa
     return status;
 }
 
-/* By inverse dynamics at rest with the accelerations and without. */
+/* Computes M a with inverse dynamics at rest, as the difference with and without the accelerations. */
 kt_status kt_parameter_inertia(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
                                kt_error *error) {
     double *other = out + model->n.v;
@@ -93,7 +96,7 @@ static kt_status find_drift(const kt_model *model, kt_data *data, const kt_param
     return kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, NULL, out, error);
 }
 
-/* How far number k is shifted. */
+/* The shift of number k. */
 static double reach_of(const kt_parameter_work *w, int k) {
     const double size = fabs(w->now[k]);
     if (w->parameter->kind < KT_PARAMETER_EFFECT)
@@ -101,7 +104,8 @@ static double reach_of(const kt_parameter_work *w, int k) {
     return 0x1p-10 * (size > 0.0 ? size : 1.0);
 }
 
-/* The derivative of `count` values by number k. What is infinite (a limit that is none) stays so. */
+/* The derivative of `count` values with respect to number k. An infinite number (an absent limit) has the derivative 0.
+ */
 static kt_status differentiate(kt_parameter_work *w, int k, quantity *of, const kt_parameter_point *at, size_t count,
                                double *out, kt_error *error) {
     static const double weights[2][5] = {{0.0, -0.5, 0.0, 0.5, 0.0},

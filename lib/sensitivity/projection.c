@@ -1,23 +1,30 @@
-/* The derivative of the projection onto the loops. An iteration of the positions moves q by x, and the velocities are
- * moved by x at the end:
+/* The derivative of the projection onto the loops. An iteration of the positions moves q by x. Finally, the velocities
+ * are moved by x:
+ *
  *     W x = J' lambda,   J x = -r            r = phi, W = 1 or M; r = A v - b', W = M
+ *
  * Along a change xi of q (and dv of v), at fixed x and lambda,
+ *
  *     W dx - J' dlambda = G xi,   G = d(J' lambda - W x)/dq
  *     J dx = E xi - J dv,         E = -d(r + J x)/dq
- * and by a parameter -(dW/dp) x and -dr/dp are added to the right.
- * With J' P = [Q1 Z] [R1; 0] as for the accelerations [MSD 7.33, 7.34]
+ *
+ * For a parameter, -(dW/dp) x and -dr/dp are added to the right. With J' P = [Q1 Z] [R1; 0] as for the accelerations
+ * [MSD 7.33, 7.34]
+ *
  *     dx = Q1 y + Z z,   R1' y = right-hand side,   (Z' W Z) z = Z' G xi - (W Z)' Q1 y
- * where loops are few (jacobian_qr.h), otherwise along the tree (kkt.h), in O(bodies) a column but for the products
- * with G, E and J, of which each loop's equations have entries at the coordinates on its paths alone. Of positions d
- * phi/dq = J, so that E = -J - d(J x)/dq. After the last iteration x = 0, and one that has nothing to move projects the
- * changes. Of velocities r + A x = A v+ - b' at the new velocities.
  *
- * Next to a singular position the manifold bends as x y = d (mechanism/singular_crossing.c): at the size s of the
- * smallest direction a residual c turns its tangent by c / s^2, and what projects velocities, whose change is the
- * curvature 2 d / s^3 of the path, changes with q by 2 c / s^3 a unit of speed more or less. Derivatives that are not known to KT_KNOWN of the largest are refused.
+ * This form serves few loops (jacobian_qr.h). Otherwise the equations are solved along the tree (kkt.h), in O(bodies) a
+ * column except the products with G, E and J. Each loop's equations have entries in these matrices only at the
+ * coordinates on its paths. For positions, d phi/dq = J, so that E = -J - d(J x)/dq. After the last iteration x = 0,
+ * and an iteration without a move projects the changes. For velocities, r + A x = A v+ - b' at the new velocities.
  *
- * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (gradient.h); d(M
- * x)/dq is the derivative of inverse dynamics at rest with the accelerations x and without gravity. */
+ * Next to a singular position, the manifold bends as x y = d (mechanism/singular_crossing.c). Let s be the size of the
+ * smallest direction. A residual c turns the tangent by c / s^2. The projection of velocities changes with the
+ * curvature of the path, 2 d / s^3. A residual c changes its derivative with respect to q by 2 c / s^3 for each unit of
+ * speed. Derivatives are rejected if their error exceeds KT_KNOWN of the largest one.
+ *
+ * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (gradient.h). The matrix
+ * d(M x)/dq is the derivative of inverse dynamics at rest with the accelerations x and without gravity. */
 #include "closure/project.h"
 #include "constraint/gradient.h"
 #include "derivative/loop_response.h"
@@ -29,7 +36,7 @@
 #include <math.h>
 #include <string.h>
 
-/* By how much residuals may be off after a projection, relative to their scales. */
+/* The largest residuals after a projection, relative to their scales. */
 #define LEFT (4.0 * KT_CLOSED)
 
 KT_ARENA_ARRAYS(place_arrays, kt_projection_work, KT_PROJECTION_FIELDS, const kt_model *model, size_t n, size_t p,
@@ -50,7 +57,7 @@ size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
-/* W = M, W Z, and the factors of Z' W Z; or W = 1, where all of them are left out. */
+/* Computes W = M, W Z, and the factors of Z' W Z; with W = 1 all of them are left out. */
 static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     if (!mass)
@@ -113,7 +120,7 @@ static void solve(const kt_projection_work *w, bool mass, size_t columns, const 
         solve_dense(w, mass, e + c * w->p, x + c * w->n);
 }
 
-/* lambda of J' lambda = W x; `momentum` is M x. */
+/* Computes lambda from J' lambda = W x. `momentum` is M x. */
 static kt_status find_multipliers(kt_projection_work *w, const double *momentum, kt_error *error) {
     if (!w->dense)
         return kt_loops_multipliers_of(w->model, w->data, momentum, w->lambda, error);
@@ -123,7 +130,7 @@ static kt_status find_multipliers(kt_projection_work *w, const double *momentum,
 
 /* ---- their derivatives ------------------------------------------------------------------------------------------- */
 
-/* Adds d(M x)/dq to w->force, row by row: the gradients of (M x)_k; and M x into w->by_x. */
+/* Adds d(M x)/dq to w->force, row by row, as the gradients of (M x)_k. Writes M x into w->by_x. */
 static kt_status differentiate_inertia(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_gradient row = {w->by_inertia, w->residue, w->by_x, w->by_g, w->links};
     const kt_dynamic_state rest = {.q = q, .v = w->model->zero};
@@ -141,7 +148,7 @@ static kt_status differentiate_inertia(kt_projection_work *w, const double *q, k
     return status;
 }
 
-/* lambda, G and E, with z = x of positions, of which d phi/dq = J is added, and z = v of velocities. */
+/* Computes lambda, G and E. For positions z = x, and d phi/dq = J is added. For velocities z = v. */
 static kt_status differentiate(kt_projection_work *w, const double *q, bool mass, const double *v, kt_error *error) {
     const size_t n = w->n;
     kt_status status = KT_OK;
@@ -171,7 +178,7 @@ static kt_status differentiate(kt_projection_work *w, const double *q, bool mass
     return KT_OK;
 }
 
-/* Lists the entries of a matrix that are not zero. */
+/* Lists the nonzero entries of a matrix. */
 static kt_sparse find_entries(size_t rows, size_t columns, const double *value, size_t *begin, int32_t *row) {
     size_t count = 0;
     for (size_t j = 0; j < columns; j++) {
@@ -184,10 +191,10 @@ static kt_sparse find_entries(size_t rows, size_t columns, const double *value, 
     return (kt_sparse){rows, columns, value, begin, row};
 }
 
-/* What a step asks of changes. */
+/* The kind of a linear step. */
 typedef struct linear_step {
     bool mass;  /* W = M */
-    bool moves; /* x is not zero: there are G and E, otherwise G = 0 and E = J */
+    bool moves; /* x is not zero: there are G and E; otherwise G = 0 and E = J */
     bool fast;  /* velocities: dv is closed, too */
 } linear_step;
 
@@ -201,7 +208,7 @@ static void find_matrices(kt_projection_work *w, linear_step step) {
         w->jacobian_of = find_entries(p, n, w->jacobian, w->begin + 2 * (n + 1), w->row + n * n + n * p);
 }
 
-/* to = eight columns of n numbers, or as many as there are, `stride` apart. */
+/* to = eight columns of n numbers, `stride` apart; missing columns are zero. */
 static void gather(size_t columns, size_t n, size_t stride, const double *from, kt_v8 *to) {
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < KT_LANES; c++)
@@ -209,11 +216,11 @@ static void gather(size_t columns, size_t n, size_t stride, const double *from, 
 }
 
 static void apply(const kt_model *model, const kt_sparse *a, const kt_v8 *x, kt_v8 *y) {
-    (void)model; /* of a library with one instruction set */
+    (void)model; /* unused in a library with one instruction set */
     KT_BY_ISA(model->isa, , kt_sparse_apply, (a, x, y));
 }
 
-/* What a parameter adds to a column, or NULL. */
+/* The part of a parameter in a column, or NULL. */
 typedef struct gain {
     const double *inertia, *gap;
 } gain;
@@ -222,7 +229,7 @@ static gain gain_of(const kt_projection_work *w, const kt_parameter_work *parame
     return parameter ? (gain){parameter->inertia + column * w->n, parameter->gap + column * w->p} : (gain){NULL, NULL};
 }
 
-/* dx of up to eight columns of changes (xi, dv), the first one being number `first`, into w->moved. */
+/* Computes dx of up to eight columns of changes (xi, dv), of which `first` is the first one, into w->moved. */
 static void change(kt_projection_work *w, linear_step step, size_t columns, const double *x,
                    const kt_parameter_work *parameter, size_t first) {
     const size_t n = w->n, p = w->p;
@@ -250,19 +257,19 @@ static void change(kt_projection_work *w, linear_step step, size_t columns, cons
 
 static bool is_in_mass_metric(const kt_projection_work *w) { return w->model->metric == KT_METRIC_MASS; }
 
-/* The equations of positions at q, factored, and phi. */
+/* Factors the equations of positions at q, and computes phi. */
 static kt_status factor_positions(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_status status =
         kt_loop_equations(w->model, w->data, w->t, q, NULL, w->jacobian, w->residual, NULL, NULL, error);
     return status == KT_OK ? factor_projected(w, KT_ROWS_CLOSED, q, is_in_mass_metric(w), error) : status;
 }
 
-/* Of the factors along the tree what data hold is lost to other evaluations. */
+/* Factors along the tree again, since other evaluations overwrite the data that they use. */
 static kt_status factor_again(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
     return w->dense ? KT_OK : factor_along(w, rows, q, mass, error);
 }
 
-/* One iteration of the positions at q: x, and what its change needs. */
+/* Prepares one iteration of the positions at q: x, and the matrices of its change. */
 static kt_status prepare_positions(kt_projection_work *w, const double *q, kt_error *error) {
     const bool mass = is_in_mass_metric(w);
     kt_status status = factor_positions(w, q, error);
@@ -276,7 +283,7 @@ static kt_status prepare_positions(kt_projection_work *w, const double *q, kt_er
     return status == KT_OK ? factor_again(w, KT_ROWS_CLOSED, q, mass, error) : status;
 }
 
-/* The same of the velocities, from w->v (before) to v, at q. */
+/* Prepares the step of the velocities, from w->v (before) to v, at q. */
 static kt_status prepare_velocities(kt_projection_work *w, const double *q, const double *v, kt_error *error) {
     kt_status status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK)
@@ -289,7 +296,7 @@ static kt_status prepare_velocities(kt_projection_work *w, const double *q, cons
     return status == KT_OK ? factor_again(w, KT_ROWS_ALL, q, true, error) : status;
 }
 
-/* The size of the smallest direction after the step; a singular position is refused. */
+/* Computes the size of the smallest direction after the step. Errors: a singular position. */
 static kt_status measure_smallest(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_reduction_kernels *kernels = w->model->group_kernels;
     kt_violation violation;
@@ -333,7 +340,7 @@ kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_erro
     return status == KT_OK ? measure_smallest(w, q, error) : status;
 }
 
-/* Columns of changes, by the correction `by` of positions; NULL: by that of velocities. */
+/* Changes columns with the correction `by` of positions; NULL: with that of velocities. */
 static void change_columns(kt_projection_work *w, linear_step step, const double *by, size_t columns, double *x,
                            const kt_parameter_work *parameter) {
     const size_t n = w->n;
@@ -376,8 +383,7 @@ static kt_status propagate_positions(kt_projection_work *w, size_t columns, doub
     return status;
 }
 
-/* The last iteration only projects changes, as the equations J that are factored ask for: x, lambda and G are zero, and
- * -E = J. */
+/* The last iteration only projects changes, with the factored equations J: x, lambda and G are zero, and -E = J. */
 static kt_status propagate_changes(kt_projection_work *w, const double *q, size_t columns, double *x,
                                    kt_parameter_work *parameter, kt_error *error) {
     const linear_step step = {.mass = is_in_mass_metric(w)};
@@ -400,7 +406,7 @@ static bool shares_equations(const kt_model *model) {
     return true;
 }
 
-/* Columns of changes, of which the first `moving` ones move positions. */
+/* Propagates columns of changes, of which the first `moving` ones move positions. */
 static kt_status propagate(kt_projection_work *w, const double *q, const double *v, size_t moving, size_t columns,
                            double *x, kt_parameter_work *parameter, kt_error *error) {
     const bool shared = w->dense && shares_equations(w->model);
@@ -420,8 +426,8 @@ static kt_status propagate(kt_projection_work *w, const double *q, const double 
     return status;
 }
 
-/* The same by the changes of unit vectors: fewer columns than most steps have are solved for, and half of them move no
- * positions. */
+/* Propagates through the changes of unit vectors. This solves for fewer columns than most steps have, and half of them
+ * move no positions. */
 static kt_status propagate_units(kt_projection_work *w, const double *q, const double *v, size_t columns, double *x,
                                  kt_error *error) {
     const size_t N = 2 * w->n;

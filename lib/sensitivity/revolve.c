@@ -1,11 +1,15 @@
-/* Which states of a motion are kept while it is reversed, step by step: as many of those at the start of steps as there is
- * memory for, as checkpoints; the others are computed again from the last one before them.
+/* Checkpoints of a motion that is reversed, step by step. The memory holds the states at the start of some steps. Other
+ * states are computed again from the last checkpoint before them.
  *
- * With c checkpoints in memory, that of the step at hand among them, and r runs over each step at most,
+ * With c checkpoints in memory, including that of the present step, and at most r runs over each step,
+ *
  *     beta(c, r) = (c + r)! / (c! r!)
- * steps can be reversed. The next checkpoint is set beta(c, r - 1) steps on, r being the least that suffices: what is
- * before it is reversed with c checkpoints and one run less, and the rest with c - 1 checkpoints (Griewank, Walther,
- * ACM Transactions on Mathematical Software 26(1), 2000, 19-45: algorithm revolve). */
+ *
+ * steps can be reversed. The next checkpoint is set beta(c, r - 1) steps ahead, with the least r that suffices. The
+ * steps before it are reversed with c checkpoints and one run less. The remaining steps are reversed with c - 1
+ * checkpoints.
+ *
+ * Source: Griewank, Walther, ACM Transactions on Mathematical Software 26(1), 2000, 19-45, algorithm revolve. */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -22,8 +26,8 @@ static double beta(int c, int r, int n) {
     return product;
 }
 
-/* How far on the next checkpoint is set, with n > 1 steps left to reverse and c checkpoints, the present one
- * included. */
+/* The distance to the next checkpoint in steps, with n > 1 steps left to reverse and c checkpoints, including the
+ * present one. */
 static int distance(int n, int c) {
     int r = 1;
     if (c >= n)

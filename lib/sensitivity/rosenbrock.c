@@ -1,18 +1,25 @@
-/* Steps of Rosenbrock methods, which are linearly implicit, and their tangents. With y = (q, v) and J = f_y(t0, y0) a
- * step is (integrator/rosenbrock.c), with g = h gamma,
+/* Steps of Rosenbrock methods, which are linearly implicit, and their tangents. With y = (q, v), J = f_y(t0, y0) and g
+ * = h gamma, a step is (integrator/rosenbrock.c)
+ *
  *     (1 - g J) U_i = g R_i,   R_i = f(t_i, Y_i) + sum_j C_ij U_j / h + gamma_i h f_t,   Y_i = y0 + sum_j a_ij U_j
  *     y1 = y0 + sum_i m_i U_i
- * J depends on the state, so that its derivative along U_i is part of the tangents: for changes dy of the start and dp
- * of what is held
+ *
+ * J depends on the state, so that the tangents contain its derivative along U_i. For changes dy of the start and dp of
+ * held inputs
+ *
  *     (1 - g J) dU_i = g (F_i dY_i + f_p(t_i, Y_i) dp + sum_j C_ij dU_j / h + H_i),   F_i = f_y(t_i, Y_i)
  *     H_i = d/de [ f_y(t0 + e gamma_i h, y0 + e U_i) dy + f_p(t0 + e gamma_i h, y0 + e U_i) dp ] at e = 0
- * which has the derivative of f_t, too. H_i is a difference of exact derivatives over the small part `REACH` of the
- * stage's own increment, of order four,
- *     (48 (F(e) - F(0)) - 36 (F(2e) - F(0)) + 16 (F(3e) - F(0)) - 3 (F(4e) - F(0))) / (12 e)
- * and to later times, since a function of time may have a corner where the step begins: its error is e^4 / 5 of the fifth
- * derivative over the step, some 3e-12, and 10 / e roundings of J, some 1e-12.
  *
- * Where positions are plain numbers, (1 - g J_v - g^2 J_q) U_v = g R_v + g^2 J_q R_q, and U_q = g (R_q + U_v).
+ * H_i also contains the derivative of f_t. It is a difference of exact derivatives, of order four, over the small part
+ * `REACH` of the stage's own increment,
+ *
+ *     (48 (F(e) - F(0)) - 36 (F(2e) - F(0)) + 16 (F(3e) - F(0)) - 3 (F(4e) - F(0))) / (12 e)
+ *
+ * The difference uses later times only, since a function of time may have a breakpoint at the beginning of the step.
+ * Its error is e^4 / 5 of the fifth derivative over the step, some 3e-12. Rounding adds 10 / e roundings of J, some
+ * 1e-12.
+ *
+ * If positions are plain numbers, (1 - g J_v - g^2 J_q) U_v = g R_v + g^2 J_q R_q, and U_q = g (R_q + U_v).
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.7. */
 #include "integrator/rosenbrock.h"
@@ -92,14 +99,15 @@ static double time_of(const kt_step *step, double part) {
     return part == 1.0 ? step->t + step->h : step->t + part * step->h;
 }
 
-/* The derivatives by time of the rates of own states; true where a law refuses them, which is then done by differences. */
+/* Computes the derivatives by time of the rates of auxiliary states. Returns true if a law has none: then differences
+ * are used. */
 static bool differs_in_time(kt_step_work *w, double *rates) {
     const size_t nq = w->model->n.q;
     return kt_has_own_states(w->model) &&
            kt_own_state_time_derivatives(w->model, w->data, w->step->t, w->y, w->y + nq, rates) != 0;
 }
 
-/* h f_t, as a simulation computes it: exact, or by differences where loops or a caller's own effects depend on time. */
+/* Computes h f_t like a simulation. It is exact, or a difference if loops or a caller's own effects depend on time. */
 static kt_status find_time_derivative(kt_step_work *w, kt_error *error) {
     const kt_step *step = w->step;
     const kt_model *model = w->model;
@@ -137,7 +145,7 @@ static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
     double *y = w->stage + i * N, *f = w->slope + i * N, *u = w->increment + i * N;
     combine(w, table->a[i], i, y);
     const kt_status status = i ? kt_step_slope(w, time_of(w->step, w->step->method->c[i]), y, f, error)
-                               : KT_OK; /* of the start it is known */
+                               : KT_OK; /* the slope at the start is available */
     if (status != KT_OK)
         return status;
     memcpy(u, f, N * sizeof *u);
@@ -148,7 +156,7 @@ static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
     return KT_OK;
 }
 
-/* f_y at a state into a place of by_q and by_v, 0 being that of J; and f_p. */
+/* Computes f_y at a state into a place of by_q and by_v (0: that of J), and f_p. */
 static kt_status differentiate(kt_step_work *w, size_t place, double t, const double *y, const double *a, size_t held,
                                kt_error *error) {
     kt_status status = kt_step_differentiate_at(w, t, y, a, place, held > 0, error);
@@ -157,7 +165,7 @@ static kt_status differentiate(kt_step_work *w, size_t place, double t, const do
     return status;
 }
 
-/* The stages; with `held` columns f_p of the start is left in its place. */
+/* Computes the stages. With `held` columns, f_p at the start stays in its place. */
 static kt_status run(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     kt_step_start(w, q, v);
     kt_status status = kt_step_slope(w, w->step->t, w->y, w->slope, error);
@@ -190,8 +198,8 @@ static void start_of(const kt_step_work *w, size_t k, double *dy) {
     memcpy(dy + nq, w->start_v + k * kt_padded(n), n * sizeof *dy);
 }
 
-/* to_k += factor (f_y dy_k + f_p dp_k - less_k) of all columns, with the derivatives of a place; dy_k: that of column k
- * at dy + k N, or the changes at the start if dy is NULL; less may be NULL, too. */
+/* to_k += factor (f_y dy_k + f_p dp_k - less_k) for all columns, with the derivatives of a place. The change dy_k of
+ * column k is at dy + k N, or at the start if dy is NULL. less may be NULL, too. */
 static void add_changes(kt_step_work *w, double factor, size_t place, const double *y, const double *dy,
                         const double *less, size_t held, double *to) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
@@ -208,7 +216,7 @@ static void add_changes(kt_step_work *w, double factor, size_t place, const doub
     }
 }
 
-/* H_i, to the right-hand sides. */
+/* Adds H_i to the right-hand sides. */
 static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_error *error) {
     static const double weight[] = {0.0, 4.0, -3.0, 4.0 / 3.0, -0.25};
     const size_t nq = w->model->n.q, N = numbers_of(w);
@@ -228,7 +236,7 @@ static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_erro
     return status;
 }
 
-/* The changes of y0 + sum_j weight_j U_j. */
+/* Computes the changes of y0 + sum_j weight_j U_j. */
 static void combine_changes(kt_step_work *w, const double *weights, size_t count, size_t columns) {
     const size_t N = numbers_of(w);
     for (size_t k = 0; k < columns; k++) {
@@ -239,7 +247,7 @@ static void combine_changes(kt_step_work *w, const double *weights, size_t count
     }
 }
 
-/* F_i dY_i + f_p dp, to the right-hand sides. */
+/* Adds F_i dY_i + f_p dp to the right-hand sides. */
 static kt_status add_stage(kt_step_work *w, size_t i, size_t held, kt_error *error) {
     const size_t nq = w->model->n.q, N = numbers_of(w), columns = w->states + held;
     const double *y = w->stage + i * N;

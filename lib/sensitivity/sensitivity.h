@@ -1,29 +1,29 @@
-/* What the files of this folder share.
+/* Shared declarations of this folder. A held input is a joint force tau, or a parameter p of the model.
  *
- *     stage.c              its start, sums over stages, and derivatives of accelerations at one
+ *     stage.c              the start of a step, sums over stages, and derivatives of accelerations at a stage
  *     step.c               a step as a function: stages, sum, projection
- *     step_derivatives.c   its tangents, column by column: A and B
- *     stage_states.c       what own states add to the slope of a stage
- *     step_states.c        tangents of steps of models with own states
- *     step_parameter.c     the same by a parameter of the model: C
+ *     step_derivatives.c   tangents of a step, column by column: A and B
+ *     stage_states.c       the part of auxiliary states in the slope of a stage
+ *     step_states.c        tangents of steps of models with auxiliary states
+ *     step_parameter.c     tangents of a step by a parameter of the model: C
  *     stage_parameter.c    the derivative of an evaluation of accelerations by a parameter
- *     difference.c         those of the equations of motion and of the loops, by differences
+ *     difference.c         derivatives of the equations of motion and of the loops by a parameter, by differences
  *     implicit.c           the stages of implicit methods, solved
- *     implicit_changes.c   their tangents and their adjoint
+ *     implicit_changes.c   tangents and the adjoint of these stages
  *     rosenbrock.c         steps of linearly implicit methods, and their tangents
- *     step_adjoint.c       its adjoint: a gradient with respect to the state after it becomes that before it
+ *     step_adjoint.c       the adjoint of a step: from a gradient by the state after it to that by the state before it
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
- *     stage_loops.c        what loops add to it
+ *     stage_loops.c        the part of loops in that adjoint
  *     rollout.c            gradients over many steps
- *     rollout_lanes.c      those of several motions at once
- *     revolve.c            which states of a motion are kept while it is reversed
- *     contact.c            refuses steps in which hard contacts close or open
+ *     rollout_lanes.c      gradients of several motions at once
+ *     revolve.c            the states of a motion that are kept while it is reversed
+ *     contact.c            rejects steps in which hard contacts close or open
  *     motion.c             A and B of a simulation's motion, through its events
  *     projection.c         the derivative of the projection onto the loops
- *     projection_adjoint.c its adjoint
+ *     projection_adjoint.c the adjoint of that projection
  *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
  *     product.c            products of small matrices, compiled for each instruction set
- *     sparse.c             those with matrices most of whose entries are zero, likewise
+ *     sparse.c             products with sparse matrices, compiled for each instruction set
  */
 #ifndef KT_SENSITIVITY_SENSITIVITY_H
 #define KT_SENSITIVITY_SENSITIVITY_H
@@ -57,8 +57,8 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
 /* xi+ of q+ = q (+) x, where q changes by xi and x by dx: exp(-x) xi + T(x) dx; out may be xi. */
 void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out);
 
-/* Transposed: gradients with respect to the results become those with respect to the arguments. The second and the
- * third add to by_q and by_v. */
+/* Transposed functions: gradients with respect to the results become gradients with respect to the arguments. The
+ * second and the third function add to by_q and by_v. */
 void kt_tangent_lift_transposed(const kt_model *model, const double *q, const double *by_q, double *by_xi);
 void kt_tangent_drop_transposed(const kt_model *model, const double *q, const double *by_xi, double *by_q);
 void kt_tangent_rate_transposed(const kt_model *model, const double *q, const double *v, const double *by_rate,
@@ -68,19 +68,20 @@ void kt_tangent_add_transposed(const kt_model *model, const double *x, const dou
 
 /* ---- products ---------------------------------------------------------------------------------------------------- */
 
-/* The numbers of a column of n, padded to whole vectors; what follows the n-th stays zero. */
+/* The length of a column of n numbers, padded to whole vectors. Numbers behind the n-th stay zero. */
 static inline size_t kt_padded(size_t n) { return (n + KT_LANES - 1) / KT_LANES * KT_LANES; }
 
-/* product: Y += A X + B Z with n x n matrices A and B; X, Z and Y have `columns` padded columns. scratch: 2 KT_LANES n
- * numbers.
- * solve: eight columns x become A^-1 x, a vector a row, with the factors of algebra/lu.h; the bits are those of
- * kt_lu_solve.
- * sum: out = start + h sum_j row_j k_j over `count` rows k_j of n numbers, a multiple of KT_LANES, one after the other.
- * All but A and B are aligned as arrays of an arena are. */
+/* Products of small matrices. All arguments but A and B have the alignment of arrays of an arena. */
 typedef struct kt_products {
+    /* Y += A X + B Z with n x n matrices A and B. X, Z and Y have `columns` padded columns. scratch: 2 KT_LANES n
+     * numbers. */
     void (*product)(size_t n, const double *a, const double *b, double *scratch, size_t columns, const double *x,
                     const double *z, double *y);
+    /* out = start + h sum_j row_j k_j, over `count` rows k_j of n numbers, one after the other. n: a multiple of
+     * KT_LANES. */
     void (*sum)(double *out, const double *start, double h, const double *row, size_t count, const double *k, size_t n);
+    /* Eight columns x become A^-1 x, a vector a row, with the factors of algebra/lu.h. The bits are those of
+     * kt_lu_solve. */
     void (*solve)(const double *lu, size_t n, const int *pivot, kt_v8 *x);
 } kt_products;
 
@@ -95,12 +96,12 @@ KT_PRODUCTS_DECLARE(v3)
 KT_PRODUCTS_DECLARE(v4)
 #undef KT_PRODUCTS_DECLARE
 
-/* A matrix most of whose entries are zero: all of its numbers, column-major, and in which rows of a column those are
- * that are not zero. kt_sparse_apply: y += A x of eight columns, a vector a row. */
+/* A sparse matrix: all of its numbers, column-major, and the rows of each column that are not zero. The function
+ * kt_sparse_apply computes y += A x for eight columns, a vector a row. */
 typedef struct kt_sparse {
     size_t rows, columns;
     const double *value;
-    size_t *begin; /* columns + 1: where the rows of a column begin */
+    size_t *begin; /* columns + 1: the beginning of each column in `row` */
     int32_t *row;
 } kt_sparse;
 
@@ -133,11 +134,11 @@ typedef struct kt_parameter_work {
 
 size_t kt_parameter_work_size(const kt_model *model);
 
-/* Initialises w in memory of that size, with a copy of the model; refuses what has no derivative. */
+/* Initialises w in memory of that size, with a copy of the model. Errors: the parameter has no derivative. */
 KT_CHECKED kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_data *data, void *memory,
                                         const kt_parameter *parameter, kt_error *error);
 
-/* Where something is evaluated; what is not read may be NULL. */
+/* The point of an evaluation. Members that an evaluation does not use may be NULL. */
 typedef struct kt_parameter_point {
     double t;
     const double *q, *v, *a;
@@ -148,14 +149,14 @@ typedef struct kt_parameter_point {
 KT_CHECKED kt_status kt_parameter_inertia(const kt_model *model, kt_data *data, const kt_parameter_point *at,
                                           double *out, kt_error *error);
 
-/* The derivatives of r (nv), and of b'' (p), by number k. */
+/* The derivatives of r (nv), and of b'' (p), with respect to number k. */
 KT_CHECKED kt_status kt_parameter_residual(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out,
                                            kt_error *error);
 KT_CHECKED kt_status kt_parameter_drift(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out,
                                         kt_error *error);
 
-/* What a projection gains by the parameter, with the correction x: w->inertia (n x count) and w->gap (p x count), of
- * velocities unless v is NULL. */
+/* The change of a projection with the parameter, for the correction x: w->inertia (n x count) and w->gap (p x count).
+ * They belong to velocities unless v is NULL. */
 KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, const double *v,
                                           const double *x, kt_error *error);
 
@@ -195,39 +196,40 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(kt_support_dof, dof, n, "of a loop")                                                                             \
     X(int32_t, chain, p ? model->n.link : 0, "of a loop")
 
-/* The state that is projected, and what one linear step of its projection needs. */
+/* The state that is projected, and the work of one linear step of its projection. */
 typedef struct kt_projection_work {
     const kt_model *model;
     kt_data *data;
     double t;
     size_t n, p;
-    bool dense;                                   /* which of the two factors */
-    kt_jacobian_qr qr;                            /* in `factors`, as is */
-    kt_kkt kkt;                                   /* this one */
+    bool dense;                                   /* whether the factors are `qr`, else `kkt` */
+    kt_jacobian_qr qr;                            /* in `factors` */
+    kt_kkt kkt;                                   /* in `factors` */
     kt_sparse force_of, equation_of, jacobian_of; /* G, E and J */
-    uint32_t iterations;                          /* of the positions, by the last kt_projection_run */
-    double smallest;                              /* the size of the smallest direction then (closure/project.h) */
+    uint32_t iterations;                          /* of the positions, in the last kt_projection_run */
+    double smallest;                              /* its size of the smallest direction (closure/project.h) */
     KT_ARENA_DECLARE(KT_PROJECTION_FIELDS)
 } kt_projection_work;
 
 size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *model);
 
-/* Projects q, v in place (kt_state_project, or quaternions alone), and columns of changes (xi, dv) of 2 nv numbers
- * likewise: of the state, or unless `parameter` is NULL by its numbers. Nothing is promised about them on failure. */
+/* Projects q, v in place (kt_state_project, or quaternions alone), and columns of changes (xi, dv) of 2 nv numbers. The
+ * changes are those by the state, or by the numbers of `parameter` unless that is NULL. On failure, q, v and the
+ * columns are undefined. */
 KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
                                            kt_parameter_work *parameter, kt_error *error);
 
-/* The least x with J x = e for the equations of accelerations at a state. */
+/* Computes the least x with J x = e for the equations of accelerations at a state. */
 KT_CHECKED kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v,
                                          const double *e, double *x, kt_error *error);
 
-/* Projects q, v in place (kt_projection_begin: does not, but keeps the same); w->q and w->v keep the state before, and
- * w->iterations is how often the positions moved. Then a gradient with respect to the state after it, x (2 nv), becomes
- * that with respect to the state before. */
+/* Projects q, v in place. The arrays w->q and w->v keep the state before, and w->iterations counts the moves of the
+ * positions. The function kt_projection_begin only keeps these, without a projection. Then kt_projection_transposed
+ * turns a gradient x (2 nv) by the state after the projection into that by the state before. */
 KT_CHECKED kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_error *error);
 
-/* Refuses derivatives of the last kt_projection_run that are known too little next to a singular position; by_q and
- * v_by_q: the largest of positions and of velocities by positions, over their units. */
+/* Rejects derivatives of the last kt_projection_run that are too uncertain next to a singular position. The arguments
+ * by_q and v_by_q are the largest derivatives of positions and of velocities by positions, over their units. */
 KT_CHECKED kt_status kt_projection_refuse_unknown(const kt_projection_work *w, const double *v, double by_q,
                                                   double v_by_q, kt_error *error);
 KT_CHECKED kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error);
@@ -246,9 +248,9 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
 }
 #endif
 
-/* Every array: type, name, count, meaning; N numbers of a state y = (q, v, x), n velocities, m own states, s stages that
- * count, c columns, of which at most p are held; g stages are solved together (1 of explicit methods, which have u = 0), u unknowns in all; r is 1
- * of linearly implicit methods, else 0. */
+/* Every array: type, name, count, meaning. N numbers of a state y = (q, v, x), n velocities, m auxiliary states, s
+ * stages that count, c columns, of which at most p belong to held inputs. For implicit methods, g stages are solved
+ * together, with u unknowns in all (explicit ones: g = 1, u = 0). For linearly implicit methods r is 1, else 0. */
 #define KT_STEP_FIELDS(X)                                                                                              \
     X(double, y, N, "state at the start")                                                                              \
     X(double, stage, s *N, "states of the stages")                                                                     \
@@ -306,7 +308,7 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
     X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
     X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")
 
-/* Of models with own states besides. */
+/* Arrays that models with auxiliary states have in addition. */
 #define KT_OWN_STEP_FIELDS(X)                                                                                          \
     X(double, first, N *c, "dy of all columns, at the start")                                                          \
     X(double, rate, s *N *c, "dK_i")                                                                                   \
@@ -325,45 +327,46 @@ typedef struct kt_step_work {
     const kt_model *model;
     kt_data *data;
     const kt_step *step;
-    size_t stages;                /* that count: without the last one of an explicit fsal method */
+    size_t stages;                /* stages that count: without the last one of an explicit fsal method */
     size_t states;                /* columns of the state: 2 n + m, or none */
     bool coupled;                 /* the method is implicit */
-    bool linear;                  /* or linearly implicit */
-    bool watched;                 /* a simulation has taken it, which knows the events in it: none is */
-    size_t unknowns;              /* of each stage: n, or with quaternions or own states N; 0 of explicit methods */
+    bool linear;                  /* the method is linearly implicit */
+    bool watched;                 /* a simulation has taken the step and found no event in it */
+    size_t unknowns;              /* of each stage: n, or with quaternions or auxiliary states N; 0: explicit */
     size_t held_most;             /* columns of by_held */
-    bool one_derivative;          /* by_q and by_v are those of one stage, for all */
-    size_t derivative_at;         /* of this one */
-    kt_parameter_work *parameter; /* NULL: what is held is tau */
+    bool one_derivative;          /* by_q and by_v belong to one stage and serve all */
+    size_t derivative_at;         /* that stage */
+    kt_parameter_work *parameter; /* NULL: the held input is tau */
     kt_products products;
     kt_projection_work projection;
     kt_own_step own;
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
 } kt_step_work;
 
-/* Whether a model has own states; the numbers of y = (q, v, x), and of a change (xi, dv, dx). */
+/* Whether a model has auxiliary states; the numbers of y = (q, v, x), and of a change (xi, dv, dx). */
 static inline bool kt_has_own_states(const kt_model *model) { return KT_OWN_STATES(&model->n) > 0; }
 static inline size_t kt_state_numbers(const kt_model *model) {
     return model->n.q + model->n.v + KT_OWN_STATES(&model->n);
 }
 static inline size_t kt_tangent_numbers(const kt_model *model) { return 2 * model->n.v + KT_OWN_STATES(&model->n); }
 
-/* The own states of y become those in the data, which all that is evaluated reads. */
+/* Copies the auxiliary states of y to the data, from which all evaluations read them. */
 static inline void kt_own_states_put(const kt_model *model, kt_data *data, const double *y) {
     if (kt_has_own_states(model))
         kt_copy(data->x, y + model->n.q + model->n.v, model->n.x * sizeof *y);
 }
 
-/* Those that the data held before the step become theirs again. */
+/* Restores the auxiliary states that the data held before the step. */
 static inline void kt_own_states_restore(kt_step_work *w) {
     if (kt_has_own_states(w->model))
         kt_copy(w->data->x, w->before, w->model->n.x * sizeof *w->before);
 }
 
-/* Whether stages are solved for accelerations alone: positions are plain numbers, and there are no own states. */
+/* Whether stages are solved for accelerations only: positions are plain numbers, and there are no auxiliary states. */
 static inline bool kt_is_reduced(const kt_model *model) { return kt_is_plain(model) && !kt_has_own_states(model); }
 
-/* Refuses a step to `next` in which a hard contact closes, its reaction begins to pull, or friction sticks (contact.c). */
+/* Rejects a step to `next` in which a hard contact closes, its reaction changes sign, or friction sticks (contact.c).
+ */
 #if KT_HAS_SWITCHES
 KT_CHECKED kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error);
 #else
@@ -373,59 +376,72 @@ static inline kt_status kt_step_refuse_contacts(kt_step_work *w, const double *n
 }
 #endif
 
-/* Of models with own states: memory for so many columns, stages, and stages that are solved together; a_q .. f_x at a
- * state, into the blocks of a place; what own states add to the change of a slope, rotations xi being known
- * (stage_states.c). kt_step_tangents as far as the projection; and the changes at the end, kt_tangent_numbers a column
- * (step_states.c). */
+/* Functions of models with auxiliary states.
+ *
+ * The memory for so many columns, stages, and stages that are solved together. */
 size_t kt_own_step_place(kt_own_step *own, void *memory, const kt_model *model, size_t columns, size_t stages,
                          size_t together);
+/* Computes a_q .. f_x at a state, into the blocks of a place (stage_states.c). */
 KT_CHECKED kt_status kt_own_differentiate(kt_step_work *w, size_t place, const kt_dynamic_state *at, const double *a,
                                           const kt_forward_matrices *by, kt_error *error);
+/* Adds the part of auxiliary states to the change of a slope, with given rotations xi (stage_states.c). */
 void kt_own_slope_change(const kt_step_work *w, size_t place, const double *xi, const double *dy, double *out);
+/* Computes kt_step_tangents up to the projection (step_states.c). */
 KT_CHECKED kt_status kt_own_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held,
                                           kt_error *error);
+/* Copies the changes at the end, kt_tangent_numbers a column (step_states.c). */
 void kt_own_step_copy(const kt_step_work *w, size_t first, size_t columns, double *to);
 
-/* Checks the step and the memory, and initialises w in it. */
+/* Checks the step and the memory, and initialises w in that memory. */
 KT_CHECKED kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
                                    const kt_step *step, kt_error *error);
 
-/* Copies the state at the start, and computes states and slopes of all stages, and `next`, not yet projected. Whatever
- * becomes of it, data hold the own states afterwards that they held before. */
+/* Copies the state at the start, and computes states and slopes of all stages, and `next`, which is not yet projected.
+ * On success and on failure, the data hold the previous auxiliary states afterwards. */
 KT_CHECKED kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
 
-/* The same one by one: copies the state; forms the state of stage i, and K_i but for the accelerations and the rates of
- * own states, which the caller computes into *a; these at a state y (kt_step_rates), or the whole slope; sums up. */
+/* The parts of kt_step_stages.
+ *
+ * Copies the state at the start. */
 void kt_step_start(kt_step_work *w, const double *q, const double *v);
+/* Forms the state of stage i, and its slope K_i except the accelerations and the rates of auxiliary states. The caller
+ * computes these into *a. */
 const double *kt_step_stage(kt_step_work *w, size_t i, double **a);
+/* Computes the accelerations and the rates of auxiliary states at a state y. */
 KT_CHECKED kt_status kt_step_rates(const kt_step_work *w, double t, const double *y, double *a, kt_error *error);
+/* Computes the whole slope at a state y. */
 KT_CHECKED kt_status kt_step_slope(const kt_step_work *w, double t, const double *y, double *slope, kt_error *error);
+/* Sums the slopes up to `next`. */
 void kt_step_finish(kt_step_work *w);
 
-/* out = y + h sum_j weight_j k_j over a row of `count` weights without its zeros; k: rows of n numbers. */
+/* out = y + h sum_j weight_j k_j over a row of `count` weights, without zero weights. k: rows of n numbers. */
 void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
 
 /* The stages that count: without the last one of an explicit fsal method. */
 size_t kt_step_stages_of(const kt_method *method);
 
-/* Numbers of the slope of a stage from which all stages follow again: those of the accelerations, or of implicit methods
- * all, and none where the adjoint takes the step again. */
+/* The numbers of a slope of a stage that are kept, so that all stages follow from them. These are the accelerations, or
+ * the whole slope for implicit methods. There are none if the adjoint repeats the step. */
 size_t kt_step_kept(const kt_model *model, const kt_method *method);
 
-/* Whether a method is implicit and its steps are functions of a state that have derivatives; the most stages that it
- * solves together. */
+/* Whether a method is implicit and its steps are differentiable functions of a state. kt_coupled_most: the most stages
+ * that the method solves together. */
 bool kt_method_is_coupled(const kt_method *method);
 size_t kt_coupled_most(const kt_method *method);
 
-/* kt_step_stages, the tangents dK of all stages (change_v, rate_q, rate_v), and the adjoint from by_end to by_stage and
- * by_force, of implicit methods; and the stages again from their slopes. */
+/* Functions for implicit methods.
+ *
+ * kt_step_stages. */
 KT_CHECKED kt_status kt_coupled_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
+/* The tangents dK of all stages (change_v, rate_q, rate_v). */
 KT_CHECKED kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held,
                                          kt_error *error);
+/* The adjoint, from by_end to by_stage and by_force. */
 KT_CHECKED kt_status kt_coupled_adjoint(kt_step_work *w, kt_error *error);
+/* Restores the stages from their slopes. */
 void kt_coupled_recall(kt_step_work *w);
 
-/* Whether a method is linearly implicit. Its stages, and the changes at the end (change_q, rate_v). */
+/* Whether a method is linearly implicit. Then its stages, and the changes at the end (change_q, rate_v). */
 static inline bool kt_method_is_linear(const kt_method *method) {
     return KT_HAS_ROSENBROCK && method->transformed != NULL;
 }
@@ -442,59 +458,63 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
     return c == 1.0 ? step->t + step->h : step->t + c * step->h;
 }
 
-/* a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i; the accelerations, too, unless a is NULL. And the
- * same, with those of own states, at any time and state y where the accelerations are known, into the blocks of a place
- * among stages that are solved together. */
+/* Computes a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i. Computes the accelerations, too, unless
+ * a is NULL. */
 KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error);
+/* Computes the derivatives, with those of auxiliary states, at any time and state y with given accelerations. They go
+ * to the blocks of a place among stages that are solved together. */
 KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t place,
                                               bool inputs, kt_error *error);
 
-/* The change of the slope (E(q) v, a, f) at y by dy, both of N numbers, by the derivatives of a place; xi: n numbers for
- * the rotations of dy. */
+/* The change of the slope (E(q) v, a, f) at y for a change dy, both of N numbers, with the derivatives of a place. The
+ * n numbers xi are scratch for the rotations of dy. */
 void kt_slope_change(const kt_step_work *w, size_t place, const double *y, const double *dy, double *xi, double *out);
 
-/* The tangents of a step, into w->next and w->end: w->states columns and `held` ones. */
+/* Computes the tangents of a step, into w->next and w->end: w->states columns, and `held` columns of held inputs. */
 KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);
 
-/* A and B of these (NULL: not asked for); the own states after the step go to the data. */
+/* Copies these tangents to A and B (NULL: not requested). The auxiliary states after the step go to the data. */
 void kt_step_give(const kt_step_work *w, double *A, double *B);
 
-/* a_p at a state y with the accelerations a, from w->by_tau: into w->parameter->by_parameter. */
+/* Computes a_p at a state y with the accelerations a, from w->by_tau, into w->parameter->by_parameter. */
 KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, double t, const double *y, const double *a, kt_error *error);
 
-/* The adjoint of the step from q, v. After kt_adjoint_run w->next is the state after the step; the gradient with
- * respect to it is then put into w->by_next, and kt_adjoint_sweep turns this one into that with respect to the state
- * before (tangent), and w->by_force into that with respect to tau. */
+/* The adjoint of the step from q, v. kt_adjoint_run computes the state after the step, w->next. The caller puts the
+ * gradient by that state into w->by_next. Then kt_adjoint_sweep turns it into the gradient by the state before
+ * (tangent), and w->by_force into the gradient by tau. */
 KT_CHECKED kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error);
 
-/* What kt_adjoint_run has computed: of the slopes of all stages what is kept (stages x kt_step_kept), the state after the step, and the
- * iterations of its projection; and the same as kt_adjoint_run from them. */
+/* Saves the results of kt_adjoint_run: the kept part of all slopes (stages x kt_step_kept), the state after the step,
+ * and the iterations of its projection. The function kt_adjoint_recall restores the results of kt_adjoint_run from
+ * these. */
 void kt_adjoint_keep(const kt_step_work *w, double *slopes, double *next, uint32_t *iterations);
 KT_CHECKED kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *slopes,
                                        const double *next, uint32_t iterations, kt_error *error);
 
-/* The adjoint of the accelerations of stage i: mu . da = by_xi . xi + by_v . dv + by_tau . dtau; the three are in
+/* The adjoint of the accelerations of stage i: mu . da = by_xi . xi + by_v . dv + by_tau . dtau. All three go to
  * w->tangent. */
 KT_CHECKED kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *mu, kt_error *error);
 
-/* With loops: the response to mu, and what is added to w->tangent for their multipliers, from what kt_gradient_evaluate
- * has left in w->inverse_force and w->momentum. */
+/* With loops: the response to mu, and the part of their multipliers in w->tangent. The second function uses the results
+ * of kt_gradient_evaluate in w->inverse_force and w->momentum. */
 KT_CHECKED kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
                                       kt_error *error);
 KT_CHECKED kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt_error *error);
 
-/* Adds w . dQ of effects in joints at a state. Numbers of q, v and of the gradients are `stride` apart: those of a lane among
- * others. And why the adjoint of a model's accelerations is not one sweep; NULL: it is, since all effects are joint forces
- * that the library can differentiate. */
+/* Adds w . dQ of effects in joints at a state. Numbers of q, v and of the gradients are `stride` apart, as in a lane
+ * among others. */
 void kt_joint_effects_add(const kt_model *model, double t, size_t stride, const double *q, const double *v,
                           const double *by_tau, double *by_xi, double *by_v);
+/* The reason why the adjoint of a model's accelerations is not one sweep. NULL if it is one sweep, since all effects
+ * are joint forces that the library can differentiate. */
 const char *kt_sweep_refused(const kt_model *model);
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
-/* The memory of a motion that is reversed (revolve.c): checkpoints of so many numbers, `kept` of them in use, of which the
- * last one is that of the step at hand; of which steps, and whether the step from it has been taken since. */
+/* The memory of a motion that is reversed (revolve.c). It has `most` checkpoints of `numbers` numbers, of which `kept`
+ * are in use. The last one belongs to the present step. For each checkpoint: the index of its step, and whether the
+ * step from it has been taken since. */
 typedef struct kt_revolve {
     int steps, most, kept;
     size_t numbers;
@@ -503,8 +523,8 @@ typedef struct kt_revolve {
     bool *taken;
 } kt_revolve;
 
-/* From the state at the start of step k to that of k + 1, in place; and the adjoint of step k, whose start is that of the
- * checkpoint `kept`, or of none (-1). */
+/* The callback `advance` goes from the state at the start of step k to that of step k + 1, in place. The callback
+ * `reverse` is the adjoint of step k, which starts at the checkpoint `kept`, or at none (-1). */
 typedef kt_status kt_revolve_advance(void *user, int k, double *state, kt_error *error);
 typedef kt_status kt_revolve_reverse(void *user, int k, int kept, const double *state, kt_error *error);
 
@@ -515,7 +535,7 @@ KT_CHECKED kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, 
 /* The checkpoints of a rollout. */
 int kt_checkpoints_of(const kt_rollout *rollout);
 
-/* Makes quaternions unit, and unless `unprojected` closes the loops, as a simulation does after a step. */
+/* Makes quaternions unit. Closes the loops unless `unprojected`, as a simulation does after a step. */
 KT_CHECKED kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,
                                    kt_error *error);
 

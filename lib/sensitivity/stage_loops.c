@@ -1,4 +1,4 @@
-/* What loops add to the adjoint of an evaluation of accelerations (stage_adjoint.c). */
+/* The part of loops in the adjoint of an evaluation of accelerations (stage_adjoint.c). */
 #include "constraint/gradient.h"
 #include "derivative/loop_response.h"
 #include "mechanism/evaluate.h"
@@ -6,8 +6,9 @@
 
 #include <math.h>
 
-/* Next to a singular position the error of derivatives is compared with accelerations, by a unit of their coordinates:
- * a gradient does not form the derivatives themselves, which are larger where the path bends. */
+/* Rejects derivatives that are too uncertain next to a singular position. Their error is compared with accelerations,
+ * in units of their coordinates. A gradient does not form the derivatives themselves, which are larger where the path
+ * bends. */
 static kt_status refuse_unknown(kt_step_work *w, double t, const double *q, double *a, kt_error *error) {
     const kt_model *model = w->model;
     const double *v = q + model->n.q;
@@ -50,7 +51,7 @@ kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt
         status = kt_loops_multipliers_of(model, w->data, w->momentum, p->residual, error);
     if (status != KT_OK)
         return status;
-    if (model->sweep == KT_SWEEP_PLANAR && kt_loop_gradient_reads_space(model)) /* in space, poses are there */
+    if (model->sweep == KT_SWEEP_PLANAR && kt_loop_gradient_reads_space(model)) /* it needs poses in space */
         status = kt_links_update(model, w->data, q, NULL, NULL, false, NULL, error);
     if (status != KT_OK)
         return status;

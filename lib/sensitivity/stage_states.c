@@ -1,4 +1,4 @@
-/* What own states x add to the slope of a stage: with y = (q, v, x)
+/* The part of auxiliary states x in the slope of a stage. With y = (q, v, x)
  *
  *     K = (E(q) v, a(q, v, x), f(q, v, x))
  *     dK = (d(E v), a_q xi + a_v dv + a_x dx, f_q xi + f_v dv + f_x dx)

@@ -1,7 +1,10 @@
-/* The adjoint of a step. With a gradient y+ with respect to x+ the adjoints of slopes and stages are, from the last
+/* The adjoint of a step. For a gradient y+ with respect to x+, the adjoints of slopes and stages are, from the last
  * stage to the first,
+ *
  *     k_i = h (b_i y+ + sum_{j > i} a_ji x_j),   x_i = (dK_i / dX_i)' k_i,   y = y+ + sum x_i
- * (Sanz-Serna 2016, section 3), between the adjoints of the projection and of the map from rotations to quaternions. */
+ *
+ * (Sanz-Serna 2016, section 3). They come between the adjoints of the projection and of the map from rotations to
+ * quaternions. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
@@ -10,8 +13,8 @@
 
 #include <string.h>
 
-/* Whether A and B are formed: of linearly implicit methods they cost more than what would be saved without, and with own
- * states nothing else is there. */
+/* Whether A and B are formed. For linearly implicit methods, they cost more than a sweep without them would save. With
+ * auxiliary states, there is no other way. */
 static bool is_formed(const kt_step_work *w) { return w->linear || kt_has_own_states(w->model); }
 
 static bool closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.group && !w->step->unprojected; }
@@ -39,7 +42,7 @@ void kt_adjoint_keep(const kt_step_work *w, double *slopes, double *next, uint32
     *iterations = w->projection.iterations;
 }
 
-/* Stages and the state after them, from what is kept of their slopes. */
+/* Restores the stages and the state after them from the kept part of their slopes. */
 static void recall_stages(kt_step_work *w, const double *slopes) {
     const size_t n = w->model->n.v;
     for (size_t i = 0; i < w->stages; i++) {
@@ -54,7 +57,7 @@ kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, c
                             uint32_t iterations, kt_error *error) {
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     kt_step_start(w, q, v);
-    if (is_formed(w)) { /* nothing of it is needed */
+    if (is_formed(w)) { /* the stages are not needed */
         memcpy(w->next, next, N * sizeof *next);
         return KT_OK;
     }
@@ -69,7 +72,7 @@ kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, c
     return closes(w) ? kt_projection_begin(&w->projection, w->raw, w->raw + nq, error) : KT_OK;
 }
 
-/* k_i */
+/* Computes k_i. */
 static void gather(kt_step_work *w, size_t i) {
     const kt_method *method = w->step->method;
     const size_t N = w->model->n.q + w->model->n.v;
@@ -84,7 +87,7 @@ static void gather(kt_step_work *w, size_t i) {
         w->by_slope[l] *= w->step->h;
 }
 
-/* x_i, and the stage's part of the gradient by tau. */
+/* Computes x_i, and adds the stage's part of the gradient by tau. */
 static kt_status pull(kt_step_work *w, size_t i, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
@@ -103,7 +106,7 @@ static kt_status pull(kt_step_work *w, size_t i, kt_error *error) {
     return KT_OK;
 }
 
-/* By A and B. */
+/* Computes the adjoint with A and B. */
 static kt_status multiply(kt_step_work *w, kt_error *error) {
     const size_t nq = w->model->n.q, n = w->model->n.v, m = KT_OWN_STATES(&w->model->n), N = kt_state_numbers(w->model);
     memcpy(w->raw, w->y, N * sizeof *w->raw);

@@ -1,12 +1,13 @@
 /* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one
- * change, of the start (xi, dv) or of what is held (dtau, dp); the equations are in the public header. */
+ * change. The change is one of the start (xi, dv) or of a held input (dtau, dp). The equations are in the public
+ * header. */
 #include "base/copy.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
 
-/* The changes at the start: unit vectors of xi and dv, zero for what is held. What pads the columns stays zero in all
- * that follows. */
+/* Sets the changes at the start: unit vectors of xi and dv, zero for held inputs. The padding of the columns stays zero
+ * from here on. */
 static void begin(kt_step_work *w, size_t columns) {
     const size_t n = w->model->n.v, Q = kt_padded(w->model->n.q), V = kt_padded(n);
     memset(w->start_q, 0, Q * columns * sizeof *w->start_q);
@@ -28,8 +29,8 @@ static void begin(kt_step_work *w, size_t columns) {
     }
 }
 
-/* Forms dK_i: the derivatives by what is held, the rates of positions, and unless i is 0 a_q xi + a_v dv; at the start
- * xi and dv are unit vectors or zero, and the derivatives themselves are copied. */
+/* Forms dK_i: the derivatives by held inputs, the rates of positions, and a_q xi + a_v dv unless i is 0. At the start,
+ * xi and dv are unit vectors or zero, so that the derivatives themselves are copied. */
 static void propagate(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
@@ -50,7 +51,7 @@ static void propagate(kt_step_work *w, const kt_products *products, size_t i, si
         products->product(n, w->by_q, w->by_v, w->tiles, columns, kt_is_plain(model) ? dq : w->xi, dv, rate);
 }
 
-/* Forms dX_i, or after the last stage the changes at the end, from the rates: into change_q and *dv. */
+/* Forms dX_i (or, after the last stage, the changes at the end) from the rates: into change_q and *dv. */
 static void combine(kt_step_work *w, const kt_products *products, const double *row, size_t count, size_t columns,
                     double *dv) {
     const size_t Q = kt_padded(w->model->n.q) * columns, V = kt_padded(w->model->n.v) * columns;
@@ -59,9 +60,9 @@ static void combine(kt_step_work *w, const kt_products *products, const double *
     products->sum(dv, w->start_v, w->step->h, row, count, w->rate_v, V);
 }
 
-/* Refuses what is known too little next to a singular position after the step: the columns of states or, where there are
- * none, of what is held. A unit of these moves positions little or not at all, and velocities: those by positions are
- * compared with what positions move by. */
+/* Rejects derivatives that are too uncertain next to a singular position after the step. They are the columns of states
+ * or, without these, of held inputs. A unit of a held input moves positions and velocities little or not at all. Its
+ * velocities are therefore compared with its positions. */
 static kt_status refuse_unknown(const kt_step_work *w, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, count = w->states > 0 ? model->n.group_v : columns;
@@ -130,7 +131,7 @@ static kt_status refuse_overflow(kt_error *error) {
                         "they overflow: look for a step that is far too long, or for a force that is huge");
 }
 
-/* Of a model with own states. */
+/* kt_step_tangents of a model with auxiliary states. */
 static kt_status find_own_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     const size_t n = w->model->n.v, columns = w->states + held;
     kt_status status = kt_own_step_tangents(w, q, v, held, error);

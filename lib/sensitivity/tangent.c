@@ -1,9 +1,11 @@
-/* Changes of positions as rotations. A quaternion p changes by dp = p o (s, xi / 2): xi is its rotation in the body
- * frame, and s the change of its norm. Its rate p' = p o (0, w) / 2 is linear in both factors.
+/* Changes of positions as rotations. A quaternion p changes by dp = p o (s, xi / 2), with its rotation xi in the body
+ * frame and the change s of its norm. Its rate p' = p o (0, w) / 2 is linear in both factors.
  *
- * Of q+ = q (+) x, p+ = p o exp(x / 2), which is a unit vector again,
+ * For q+ = q (+) x, p+ = p o exp(x / 2) is a unit vector again, and
+ *
  *     xi+ = exp(-x) xi + T(x) dx,   T(x) = 1 - (1 - cos r) / r^2 [x] + (r - sin r) / r^3 [x]^2,   r = |x|
- * (the right Jacobian of the exponential map). */
+ *
+ * T is the right Jacobian of the exponential map. */
 #include "joint/joint.h"
 #include "kinetree/joint.h"
 #include "sensitivity/sensitivity.h"
