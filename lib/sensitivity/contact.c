@@ -1,8 +1,8 @@
-/* Hard contacts, stops and slack ropes in a step that is a function of a state, and in its derivatives. These are those of the
- * equations of the model, in which each is open or closed from the beginning of the step to its end; where one closes within
- * it, or its reaction would begin to pull, the motion has an event there, which the step would leave out. Friction that
- * sticks has one where it comes to rest, and where it begins to slip. Such steps are refused, as they are wrong by more than
- * rounding. */
+/* Hard contacts, stops and slack ropes in a step that is a function of a state, and in its derivatives. The step uses
+ * the equations of the model. In these, each of them is open or closed from the beginning of the step to its end. If
+ * one closes within the step, or its reaction changes sign, the motion has an event there, which the step would omit.
+ * Friction that sticks has an event if it comes to rest, and if it begins to slip. Such steps are rejected, as their
+ * error exceeds rounding. */
 #include "dynamics/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -14,7 +14,8 @@
 
 #if KT_HAS_SWITCHES
 
-/* Gaps within this part of the mechanism's length, or of 1 m or rad, and reactions within this part of the largest one touch. */
+/* Gaps within this part of the mechanism's length, or of 1 m or rad, count as zero. So do reactions within this part of
+ * the largest one. */
 static const double rounding = 1e-9;
 
 static uint64_t bit_of(const kt_model *model, size_t loop) { return (uint64_t)1 << kt_loop_switch(model, (int)loop); }
@@ -33,7 +34,7 @@ static kt_status refuse(const kt_step_work *w, size_t loop, const char *what, do
         what, size);
 }
 
-/* Friction that sticks: of a joint always, of a contact while it sticks. */
+/* Rejects steps with friction that sticks: friction of a joint always, friction of a contact while it sticks. */
 static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
     char where[KT_WHERE_SIZE];
     for (size_t i = 0; i < w->model->n.loop; i++) {
@@ -50,7 +51,7 @@ static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
     return KT_OK;
 }
 
-/* Gaps of those that are open. */
+/* Checks the gaps of open contacts. */
 static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, kt_error *error) {
     const kt_model *model = w->model,
                    *all = kt_model_switched(model, model->set | mask | model->family->switches.masked);
@@ -71,7 +72,7 @@ static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, 
     return status;
 }
 
-/* Reactions of those that are closed. */
+/* Checks the reactions of closed contacts. */
 static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *error) {
     const kt_model *model = w->model;
     kt_data *data = NULL;
@@ -95,7 +96,7 @@ static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *
     return status;
 }
 
-/* The switches of all that bounds a side. */
+/* The switches of all loops that bound a side. */
 static uint64_t mask_of(const kt_model *model) {
     uint64_t mask = 0;
     for (size_t i = 0; model->family != NULL && i < model->n.loop; i++)

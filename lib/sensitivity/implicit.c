@@ -1,24 +1,36 @@
 /* The stages of an implicit method, solved to rounding, and the linear equations that they share with their changes.
  *
  * With the slopes K_i = f(t + c_i h, Y_i) as unknowns, f = (E(q) v, a),
- *     Y_i = y + h sum_j a_ij K_j,   K_i = f_i(Y_i),   y+ = Y_s
- * Newton's corrections, and the changes dK_i that follow from those of y and of what is held (the implicit function
- * theorem), solve
- *     dK_i - h F_i sum_j a_ij dK_j = r_i,   F_i = f_y(Y_i),   sum over the stages that are solved together
- * with r_i = f(Y_i) - K_i, or F_i dY_i + f_p dp of the changes that come from outside. Stages are solved together where
- * a_ij couples them forward: one after the other in diagonally implicit methods, all three of Radau IIA. Where positions
- * are plain numbers their slopes V_i = v + h sum a_ij A_j are put in, and A_i = dv/dt alone is unknown:
- *     dA_i - h F^v_i sum_j a_ij dA_j - h^2 F^q_i sum_j (a^2)_ij dA_j = r_i
- * With quaternions unknowns are the slopes of all N numbers, and F has the terms of E and of the rotation xi that dp is
- * (tangent.c).
  *
- * The iteration. Where h F is small, which the first residuals over the slopes themselves tell, K_i = f(Y_i) is iterated
- * without F, which costs up to 24 evaluations. Else F is that of one stage as it is guessed, for all of them, as long as
- * corrections shrink. Where they do not, as where a contact closes within the step, F is computed at the stages
- * themselves at every iteration, and corrections are
- * damped, as in integrator/dirk.c: with the largest lambda = 1, 1/2, .. for which the correction that follows with the
- * same factors is shorter than (1 - lambda / 4) of this one. Corrections are judged by rounding of the state, as those
- * of a simulation with fixed steps (integrator/newton.c).
+ *     Y_i = y + h sum_j a_ij K_j,   K_i = f_i(Y_i),   y+ = Y_s
+ *
+ * The same equations hold for Newton's corrections and for the changes dK_i. The latter follow from changes of y and of
+ * held inputs, by the implicit function theorem.
+ *
+ *     dK_i - h F_i sum_j a_ij dK_j = r_i,   F_i = f_y(Y_i),   sum over the stages that are solved together
+ *
+ * For corrections r_i = f(Y_i) - K_i. For changes from outside r_i = F_i dY_i + f_p dp. Stages are solved together if
+ * a_ij couples them forward. Diagonally implicit methods solve them one after the other, Radau IIA all three together.
+ * If positions are plain numbers, their slopes V_i = v + h sum a_ij A_j are inserted, and only A_i = dv/dt is unknown:
+ *
+ *     dA_i - h F^v_i sum_j a_ij dA_j - h^2 F^q_i sum_j (a^2)_ij dA_j = r_i
+ *
+ * With quaternions, the unknowns are the slopes of all N numbers. F then contains the terms of E and of the rotation xi
+ * of dp (tangent.c).
+ *
+ * The iteration has three forms.
+ *
+ * - If h F is small, as judged by the ratio of the first residuals to the slopes, K_i = f(Y_i) is iterated without F.
+ *   (F costs up to 24 evaluations.)
+ *
+ * - Otherwise F of one guessed stage serves all stages, as long as corrections shrink.
+ *
+ * - If they do not shrink, for example because a contact closes within the step, F is computed at the stages themselves
+ *   in every iteration. Corrections are then damped, as in integrator/dirk.c. The factor is the largest lambda = 1,
+ *   1/2, .. that makes the next correction, with the same factors, shorter than (1 - lambda / 4) of this one.
+ *
+ * Corrections are compared with rounding of the state, like those of a simulation with fixed steps
+ * (integrator/newton.c).
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8; P. Deuflhard, Newton
  * Methods for Nonlinear Problems, 2004, section 3.3.
@@ -31,10 +43,10 @@
 #include <string.h>
 
 enum { ITERATIONS = 50, HALVINGS = 20 };
-#define QUICK 0.02      /* residuals that shrink to less need no F: rounding is eight evaluations away */
-#define SLOW 0.25       /* corrections that shrink less ask for another F */
+#define QUICK 0.02      /* residuals that shrink below this ratio need no F: rounding is eight evaluations away */
+#define SLOW 0.25       /* corrections that shrink less require another F */
 #define SMALL_PART 1e-3 /* components count as at least this part of the largest one */
-#define ROUNDED 1e4     /* roundings: corrections below that may stop shrinking */
+#define ROUNDED 1e4     /* in roundings: smaller corrections may stop shrinking */
 
 /* ---- tables ------------------------------------------------------------------------------------------------------ */
 
@@ -77,10 +89,10 @@ size_t kt_coupled_most(const kt_method *method) {
 
 static size_t numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
 
-/* Where accelerations stand among the unknowns of a stage. */
+/* The index of the accelerations among the unknowns of a stage. */
 static size_t rates_of(const kt_step_work *w) { return kt_is_reduced(w->model) ? 0 : w->model->n.q; }
 
-/* y + h sum_{j < end} a_ij k_j, of `count` numbers from the `from`-th on. */
+/* Computes y + h sum_{j < end} a_ij k_j, for `count` numbers from index `from` on. */
 static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, size_t count, double *out) {
     const size_t N = numbers_of(w);
     memcpy(out, w->y + from, count * sizeof *out);
@@ -110,7 +122,7 @@ bool kt_coupled_has_mass(const kt_step_work *w) {
     return !w->model->n.group && !w->parameter && !kt_has_own_states(w->model);
 }
 
-/* to += factor F_i e of all unit vectors e, with quaternions or own states. */
+/* to += factor F_i e for all unit vectors e, with quaternions or auxiliary states. */
 static void add_whole(const kt_step_work *w, size_t i, size_t place, double factor, size_t m, double *to) {
     const size_t N = numbers_of(w);
     double *unit = w->unit_state, *change = unit + N, *xi = change + N;
@@ -132,7 +144,7 @@ static double squared(const kt_method *method, kt_coupled c, size_t i, size_t j)
     return sum;
 }
 
-/* Block (i, j) of the matrix, whose columns have m numbers. */
+/* Adds block (i, j) to the matrix, whose columns have m numbers. */
 static void add_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, size_t m, double *to) {
     const size_t n = w->model->n.v, at = w->one_derivative ? 0 : i - c.first;
     const double h = w->step->h, a = h * entry(w->step->method, i, j);
@@ -174,7 +186,7 @@ void kt_coupled_solve_transposed(const kt_step_work *w, kt_coupled c, double *x)
     kt_lu_solve_transposed(w->matrix, (c.end - c.first) * w->unknowns, w->pivot, x);
 }
 
-/* Newton's correction, from the residual in its place. */
+/* Computes Newton's correction, in place of the residual. */
 static void correct(const kt_step_work *w, kt_coupled c) {
     const size_t n = w->model->n.v;
     for (size_t i = c.first; i < c.end && kt_coupled_has_mass(w); i++) {
@@ -186,8 +198,8 @@ static void correct(const kt_step_work *w, kt_coupled c) {
     kt_coupled_solve(w, c, w->correction);
 }
 
-/* F at a stage, into the place of a stage of those that are solved together; a: its accelerations. Of trees M F, and M
- * (kt_stiffness_evaluate). */
+/* Computes F at a stage, into the place of one of the stages that are solved together. a: its accelerations. For trees,
+ * it computes M F, and M (kt_stiffness_evaluate). */
 static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, const double *a, bool inputs,
                                kt_error *error) {
     const kt_model *model = w->model;
@@ -229,7 +241,7 @@ kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, k
 
 /* ---- the iteration ----------------------------------------------------------------------------------------------- */
 
-/* r_i = f(Y_i) - K_i at the present slopes; accelerations into w->reached. */
+/* Computes r_i = f(Y_i) - K_i at the present slopes, and the accelerations into w->reached. */
 static kt_status find_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns;
@@ -286,7 +298,7 @@ static void keep(const kt_step_work *w, kt_coupled c, double *to) {
         memcpy(to + (i - c.first) * m, w->slope + i * N + N - m, m * sizeof *to);
 }
 
-/* F at the stages as they are, and the correction with it from the residual that was found there. */
+/* Computes F at the present stages, and the correction with it from their residual. */
 static kt_status relinearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     kt_status status = KT_OK;
     w->one_derivative = false;
@@ -306,7 +318,7 @@ static kt_status diverged(const kt_step_work *w, double size, kt_error *error) {
                         w->step->method->name, w->step->h, 4.0 * DBL_EPSILON * size);
 }
 
-/* Newton's iteration with F at every iterate, damped, from the slopes as they are. */
+/* Newton's iteration with F at every iterate, damped, from the present slopes. */
 static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
     const size_t bytes = (c.end - c.first) * w->unknowns * sizeof(double);
     double size = HUGE_VAL;
@@ -340,9 +352,9 @@ static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
     return diverged(w, size, error);
 }
 
-/* Whether the iteration without F is worth a trial: F costs many evaluations (9 of a chain of 20 links, 24 of a four-bar
- * in a plane; but 2 of a governor, a tree of four coordinates), and the residuals, by which f changes over the step, are
- * small against the accelerations that are guessed. */
+/* Whether a trial of the iteration without F pays. F must cost many evaluations: 9 for a chain of 20 links, 24 for a
+ * four-bar in a plane, but 2 for a governor, a tree of four coordinates. Besides, the residuals must be small against
+ * the guessed accelerations. They measure the change of f over the step. */
 static bool is_gentle(const kt_step_work *w, kt_coupled c) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns, rates = rates_of(w);
@@ -359,7 +371,7 @@ static bool is_gentle(const kt_step_work *w, kt_coupled c) {
     return change <= QUICK * QUICK * size;
 }
 
-/* Back to the guess and its residual. */
+/* Restores the guess and its residual. */
 static void take_guess(kt_step_work *w, kt_coupled c) {
     const size_t n = w->model->n.v, m = w->unknowns, count = c.end - c.first, rates = rates_of(w);
     move(w, c, 0.0, w->guess, w->guess);
@@ -370,8 +382,8 @@ static void take_guess(kt_step_work *w, kt_coupled c) {
     kt_coupled_form(w, c);
 }
 
-/* The iteration without F, from the residual of the guess. *done: it has come to rounding; otherwise the slopes and their
- * residual are where it was left, those of the guess if that is nearer. */
+/* The iteration without F, from the residual of the guess. *done: it has converged to rounding. Otherwise the slopes
+ * and their residual are the last ones, or those of the guess if these are nearer. */
 static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_error *error) {
     double size = size_of(w, c, w->correction), theta = 0.0;
     keep(w, c, w->guess);
@@ -396,8 +408,8 @@ static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_err
     return KT_OK;
 }
 
-/* F at the middle one of the stages as they are guessed, for all of them: closer to the solution than at the start. Their
- * residual has been found. */
+/* Computes F at the middle one of the guessed stages, for all stages: it is closer to the solution than the start. The
+ * residual of the stages is available. */
 static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     const size_t middle = (c.end - c.first) / 2;
     kt_status status = differentiate(w, c.first + middle, 0, w->reached + middle * w->model->n.v, false, error);
@@ -406,9 +418,9 @@ static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     return status == KT_OK ? kt_coupled_factor(w, c, error) : status;
 }
 
-/* The simplified iteration, from the residual of the guess. What is missing after a correction is theta / (1 - theta) of
- * it, theta being its size over that of the last one. *slow: it does not converge well, and the slopes are as at the
- * beginning. */
+/* The simplified iteration, from the residual of the guess. With the ratio theta of a correction to the last one, the
+ * remaining error is theta / (1 - theta) times the correction. If it does not converge well, *slow is true, and the
+ * slopes are those at the beginning. */
 static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_error *error) {
     double last = HUGE_VAL;
     keep(w, c, w->guess);
@@ -437,7 +449,7 @@ static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_
 
 /* ---- all stages -------------------------------------------------------------------------------------------------- */
 
-/* Stage 0 is the start itself; its slope is the guess of all. */
+/* Begins with stage 0, which is the start itself. Its slope is the guess for all stages. */
 static kt_status begin(kt_step_work *w, kt_error *error) {
     memcpy(w->stage, w->y, numbers_of(w) * sizeof *w->stage);
     return kt_step_slope(w, w->step->t, w->y, w->slope, error);

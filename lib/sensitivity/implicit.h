@@ -12,15 +12,17 @@ typedef struct kt_coupled {
     size_t first, end;
 } kt_coupled;
 
-/* Those from stage `first` on; whether anything depends on them. */
+/* The stages from stage `first` on that are solved together. */
 kt_coupled kt_coupled_at(const kt_method *method, size_t first);
+/* Whether the step depends on these stages. */
 bool kt_coupled_counts(const kt_method *method, kt_coupled c);
 
-/* Forms the states Y_i of these stages from all slopes known. */
+/* Forms the states Y_i of these stages from all available slopes. */
 void kt_coupled_form(kt_step_work *w, kt_coupled c);
 
-/* F of each stage (w->by_q, w->by_v), and with `held` columns f_p (w->by_held), at the solved stages; and the factors.
- * Rows of accelerations are multiplied by M where that takes no solution: of trees, unless a parameter is asked for. */
+/* Computes F of each stage (w->by_q, w->by_v), and with `held` columns f_p (w->by_held), at the solved stages; then
+ * factors. Rows of accelerations are multiplied by M if that needs no solution: for trees, unless a parameter is
+ * requested. */
 bool kt_coupled_has_mass(const kt_step_work *w);
 KT_CHECKED kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error);
 KT_CHECKED kt_status kt_coupled_factor(kt_step_work *w, kt_coupled c, kt_error *error);
@@ -32,7 +34,8 @@ void kt_coupled_solve_transposed(const kt_step_work *w, kt_coupled c, double *x)
 /* Solves for dK of all columns at stages that have been differentiated. */
 typedef void kt_coupled_columns(kt_step_work *w, kt_coupled c, size_t columns);
 
-/* Takes the stages at (q, v), and dK of the columns at all that anything depends on: of the state, and `held` more. */
+/* Takes the stages at (q, v), and dK of the columns at all stages that the step depends on. There are columns of the
+ * state, and `held` more. */
 KT_CHECKED kt_status kt_coupled_change(kt_step_work *w, const double *q, const double *v, size_t held,
                                        kt_coupled_columns *solve, kt_error *error);
 

@@ -1,12 +1,17 @@
-/* What the stages of an implicit method change by, by the implicit function theorem at the solved stages, and the
- * adjoint of that. With the stages of c solved together, and all sums but the first over them alone,
+/* Changes of the stages of an implicit method, by the implicit function theorem at the solved stages, and their
+ * adjoint. Let c be the stages that are solved together. All sums but the first are over these stages only.
+ *
  *     dP_i = dy + h sum_{j before c} a_ij dK_j
  *     dK_i - h F_i sum_j a_ij dK_j = F_i dP_i + f_p dp          dY_i = dP_i + h sum_j a_ij dK_j
- * and y+ = Y_s. Of a gradient y+ with respect to the state after the step, with x_i that with respect to Y_i,
+ *
+ * and y+ = Y_s. For the adjoint, let y+ be a gradient with respect to the state after the step, and x_i that with
+ * respect to Y_i:
+ *
  *     s_i = h (b_i y+ + sum_{j after c} a_ji x_j)
  *     k_i - h sum_j a_ji F_j' k_j = s_i,   x_i = F_i' k_i,   y = y+ + sum x_i,   p = sum f_p' k_i
- * Where positions are plain numbers dK of positions is dV, and k of positions s^q_i + h sum_j a_ji x^q_j: the equations
- * for accelerations alone have the matrix of implicit.c, transposed. */
+ *
+ * If positions are plain numbers, dK of positions is dV, and k of positions is s^q_i + h sum_j a_ji x^q_j. The
+ * equations for accelerations alone then have the transposed matrix of implicit.c. */
 #include "sensitivity/implicit.h"
 
 #include <string.h>
@@ -25,7 +30,7 @@ static void add(double *restrict to, double factor, const double *restrict x, si
 typedef struct column {
     const double *start_q, *start_v;
     double *rate_q, *rate_v, *change_v;
-    size_t next_q, next_v; /* from one stage to the next */
+    size_t next_q, next_v; /* strides from one stage to the next */
 } column;
 
 static column column_of(const kt_step_work *w, size_t columns, size_t k) {
@@ -40,7 +45,7 @@ static column column_of(const kt_step_work *w, size_t columns, size_t k) {
                     .next_v = columns * V};
 }
 
-/* dP_i: positions into w->outside, velocities into change_v. */
+/* Computes dP_i: positions into w->outside, velocities into change_v. */
 static void gather(kt_step_work *w, kt_coupled c, size_t i, const column *k) {
     const size_t nq = w->model->n.q, n = w->model->n.v;
     const double h = w->step->h;
@@ -54,7 +59,7 @@ static void gather(kt_step_work *w, kt_coupled c, size_t i, const column *k) {
     }
 }
 
-/* The right-hand side of stage i. */
+/* Forms the right-hand side of stage i. */
 static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k, const double *held) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, at = i - c.first, rates = w->unknowns - n;
@@ -78,7 +83,7 @@ static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k,
         add(right + rates, 1.0, held + at * n * w->held_most, n);
 }
 
-/* Whether the start alone changes the stages from outside: by a unit vector of positions or of velocities. */
+/* Whether only the start changes the stages from outside: by a unit vector of positions or of velocities. */
 static bool begins(const kt_step_work *w, kt_coupled c) {
     bool others = !kt_is_plain(w->model);
     for (size_t i = c.first; i < c.end; i++)
@@ -87,8 +92,8 @@ static bool begins(const kt_step_work *w, kt_coupled c) {
     return !others;
 }
 
-/* The right-hand sides of column j then: columns of F, where a velocity moves positions by h sum a_ij; or of what is
- * held. */
+/* Forms the right-hand sides of column j if `begins` holds. They are columns of F, in which a velocity moves positions
+ * by h sum a_ij, or columns of held inputs. */
 static void form_unit(kt_step_work *w, kt_coupled c, size_t j, const column *k, const double *held) {
     const size_t n = w->model->n.v;
     for (size_t i = c.first; i < c.end; i++) {
@@ -103,7 +108,7 @@ static void form_unit(kt_step_work *w, kt_coupled c, size_t j, const column *k, 
     }
 }
 
-/* The right-hand sides of a column. */
+/* Forms the right-hand sides of a column. */
 static void form_column(kt_step_work *w, kt_coupled c, const column *k, const double *held) {
     for (size_t i = c.first; i < c.end; i++)
         gather(w, c, i, k);
@@ -111,7 +116,7 @@ static void form_column(kt_step_work *w, kt_coupled c, const column *k, const do
         form_right(w, c, i, k, held);
 }
 
-/* dK of a column from the solution, and where positions are plain dV. */
+/* Copies dK of a column from the solution. If positions are plain numbers, adds dV. */
 static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
     const size_t n = w->model->n.v, rates = w->unknowns - n;
     for (size_t i = c.first; i < c.end; i++) {
@@ -125,7 +130,7 @@ static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
             add(k->change_v + i * k->next_v, w->step->h * entry(w->step->method, i, j), k->rate_v + j * k->next_v, n);
 }
 
-/* dK of the columns first .. end - 1, at most KT_LANES. */
+/* Solves for dK of the columns first .. end - 1, at most KT_LANES. */
 static void solve_lanes(kt_step_work *w, kt_coupled c, size_t columns, size_t first, size_t end) {
     const size_t u = (c.end - c.first) * w->unknowns, n = w->model->n.v;
     const bool begin = begins(w, c);
@@ -174,7 +179,7 @@ kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v,
 
 /* ---- the adjoint ------------------------------------------------------------------------------------------------- */
 
-/* s_i */
+/* Computes s_i. */
 static void gather_adjoint(const kt_step_work *w, kt_coupled c, size_t i, double *s) {
     const kt_method *method = w->step->method;
     const size_t N = w->model->n.q + w->model->n.v;
@@ -191,7 +196,7 @@ static void add_transposed(const double *a, size_t n, const double *x, double *y
         y[j] += kt_dense_dot(a + j * n, x, (int)n);
 }
 
-/* x^q_i of plain positions: they are part of the right-hand side and of the result. */
+/* The solution for plain positions: x^q_i is a part of the right-hand side and of the result. */
 static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
     const kt_method *method = w->step->method;
     const size_t n = w->model->n.v, N = 2 * n;

@@ -1,17 +1,26 @@
 /* A and B of a simulation's motion over an interval, through the events in it.
  *
- * Between events they are products of those of the steps. An event is the root of g(t, x) along the motion, and the state behind
- * it is x+ = R(t, x-): an impact, a contact that closes, an action. A motion that is off by dx at the time of the event comes to
- * its own root dt later,
- *     dt = -(g_x dx) / g',   g' = g_t + g_x f-
- * is off by d = dx + f- dt there, by R_x d + R_t dt behind it, and back at the time of the event, along the motion behind it, by
- *     dx+ = R_x (dx + f- dt) + R_t dt - f+ dt
- * the saltation matrix times dx (Aizerman, Gantmacher, QJMAM 11, 1958; Leine, Nijmeijer, Dynamics and Bifurcations of
- * Non-Smooth Mechanical Systems, 2004, 7.1). R, which is known as what a simulation does, is differenced along the columns of A
- * and B alone: d is tangent to g = 0 and to the loops, so that neighbours meet the event, too. So are g_x dx and g', of order four.
+ * Between events, they are products of the matrices of the steps. An event is the root of g(t, x) along the motion. The
+ * state after the event is x+ = R(t, x-): an impact, a contact that closes, an action. A neighbouring motion that
+ * differs by dx at the time of the event reaches its own root later by
  *
- * Every neighbour is set in the simulation itself, which a checkpoint takes back. Where one has another outcome than the motion
- * (closes another set of contacts), or g touches zero without crossing it, there is no derivative, and the call says so.
+ *     dt = -(g_x dx) / g',   g' = g_t + g_x f-
+ *
+ * There it differs by d = dx + f- dt, and after the event by R_x d + R_t dt. Along the motion after the event, back at
+ * the time of the event, it differs by
+ *
+ *     dx+ = R_x (dx + f- dt) + R_t dt - f+ dt
+ *
+ * This is the saltation matrix times dx. The simulation itself evaluates R, and R is differenced only along the columns
+ * of A and B. The change d is tangent to g = 0 and to the loops, so that neighbours reach the event, too. R_x d, g_x dx
+ * and g' are differences of order four.
+ *
+ * Every neighbour is set in the simulation itself, and a checkpoint restores the simulation. There is no derivative if
+ * a neighbour has another outcome than the motion (it closes another set of contacts). Nor is there one if g touches
+ * zero without crossing it. The call then reports an error.
+ *
+ * Sources: Aizerman, Gantmacher, QJMAM 11, 1958; Leine, Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
+ * Systems, 2004, 7.1.
  */
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
@@ -23,9 +32,11 @@
 #include <math.h>
 #include <stdio.h>
 
-/* A difference moves the largest number of a change by this: within what a contact takes for rest, and far above rounding. */
+/* The shift of the largest number of a change in a difference: a contact still counts it as rest, and it is far above
+ * rounding. */
 static const double reach = 1e-4;
-/* g' below this part of the largest |g| of a neighbour over its distance: the event is touched and not crossed. */
+/* If g' is below this part of the largest |g| of a neighbour over its distance, the event is touched and not crossed.
+ */
 static const double grazing = 1e-7;
 
 /* Every array: type, name, count, meaning. N numbers of a change, n of the integrator's state, C columns: N and nv. */
@@ -56,7 +67,8 @@ typedef struct motion {
     KT_ARENA_DECLARE(KT_MOTION_FIELDS)
 } motion;
 
-/* What changes at a rate: the state by `change` (N), the joint force of the coordinate tau (-1: none) by 1, the time by `time`. */
+/* A direction of differences. The state changes at the rate `change` (N), and the time at the rate `time`. The joint
+ * force of the coordinate tau changes at the rate 1 (-1: none). */
 typedef struct direction {
     const double *change;
     int tau;
@@ -67,14 +79,14 @@ KT_ARENA_ARRAYS(place_arrays, motion, KT_MOTION_FIELDS, const motion *m)
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* The method whose steps are differentiated: that of the simulation, or where its steps depend on earlier ones and are no functions
- * of a state, radau5 over the same steps, which is stable over whatever these are. */
+/* The method whose steps are differentiated: the method of the simulation. If its steps depend on earlier ones, they
+ * are no functions of a state. Then it is radau5 over the same steps, which is stable for any length of these. */
 static const kt_method *method_of(const kt_simulation *simulation) {
     const kt_method *method = kt_integrator_method(simulation->integrator);
     return kt_step_work_size(simulation->model, method) > 0 ? method : kt_method_find("radau5");
 }
 
-/* Work of a step, of each set of what is switched. */
+/* The work of a step, for the largest of all sets of switches. */
 static size_t step_size_of(const kt_model *model, const kt_method *method) {
     size_t most = kt_step_work_size(model, method);
 #if KT_HAS_SWITCHES
@@ -144,13 +156,13 @@ static kt_status begin(motion *m, kt_simulation *simulation, void *work, size_t 
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-/* Where a step begins or ends at a corner of a function of time, its slopes are those from inside of it. */
+/* The time of the slopes at t. At a breakpoint at either end of a step, slopes are evaluated inside of the step. */
 static double time_inside(const kt_simulation *simulation, double t) {
     const kt_corners *c = &simulation->corners;
     return !c->any ? t : t == c->end ? c->before : t == c->begin ? c->after : t;
 }
 
-/* change = A change, and B is added to the columns of joint forces. */
+/* change = A change. B is added to the columns of joint forces. */
 static void multiply(motion *m) {
     for (size_t j = 0; j < m->columns; j++) {
         const double *from = m->change + j * m->N;
@@ -166,7 +178,7 @@ static void multiply(motion *m) {
     kt_copy(m->change, m->moved, m->N * m->columns * sizeof *m->change);
 }
 
-/* The step that the simulation has taken from (t0, start). */
+/* Adds the step that the simulation has taken from (t0, start). */
 static kt_status add_step(motion *m, double t0, kt_error *error) {
     const kt_simulation *simulation = m->simulation;
     const double from = time_inside(simulation, t0);
@@ -202,7 +214,7 @@ static kt_status refuse(const motion *m, size_t k, kt_status code, const char *w
     return kt_error_set(error, code, where, "%s", words);
 }
 
-/* The event that changes the motion, of those that happen at the present time; event_count: none does. */
+/* Finds the event at the present time that changes the motion; event_count: there is none. */
 static kt_status find_event(const motion *m, size_t *event, kt_error *error) {
     const kt_simulation *simulation = m->simulation;
     const size_t contacts = kt_simulation_contact_events(simulation);
@@ -225,7 +237,8 @@ static kt_status find_event(const motion *m, size_t *event, kt_error *error) {
     return KT_OK;
 }
 
-/* The neighbour at a distance s along a direction: to m->y, and its joint forces to the simulation. */
+/* Writes the neighbour at a distance s along a direction to m->y, and its joint forces to the simulation. Returns its
+ * time. */
 static double make_neighbour(motion *m, const direction *d, double s) {
     kt_simulation *simulation = m->simulation;
     const size_t nq = m->nq, nv = m->nv;
@@ -266,7 +279,7 @@ static kt_status difference_value(motion *m, size_t k, const direction *d, doubl
     for (int i = 0; status == KT_OK && i < POINTS && s > 0.0; i++) {
         double g, first;
         const double t = make_neighbour(m, d, offset[i] * s);
-        /* The first contact finds the values of all (contact.c). */
+        /* The first contact computes the values of all contacts (contact.c). */
         if (k > 0 && k < kt_simulation_contact_events(simulation))
             status = simulation->watch->value(simulation, 0, t, m->y, &first, error);
         if (status == KT_OK)
@@ -279,7 +292,7 @@ static kt_status difference_value(motion *m, size_t k, const direction *d, doubl
     return status;
 }
 
-/* Velocities, accelerations and rates of own states: the change (N) of the state y in a unit of time. */
+/* Computes velocities, accelerations and rates of auxiliary states: the change (N) of the state y in a unit of time. */
 static kt_status find_rate(motion *m, double t, const double *y, double *rate, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
@@ -291,7 +304,7 @@ static kt_status find_rate(motion *m, double t, const double *y, double *rate, k
     return KT_OK;
 }
 
-/* The state becomes a neighbour, closed, and the events take effect there. */
+/* Moves the simulation to a neighbour, with closed loops, and applies the events there. */
 static kt_status move_and_fire(motion *m, double t, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
@@ -308,7 +321,7 @@ static kt_status move_and_fire(motion *m, double t, kt_error *error) {
     return simulation->watch->fire(simulation, NULL, NULL, error);
 }
 
-/* How an event has ended, which that of its neighbours must do, too. */
+/* The outcome of an event, which must be equal for its neighbours. */
 typedef struct outcome {
     const kt_model *model;
     uint64_t impacts;
@@ -324,7 +337,7 @@ static outcome outcome_of(const kt_simulation *simulation) {
     return end;
 }
 
-/* R_x d + R_t dt: the difference of the states behind the event along a direction, to `to` (N). */
+/* Computes R_x d + R_t dt, the difference of the states after the event along a direction, to `to` (N). */
 static kt_status difference_state(motion *m, size_t k, const direction *d, const outcome *end, double *to,
                                   kt_error *error) {
     kt_simulation *simulation = m->simulation;
@@ -357,7 +370,7 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
     return KT_OK;
 }
 
-/* The times by which neighbouring motions come later. */
+/* Computes the delays with which neighbouring motions reach the event. */
 static kt_status find_delays(motion *m, size_t k, kt_error *error) {
     const double t = kt_integrator_time(m->simulation->integrator);
     double rate, size;
@@ -378,7 +391,8 @@ static kt_status find_delays(motion *m, size_t k, kt_error *error) {
     return status;
 }
 
-/* What the event makes of the columns, to m->moved. The simulation is left anywhere. */
+/* Computes the columns after the event, in place in m->change; m->moved is scratch. The state of the simulation is
+ * undefined afterwards. */
 static kt_status find_saltation(motion *m, size_t k, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const double t = kt_integrator_time(simulation->integrator);
@@ -405,8 +419,8 @@ static kt_status find_saltation(motion *m, size_t k, kt_error *error) {
     return status;
 }
 
-/* Events at the present time take effect, on the motion and on its changes. A contact that opens since forces jump does so at the same
- * time in neighbouring motions, and leaves their states as they are. */
+/* Applies the events at the present time to the motion and to its changes. A contact may open because forces jump. It
+ * then opens at the same time in neighbouring motions, and their states do not change. */
 static kt_status pass_events(motion *m, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     size_t k;

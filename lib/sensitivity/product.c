@@ -1,6 +1,6 @@
-/* Products, sums and solutions of small matrices, whose columns are padded to whole vectors. A tile of rows is summed in registers
- * over all columns of A and then of B, in their order, so that results have the same bits whatever the width of the
- * registers; several columns at once, since each waits for its own sums. */
+/* Products, sums and solutions of small matrices, whose columns are padded to whole vectors. A tile of rows is summed
+ * in registers, over all columns of A and then of B, in their order. Results therefore have the same bits for every
+ * width of the registers. Several columns are computed together, since each waits for its own sums. */
 #include "sensitivity/sensitivity.h"
 
 #include <stddef.h>

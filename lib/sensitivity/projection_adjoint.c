@@ -1,11 +1,13 @@
-/* The adjoint of the projection onto the loops (projection.c). Of one linear step, with a gradient y with respect to
- * dx,
+/* The adjoint of the projection onto the loops (projection.c). For one linear step and a gradient y with respect to dx,
+ *
  *     W g - J' e = y,   J g = 0
- * is the response to y and its multipliers, and
+ *
+ * is the response to y with its multipliers, and
+ *
  *     y . dx = g . G xi + e . (E xi - J dv) = d(lambda . J g - g . W x - e . (r + J x))     at constant g, e, lambda, x
- * so that no matrix is formed: M x, M g and the gradient of g . M x are those of inverse dynamics at rest without
- * gravity, and that of the loops is the gradient of a sum of their equations. Of velocities dv = -J' e adds up to M
- * g. */
+ *
+ * so that no matrix is formed. M x, M g and the gradient of g . M x come from inverse dynamics at rest without gravity.
+ * The part of the loops is the gradient of a sum of their equations. For velocities, dv = -J' e adds up to M g. */
 #include "constraint/gradient.h"
 #include "derivative/loop_response.h"
 #include "kinetree/joint.h"
@@ -13,7 +15,7 @@
 
 #include <string.h>
 
-/* g . M x: its gradient, M x and M g. */
+/* Computes the gradient of g . M x, M x and M g. */
 static kt_status differentiate_inertia(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_model *model = w->model;
     const kt_gradient gradient = {w->by_inertia, w->residue, w->by_x, w->by_g, w->links};
@@ -42,7 +44,7 @@ static kt_status add_loops(kt_projection_work *w, const double *q, const double 
     return status;
 }
 
-/* From the velocities after the projection, y, to those before; adds to by_xi. */
+/* Turns the gradient by the velocities after the projection, y, into that before it; adds to by_xi. */
 static kt_status pull_velocities(kt_projection_work *w, const double *q, const double *v, double *y, double *by_xi,
                                  kt_error *error) {
     const kt_model *model = w->model;
@@ -62,7 +64,7 @@ static kt_status pull_velocities(kt_projection_work *w, const double *q, const d
     return status;
 }
 
-/* x of an iteration at q, whose equations are factored; of the last one, which has nothing to move, zero. */
+/* Computes x of an iteration at q, whose equations are factored. In the last iteration, nothing moves and x is zero. */
 static kt_status find_step(kt_projection_work *w, bool last, kt_error *error) {
     memset(w->x, 0, w->n * sizeof *w->x);
     if (last)
@@ -73,7 +75,7 @@ static kt_status find_step(kt_projection_work *w, bool last, kt_error *error) {
     return kt_loops_respond(w->model, w->data, w->model->metric, w->residual, w->model->zero, w->x, error);
 }
 
-/* g, W g and W x of the gradient y; with the metric of the coordinates g = y - (least z with J z = J y). */
+/* Computes g, W g and W x for the gradient y. In the metric of the coordinates, g = y - (least z with J z = J y). */
 static kt_status respond(kt_projection_work *w, const double *q, const double *y, kt_error *error) {
     const kt_model *model = w->model;
     kt_status status;
@@ -93,8 +95,8 @@ static kt_status respond(kt_projection_work *w, const double *q, const double *y
     return status;
 }
 
-/* From the positions after an iteration at q to those before; the last one follows pull_velocities at the same
- * positions. */
+/* Turns the gradient by the positions after an iteration at q into that before it. The last iteration follows
+ * pull_velocities at the same positions. */
 static kt_status pull_positions(kt_projection_work *w, const double *q, bool last, double *by_xi, kt_error *error) {
     kt_status status = last ? kt_loops_factor_again(w->model, w->data, KT_ROWS_CLOSED, error)
                             : kt_loops_factor(w->model, w->data, w->t, q, KT_ROWS_CLOSED, error);
@@ -114,7 +116,7 @@ static kt_status pull_positions(kt_projection_work *w, const double *q, bool las
     return status;
 }
 
-/* The positions of all iterations but the first, which w->q has, and the last. */
+/* Computes the positions of all iterations except the first, which w->q has, and the last. */
 static kt_status find_iterations(kt_projection_work *w, kt_error *error) {
     kt_status status = KT_OK;
     for (uint32_t i = 0; i + 1 < w->iterations && status == KT_OK; i++) {

@@ -1,8 +1,8 @@
-/* Gradients over many steps, from the last to the first. The adjoint of a step needs the state at its start: checkpoints
- * (revolve.c) hold it.
+/* Gradients over many steps, from the last to the first. The adjoint of a step needs the state at its start:
+ * checkpoints (revolve.c) hold it.
  *
- * A checkpoint has the accelerations of the stages of the step from it, too, once that has been taken: the adjoint of
- * this step then evaluates nothing again. */
+ * Once the step from a checkpoint has been taken, the checkpoint also has the accelerations of its stages. The adjoint
+ * of this step then needs no evaluation again. */
 #include "base/copy.h"
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
@@ -81,8 +81,8 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
                : kt_error_set(error, KT_ERROR_NOT_FINITE, "cost", "the caller's cost of step %d is %g", k, *value);
 }
 
-/* From the state at the start of step k to that of k + 1, in place; counts the cost of k where it is passed first. The
- * last checkpoint receives what its own step has computed. */
+/* Advances from the state at the start of step k to that of k + 1, in place. Counts the cost of step k at the first
+ * pass. The last checkpoint receives the results of its own step. */
 static kt_status advance(void *user, int k, double *state, kt_error *error) {
     rollout_work *w = user;
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), last = (size_t)w->checkpoints.kept - 1;
@@ -111,8 +111,8 @@ static kt_status advance(void *user, int k, double *state, kt_error *error) {
     return KT_OK;
 }
 
-/* The gradient with respect to the state after step k becomes that before it, with its own cost; kept: the checkpoint
- * of the step, or -1. */
+/* Turns the gradient with respect to the state after step k into that before it, with the cost of step k. The argument
+ * `kept` is the checkpoint of the step, or -1. */
 static kt_status reverse(void *user, int k, int kept, const double *state, kt_error *error) {
     rollout_work *w = user;
     const kt_model *model = w->model;
@@ -164,7 +164,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     if (rollout->checkpoints < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rollout", "there are %d checkpoints; 0 keeps all steps",
                             rollout->checkpoints);
-    if (kt_step_work_size(model, rollout->method) == 0) { /* the words of kt_step_begin */
+    if (kt_step_work_size(model, rollout->method) == 0) { /* kt_step_begin sets the error */
         const kt_step step = {.method = rollout->method, .h = rollout->h};
         kt_step_work s;
         return kt_step_begin(&s, model, data, NULL, 0, &step, error);

@@ -1,8 +1,8 @@
-/* Gradients of several motions at once, a motion a lane (batch/lanes.h): the steps of rollout.c and their adjoints
- * (step_adjoint.c), of trees whose effects act in joints, by explicit methods. Costs, and the derivatives of effects, are
- * asked for lane by lane. The bits are those of kt_rollout_gradient.
+/* Gradients of several motions at once, a motion a lane (batch/lanes.h). They are the steps of rollout.c and their
+ * adjoints (step_adjoint.c), for trees whose effects act in joints, with explicit methods. Costs, and the derivatives
+ * of effects, are evaluated lane by lane. The bits are those of kt_rollout_gradient.
  *
- * A motion that lanes cannot compute leaves them, and is computed by itself afterwards, with its error if it has one. */
+ * A motion that fails in a lane leaves the lanes. It is computed alone afterwards, with its error if it has one. */
 #include "base/copy.h"
 #include "batch/batch.h"
 #include "sensitivity/sensitivity.h"
@@ -50,7 +50,7 @@ typedef struct kt_rollout_counts {
 typedef struct lanes_work {
     kt_rollout_counts n;
     const kt_lane_kernels *kernels;
-    const kt_model *model; /* that of a lane */
+    const kt_model *model; /* the model of a lane */
     const kt_method *method;
     kt_rollout_task *tasks; /* `used` of them */
     size_t used;
@@ -114,7 +114,8 @@ static const kt_model *model_of(const kt_model *model, const kt_rollout_task *ta
     return task->model ? task->model : model;
 }
 
-/* Whether the motions of a group can be computed together. A model that the data are not for is refused by itself. */
+/* Whether the motions of a group can be computed together. A model that does not fit the data is rejected on its own.
+ */
 static bool fit(const kt_model *model, const kt_rollout_task *tasks, size_t used) {
     const kt_model *first = model_of(model, tasks);
     for (size_t i = 0; i < used; i++) {
@@ -133,10 +134,10 @@ static bool fit(const kt_model *model, const kt_rollout_task *tasks, size_t used
 
 static void fail(lanes_work *w, size_t lane) { w->live &= ~((kt_lane_mask)1 << lane); }
 
-/* What a motion ends with that no lane takes part in any more: the error is not read. */
+/* The status of a run without remaining lanes: its error is not read. */
 static kt_status goes_on(const lanes_work *w) { return w->live ? KT_OK : KT_ERROR_NOT_FINITE; }
 
-/* out = y + h sum_j weight_j k_j of all lanes, as kt_step_combine. */
+/* Computes out = y + h sum_j weight_j k_j for all lanes, as kt_step_combine. */
 static void combine(lanes_work *w, const double *y, const double *weights, size_t count, double *out) {
     double *rows[KT_METHOD_STAGES_MAX];
     size_t used = 0;
@@ -148,7 +149,7 @@ static void combine(lanes_work *w, const double *y, const double *weights, size_
     w->kernels->combine(out, y, w->h, w->term, used, rows, w->n.N);
 }
 
-/* The state of stage i, the rates of its positions, and its times. */
+/* Sets the state of stage i, the rates of its positions, and its times. */
 static kt_lane_state set_stage(lanes_work *w, size_t i, const double *y) {
     const size_t W = w->n.W, at = i * W * w->n.N;
     const double *q = w->stage + at, *v = q + W * w->n.nq;
@@ -165,7 +166,7 @@ static kt_lane_state set_stage(lanes_work *w, size_t i, const double *y) {
 
 static double *accelerations(const lanes_work *w, size_t i) { return w->slope + w->n.W * (i * w->n.N + w->n.nq); }
 
-/* Times, lengths and inputs of step k. Lanes without a motion have those of the first one. */
+/* Sets times, lengths and inputs of step k. Lanes without a motion copy those of the first one. */
 static void begin_step(lanes_work *w, int k) {
     for (size_t lane = 0; lane < w->n.W; lane++) {
         const kt_rollout *r = &w->tasks[lane < w->used ? lane : 0].rollout;
@@ -189,7 +190,7 @@ static void run_step(lanes_work *w, int k, const double *state) {
         w->live &= w->kernels->make_units(w->model, w->lanes, w->next);
 }
 
-/* kt_adjoint_keep, at a checkpoint; and kt_adjoint_recall from it. */
+/* kt_adjoint_keep, at a checkpoint, and then kt_adjoint_recall from it. */
 static void keep(lanes_work *w, size_t place) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
     for (size_t i = 0; i < w->n.s; i++)
@@ -209,7 +210,8 @@ static void recall(lanes_work *w, int k, size_t place, const double *state) {
     memcpy(w->next, w->after + place * N, N * sizeof *w->next);
 }
 
-/* The cost of a lane at the start of step k; its gradients are written behind the state in w->one unless `by` is NULL. */
+/* Evaluates the cost of a lane at the start of step k. Its gradients are written behind the state in w->one unless `by`
+ * is NULL. */
 static double call_cost(lanes_work *w, size_t lane, int k, const double *state, double *by) {
     const size_t n = w->n.n;
     kt_rollout_task *task = &w->tasks[lane];
@@ -262,7 +264,7 @@ static void gather(lanes_work *w, size_t i) {
         w->by_slope[l] *= w->h[l % w->n.W];
 }
 
-/* x_i, and the stage's part of the gradient by tau. */
+/* Computes x_i, and adds the stage's part of the gradient by tau. */
 static void pull(lanes_work *w, size_t i) {
     const size_t W = w->n.W, nq = W * w->n.nq, n = W * w->n.n, all = nq + n;
     const double *q = w->stage + i * all, *v = q + nq;
@@ -302,7 +304,7 @@ static void sweep(lanes_work *w, const double *state) {
     w->live &= w->kernels->finite(w->by_next, 2 * w->n.n) & w->kernels->finite(w->by_force, w->n.n);
 }
 
-/* Adds the cost at the start of step k to what all steps after it have given. */
+/* Adds the cost at the start of step k to the gradient of all later steps. */
 static void add_cost(lanes_work *w, int k, const double *state) {
     const size_t W = w->n.W, n = w->n.n;
     double *by = w->one + w->n.N;
@@ -319,7 +321,7 @@ static void add_cost(lanes_work *w, int k, const double *state) {
     }
 }
 
-/* The cost after the last step; its gradient is what the sweeps begin with. */
+/* Adds the cost after the last step. Its gradient begins the sweeps. */
 static void add_last_cost(lanes_work *w) {
     double *by = w->one + w->n.N;
     for (size_t lane = 0; lane < w->used; lane++) {

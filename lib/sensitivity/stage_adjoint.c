@@ -1,14 +1,21 @@
 /* The adjoint of an evaluation of accelerations: mu . da for all changes at once.
  *
- * With effects that act in joints alone, of which dQ_j = Q_q dq_j + Q_v dv_j, the motion's equations
+ * Let effects act in joints only, with dQ_j = Q_q dq_j + Q_v dv_j. The motion's equations
+ *
  *     M a + h - tau - Q = J' lambda,   J a = b''
+ *
  * and the response w to mu with its multipliers pi,
+ *
  *     M w - J' pi = mu,   J w = 0
+ *
  * give
+ *
  *     mu . da = w . (dtau + dQ) - d(w . inverse dynamics) + d(lambda . J w + pi . (J a - b''))
- * at constant w, a, lambda and pi: one solution, one sweep for the gradient of w times inverse dynamics
- * (dynamics/rnea_gradient.h), which gives M w and inverse dynamics besides, and the gradient of a sum of the loops'
- * equations (constraint/gradient.h). With other effects, the products with the derivatives themselves. */
+ *
+ * at constant w, a, lambda and pi. This needs one solution, one sweep and one gradient. The sweep computes the gradient
+ * of w times inverse dynamics (dynamics/rnea_gradient.h), and also M w and inverse dynamics. The gradient is that of a
+ * sum of the loops' equations (constraint/gradient.h). With other effects, the derivatives themselves are multiplied.
+ */
 #include "derivative/dual_effect.h"
 #include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"
@@ -40,7 +47,7 @@ void kt_joint_effects_add(const kt_model *model, double t, size_t stride, const 
     }
 }
 
-/* w = M^-1 mu, or with loops the response, into by_tau. */
+/* Computes w = M^-1 mu, or with loops the response, into by_tau. */
 static kt_status respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
                          kt_error *error) {
     if (KT_HAS_LOOPS && w->model->n.group)

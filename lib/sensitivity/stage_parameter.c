@@ -1,16 +1,18 @@
-/* a_p, the derivative of the accelerations of a stage by a parameter. With r the forces that the motion needs less
- * those that act,
+/* a_p, the derivative of the accelerations of a stage with respect to a parameter. With r the forces that the motion
+ * needs minus those that act,
+ *
  *     r(q, v, a; p) = A' lambda,   A a = b''(p)
  *     da = a_tau (-dr/dp - M m) + m,   A m = db''/dp
- * since a_tau is M^-1 of accelerations that the loops allow, and m is any acceleration that the loops ask for by
- * themselves: zero unless p is a loop's own function of time. The projection is described in projection.c.
+ *
+ * since a_tau is M^-1 for accelerations that the loops allow. m is any acceleration that satisfies the changed loops.
+ * It is zero unless p is a loop's own function of time. The projection is described in projection.c.
  */
 #include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
 
-/* m, and -M m is added to w->force. */
+/* Computes m, and adds -M m to w->force. */
 static kt_status move_loops(kt_step_work *step, int k, const kt_parameter_point *at, kt_error *error) {
     kt_parameter_work *w = step->parameter;
     kt_status status = kt_parameter_drift(w, k, at, w->gap, error);

@@ -1,4 +1,4 @@
-/* A step as a function of its start: the stages of the table, their sum, and the projection; the bits are those of a
+/* A step as a function of its start: the stages of the table, their sum, and the projection. The bits are those of a
  * simulation (integrator/explicit.c, simulation/equations.c). A fixed step does not need the last stage of an fsal
  * method. */
 #include "base/copy.h"

@@ -1,7 +1,7 @@
-/* Tangents of steps of models with own states x, by any method: columns have the numbers of y = (q, v, x) (stage_states.c);
- * the first are those of unit vectors of (xi, dv, dx) at the start, then come those by what is held, tau or a parameter,
- * on which the rates of own states do not depend. The own states are an input that data hold, which are given those of
- * each stage in turn.
+/* Tangents of steps of models with auxiliary states x, for any method. Columns have the numbers of y = (q, v, x)
+ * (stage_states.c). The first columns belong to unit vectors of (xi, dv, dx) at the start. The others belong to held
+ * inputs, tau or a parameter, on which the rates of auxiliary states do not depend. The data hold the auxiliary states
+ * as an input, and get those of each stage in turn.
  */
 #include "base/copy.h"
 #include "sensitivity/implicit.h"
@@ -23,13 +23,13 @@ static void begin_columns(kt_step_work *w, size_t columns) {
     }
 }
 
-/* Row i of the table, of `stages` numbers where the method is implicit. */
+/* Row i of the table, of `stages` numbers if the method is implicit. */
 static const double *row_of(const kt_step_work *w, size_t i) {
     const kt_method *method = w->step->method;
     return w->coupled ? method->a + i * (size_t)method->stages : kt_step_row(method, i);
 }
 
-/* out = first + h sum_j row_j dK_j, of a column of as many. */
+/* out = first + h sum_j row_j dK_j, for one of `columns` columns. */
 static void combine(const kt_step_work *w, const double *row, size_t count, size_t column, size_t columns,
                     double *out) {
     const size_t N = kt_state_numbers(w->model);
@@ -39,14 +39,14 @@ static void combine(const kt_step_work *w, const double *row, size_t count, size
             out[l] += w->step->h * row[j] * w->own.rate[(j * columns + column) * N + l];
 }
 
-/* a_tau or a_p of a column, to the change of its slope. */
+/* Adds a_tau or a_p of a column to the change of its slope. */
 static void add_held(const kt_step_work *w, const double *by_held, size_t column, double *change) {
     const size_t n = w->model->n.v;
     for (size_t l = 0; l < n && column >= w->states; l++)
         change[w->model->n.q + l] += by_held[(column - w->states) * n + l];
 }
 
-/* dK_i of the columns, and the slope itself. */
+/* Computes dK_i of the columns, and the slope itself. */
 static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *error) {
     const size_t N = kt_state_numbers(w->model), columns = w->states + held;
     const double t = kt_step_time(w->step, i);
@@ -74,7 +74,7 @@ static kt_status change_stages(kt_step_work *w, size_t held, kt_error *error) {
     return status;
 }
 
-/* dK of a column at stages that are solved together (implicit.h). */
+/* Solves for dK of a column at stages that are solved together (implicit.h). */
 static void solve_column(kt_step_work *w, kt_coupled c, size_t column, size_t columns) {
     const size_t n = w->model->n.v, N = kt_state_numbers(w->model);
     for (size_t i = c.first; i < c.end; i++) {
@@ -93,8 +93,8 @@ static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns) {
         solve_column(w, c, k, columns);
 }
 
-/* dy+, from the increments of a linearly implicit method or the slopes of another one; (dq, dv) to where the projection
- * expects them. */
+/* Computes dy+, from the increments of a linearly implicit method or the slopes of another one. (dq, dv) go to the
+ * arrays of the projection. */
 static void conclude(kt_step_work *w, size_t columns) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = kt_state_numbers(w->model);
     for (size_t k = 0; k < columns; k++) {
