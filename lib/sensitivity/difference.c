@@ -104,8 +104,8 @@ static double reach_of(const kt_parameter_work *w, int k) {
     return 0x1p-10 * (size > 0.0 ? size : 1.0);
 }
 
-/* The derivative of `count` values with respect to number k. An infinite number (an absent limit) has the derivative 0.
- */
+/* The derivative of `count` values with respect to number k. An infinite number (an absent limit) has the derivative
+ * 0. */
 static kt_status differentiate(kt_parameter_work *w, int k, quantity *of, const kt_parameter_point *at, size_t count,
                                double *out, kt_error *error) {
     static const double weights[2][5] = {{0.0, -0.5, 0.0, 0.5, 0.0},

@@ -35,8 +35,8 @@
 /* The shift of the largest number of a change in a difference: a contact still counts it as rest, and it is far above
  * rounding. */
 static const double reach = 1e-4;
-/* If g' is below this part of the largest |g| of a neighbour over its distance, the event is touched and not crossed.
- */
+/* If g' is below this part of the largest |g| of a neighbour over its distance, the event is touched and not
+ * crossed. */
 static const double grazing = 1e-7;
 
 /* Every array: type, name, count, meaning. N numbers of a change, n of the integrator's state, C columns: N and nv. */

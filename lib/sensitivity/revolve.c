@@ -9,7 +9,7 @@
  * steps before it are reversed with c checkpoints and one run less. The remaining steps are reversed with c - 1
  * checkpoints.
  *
- * Source: Griewank, Walther, ACM Transactions on Mathematical Software 26(1), 2000, 19-45, algorithm revolve. */
+ * Source: Griewank, Walther, algorithm revolve, ACM Transactions on Mathematical Software 26(1), 19-45, 2000. */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

@@ -114,8 +114,8 @@ static const kt_model *model_of(const kt_model *model, const kt_rollout_task *ta
     return task->model ? task->model : model;
 }
 
-/* Whether the motions of a group can be computed together. A model that does not fit the data is rejected on its own.
- */
+/* Whether the motions of a group can be computed together. A model that does not fit the data is rejected on its
+ * own. */
 static bool fit(const kt_model *model, const kt_rollout_task *tasks, size_t used) {
     const kt_model *first = model_of(model, tasks);
     for (size_t i = 0; i < used; i++) {

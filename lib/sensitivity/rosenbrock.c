@@ -13,13 +13,15 @@
  * H_i also contains the derivative of f_t. It is a difference of exact derivatives, of order four, over the small part
  * `REACH` of the stage's own increment,
  *
- *     (48 (F(e) - F(0)) - 36 (F(2e) - F(0)) + 16 (F(3e) - F(0)) - 3 (F(4e) - F(0))) / (12 e)
+ *     F' = (48 (F(e) - F(0)) - 36 (F(2e) - F(0)) + 16 (F(3e) - F(0)) - 3 (F(4e) - F(0))) / (12 e)
  *
  * The difference uses later times only, since a function of time may have a breakpoint at the beginning of the step.
  * Its error is e^4 / 5 of the fifth derivative over the step, some 3e-12. Rounding adds 10 / e roundings of J, some
  * 1e-12.
  *
- * If positions are plain numbers, (1 - g J_v - g^2 J_q) U_v = g R_v + g^2 J_q R_q, and U_q = g (R_q + U_v).
+ * If positions are plain numbers,
+ *
+ *     (1 - g J_v - g^2 J_q) U_v = g R_v + g^2 J_q R_q,   U_q = g (R_q + U_v)
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.7. */
 #include "integrator/rosenbrock.h"

@@ -365,8 +365,8 @@ static inline void kt_own_states_restore(kt_step_work *w) {
 /* Whether stages are solved for accelerations only: positions are plain numbers, and there are no auxiliary states. */
 static inline bool kt_is_reduced(const kt_model *model) { return kt_is_plain(model) && !kt_has_own_states(model); }
 
-/* Rejects a step to `next` in which a hard contact closes, its reaction changes sign, or friction sticks (contact.c).
- */
+/* Rejects a step to `next` in which a hard contact closes, its reaction changes sign, or friction sticks
+ * (contact.c). */
 #if KT_HAS_SWITCHES
 KT_CHECKED kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error);
 #else

@@ -45,7 +45,8 @@ void kt_step_combine(double *out, const double *y, double h, const double *weigh
     kt_combine(out, y, h, terms, used, rows, n);
 }
 
-/* Of a tree without effects the accelerations are written to `a` unless it is NULL; otherwise `known` holds them. */
+/* For a tree without effects, the accelerations are written to `a` unless that is NULL. Otherwise `known` holds
+ * them. */
 static kt_status differentiate(kt_step_work *w, const kt_dynamic_state *at, double *a, const double *known,
                                const kt_forward_matrices *by, kt_error *error) {
     const kt_model *model = w->model;

@@ -83,13 +83,17 @@ static void add(double *to, kt_quat a) {
     to[3] += a.z;
 }
 
-/* 2 p o (0, x) / |p|^2 */
+/* The transpose of xi = 2 vec(p^-1 o dp), applied to x:
+ *
+ *     dp = 2 p o (0, x) / |p|^2 */
 static kt_quat drop_transposed(kt_quat p, kt_vec3 x) {
     const double scale = 2.0 / kt_quat_norm_squared(p);
     return kt_quat_multiply(p, kt_quat_make(0.0, scale * x.x, scale * x.y, scale * x.z));
 }
 
-/* vec(conj(p) o y) / 2 */
+/* The transpose of dp = p o (0, xi) / 2, applied to y:
+ *
+ *     xi = vec(conj(p) o y) / 2 */
 static kt_vec3 lift_transposed(kt_quat p, kt_quat y) {
     const kt_quat x = kt_quat_multiply(kt_quat_conjugate(p), y);
     return kt_vec3_make(0.5 * x.x, 0.5 * x.y, 0.5 * x.z);

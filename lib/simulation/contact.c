@@ -42,8 +42,8 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Gaps up to the first part of the mechanism's length, or of 1 m or rad, touch. No gap may be deeper than the second.
- */
+/* Gaps up to the first part of the mechanism's length, or of 1 m or rad, touch. No gap may be deeper than the
+ * second. */
 static const double touching = 1e-11, deep = 1e-6;
 /* Rates and accelerations below this part of the sum of their terms are rounding. */
 static const double rounding = 1e-11;
@@ -328,8 +328,8 @@ static bool solve_reactions(const double *W, int stride, reactions *r, uint64_t 
 
 /* Finds contacts whose reaction has ended but that would penetrate. At the same instant, friction or another contact
  * has changed the force on them. All accelerations may be rounding, as for a pendulum that hangs down, or for a body
- * that a growing force lifts. The acceleration from the largest reaction of the last step is therefore a measure, too.
- */
+ * that a growing force lifts. The acceleration from the largest reaction of the last step is therefore a measure,
+ * too. */
 static uint64_t find_sinking(const kt_simulation *simulation, const double *W, uint64_t leaving, const reactions *r) {
     const struct kt_contacts *c = simulation->contacts;
     uint64_t sinking = 0;
@@ -532,8 +532,8 @@ static void copy_directions(kt_simulation *simulation, bool takes) {
 static void follow(kt_simulation *simulation) { copy_directions(simulation, false); }
 
 /* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
- * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest changed.
- */
+ * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest
+ * changed. */
 static bool follow_slip(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_model *model = simulation->model;

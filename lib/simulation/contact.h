@@ -109,8 +109,8 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
 
-/* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint slips.
- */
+/* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint
+ * slips. */
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
@@ -141,8 +141,8 @@ KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, d
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
 
-/* A phase of an impact (contact_impact.c). The indices are rows of the list, of which the first ones are normal rows.
- */
+/* A phase of an impact (contact_impact.c). The indices are rows of the list, of which the first ones are normal
+ * rows. */
 typedef struct kt_impact_phase {
     double bound[KT_FAMILY_SWITCHES], least[KT_FAMILY_SWITCHES]; /* lower bounds of its final rates and its impulses */
     double u[KT_COULOMB_ROWS], p[KT_COULOMB_ROWS];               /* initial rates, then final ones; impulses */

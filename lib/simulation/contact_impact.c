@@ -65,8 +65,8 @@ static bool solve(kt_simulation *simulation, const double *W, kt_impact_phase *p
     return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
 }
 
-/* Sets the restitutions. *compression: the first phase of Poisson's rule; empty if all contacts follow Newton's rule.
- */
+/* Sets the restitutions. *compression: the first phase of Poisson's rule; empty if all contacts follow Newton's
+ * rule. */
 static bool begin(kt_simulation *simulation, const double *W, const double *u, kt_impact_phase *compression,
                   double *e) {
     const struct kt_contacts *c = simulation->contacts;

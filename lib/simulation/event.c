@@ -40,8 +40,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Samples of a panel, at both ends and between them; samples with the vertices of parabolas; vertices at three samples.
- */
+/* Samples of a panel, at both ends and between them; samples with the vertices of parabolas; vertices at three
+ * samples. */
 enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, ROOT_STEPS = 128 };
 _Static_assert(KT_EVENT_VALUES == LOOKS + 1, "the last row of values is that of the beginning of the step");
 

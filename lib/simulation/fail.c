@@ -66,8 +66,8 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at) {
 
 #if KT_HAS_JACOBIAN /* left out of the small library */
 /* The remaining time before a dead point of the drives, for a step that has become too small, s. Far from a dead point,
- * this formula gives the time in which velocities double. That time is at least this share of the time since the start.
- */
+ * this formula gives the time in which velocities double. That time is at least this share of the time since the
+ * start. */
 static const double doubling = 1e-4;
 
 static bool is_next_to_dead_point(const kt_simulation *simulation, double *left) {

@@ -178,8 +178,8 @@ static void divide_turn(kt_complex sigma, const double *w, vector z) {
 static const double *quaternion_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k; }
 static const double *spin_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k + 4; }
 
-/* The index in v at which the angular velocity of quaternion k begins: each earlier quaternion has one position more.
- */
+/* The index in v at which the angular velocity of quaternion k begins: each earlier quaternion has one position
+ * more. */
 static size_t spin_at(const kt_simulation *s, size_t k) { return (size_t)s->quaternion[k] - k; }
 
 /* x_i becomes x_i / sigma, first .. last - 1. */

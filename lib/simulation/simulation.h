@@ -621,8 +621,8 @@ bool kt_simulation_has_end_stage(const kt_method *method); /* whether a stage is
 void kt_simulation_begin_gaps(kt_simulation *simulation);
 /* After a step: returns false if nothing was leapt over. Otherwise it undoes the step, and *t_limit is its new end. */
 bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit);
-/* Rejects a record at t, with its state in y, if such an effect acts there and the ends of the step have not seen it.
- */
+/* Rejects a record at t, with its state in y, if such an effect acts there and the ends of the step have not seen
+ * it. */
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
 
 /* Distances from boundaries (clearance.c). swept: data hold the motion of the links that carry forces. */
@@ -646,23 +646,23 @@ void kt_simulation_pass_clearances(kt_simulation *simulation);
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
 
-/* Counts an instant of events, at which event k happens (event_chain.c). Returns an error if such instants have no end.
- */
+/* Counts an instant of events, at which event k happens (event_chain.c). Returns an error if such instants have no
+ * end. */
 KT_CHECKED kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error);
 
 /* Hands over the record of an event at the present time. */
 KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
                                                 void *user, kt_error *error);
 
-/* Takes one step. Records are not handed over, and events at the end of the step have not taken effect (memory.fires).
- */
+/* Takes one step. Records are not handed over, and events at the end of the step have not taken effect
+ * (memory.fires). */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
 /* The end of kt_simulation_take_step, with the status of the integrator's step and its error `from`. */
 KT_CHECKED kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from,
                                             kt_error *error);
 
-/* Runs kt_simulation_run until its first record. */
+/* The part of kt_simulation_run before its first record. */
 KT_CHECKED kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error);
 
 /* Whether kt_simulation_run has a record to hand over at the current time, or before. */

@@ -27,8 +27,8 @@
 
 #include <math.h>
 
-/* The net work from the last point but one to the last, minus the work from s <= 0 (relative to the last point) to it.
- */
+/* The net work from the last point but one to the last, minus the work from s <= 0 (relative to the last point) to
+ * it. */
 static double work_until(const kt_power_points *p, double s) {
     const double h = p->t[0] - p->t[1], h1 = p->t[0] - p->t[2], *d = p->d;
     const double s2 = s * s / 2.0, s3 = s * s * s / 3.0, s4 = s * s * s * s / 4.0;
