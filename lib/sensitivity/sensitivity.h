@@ -250,7 +250,8 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
 
 /* Every array: type, name, count, meaning. N numbers of a state y = (q, v, x), n velocities, m auxiliary states, s
  * stages that count, c columns, of which at most p belong to held inputs. For implicit methods, g stages are solved
- * together, with u unknowns in all (explicit ones: g = 1, u = 0). For linearly implicit methods r is 1, else 0. */
+ * together, with u unknowns in all. Explicit methods have g = 1 and u = 0. Linearly implicit methods have g = 2, for
+ * the derivatives at two states, and r = 1; else r = 0. */
 #define KT_STEP_FIELDS(X)                                                                                              \
     X(double, y, N, "state at the start")                                                                              \
     X(double, stage, s *N, "states of the stages")                                                                     \
@@ -431,7 +432,7 @@ size_t kt_coupled_most(const kt_method *method);
 
 /* Functions for implicit methods.
  *
- * kt_step_stages. */
+ * Computes the stages, like kt_step_stages. */
 KT_CHECKED kt_status kt_coupled_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
 /* The tangents dK of all stages (change_v, rate_q, rate_v). */
 KT_CHECKED kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held,

@@ -276,9 +276,9 @@ typedef struct reactions {
     double z[KT_LEMKE_MAX];
 } reactions;
 
-/* Lists the rows that can have a reaction, with their free accelerations. A contact whose reaction has ended can have
- * none, because the event has found its change of sign. The step ends a few rounding units of the time earlier, where
- * the contact may still have a compressive reaction. */
+/* Lists the rows that can have a reaction, with their free accelerations. A contact whose reaction has ended gets no
+ * reaction, because the event has found the change of sign. The step ends a few rounding units of the time earlier,
+ * where the contact may still have a compressive reaction. */
 static void list_reactions(kt_simulation *simulation, const double *W, const double *u, uint64_t leaving,
                            reactions *r) {
     const struct kt_contacts *c = simulation->contacts;
