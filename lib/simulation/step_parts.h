@@ -1,12 +1,12 @@
 /* The parts of kt_simulation_take_step, for callers that try the steps of several simulations together
- * (batch/ensemble.c). The order of the calls:
+ * (batch/ensemble.c).
  *
- * 1. `begin_step` puts inputs into force and limits the step to the next breakpoint.
- * 2. `begin_watch` evaluates events at the beginning of the step.
- * 3. While `again` is true: `begin_try`, an accepted step of the integrator to *t_limit, and `check_step`.
+ * First, `begin_step` puts inputs into force and limits the step to the next breakpoint. Next, `begin_watch` evaluates
+ * events at the beginning of the step. While `again` is true, each try takes three calls: `begin_try`, an accepted step
+ * of the integrator to *t_limit, and `check_step`.
  *
- * `check_step` undoes a step that leapt over a contact or that contains an event. *t_limit is then the end of the next
- * try. */
+ * The last call, `check_step`, undoes a step that leapt over a contact or that contains an event. The end of the next
+ * try is then *t_limit. */
 #ifndef KT_SIMULATION_STEP_PARTS_H
 #define KT_SIMULATION_STEP_PARTS_H
 
