@@ -1,7 +1,8 @@
 /* Models in MJCF, the XML of MuJoCo: bodies, joints and equalities to a description.
  *
- * In this order: files that it includes, models that it attaches, replicates, by the compiler's settings; the default
- * classes, which with these decide what all other attributes mean; bodies, joints and masses; the start; then what the scene has of them.
+ * Included files, attached models and replicates come first, with the compiler's settings. Default classes follow.
+ * Classes and settings determine the meaning of all other attributes. Bodies, joints and masses come next, then the
+ * start, then the remaining items of the scene.
  */
 #include "import/mjcf.h"
 
@@ -159,7 +160,7 @@ static bool init_names(kt_mjcf *m) {
            kt_namer_init(&m->effects_named, m->r, (m->source->options->contacts ? 17 : 1) * (m->elements + 2));
 }
 
-/* What decides what attributes mean, and replicates. */
+/* Prepares the tree of elements (files, attached models, replicates), the names, the classes and the options. */
 static bool prepare(kt_mjcf *m) {
     kt_mjcf_expand(m);
     if (kt_draft_is_wrong(&m->draft) || !init_names(m))

@@ -8,8 +8,8 @@
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */
 
-/* A <default> element. The value of an attribute is that of the element, else that of its class, else of the class
- * around that. `main` may be written in several places. */
+/* A <default> element. An attribute has the value of the element, else that of its class, else that of the class around
+ * it. The class main may be written in several places. */
 typedef struct kt_mjcf_class {
     const char *name;
     const kt_element *element;
@@ -20,11 +20,11 @@ typedef struct kt_mjcf_class {
 
 typedef enum kt_mjcf_from_geom { KT_MJCF_NEVER, KT_MJCF_ALWAYS, KT_MJCF_AUTO } kt_mjcf_from_geom;
 
-/* What <compiler> says; the comments tell what is taken if it is silent. */
+/* Settings of <compiler>. The comments give their defaults. */
 typedef struct kt_mjcf_settings {
     double angle;                   /* radians a unit: degrees */
     char sequence[4];               /* of Euler angles: xyz, about carried axes; capital letters: fixed ones */
-    bool autolimits;                /* a range is a limit unless `limited` says otherwise: true */
+    bool autolimits;                /* a range is a limit unless `limited` overrides it: true */
     double total_mass;              /* <= 0: as it is */
     bool balance;                   /* inertias that no body has become spheres': false */
     double mass_least, least;       /* of masses and principal moments: 0 */
@@ -67,13 +67,13 @@ typedef struct kt_mjcf_body {
     kt_vec3 com;
     kt_sym3 inertia; /* about com, body axes */
     double gravcomp;
-    double mobility; /* acceleration of its centre of mass by a force, 1/kg, at the reference; 0: not known */
+    double mobility; /* acceleration of its centre of mass per force, 1/kg, at the reference; 0: not computed */
     kt_shape shape;
     const kt_shape *shapes;
     int shape_count;
     kt_list markers; /* kt_marker */
     int first_joint, joint_count;
-    int lost_meshes; /* geoms whose mass is not known */
+    int lost_meshes; /* geoms of unknown mass */
     int heavy_geoms; /* geoms that have mass */
     bool has_mesh;   /* one of these is a mesh */
     bool has_axes;   /* `inertial` has the axes of the inertia, as MuJoCo has them */
@@ -91,8 +91,8 @@ typedef struct kt_mjcf_joint {
     kt_vec3 at, axis;                 /* body frame */
     double ref, spring, lower, upper; /* spring: where that of the joint is without force */
     double effort;                    /* the largest of its actuators' */
-    double force[2];                  /* the bounds of what they exert in it */
-    double inertia; /* what resists it at the reference positions, where it is asked for (springdamper); else 0 */
+    double force[2];                  /* bounds of the sum of actuator forces in it */
+    double inertia; /* effective inertia at the reference positions, if requested (springdamper); else 0 */
     bool is_limited;
     int position, velocity; /* its first coordinates in MuJoCo's order */
     const char *carrier;    /* body of the scene that has it */
@@ -123,7 +123,7 @@ typedef struct kt_mjcf_term {
     double coefficient;
 } kt_mjcf_term;
 
-/* What a mesh of <asset> encloses, at density 1, in the axes of its file. */
+/* The solid that a mesh of <asset> encloses, at density 1, in the axes of its file. */
 typedef struct kt_mjcf_mesh {
     const kt_element *element;
     bool is_known;
@@ -136,13 +136,13 @@ enum {
     KT_MJCF_JOINTS,
     KT_MJCF_SITES,
     KT_MJCF_TENDONS,
-    KT_MJCF_COMPLETE_TENDONS, /* those that refer to what exists */
+    KT_MJCF_COMPLETE_TENDONS, /* those without a missing reference */
     KT_MJCF_MESHES,
     KT_MJCF_CLASSES
 };
 
-/* In place of the class of an element that refers to what is not attached; and of a joint that is not in the whole, but
- * copies of it are, by a <replicate>. */
+/* Numbers in place of the class of an element. Incomplete: it refers to an item that is not attached. Orphan: a joint
+ * that the whole does not have itself, but in copies by a <replicate>. */
 enum { KT_MJCF_INCOMPLETE = -3, KT_MJCF_ORPHAN = -4 };
 
 typedef struct kt_mjcf {
@@ -164,14 +164,13 @@ typedef struct kt_mjcf {
     const kt_mjcf_settings *body_settings;                 /* of the body whose geoms are read */
     bool geoms_have_mass, has_visuals;
     int nq, nv;
-    double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is asked for */
+    double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
     int ctrl_count;
 
     kt_draft draft;
 
-    kt_strange strange; /* elements and attributes that are left out */
-    kt_unknown forces,
-        changes; /* actuators, tendons, equalities that are left out; what makes the motion another one */
+    kt_strange strange;         /* elements and attributes that are left out */
+    kt_unknown forces, changes; /* actuators, tendons, equalities that are left out; omissions that change the motion */
     kt_left limits, contacts, pictures, mesh_files, renamed_joints, offsets, several, mocap, soft, inactive, keys, tied,
         lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
@@ -214,8 +213,8 @@ bool kt_mjcf_is_limited(kt_mjcf *m, const kt_element *e, const char *tag, const 
 /* `pos`, and the orientation by any of its ways. */
 kt_pose kt_mjcf_pose(kt_mjcf *m, const kt_element *e, const char *tag);
 
-/* Two parts of a name in one, such as a prefix and the name of an element. All such names are bounded, so that a small file
- * cannot take all memory. NULL after reporting. */
+/* Two parts of a name in one, such as a prefix and the name of an element. All such names are bounded, so that a small
+ * file cannot take all memory. NULL after reporting. */
 const char *kt_mjcf_join(kt_mjcf *m, const kt_element *e, const char *first, const char *second);
 
 /* Adds the name of an element, if it has one; reports one that is there already. */
@@ -224,11 +223,11 @@ void kt_mjcf_add_name(kt_mjcf *m, int scope, const kt_element *e, int index);
 /* The index that an attribute names; -1 after reporting. */
 int kt_mjcf_find(kt_mjcf *m, const kt_element *e, const char *attribute, int scope);
 
-/* Counts elements and attributes that are not known. */
+/* Counts unknown elements and attributes. */
 void kt_mjcf_count_strange(kt_mjcf *m);
 
-/* The element after `last` (NULL: the first) in the sections of a name, such as <equality>; NULL: there is no more. What
- * is not complete is passed over, but for kt_mjcf_section_of_all. */
+/* The element after `last` (NULL: the first) in the sections of a name, such as <equality>; NULL: there is no more.
+ * Incomplete elements are skipped, except with kt_mjcf_section_of_all. */
 const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const kt_element *last);
 kt_element *kt_mjcf_section_of_all(const kt_mjcf *m, const char *section, const kt_element *last);
 
@@ -238,17 +237,17 @@ void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, in
 
 /* ---- mjcf_include.c ---------------------------------------------------------------------------------------------- */
 
-/* Puts the contents of files in place of <include>, below a depth; and, once the compiler's settings are known, copies in
- * place of <replicate>. */
+/* kt_mjcf_include replaces each <include> with the contents of its file, below a depth. kt_mjcf_replicate replaces each
+ * <replicate> with its copies, after the compiler's settings have been read. */
 void kt_mjcf_include(kt_mjcf *m, int document, int depth);
 void kt_mjcf_replicate(kt_mjcf *m, int document);
 
-/* The path of a file that an element of a document names: in the document's folder or, where it has no such file, in that of
- * the file that has the element, which is MuJoCo's order. NULL after reporting why not. */
+/* The path of a file that an element of a document names. The order is that of MuJoCo: first the document's folder,
+ * then the folder of the file that has the element. NULL after reporting the reason. */
 const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, const char *name);
 
-/* Puts the children of `from` (NULL: none) in place of an element that follows `before` (NULL: it is the first); returns
- * the first of them, or what follows. */
+/* Puts the children of `from` (NULL: none) in place of an element that follows `before` (NULL: it is the first).
+ * Returns the first of the children; if there are none, the element that follows. */
 kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from);
 
 /* Adds an element at the end of another's. */
@@ -259,7 +258,7 @@ void kt_mjcf_hang_below(kt_element *parent, kt_element *e);
 /* Makes the whole tree: files that are included, models that are attached, replicates. */
 void kt_mjcf_expand(kt_mjcf *m);
 
-/* Tells what of attached models refers to bodies that are not attached, once the names are known. */
+/* Marks elements of attached models that refer to bodies that are not attached. Requires the complete names. */
 void kt_mjcf_mark_incomplete(kt_mjcf *m);
 
 /* Whether a document is another one, or is attached to it. */
@@ -274,11 +273,11 @@ static inline const kt_mjcf_settings *kt_mjcf_settings_of(const kt_mjcf *m, cons
 
 /* ---- mjcf_mesh.c ------------------------------------------------------------------------------------------------- */
 
-/* Reads the meshes of <asset>; what a mesh encloses, or NULL where that is not known. */
+/* Reads the meshes of <asset>. kt_mjcf_find_mesh returns the solid that a mesh encloses, or NULL if it is unknown. */
 void kt_mjcf_read_meshes(kt_mjcf *m);
 const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom);
 
-/* Adds the mesh of a geom, whose pose in its body is given, to what the body looks like. */
+/* Adds the mesh of a geom, whose pose in its body is given, to the picture of the body. */
 void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose);
 
 /* ---- mjcf_geom.c ------------------------------------------------------------------------------------------------- */
@@ -286,17 +285,18 @@ void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose);
 /* Mass and inertia of a body from its <inertial> or its geoms, and its picture. */
 void kt_mjcf_masses(kt_mjcf *m, int body);
 
-/* What the compiler's settings make of all masses. */
+/* Applies the compiler's settings to all masses. */
 void kt_mjcf_settle_masses(kt_mjcf *m);
 
-/* ---- mjcf_settings.c, mjcf_body.c, mjcf_key.c, mjcf_force.c, mjcf_inertia.c, mjcf_actuator.c, mjcf_loop.c -------------------------------------------------- */
+/* ---- mjcf_settings.c, _body.c, _key.c, _force.c, _inertia.c, _actuator.c, _loop.c ----------------------------------
+ */
 
 void kt_mjcf_read_settings(kt_mjcf *m, int document); /* of <compiler> */
 void kt_mjcf_read_options(kt_mjcf *m);                /* of <option> */
 
 void kt_mjcf_collect(kt_mjcf *m); /* bodies, joints, sites, tendons */
 kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint);
-void kt_mjcf_start(kt_mjcf *m);       /* the keyframe that is asked for */
+void kt_mjcf_start(kt_mjcf *m);       /* the requested keyframe */
 void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
 void kt_mjcf_passive(kt_mjcf *m);
 void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper` */
@@ -309,7 +309,7 @@ void kt_mjcf_contacts(kt_mjcf *m);
 /* Keeps a geom, whose solid and pose in its body are given, for contacts. */
 void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3], kt_pose pose);
 
-/* What acts along a length L = factor q of a scalar joint. */
+/* An element that acts along a length L = factor q of a scalar joint. */
 typedef struct kt_mjcf_line {
     const kt_element *element;
     const char *tag, *joint; /* of its defaults; in the scene */
@@ -348,7 +348,7 @@ static inline bool kt_mjcf_is_carried(const kt_mjcf *m, int body, int by) {
         body = kt_mjcf_body_at(m, body)->parent;
     return body == by;
 }
-/* Where the frame that MuJoCo takes for a body stands in its parent, at the reference position of its joints. */
+/* The pose, in the parent, of the frame that MuJoCo uses for a body, at the reference position of its joints. */
 static inline kt_pose kt_mjcf_place_of(const kt_mjcf *m, int i) {
     return kt_pose_compose(kt_mjcf_body_at(m, i)->pose, kt_mjcf_body_at(m, i)->frame);
 }

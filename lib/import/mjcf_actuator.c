@@ -1,13 +1,13 @@
 /* Actuators of MJCF as effects.
  *
- * An actuator acts along g L with the gear g: its force is f = gain u + b0 + b1 g L + b2 g L', with the control u and,
- * where the gain is affine, gain = g0 + g1 g L + g2 g L', between the bounds of `forcerange`. With constant u this is the
- * clamp of c0 + c1 g L + c2 g L', and g f acts on L: a motor where c1 = c2 = 0, else a servo of stiffness -g^2 c1 and
- * damping -g^2 c2.
+ * An actuator with the gear g acts along the length g L. For the control u it has the force f, clamped to `forcerange`:
+ *     f = gain u + b0 + b1 g L + b2 g L',   gain = g0 + g1 g L + g2 g L'.
+ * Only an affine gain has g1 and g2. For a constant u, f is the clamp of c0 + c1 g L + c2 g L', and g f acts on L. The
+ * actuator is a motor if c1 = c2 = 0. Else it is a servo of stiffness -g^2 c1 and damping -g^2 c2.
  *
- * `actuatorfrcrange` of a joint bounds the sum of the actuator forces in this joint. For a single actuator, its own bounds
- * and these are one pair, since a clamp of a clamp is a clamp. For several actuators, or for a tendon that acts in several
- * joints, the sum becomes a formula in each joint.
+ * `actuatorfrcrange` of a joint bounds the sum of the actuator forces in this joint. For a single actuator, its own
+ * bounds and these are one pair, since a clamp of a clamp is a clamp. For several actuators, or for a tendon that acts
+ * in several joints, the sum becomes a formula in each joint.
  */
 #include "import/mjcf.h"
 
@@ -19,13 +19,13 @@
 typedef enum gain_type { FIXED, AFFINE, MUSCLE, USER } gain_type;
 typedef enum bias_type { NO_BIAS, AFFINE_BIAS, MUSCLE_BIAS, USER_BIAS } bias_type;
 
-/* What an actuator has, its defaults included: MuJoCo keeps one set of numbers for all kinds. */
+/* The properties of an actuator with its defaults. MuJoCo keeps one set of numbers for all kinds. */
 typedef struct actuator {
     gain_type gain_type;
     bias_type bias_type;
     bool is_dynamic, is_strange; /* has an activation; is of a kind that is left out */
     double gain[3], bias[3];
-    double inherit; /* the range of control is this part of what it acts along; 0: it is one of its own */
+    double inherit; /* the range of control is this part of the length's range; 0: it has its own */
 } actuator;
 
 static void read_here(kt_mjcf *m, const kt_element *e, const char *name, int least, int most, double *values) {
@@ -50,7 +50,7 @@ static void read_general(kt_mjcf *m, const kt_element *e, actuator *a) {
     read_here(m, e, "biasprm", 1, 3, a->bias);
 }
 
-/* The shortcuts set gain and bias; what they read begins as what the defaults have set. */
+/* The shortcuts set gain and bias. The numbers that they read begin with the values that the defaults have set. */
 static void apply_actuator(kt_mjcf *m, const kt_element *e, actuator *a) {
     double k[3] = {a->gain[0], 0.0, 0.0}, v = -a->bias[2];
     a->is_strange = false;
@@ -125,8 +125,9 @@ static bool is_position(const actuator *a) {
     return a->gain_type == FIXED && a->bias_type == AFFINE_BIAS && a->gain[0] == -a->bias[1];
 }
 
-/* M_jj of a scalar joint at the reference position: its armature and, of all that it carries,
- *     slide: sum m_i;    hinge: sum a' I_i a + m_i |a x (c_i - p)|^2, about the axis a through p. */
+/* M_jj of a scalar joint at the reference position. It is the armature plus a sum over all bodies that the joint
+ * carries. A slide has the terms m_i. A hinge about the axis a through p has the terms a' I_i a + m_i |a x (c_i -
+ * p)|^2. */
 static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
     const kt_pose at = kt_mjcf_body_at(m, j->body)->world;
     const kt_vec3 a = kt_mat3_apply(at.rotation, kt_vec3_normalize(j->axis)), p = kt_pose_apply(at, j->at);
@@ -144,7 +145,8 @@ static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
     return sum;
 }
 
-/* The inertia along what an actuator acts along, g L: each joint's, with dL/dq = c, as 1 / (g c)^2 of its own. */
+/* The inertia along the length g L of an actuator. A joint with dL/dq = c has its own inertia times 1 / (g c)^2 in it.
+ */
 static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
     const char *tendon = kt_xml_attribute(e, "tendon");
     if (tendon == NULL) {
@@ -168,7 +170,7 @@ static void resolve_damping(kt_mjcf *m, const kt_element *e, actuator *a, double
         a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia_along(m, e, gear)));
 }
 
-/* The limits of what an actuator acts along; false where it has none. */
+/* The limits of the joint or tendon of an actuator; false if it has none. */
 static bool read_limits_along(kt_mjcf *m, const kt_element *e, double range[2]) {
     const char *tendon = kt_xml_attribute(e, "tendon");
     if (tendon != NULL) {
@@ -185,7 +187,7 @@ static bool read_limits_along(kt_mjcf *m, const kt_element *e, double range[2]) 
     return true;
 }
 
-/* The control within its range, or within a part of that of what it acts along. */
+/* The control, clamped to its range, or to a part of the range of the actuator's joint or tendon. */
 static double limit_control(kt_mjcf *m, const kt_element *e, const actuator *a, double control) {
     double range[2];
     bool is_limited = read_limit(m, e, "ctrllimited", "ctrlrange", range);
@@ -205,17 +207,17 @@ static void force_of(const actuator *a, double control, double c[3]) {
                (a->bias_type == AFFINE_BIAS ? a->bias[i] : 0.0);
 }
 
-/* ---- actions ------------------------------------------------------------------------------------------------------ */
+/* ---- actions ----------------------------------------------------------------------------------------------------- */
 
-/* An actuator that acts: with the length L of a joint or a tendon, gear times the clamp of c0 + c1 gear L + c2 gear L'.
- * Of several along one tendon, the sum of which is bounded, the forces before that clamp are scaled by one factor. */
+/* An actuator along the length L of a joint or a tendon, with the force gear times the clamp of c0 + c1 gear L + c2
+ * gear L'. If several act along one tendon and their sum is bounded, one factor scales the forces before that clamp. */
 typedef struct action {
     const kt_element *element;
     int tendon; /* -1: none */
     kt_mjcf_term own;
     double gear, c[3], bounds[2];
     bool is_formula;
-    bool is_shared; /* the sum of what acts along the tendon has the bounds `shared` */
+    bool is_shared; /* the sum of the forces along the tendon has the bounds `shared` */
     double shared[2];
 } action;
 
@@ -238,7 +240,7 @@ static double lever_of(const kt_mjcf *m, const action *d, int joint) {
     return sum;
 }
 
-/* Finds what an actuator acts along; false where that is left out, which is counted. */
+/* Finds the joint or tendon of an actuator. If it is left out, counts it and returns false. */
 static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
     const char *attribute = kt_xml_attribute(e, "joint") != NULL           ? "joint"
                             : kt_xml_attribute(e, "jointinparent") != NULL ? "jointinparent"
@@ -308,8 +310,8 @@ static bool is_bounded_above(const kt_mjcf *m, int body) {
     return found;
 }
 
-/* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its length
- * is zero. */
+/* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its
+ * length is zero. */
 static void act_at_site(kt_mjcf *m, const kt_element *e, const actuator *a, double control) {
     const int index = kt_mjcf_find(m, e, "site", KT_MJCF_SITES);
     const kt_mjcf_site *site = index >= 0 ? kt_mjcf_site_at(m, index) : NULL;
@@ -383,8 +385,8 @@ static bool is_one_sum(const kt_list *actions, const action *first) {
     return is_one;
 }
 
-/* `actuatorfrcrange` of a tendon bounds the sum of the forces along it, without their gears. With zero outside of the range, a
- * scaling factor has a pole. */
+/* `actuatorfrcrange` of a tendon bounds the sum of the forces along it, without their gears. If zero is outside of the
+ * range, a scaling factor has a pole. */
 static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
     double range[2], own[2] = {d->bounds[0], d->bounds[1]};
     const kt_element *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon)->element : NULL;
@@ -427,7 +429,7 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-/* c: of what acts in the joint, with its position. */
+/* c: the coefficients of the force in the joint for the constant, the position and the velocity. */
 static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], const double bounds[2]) {
     kt_effect *servo = kt_mjcf_add_along(m, l, KT_EFFECT_SERVO);
     double *line_of_time = kt_pool_take(&m->r->keep, 2, sizeof *line_of_time);
@@ -534,7 +536,8 @@ static void put_share(const kt_mjcf *m, const kt_list *actions, const action *fi
     }
 }
 
-/* "3*clamp(2 + -5*position.a + -1*velocity.a, -1, 1)"; of several that share a tendon, as of the first, all. */
+/* Writes a term such as `3*clamp(2 + -5*position.a + -1*velocity.a, -1, 1)`. For the first of several actuators that
+ * share a tendon, writes the terms of all. */
 static void put_action(const kt_mjcf *m, const kt_list *actions, const action *first, double lever,
                        kt_mjcf_formula *to) {
     const bool is_one = first->is_shared && is_one_sum(actions, first);

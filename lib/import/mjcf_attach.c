@@ -1,10 +1,10 @@
-/* Models that a model in MJCF attaches: <asset> names their files, <attach> stands where one of their bodies, or all that
- * is in their world, is put.
+/* Models that a model in MJCF attaches. Elements of <asset> name their files. An <attach> element is the place for one
+ * of their bodies, or for all that is in their world.
  *
- * An attached model keeps its own settings and default classes; its names begin with a prefix, and so do its references to
- * them. What it has besides bodies (tendons, equalities, actuators, keyframes) comes along where all that it refers to
- * does. Each attachment reads the file anew: sizes of all files are summed, and no model may attach itself, by others
- * either. */
+ * An attached model keeps its own settings and default classes. Its names get a prefix, and so do its references to
+ * them. Its other items (tendons, equalities, actuators, keyframes) are attached if all that they refer to is attached.
+ * Each attachment reads the file anew, and the sizes of all files are summed. No model may attach itself, directly or
+ * through others. */
 #include "import/mjcf.h"
 
 #include <string.h>
@@ -27,7 +27,7 @@ static int add_document(kt_mjcf *m, kt_element *root, int parent, const char *pa
     return m->documents.count - 1;
 }
 
-/* Whether a document, or what attaches it, is a file. */
+/* Whether a document, or one that attaches it, is a file. */
 static bool is_circle(const kt_mjcf *m, int document, const char *path) {
     for (; document >= 0; document = kt_mjcf_document_at(m, document)->parent) {
         const char *other = kt_mjcf_document_at(m, document)->path;
@@ -126,7 +126,8 @@ static void rename_all(kt_mjcf *m, kt_element *e, const char *prefix) {
 
 static void list_joints(kt_mjcf *m, kt_element *within, kt_list *joints);
 
-/* What is still in the whole once replicates are expanded gets its class afterwards; the others remain orphans. */
+/* Elements that are still in the whole after replicates are expanded get their class afterwards. The others remain
+ * orphans. */
 static void list_here(kt_mjcf *m, kt_element *within, const char *name, kt_list *joints) {
     for (kt_element *e = within->first; e != NULL && !m->r->out_of_memory; e = e->next) {
         if (strcmp(e->name, "frame") == 0) {
@@ -165,7 +166,7 @@ static void unlink_element(kt_element *e) {
     (void)kt_mjcf_splice(parent, before, e, NULL);
 }
 
-/* A <frame> where an <attach> stands, for what is in an element of the attached model. */
+/* A <frame> in place of an <attach>, for the contents of an element of the attached model. */
 static kt_element *make_frame(kt_mjcf *m, const kt_element *at, const kt_element *of) {
     kt_element *frame = kt_pool_take(&m->r->scratch, 1, sizeof *frame);
     if (frame == NULL) {
@@ -181,7 +182,8 @@ static kt_element *make_frame(kt_mjcf *m, const kt_element *at, const kt_element
     return frame;
 }
 
-/* A <frame> for a body that is taken out of what is around it: it has the class of that, in the body's document. */
+/* A <frame> for a body that is taken out of its surroundings. It has the class of the surroundings, in the body's
+ * document. */
 static kt_element *make_bare_frame(kt_mjcf *m, const kt_element *at, const kt_element *body) {
     const kt_element *p = body->parent;
     const char **attributes = kt_pool_take(&m->r->scratch, 3, sizeof *attributes);
@@ -225,7 +227,7 @@ static void take_bodies(kt_mjcf *m, const kt_element *e, const kt_mjcf_document 
         (void)kt_mjcf_fault(m, e, "body %s does not exist in the model", kt_name_quote(name).text);
 }
 
-/* Moves what a model has besides bodies, its settings and its classes to the one that attaches it. */
+/* Moves all sections of a model, except its bodies, settings and classes, to the model that attaches it. */
 static void take_sections(kt_element *from, kt_element *to) {
     static const char *const kept[] = {"worldbody", "compiler", "default", "option", "size", "statistic", "visual"};
     kt_element *e = from->first;
@@ -239,7 +241,7 @@ static void take_sections(kt_element *from, kt_element *to) {
     }
 }
 
-/* What concerns the whole is that of the model itself. */
+/* Options and the total mass concern the whole, so those of an attached model are counted as lost. */
 static void count_lost(kt_mjcf *m, int document) {
     const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
     const kt_element *option = kt_xml_child(d->root, "option");
@@ -249,7 +251,7 @@ static void count_lost(kt_mjcf *m, int document) {
 
 static void expand_document(kt_mjcf *m, int document, int depth);
 
-/* Makes what stands in place of an <attach>, below `to`. */
+/* Makes the contents that replace an <attach>, below `to`. */
 static void attach(kt_mjcf *m, const kt_element *e, int depth, kt_element *to) {
     const char *name = kt_xml_attribute(e, "model"), *prefix = kt_xml_attribute(e, "prefix"), *path = NULL;
     if (prefix == NULL) {
@@ -285,7 +287,7 @@ static bool has_bodies(const kt_element *e) {
            strcmp(e->name, "replicate") == 0;
 }
 
-/* In the world, in bodies and their frames, and in replicates; what has been attached has been expanded before. */
+/* Expands the world, bodies and their frames, and replicates. Contents that are attached have been expanded before. */
 static void attach_within(kt_mjcf *m, kt_element *parent, int depth) {
     static const char *const none[] = {NULL};
     kt_element *before = NULL;

@@ -70,8 +70,8 @@ static int class_of(kt_mjcf *m, const kt_element *e, const char *attribute, int 
     return around;
 }
 
-/* Gives elements their classes: their own, else the childclass of what is around them in their document. A <default> is
- * a class at a document's root alone. */
+/* Gives elements their classes: their own, else the childclass of the elements around them in their document. A
+ * <default> is a class at a document's root alone. */
 static void number_elements(kt_mjcf *m, kt_element *within, int around) {
     for (kt_element *e = within->first; e != NULL; e = e->next) {
         if (within->parent == NULL && strcmp(e->name, "default") == 0)
@@ -82,8 +82,8 @@ static void number_elements(kt_mjcf *m, kt_element *within, int around) {
     }
 }
 
-/* The classes of a document. The outermost are one, written in any number of places: classes within any of them are
- * within the last, and that is within those before it. */
+/* The classes of a document. The outermost are one class, written in any number of places. Classes within any of them
+ * are within the last, and the last is within those before it. */
 static void add_classes(kt_mjcf *m, int document) {
     const int first = m->classes.count;
     const kt_element *root = kt_mjcf_document_at(m, document)->root;
@@ -400,8 +400,8 @@ static const kt_known known[] = {
     {"key", " name time qpos qvel act ctrl mpos mquat "},
 };
 
-/* Sections that are about looks, memory or measurements alone are counted as a whole. Spatial tendons and actuators that are
- * not read are told as forces, flags by what they turn off. */
+/* Sections that concern only looks, memory or measurements are counted as a whole. Spatial tendons and actuators that
+ * are not read are reported as forces. Flags are reported with the feature that they turn off. */
 static const kt_known_list all_known = {
     known,
     sizeof known / sizeof *known,
@@ -420,7 +420,7 @@ static const kt_known_list all_known = {
         "actearly lengthrange cranklength dyntype default deformable octree_maxdepth needsdf ",
     .moving = " composite flexcomp flex flexvert flexstrain plugin armature damping adhesion "};
 
-/* Of attached models, what is not moved to the model: settings and classes. */
+/* In attached models, counts the elements that are not moved to the model: settings and classes. */
 void kt_mjcf_count_strange(kt_mjcf *m) {
     kt_strange_search(&m->strange, &all_known, m->root);
     for (int i = 1; i < m->documents.count; i++)

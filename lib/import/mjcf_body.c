@@ -1,12 +1,12 @@
 /* Bodies, joints and sites of MJCF as bodies of a description.
  *
- * A body of MJCF has any number of joints. They act one after the other: T = T0 J1 J2 ..., where T0 is the place of the
- * body in its parent, and J_k moves about axis_k through the point p_k, both in the body's frame as the joints before
- * have moved it. Of
+ * A body of MJCF has any number of joints, which act one after the other: T = T0 J1 J2 ..., with the pose T0 of the
+ * body in its parent. J_k moves about axis_k through the point p_k, both in the body's frame after the joints before
+ * have moved it:
  *     J_k = shift(p_k) R(axis_k, q_k - ref_k) shift(-p_k)
- * each joint becomes a body of the scene whose frame stands at p_k; the last of them is the body itself if its frame
- * stands at the body's origin, else the body is fixed to it. The joint frame is turned back by ref, so that
- * coordinates are those of MuJoCo.
+ * Each joint becomes a body of the scene whose frame is at p_k. The last of them is the body itself if its frame is at
+ * the body's origin. Else the body is fixed to the last one. The joint frame is turned back by ref, so that coordinates
+ * are those of MuJoCo.
  */
 #include "algebra/principal.h"
 #include "import/mjcf.h"
@@ -39,7 +39,7 @@ static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
     kt_left_count(&m->limits, j->element);
 }
 
-/* What its actuators may exert; without bounds where there are none. */
+/* The bounds of the actuator forces in a joint; infinite if there are none. */
 static void read_force(kt_mjcf *m, kt_mjcf_joint *j) {
     const kt_element *e = j->element;
     double range[2] = {0.0, 0.0};
@@ -116,7 +116,7 @@ static void add_site(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
 
 static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame);
 
-/* What is directly in a body, then the bodies in it: MuJoCo numbers joints so. */
+/* Collects the joints and sites directly in a body, then the bodies in it. MuJoCo numbers joints in this order. */
 static void collect_body(kt_mjcf *m, int body) {
     const kt_element *e = kt_mjcf_body_at(m, body)->element;
     kt_mjcf_body_at(m, body)->first_joint = m->joints.count;

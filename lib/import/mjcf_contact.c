@@ -1,23 +1,30 @@
 /* Contacts of MJCF between planes that do not move and geoms that do (contact.c).
  *
- * Two geoms touch if the masks allow it, (contype1 & conaffinity2) | (contype2 & conaffinity1), and no <exclude> has their
- * bodies, or if a <pair> names them. Numbers are those of the geom with the higher priority; else the larger friction and
- * condim, and the mean of solref and solimp by solmix.
+ * Two geoms touch if a <pair> names them. They also touch if no <exclude> has their bodies and their masks allow it:
+ *     (contype1 & conaffinity2) | (contype2 & conaffinity1) != 0.
+ * Their numbers are those of the geom with the higher priority. At equal priority, friction and condim are the larger
+ * values, and solimp and solref are means with the weights solmix. If a solref is not positive, the smaller values
+ * apply.
  *
- * MuJoCo's contact is an acceleration -b v - d k x of the surfaces, of which the impedance d(x) acts against the mobility A of
- * the body that touches: at rest under a force N the depth x is that of
- *     A N (1 - d) / d = k d x,
- * and under a friction force T it creeps at v = A T (1 - d) / (d b r), with `impratio` r. Where the cone is a pyramid, v has
- * the factor 1 + mu^2, and A N the factor (1 + mu^2) mu^2 / (2 r).
+ * MuJoCo's contact is an acceleration -b v - d k x of the surfaces. Its impedance d(x) acts against the mobility A of
+ * the touching body. At rest under a force N, the depth x follows from
+ *     A N (1 - d) / d = k d x.
+ * Under a friction force T the contact creeps, with the `impratio` r, at the speed
+ *     v = A T (1 - d) / (d b r).
+ * For a pyramidal cone, the first factor applies to v, and the second factor applies to A N:
+ *     f1 = 1 + mu^2,   f2 = (1 + mu^2) mu^2 / (2 r).
  *
- * A contact here has N = K x^m (1 + 3/2 c x'), with that depth x1 under an eighth of the robot's weight and x2 under half of
- * it, and with MuJoCo's damping and creep at x1. It begins where MuJoCo's does, at the distance margin - gap. */
+ * A contact here has the force
+ *     N = K x^m (1 + 3/2 c x').
+ * It has MuJoCo's depth x1 under an eighth of the robot's weight, and MuJoCo's depth x2 under half of it. Damping and
+ * creep are those of MuJoCo at x1. The contact begins at the distance margin - gap, as in MuJoCo. */
 #include "import/mjcf.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Of the mobility of the whole robot: a body that turns about its centre of mass has none of its own. */
+/* The least mobility, relative to that of the whole robot. A body that turns about its centre of mass has none of its
+ * own. */
 static const double LEAST = 0.01;
 
 typedef struct law {
@@ -118,7 +125,7 @@ static double depth_under(const law *l, double k, double mobility, double force)
     return high;
 }
 
-/* What <option> says of contacts. */
+/* Settings of <option> for contacts. */
 typedef struct cone {
     double shortest, ratio; /* time constant; impratio */
     bool is_pyramid;

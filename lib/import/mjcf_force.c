@@ -1,8 +1,8 @@
 /* Passive forces and fixed tendons of MJCF as effects.
  *
- * A fixed tendon has the length L = sum c_i q_i. One with a single joint acts in it, with the factor c. One with
- * several becomes the position of a body without mass, on a prismatic joint of its own, which a coupling holds to that
- * sum: forces in it are c_i times that in each joint.
+ * A fixed tendon has the length L = sum c_i q_i. If it has a single joint, it acts in that joint, with the factor c. If
+ * it has several, L becomes the position of a body without mass, on its own prismatic joint. A coupling holds this
+ * position to the sum, so that a force along L acts in joint i with the factor c_i.
  */
 #include "import/mjcf.h"
 
@@ -21,8 +21,8 @@ kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type t
 
 static bool is_any(const double k[3]) { return k[0] != 0.0 || k[1] != 0.0 || k[2] != 0.0; }
 
-/* k0, k1, k2 of a force k0 x + k1 x^2 + k2 x^3 (of a damper k0 v + k1 |v| v + k2 v^3); false where all are zero, or they
- * are turned off. */
+/* Reads k0, k1, k2; false if all are zero, or the forces are turned off.
+ *     spring: p = k0 x + k1 x^2 + k2 x^3,   damper: p = k0 v + k1 |v| v + k2 v^3 */
 static bool read_polynomial(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, double k[3]) {
     const bool is_off = strcmp(name, "stiffness") == 0 ? m->off.springs : m->off.dampers;
     k[0] = k[1] = k[2] = 0.0;
@@ -155,7 +155,7 @@ static void spring_ball(kt_mjcf *m, const kt_mjcf_joint *j) {
     effect->between[0].at = joint->at;
     effect->between[0].rotation = joint->rotation;
     effect->between[1].body = j->carrier;
-    if (j->type == KT_MJCF_FREE) { /* from where the body stands */
+    if (j->type == KT_MJCF_FREE) { /* from the pose of the body */
         effect->between[0].at = start.position;
         effect->between[0].rotation = kt_rotation_of_matrix(start.rotation);
     }
@@ -221,7 +221,7 @@ static void add_term(kt_mjcf *m, const kt_element *e, kt_mjcf_tendon *t) {
     if (coefficient == 0.0)
         return;
     kt_mjcf_term *term = NULL;
-    for (int i = 0; i < t->count; i++) /* one that stands there twice acts with the sum */
+    for (int i = 0; i < t->count; i++) /* a joint that occurs twice acts with the sum */
         term = kt_mjcf_term_at(m, t->first + i)->joint == joint ? kt_mjcf_term_at(m, t->first + i) : term;
     if (term == NULL) {
         term = kt_list_add(m->r, &m->r->scratch, &m->terms, sizeof *term);

@@ -1,4 +1,4 @@
-/* Formulas of a scene, written piece by piece: what MJCF has that no effect or loop has as numbers. */
+/* Formulas of a scene, written piece by piece, for features of MJCF that effects and loops do not have as numbers. */
 #include "import/mjcf.h"
 #include "scene/number.h"
 

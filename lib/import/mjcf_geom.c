@@ -14,7 +14,7 @@ static const kt_solid solids[] = {
     [CAPSULE] = KT_SOLID_CAPSULE, [ELLIPSOID] = KT_SOLID_ELLIPSOID, [CYLINDER] = KT_SOLID_CYLINDER,
     [BOX] = KT_SOLID_BOX,         [MESH] = KT_SOLID_NONE,           [SDF] = KT_SOLID_NONE};
 
-/* A geom: its solid, where it stands in the body, and what it weighs. */
+/* A geom: its solid, its pose in the body, and its mass and inertia. */
 typedef struct geom {
     geom_type type;
     double size[3]; /* half sizes; radius, half length */
@@ -22,7 +22,7 @@ typedef struct geom {
     double mass;
     kt_vec3 com;     /* body frame */
     kt_sym3 inertia; /* about com, body axes */
-    bool is_lost;    /* a mesh, whose mass is not known */
+    bool is_lost;    /* a mesh of unknown mass */
     bool is_shell;   /* the mass is that of the surface */
     const kt_enclosed *mesh;
 } geom;
@@ -64,7 +64,7 @@ static double volume_of(const geom *g) {
     return g->is_shell ? kt_shell_area(solids[g->type], g->size) : kt_solid_volume(solids[g->type], g->size);
 }
 
-/* Whether `shellinertia` makes a shell of it; of an ellipsoid it is told that none is made. */
+/* Whether `shellinertia` makes a shell of a geom. An ellipsoid keeps the mass of a solid, and is counted. */
 static bool is_shell(kt_mjcf *m, const kt_element *e, const geom *g) {
     if (g->type == MESH || !kt_mjcf_flag(m, e, "geom", "shellinertia", false))
         return false;
@@ -92,7 +92,7 @@ static void set_moments(geom *g, double volume) {
     g->inertia = kt_sym3_scaled(g->mass / volume, kt_sym3_rotate(g->pose.rotation, g->mesh->inertia));
 }
 
-/* The mass that a geom gives to its body. A mesh is read only where its mass is asked for. */
+/* The mass that a geom gives to its body. A mesh is read only if its mass is needed. */
 static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
     const bool by_options = m->source->options->density > 0.0 && kt_mjcf_text(m, e, "geom", "density") == NULL;
     const double standard = by_options ? m->source->options->density : 1000.0;
@@ -153,7 +153,7 @@ static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g
     }
 }
 
-/* What the geoms of a body look like, once they have been read. */
+/* Keeps the picture of a body, after its geoms have been read. */
 static void keep_picture(kt_mjcf *m, kt_mjcf_body *b) {
     kt_body body = kt_body_default();
     body.name = b->name;

@@ -1,7 +1,7 @@
 /* Files that a model in MJCF includes, and replicates.
  *
- * A file may be included several times, but not within itself. The sizes of files are summed, and copies of replicates are
- * counted, so that a small file cannot stand for a large one. */
+ * A file may be included several times, but not within itself. The sizes of files are summed, and copies of replicates
+ * are counted. This limits the memory that a small file can claim. */
 #include "import/mjcf.h"
 
 #include <math.h>
@@ -43,7 +43,7 @@ kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e
 
 enum { INCLUDES_MOST = 64 /* files within one another */ };
 
-/* Whether a file is the one that an element of a document stands in, or one that includes this. */
+/* Whether a file is the one that has an element of a document, or one that includes this file. */
 static bool is_circle(kt_mjcf *m, int document, const kt_element *e, const char *path) {
     const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
     int depth = 0;
@@ -131,7 +131,7 @@ static const char *const *copy_attributes(kt_mjcf *m, const kt_element *e, const
     return copy;
 }
 
-/* Copies what is in an element; false where there is no memory, or too much. */
+/* Copies the children of an element; false if there is no memory, or there are too many elements. */
 static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, const char *suffix) {
     for (const kt_element *e = from->first; e != NULL; e = e->next) {
         if (++m->elements > ELEMENTS_MOST)
@@ -151,7 +151,7 @@ static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, co
     return true;
 }
 
-/* A <frame> that stands where a copy does. */
+/* A <frame> with the pose of a copy. */
 static kt_element *make_frame(kt_mjcf *m, const kt_element *e, kt_pose pose) {
     const kt_quat q = kt_quat_from_matrix(pose.rotation);
     const kt_vec3 p = pose.position;
@@ -178,7 +178,7 @@ static kt_element *make_frame(kt_mjcf *m, const kt_element *e, kt_pose pose) {
     return frame;
 }
 
-/* The copies, each displaced from the one before by `offset` and turned by `euler`: copy k stands at T^k. */
+/* The copies, each displaced from the one before by `offset` and turned by `euler`. Copy k has the pose T^k. */
 static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
     static const char *const none[] = {NULL};
     const double count = kt_mjcf_number(m, e, NULL, "count", 0.0);

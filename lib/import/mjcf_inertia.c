@@ -1,11 +1,13 @@
-/* What resists the joints of a model in MJCF at its reference positions: `springdamper` counts stiffness and damping from it.
+/* Effective inertias of joints and mobilities of bodies of a model in MJCF, at its reference positions.
  *
- * Of a joint of n coordinates it is n / sum_i (M^-1)_ii, with the mass matrix M of the tree, to which a fixed tendon of
- * length L = c'q adds armature c c', as far as that is between joints of which one carries the other. A joint with the time constant T and the damping ratio z then has, with that inertia I,
- *     stiffness I / (T z)^2,   damping 2 I / T.
+ * `springdamper` defines stiffness and damping relative to the inertia of the joint. A joint of n coordinates has
+ *     I = n / sum_i (M^-1)_ii
+ * with the mass matrix M of the tree. A fixed tendon of length L = c'q adds armature c c' to M, for pairs of joints of
+ * which one carries the other. A joint with the time constant T and the damping ratio z then has
+ *     stiffness = I / (T z)^2,   damping = 2 I / T.
  *
- * Contacts are the softer, the lighter the body is that touches: of a body it is the mean of (J M^-1 J')_ii over the three
- * directions, with the Jacobian J of its centre of mass.
+ * Contacts are softer if the touching body is lighter. The mobility of a body is the mean of (J M^-1 J')_ii over the
+ * three directions, with the Jacobian J of its centre of mass.
  */
 #include "import/mjcf.h"
 #include "kinetree/dynamics.h"
@@ -36,7 +38,7 @@ static kt_status compile_reference(const kt_mjcf *m, kt_body *bodies, kt_model *
     return kt_model_compile(&d, NULL, model, error);
 }
 
-/* The first velocity of a joint in the model. */
+/* The coordinates of a joint in the model; none (nv = 0) if the model does not have it. */
 static kt_coordinates coordinates_of(const kt_mjcf *m, const kt_model *model, const kt_mjcf_joint *j) {
     const kt_body *bodies = m->draft.bodies.items;
     for (int b = 1; b < kt_model_body_count(model); b++)
@@ -63,7 +65,7 @@ static void add_tendons(kt_mjcf *m, const kt_model *model, double *mass) {
     }
 }
 
-/* Of all joints that ask for it, by a factorised mass matrix; x has room for one vector. */
+/* The inertias of all joints with `springdamper`, from a factorised mass matrix; x has room for one vector. */
 static void take_inertias(kt_mjcf *m, const kt_model *model, const double *factors, double *x) {
     const int nv = kt_model_nv(model);
     for (int i = 0; i < m->joints.count; i++) {
@@ -80,7 +82,7 @@ static void take_inertias(kt_mjcf *m, const kt_model *model, const double *facto
     }
 }
 
-/* Of all bodies, for contacts; rows: room for a Jacobian and a vector. */
+/* The mobilities of all bodies, for contacts; rows: room for a Jacobian and a vector. */
 static void take_mobilities(kt_mjcf *m, const kt_model *model, const kt_data *data, const double *factors,
                             double *rows) {
     const int nv = kt_model_nv(model);

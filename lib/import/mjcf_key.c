@@ -31,7 +31,7 @@ static double *zeros(kt_mjcf *m, int count) {
     return values;
 }
 
-/* Where all joints begin. */
+/* The reference positions of all joints. */
 static double *reference_positions(kt_mjcf *m) {
     double *qpos = zeros(m, m->nq);
     for (int i = 0; i < m->joints.count && qpos != NULL; i++) {
@@ -52,8 +52,8 @@ static double *reference_positions(kt_mjcf *m) {
     return qpos;
 }
 
-/* Copies the numbers of a key (NULL: it has none) to those joints of its document that are attached: they are in the
- * same order in both. */
+/* Copies the numbers of a key (NULL: it has none) to those joints of its document that are attached. The joints have
+ * the same order in both. */
 static void take_joints(kt_mjcf *m, int document, const double *qpos, const double *qvel) {
     const kt_list *list = &kt_mjcf_document_at(m, document)->joints;
     const kt_element *const *all = list->items;

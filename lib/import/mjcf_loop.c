@@ -1,11 +1,12 @@
 /* Equalities of MJCF as loops.
  *
- * MuJoCo holds them by soft forces; here they are exact. Their numbers refer to the reference positions of all joints,
- * where the bodies stand as <body> says:
- *   connect: a point of the first body, and the point of the second that is there at the reference positions;
- *   weld: a point of the second body, its `anchor`, and the second body's axes stand in the first body as `relpose` says,
- *     or as at the reference positions; with torquescale 0 the point alone is held;
- *   joint, tendon: y - y0 = a0 + a1 (x - x0) + a2 (x - x0)^2 + ...: what is not linear is the coupling's formula.
+ * MuJoCo holds equalities with soft forces; here they are exact. Their numbers refer to the reference positions of all
+ * joints, at which the bodies have the poses of <body>.
+ *   `connect` keeps a point of the first body on the point of the second body that is there at the reference positions.
+ *   `weld` keeps a point of the second body, its `anchor`, and its axes at a pose in the first body. The pose is
+ *   `relpose`, or that at the reference positions. With torquescale 0 only the point is held.
+ *   `joint` and `tendon` have a polynomial, whose nonlinear part is the coupling's formula:
+ *     y - y0 = a0 + a1 (x - x0) + a2 (x - x0)^2 + ...
  */
 #include "import/mjcf.h"
 
@@ -25,7 +26,7 @@ static bool find_bodies(kt_mjcf *m, const kt_element *e, int bodies[2]) {
     return bodies[0] >= 0 && bodies[1] >= 0;
 }
 
-/* Where MuJoCo's frame of a body stands in the world at the reference positions. */
+/* The pose of MuJoCo's frame of a body in the world, at the reference positions. */
 static kt_pose world_of(const kt_mjcf *m, int body) {
     return kt_pose_compose(kt_mjcf_body_at(m, body)->world, kt_mjcf_body_at(m, body)->frame);
 }
@@ -145,7 +146,7 @@ static int add_terms(const kt_mjcf *m, const side *s, double factor, kt_term *to
     return s->count;
 }
 
-/* "(position.a + -0.1)", of a tendon "(0.5*position.a + 2*position.b + -0.1)". */
+/* Writes `(position.a + -0.1)`, for a tendon `(0.5*position.a + 2*position.b + -0.1)`. */
 static void put_length(const kt_mjcf *m, const side *s, kt_mjcf_formula *to) {
     for (int i = 0; i < s->count; i++) {
         const kt_mjcf_term *term = s->terms != NULL ? &s->terms[i] : &s->own;
@@ -159,7 +160,8 @@ static void put_length(const kt_mjcf *m, const side *s, kt_mjcf_formula *to) {
     kt_mjcf_put(to, ")");
 }
 
-/* -a2 (x - x0)^2 - a3 (x - x0)^3 - a4 (x - x0)^4; NULL after telling why not. `others`: the joints of the other side. */
+/* Writes `-a2 (x - x0)^2 - a3 (x - x0)^3 - a4 (x - x0)^4`; NULL after reporting the reason. `others`: the number of
+ * joints of the other side. */
 static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x, int others, const double a[5]) {
     static const char *const powers[] = {"^2", "^3", "^4"};
     kt_mjcf_formula to = {.whole = true};

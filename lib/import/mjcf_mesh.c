@@ -29,8 +29,8 @@ static const char *path_in(kt_mjcf *m, const char *folder, const char *path) {
     return whole;
 }
 
-/* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. It is in the folder of the
- * mesh's document or, where that has no such file, in that of the file that names it, as in MuJoCo. */
+/* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. As in MuJoCo, the search
+ * starts in the folder of the mesh's document. The folder of the file that names the mesh follows. */
 static const char *path_of(kt_mjcf *m, const kt_element *e, const char *file) {
     const char *path = path_in(m, kt_mjcf_settings_of(m, e)->mesh_folder, file);
     if (path == NULL || e->file == NULL || path[0] == '/')
@@ -74,7 +74,7 @@ static kt_status read_file(kt_mjcf *m, const kt_element *e, const char *file, kt
     return status;
 }
 
-/* Vertices and faces that stand in the model itself. */
+/* Vertices and faces in the model itself. */
 static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh, kt_error *error) {
     const char *texts[2] = {kt_xml_attribute(e, "vertex"), kt_xml_attribute(e, "face")};
     double *numbers[2];
@@ -118,7 +118,7 @@ static kt_vec3 scale_of(kt_mjcf *m, const kt_element *e) {
     return kt_mjcf_vector(m, e, "mesh", "scale", kt_vec3_make(1.0, 1.0, 1.0));
 }
 
-/* Places a mesh and finds what it encloses; of a hull the triangles become that. */
+/* Places a mesh and computes the solid that it encloses. For a hull, replaces the triangles with the hull. */
 static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangles, kt_enclosed *to, kt_error *error) {
     static const kt_volume_rule rules[] = {[LEGACY] = KT_VOLUME_ABSOLUTE,
                                            [EXACT] = KT_VOLUME_SIGNED,

@@ -1,5 +1,6 @@
-/* Settings of a model in MJCF: of <compiler>, also of a model that is attached, which decide what all other attributes
- * mean; and of <option>: gravity, what is turned off, and what of it is a medium. */
+/* Settings of a model in MJCF. Those of <compiler>, also of an attached model, determine the meaning of all other
+ * attributes. Those of <option> are gravity, features that are turned off, and a surrounding medium, which is counted.
+ */
 #include "import/mjcf.h"
 
 #include <string.h>
@@ -55,7 +56,7 @@ void kt_mjcf_read_settings(kt_mjcf *m, int document) {
 
 /* ---- options ----------------------------------------------------------------------------------------------------- */
 
-/* Whether a flag has not the word that it has without being said. */
+/* Whether a flag differs from its default. */
 static bool is_flag(kt_mjcf *m, const kt_element *flag, const char *name, bool standard) {
     static const char *const words[] = {"disable", "enable", NULL};
     return kt_mjcf_choice(m, flag, NULL, name, words, standard) != standard;
