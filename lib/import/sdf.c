@@ -1,7 +1,8 @@
 /* Models and worlds in SDF, the XML of Gazebo: links and joints to a description.
  *
- * In this order: frames of the file and of those that it includes, their names and poses; links and joints; the tree
- * that spans them; bodies, loops and forces. The positions of all joints are zero at the start.
+ * Frames of the file and of included files come first, with their names and poses. Links and joints follow, then the
+ * tree that spans them, then bodies, loops and forces. A joint starts at the position zero, unless <initial_position>
+ * gives another.
  */
 #include "import/sdf.h"
 
@@ -10,8 +11,8 @@
 
 /* ---- what is not known ------------------------------------------------------------------------------------------- */
 
-/* Elements that are read, or say what joints and links are made of, with their attributes. What has nothing to do with
- * the motion is counted as a whole. */
+/* Elements that are read, or that define joints and links, with their attributes. Sections that do not concern the
+ * motion are counted as a whole. */
 static const kt_known known[] = {
     {"sdf", " version "},
     {"world", " name "},
@@ -198,7 +199,7 @@ static const kt_element *choose(kt_sdf *m) {
     return chosen;
 }
 
-/* What is left of a world whose models were not found may be nothing. */
+/* A world whose models were not found may have no bodies left. */
 static void require_bodies(kt_sdf *m, const kt_element *chosen) {
     if (m->draft.bodies.count == 0 && m->missing.count > 0)
         (void)kt_robot_fault(m->r, chosen,

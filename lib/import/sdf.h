@@ -6,7 +6,8 @@
 
 /* ---- frames ------------------------------------------------------------------------------------------------------ */
 
-/* What has a name and a pose. The frames are a tree: each stands in its base, at the position of all joints zero. */
+/* An item with a name and a pose. The frames are a tree: each has a pose in its base, at the position of all joints
+ * zero. */
 typedef enum kt_sdf_kind { KT_SDF_WORLD, KT_SDF_MODEL, KT_SDF_LINK, KT_SDF_JOINT, KT_SDF_FRAME } kt_sdf_kind;
 
 typedef struct kt_sdf_frame {
@@ -14,12 +15,12 @@ typedef struct kt_sdf_frame {
     const kt_element *element;
     const char *name;
     int scope;   /* the model or the world in which it has its name; of the world -1 */
-    int home;    /* that poses in this scope are relative to if they do not say it, and that __model__ is */
-    int version; /* of its file: 100 for 1.0, 112 for 1.12 */
+    int home;    /* base of poses in this scope without `relative_to`; the frame __model__ */
+    int version; /* of its file: 112 for 1.12 */
     bool is_static;
 
     const kt_element *pose_element; /* NULL: none */
-    const kt_element *placement;    /* of a model: which says the frame that the pose places; NULL: its own */
+    const kt_element *placement;    /* of a model: names the frame that the pose places; NULL: the pose is its own */
     const char *placed;             /* that frame */
     int base;                       /* -1: of the world, or not found yet */
     kt_pose pose, world;            /* in base, in the world */
@@ -51,14 +52,14 @@ typedef struct kt_sdf_joint {
     kt_vec3 direction; /* of the axis, in the frame `expressed` */
     int expressed;
     double pitch;     /* m per radian */
-    bool is_cut;      /* it closes a loop, whatever the tree */
+    bool is_cut;      /* it closes a loop in any tree */
     bool is_used;     /* it carries a link */
     bool is_reversed; /* it carries its parent */
     int body;         /* of the scene, that has it; -1: none */
     const char *name; /* in the scene; NULL: it has no coordinate there */
 } kt_sdf_joint;
 
-/* A mechanism in SDF, from its frames to the scene; the kt_left are what is told. */
+/* A mechanism in SDF, from its frames to the scene. Each kt_left is reported as a note. */
 typedef struct kt_sdf {
     kt_reader *r;
     const kt_robot_source *source;
@@ -91,8 +92,8 @@ typedef struct kt_sdf {
 
 /* ---- sdf_value.c: numbers in elements ---------------------------------------------------------------------------- */
 
-/* The numbers of a child element; without it, values stay as they are. Returns whether there are numbers now; what are
- * none is reported. e may be NULL. */
+/* Reads the numbers of a child element; without it, values stay as they are. Returns whether there are numbers now, and
+ * reports a text that is no numbers. e may be NULL. */
 bool kt_sdf_numbers(kt_sdf *m, const kt_element *e, const char *child, int count, double *values);
 double kt_sdf_number(kt_sdf *m, const kt_element *e, const char *child, double standard);
 kt_vec3 kt_sdf_vector(kt_sdf *m, const kt_element *e, const char *child, kt_vec3 standard);
@@ -107,7 +108,7 @@ kt_pose kt_sdf_read_pose(kt_sdf *m, const kt_element *pose);
 
 /* ---- sdf_frame.c ------------------------------------------------------------------------------------------------- */
 
-/* Finds links, joints, frames and models in a <world> or <model>, and in what is included there. */
+/* Finds links, joints, frames and models in a <world> or <model>, and in its included models. */
 void kt_sdf_collect(kt_sdf *m, const kt_element *within, bool is_world, int version);
 
 /* Names, and the poses of all frames. */
@@ -119,7 +120,7 @@ int kt_sdf_find(kt_sdf *m, const kt_element *e, int frame, const char *name);
 /* The pose of a frame in another. */
 kt_pose kt_sdf_pose(const kt_sdf *m, int of, int in);
 
-/* The pose of what stands in a frame, such as a visual in its link, in that frame. */
+/* The pose of an element of a frame, such as a visual of a link, in that frame. */
 kt_pose kt_sdf_pose_within(kt_sdf *m, const kt_element *e, int frame);
 
 /* The number of the link that a frame moves with; 0: the world; -1 after reporting that there is none. */

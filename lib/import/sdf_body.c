@@ -1,9 +1,9 @@
 /* Links and joints of SDF as bodies and loops of a description.
  *
- * A link is a body, and the joint that carries it is its joint. The pose X of the link in the one that carries it is
- * known where the joint is at zero, and there the joint's axis has a direction a and a point p in the link. Where the
- * axis meets the link's origin (and where the point does not matter), the joint stands in X. Else a body without mass,
- * which has the joint's name, turns in X shift(p), and the link is fixed to it at -p.
+ * A link is a body, and the joint that carries it is its joint. X is the pose of the link in its carrier while the
+ * joint is at zero. The joint's axis then has a direction a and a point p in the link. If the axis meets the link's
+ * origin, or if the point does not matter, the joint has the pose X. Else a body without mass, with the joint's name,
+ * turns in X shift(p), and the link is fixed to it at -p.
  */
 #include "import/sdf.h"
 #include "model/joint_name.h"
@@ -15,7 +15,7 @@
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
-/* "A::B::name" below the root's scope; what is changed of it is counted at e (NULL: not). */
+/* Adds "A::B::name" below the root's scope. make_name counts a changed name at e (NULL: not). */
 static void add_path(const kt_sdf *m, kt_phrase *phrase, int frame) {
     const kt_sdf_frame *f = kt_sdf_frame_at(m, frame);
     if (f->scope != m->root_scope && f->scope > 0) {
@@ -66,7 +66,7 @@ static void stand(kt_joint *joint, kt_pose pose) {
     joint->rotation = kt_rotation_of_matrix(pose.rotation);
 }
 
-/* What no joint carries is fixed, or free: its coordinates count from the world. */
+/* A link that no joint carries is fixed or free; its coordinates are those in the world. */
 static void root_joint(kt_sdf *m, const kt_sdf_link *link, kt_joint *joint) {
     const kt_pose pose = kt_sdf_pose(m, link->frame, 0);
     if (link->is_static) {
@@ -81,7 +81,7 @@ static void root_joint(kt_sdf *m, const kt_sdf_link *link, kt_joint *joint) {
     kt_left_count(&m->floating, link->element);
 }
 
-/* Of the joint's point that part which matters; zero where it is rounding. */
+/* The part of the joint's point that matters; zero if it is rounding. */
 static kt_vec3 offset_of(const kt_sdf_joint *j, kt_vec3 point, kt_vec3 axis) {
     const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0);
     kt_vec3 across = point;
@@ -92,7 +92,7 @@ static kt_vec3 offset_of(const kt_sdf_joint *j, kt_vec3 point, kt_vec3 axis) {
     return kt_vec3_norm(across) > 16.0 * DBL_EPSILON * kt_vec3_norm(point) ? point : zero;
 }
 
-/* The joint on its place: type, axis, and where it stands. */
+/* Sets the type, the axis and the pose of a joint. */
 static void set_joint(kt_sdf *m, const kt_sdf_joint *j, kt_pose pose, kt_vec3 axis, kt_joint *joint) {
     stand(joint, pose);
     joint->type = j->type;

@@ -1,8 +1,10 @@
 /* Forces in the joints of SDF as effects, gearboxes and mimics as couplings.
  *
- * A gearbox relates the angle t1 of its parent about `axis` and the angle t2 of its child about `axis2`, both as seen
- * from its reference body: t2 = -ratio t1. Such an angle is the sum of the positions of the joints on the path between
- * the two, if all of these turn about parallels of the axis, each counted along it.
+ * A gearbox relates two angles as seen from its reference body: t1 of its parent about `axis`, and t2 of its child
+ * about `axis2`.
+ *     t2 = -ratio t1
+ * Such an angle is the sum of the positions of the rotary joints on the path between the two bodies, each counted along
+ * the axis. All of these joints must turn about parallels of the axis.
  */
 #include "import/sdf.h"
 
@@ -21,7 +23,7 @@ static kt_effect *add_effect(kt_sdf *m, const kt_sdf_joint *j, kt_effect_type ty
     return effect;
 }
 
-/* A limit; infinite where it is not given, or is what the format has for that. */
+/* A limit; infinite if it is missing, or is the format's value for no limit. */
 static double read_limit(kt_sdf *m, const kt_element *limit, const char *which, double standard) {
     const char *text = kt_sdf_text(limit, which);
     if (text == NULL || strcasecmp(text, "inf") == 0 || strcasecmp(text, "-inf") == 0)
@@ -68,7 +70,7 @@ static void make_stop(kt_sdf *m, const kt_sdf_joint *j) {
     stop->upper = upper;
 }
 
-/* A joint begins where it says, else at zero. */
+/* A joint starts at its initial_position, else at zero. */
 static void start_joint(kt_sdf *m, const kt_sdf_joint *j) {
     kt_joint *joint = &((kt_body *)m->draft.bodies.items)[j->body].joint;
     if (j->axis != NULL && kt_sdf_is_scalar(j))
@@ -184,7 +186,7 @@ typedef struct angle {
     bool is_none; /* it is no sum of joints' positions */
 } angle;
 
-/* Adds the joint that carries a link, seen along an axis of the world, and goes on to what it stands on. */
+/* Adds the joint that carries a link, seen along an axis of the world. Returns the link at its other end. */
 static int climb(const kt_sdf *m, int link, kt_vec3 axis, double factor, angle *a) {
     const kt_sdf_link *l = kt_sdf_link_at(m, link);
     if (l->carrier < 0) {

@@ -1,11 +1,12 @@
-/* Frames of SDF: what has a name and a pose, in nested models, and where it stands.
+/* Frames of SDF: items with a name and a pose, in nested models.
  *
- * The pose of a frame is relative to its base: X_i = X_base(i) P_i, from the world on. The base is what `relative_to`
- * names, else the model that it is in; of a joint its child, of a <frame> what it is attached to. All poses are those
- * where all joints are at zero, so that the frames are a tree whatever the joints are. The pose of one frame in another
- * is composed along the path between the two, so that far models do not round it.
+ * The pose of a frame is relative to its base: X_i = X_base(i) P_i, from the world on. The base is the frame that
+ * `relative_to` names. Without it, the base of a joint is its child. The base of a <frame> element is the frame that it
+ * is attached to, and that of other items is the model around them. All poses are those with all joints at zero, so
+ * that the frames are a tree for any joints. The pose of one frame in another is composed along the path between the
+ * two, so that distant models cause no rounding.
  *
- * Of a model with a placement frame F the pose P places that frame: X_model = X_base P (X_F in the model)^-1.
+ * If a model has a placement frame F, the pose P places that frame: X_model = X_base P (X_F in the model)^-1.
  */
 #include "import/sdf.h"
 
@@ -46,7 +47,7 @@ static void add_model(kt_sdf *m, const kt_element *e, int scope, int home, const
     add_children(m, e, index, index, chain);
 }
 
-/* What <include> says of the model in place of the model itself. */
+/* Settings of <include> that replace those of the model. */
 static void override(kt_sdf *m, const kt_element *e, kt_sdf_frame *f) {
     const char *name = kt_sdf_text(e, "name");
     f->name = name != NULL ? name : f->name;
@@ -59,7 +60,7 @@ static void override(kt_sdf *m, const kt_element *e, kt_sdf_frame *f) {
     }
 }
 
-/* The name of the frame that stands for a model which is merged into another. */
+/* The name of the frame of a model which is merged into another. */
 static const char *merged_name(kt_sdf *m, const char *name) {
     const size_t room = strlen(name) + 32;
     char *made = kt_pool_take(&m->r->scratch, room, 1);
@@ -70,7 +71,8 @@ static const char *merged_name(kt_sdf *m, const char *name) {
     return made;
 }
 
-/* A merged model has no scope of its own: what is in it is in the model around it, and stands in a frame. */
+/* A merged model has no scope of its own. Its items are in the model around it, and their poses are relative to a
+ * frame. */
 static void include(kt_sdf *m, const kt_element *e, int scope, int home, const kt_sdf_chain *chain) {
     const char *path, *merge = kt_xml_attribute(e, "merge");
     int version = 0;
@@ -204,7 +206,7 @@ static int named_by(kt_sdf *m, int frame, const char *child) {
     return found;
 }
 
-/* The frame that the pose of an element is relative to, where it says so; else `standard`. */
+/* The frame that `relative_to` of a pose names; without the attribute, `standard`. */
 static int relative_to(kt_sdf *m, const kt_element *pose, int frame, int standard) {
     const char *name = pose != NULL ? kt_xml_attribute(pose, "relative_to") : NULL;
     if (name == NULL && pose != NULL && kt_sdf_frame_at(m, frame)->version <= 106)

@@ -1,9 +1,9 @@
 /* Files that SDF includes, and versions.
  *
- * A URI names a file, or a folder with a model.config, which names the files of a model by their versions. `model://NAME`
- * is the folder NAME in that of the robot, other paths start from the folder of the file that includes them. What is not
- * there is looked for on the search path, as FOLDER/NAME. What is nowhere is left out and told, since worlds name models
- * that simulators bring along.
+ * A URI names a file, or a folder with a model.config, which names the files of a model by their versions. The URI
+ * `model://NAME` is the folder NAME in that of the robot. Other paths start from the folder of the file that includes
+ * them. A file that is not there is searched on the search path, as FOLDER/NAME. A file that is found nowhere is left
+ * out and noted, since worlds name models that simulators provide.
  */
 #include "import/sdf.h"
 
@@ -13,7 +13,7 @@
 
 enum { DEPTH_MOST = 32 /* files within one another */ };
 
-/* 100 times the first number and the second one of a version, as 112 of 1.12; 0: it is none. */
+/* The number of a version, such as 112 for 1.12; zero if the text is no version of SDF. */
 static int version_of(const char *text) {
     char *end;
     const long major = strtol(text, &end, 10);
@@ -66,7 +66,7 @@ static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
 
 /* ---- folders of models ------------------------------------------------------------------------------------------- */
 
-/* The name of a model's newest file that is not newer than what is read, by its model.config; else model.sdf. */
+/* The name of a model's newest file, up to the newest version that is read, by its model.config; else model.sdf. */
 static const char *file_of(kt_sdf *m, const kt_element *e, const char *folder) {
     const char *config = join(m, folder, "model.config"), *best = "model.sdf";
     int newest = 0;

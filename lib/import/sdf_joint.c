@@ -1,11 +1,11 @@
 /* Links and joints of SDF.
  *
- * A joint of two axes is two joints, with a link without mass between them, so that each axis has its own damping,
- * spring and limits: revolute2 and universal turn about `axis`, then about `axis2`, a piston turns about its axis and
- * slides along it.
+ * A joint of two axes is two joints with a link without mass between them, so that each axis has its own damping,
+ * spring and limits. The types revolute2 and universal turn about `axis`, then about `axis2`. A piston turns about its
+ * axis and slides along it.
  *
- * An axis is a vector in the frame that `expressed_in` names, else in that of the joint; until 1.6
- * `use_parent_model_frame` says that it is the model's, as it is always in 1.4.
+ * An axis is a vector in the frame that `expressed_in` names, else in that of the joint. Until 1.6,
+ * `use_parent_model_frame` selects the frame of the model. In 1.4 the axis is always in this frame.
  *
  * A screw of pitch p metres a turn advances by p / (2 pi) metres a radian. The older thread_pitch t is in radians a
  * metre, of a left-handed thread: -1 / t metres a radian.

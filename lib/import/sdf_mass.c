@@ -1,7 +1,8 @@
 /* Masses, inertias and pictures of links in SDF.
  *
- * A link without <inertial> has the format's 1 kg and 1 kg m^2 about each axis, as <mass> and <inertia> have it that
- * do not say them. With auto="true" mass and inertia are those of the solids of its collisions, by their densities.
+ * A link without <inertial> has the format's mass of 1 kg and unit moments of inertia in kg m^2. Values that are
+ * missing in <mass> and <inertia> have the same defaults. With auto="true", mass and inertia are those of the solids of
+ * its collisions, with their densities.
  */
 #include "import/sdf.h"
 
@@ -16,7 +17,7 @@ typedef struct solid {
     bool is_mesh;
 } solid;
 
-/* The solid of a <geometry>; numbers that it does not say are the format's. */
+/* The solid of a <geometry>. Missing numbers have the format's defaults. */
 static solid read_solid(kt_sdf *m, const kt_element *geometry) {
     static const char *const names[] = {[KT_SOLID_NONE] = "",
                                         [KT_SOLID_SPHERE] = "sphere",
@@ -116,7 +117,7 @@ void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
-/* Adds a visual or collision to what the link looks like; returns whether there is a solid or mesh that pictures have. */
+/* Adds a visual or collision to the link's picture. Returns whether it has a solid or mesh that pictures support. */
 static bool add_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;

@@ -1,8 +1,8 @@
 /* Versions of SDF before 1.4, whose tree is made that of 1.4 before it is read.
  *
- * In 1.0 numbers are attributes: <inertial mass="2">, <axis xyz="0 0 1"/>, <origin pose="..."/>, <parent link="a"/>. They
- * become elements of that name, or the text of the element. Files of 1.2 and 1.3 have elements already, but for some
- * names. Axes are those of 1.4: in the model's frame. */
+ * In 1.0 numbers are attributes: `<inertial mass="2">`, `<axis xyz="0 0 1"/>`, `<origin pose="..."/>`, `<parent
+ * link="a"/>`. They become elements of that name, or the text of the element. Files of 1.2 and 1.3 have elements
+ * already, but for some names. Axes are those of 1.4: in the model's frame. */
 #include "import/sdf.h"
 
 #include <string.h>
@@ -32,7 +32,7 @@ static const struct {
              {"child", "link", "child"},
              {"gravity", "xyz", "gravity"}};
 
-/* Elements with another name, in what they stand. */
+/* Elements with another name, and the elements around them. */
 static const struct {
     const char *within, *name, *new_name;
 } names[] = {{"mesh", "filename", "uri"}, {"link", "damping", "velocity_decay"}};

@@ -1,8 +1,8 @@
 /* The spanning tree of a model in SDF, whose joints are a graph.
  *
- * From the world on, breadth first, a joint carries its child; where none does, it carries its parent, and turns about
- * the opposite axis, so that its position is the same. What the world does not reach moves freely, from a link that is
- * no child. Joints that carry nothing close loops.
+ * From the world on, breadth first, a joint carries its child. If a link is reached by no joint as a child, a joint
+ * carries it as its parent. This joint turns about the opposite axis, so that its position is the same. Links that the
+ * world does not reach move freely, from a link that is no child. Joints that carry nothing close loops.
  */
 #include "import/sdf.h"
 
@@ -37,7 +37,7 @@ static void visit(kt_sdf *m, int link, int joint, int parent) {
         kt_sdf_joint_at(m, joint)->is_used = true;
 }
 
-/* Hangs what joints of a link lead to, as their children or as their parents. */
+/* Adds the links at the other ends of a link's joints to the tree, as their children or as their parents. */
 static void expand(kt_sdf *m, int link, bool is_reversed) {
     const int *first = is_reversed ? m->first_owner : m->first_child;
     const int *joints = is_reversed ? m->owners : m->children;

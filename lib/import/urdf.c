@@ -1,7 +1,7 @@
 /* Robots in the Unified Robot Description Format: links and joints of XML to bodies of a description.
  *
- * A link of URDF is a body of ours, and the joint that has it as child is that body's joint: both frames are the same.
- * URDF gives the joint's frame by `origin` in the parent link, and the axis in the joint's frame, as we do.
+ * A link of URDF is a body of ours. The joint with this link as child is the body's joint: both frames are the same. As
+ * in our descriptions, `origin` gives the joint's frame in the parent link, and the axis is in the joint's frame.
  */
 #include "import/urdf.h"
 
@@ -111,7 +111,7 @@ static void note_rest(kt_notes *n, const kt_urdf *u) {
     kt_note_strange(n, &u->strange);
 }
 
-/* Tells what was changed or left out, each kind once. */
+/* Makes a note of each kind of change or omission. */
 static void make_notes(const kt_urdf *u, int root, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, u->r, u->path))

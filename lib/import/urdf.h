@@ -1,4 +1,4 @@
-/* A robot in URDF while it is read: its links and joints, and what is left out of them. */
+/* A robot in URDF while it is read: its links and joints, and its omissions. */
 #ifndef KT_IMPORT_URDF_H
 #define KT_IMPORT_URDF_H
 
@@ -64,8 +64,8 @@ typedef struct kt_urdf {
 
 /* ---- urdf_attribute.c: numbers ----------------------------------------------------------------------------------- */
 
-/* Reads an attribute of one or three numbers; without it, or where e is NULL, values stay as they are. Returns whether
- * there were numbers; what is no number is reported. */
+/* Reads an attribute of one or three numbers. Without it, or if e is NULL, values stay as they are. Returns whether
+ * there were numbers, and reports a text that is no number. */
 bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int count, double *values);
 void kt_urdf_need_number(kt_reader *r, const kt_element *e, const char *name, double *value);
 kt_vec3 kt_urdf_vector(kt_reader *r, const kt_element *e, const char *name, kt_vec3 standard);
@@ -75,7 +75,7 @@ void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy
 
 /* ---- urdf_tree.c: links and joints ------------------------------------------------------------------------------- */
 
-/* Numbers what is below <robot>, in the order of the file. Returns false where there is no memory. */
+/* Numbers the links and joints of <robot>, in the order of the file. Returns false if there is no memory. */
 bool kt_urdf_collect(kt_urdf *u);
 
 /* Reads armatures from transmissions. */
@@ -84,7 +84,7 @@ void kt_urdf_transmissions(kt_urdf *u);
 /* Finds which joint each follows, and where all of them start. */
 void kt_urdf_follow(kt_urdf *u);
 
-/* Whether the root link (-1: none) stands for the world. */
+/* Whether the root link (-1: none) represents the world. */
 bool kt_urdf_is_world(const kt_urdf *u, int root);
 
 /* The link that no joint carries; -1 after reporting that there is not one. */

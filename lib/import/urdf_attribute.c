@@ -1,4 +1,4 @@
-/* Attributes of URDF: numbers, and what to say where they are none. */
+/* Attributes of URDF: numbers, and the faults of texts that are none. */
 #include "import/urdf.h"
 
 #include <string.h>

@@ -72,7 +72,8 @@ static bool read_shape(kt_reader *r, const kt_element *e, kt_shape *shape) {
     return true;
 }
 
-/* The scale of a picture is three numbers. One stands for all of them; of others it is 1, which is told. */
+/* The scale of a picture is three numbers. A single number applies to all axes. Any other count is noted, and the scale
+ * is 1. */
 static kt_vec3 read_scale(kt_urdf *u, const kt_element *mesh) {
     double v[3] = {1.0, 1.0, 1.0};
     const char *text = kt_xml_attribute(mesh, "scale");
@@ -85,7 +86,7 @@ static kt_vec3 read_scale(kt_urdf *u, const kt_element *mesh) {
     return kt_vec3_make(1.0, 1.0, 1.0);
 }
 
-/* Adds a visual or collision to what the link looks like; returns whether it has a solid or a mesh at all. */
+/* Adds a visual or collision to the link's picture; returns whether it has a solid or a mesh at all. */
 static bool add_visual(kt_urdf *u, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
@@ -213,7 +214,7 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
     u->loop_elements[index] = kt_xml_child(j->element, "mimic");
 }
 
-/* ---- names of joints ---------------------------------------------------------------------------------------------- */
+/* ---- names of joints --------------------------------------------------------------------------------------------- */
 
 static void name_joints(kt_urdf *u) {
     const int count = u->description->body_count;

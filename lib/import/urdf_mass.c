@@ -8,7 +8,7 @@
 
 /* ---- transmissions ----------------------------------------------------------------------------------------------- */
 
-/* A number that stands in an attribute `value`, or as text. Returns whether there is one; another text is told. */
+/* Reads a number from an attribute `value`, or from the text. Returns whether there is one; another text is counted. */
 static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
     const char *text = e != NULL ? kt_xml_attribute(e, "value") : NULL;
     text = text == NULL && e != NULL ? e->text : text;

@@ -34,7 +34,7 @@ static const kt_known known[] = {
     {"material", " name "},
 };
 
-/* Of a transmission all that concerns the motion is read. */
+/* All elements of a transmission that concern the motion are read. */
 static const kt_known_list all_known = {known,
                                         sizeof known / sizeof *known,
                                         .apart = " ",
@@ -100,7 +100,7 @@ static const kt_urdf_kind *find_kind(kt_urdf *u, const kt_element *e) {
     return NULL;
 }
 
-/* A limit of effort or speed is data: what is no number of the kind is left out. */
+/* A limit of effort or speed is data: a text that is no number of the kind is left out. */
 static double limit_of(kt_urdf *u, const kt_element *limit, const char *name) {
     const char *text = kt_xml_attribute(limit, name);
     double value;
@@ -186,7 +186,8 @@ static void read_mimic(kt_urdf *u, kt_urdf_joint *j) {
         j->master = other;
 }
 
-/* A follower starts where its master puts it; tells where that is not zero, or beyond its own limits. */
+/* The position of its master determines the start of a follower. Starts that are not zero, or are beyond its own
+ * limits, are counted. */
 static void place_follower(kt_urdf *u, kt_urdf_joint *j) {
     j->start = j->multiplier * u->joints[j->master].start + j->offset;
     if (j->start != 0.0)
@@ -248,7 +249,7 @@ static void declare_world(kt_urdf *u) {
     }
 }
 
-/* Numbers what is below <robot>, in the order of the file. */
+/* Numbers the links and joints of <robot>, in the order of the file. */
 bool kt_urdf_collect(kt_urdf *u) {
     kt_pool *pool = &u->r->scratch;
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
