@@ -1,4 +1,4 @@
-/* What robots look like: the solids and meshes of their links, for pictures alone. */
+/* Pictures of robots: the solids and meshes of their links. They have no effect on the motion. */
 #include "import/robot.h"
 #include "model/check.h"
 
@@ -41,7 +41,7 @@ bool kt_appearance_add_shape(kt_appearance *appearance, const kt_element *e, con
     return appearance->is_seen = true;
 }
 
-/* A rod of the ellipsoid's length, whose round ends and sides have the mean radius of the other two axes; or a sphere. */
+/* A rod of the ellipsoid's length; its round ends and sides have the mean radius of the other two axes. Or a sphere. */
 static void draw_ellipsoid(const double half[3], kt_pose pose, kt_shape *shape) {
     const int longest = half[0] >= half[1] && half[0] >= half[2] ? 0 : half[1] >= half[2] ? 1 : 2;
     double end[3] = {0.0, 0.0, 0.0};
@@ -134,7 +134,7 @@ typedef struct sizes {
     kt_names names;
     kt_body *bodies;
     int count;
-    double *away; /* of the origin of each body from the root, along the joints; -1: not known yet */
+    double *away; /* distance of each body's origin from the root, along the joints; -1: not computed yet */
     int *path;
 } sizes;
 
@@ -159,8 +159,8 @@ static int parent_of(const sizes *s, int body) {
     return parent != NULL ? kt_names_find(&s->names, 0, parent) : -1;
 }
 
-/* A body on the world begins at its own origin, wherever that stands. A circle of parents, which the check of the
- * description reports, ends the walk. */
+/* The distance of a body on the world is zero, at any position of its origin. A circle of parents ends the walk; the
+ * check of the description reports it. */
 static void find_distances(sizes *s) {
     for (int i = 0; i < s->count; i++) {
         int length = 0, at = i;

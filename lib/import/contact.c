@@ -1,7 +1,8 @@
 /* Contacts of robots with planes, as effects.
  *
- * A solid touches a plane in its lowest points: a sphere in one, a capsule in those of its two ends, a box in its corners, a
- * cylinder in RIM points of each rim. Each is a `contact` effect of a sphere, whose radius is zero in a corner or on a rim.
+ * A solid touches a plane in its lowest points. A sphere has one such point, and a capsule has one at each end. A box
+ * has its corners, and a cylinder has RIM points on each rim. Each point becomes a `contact` effect of a sphere, whose
+ * radius is zero at a corner or on a rim.
  */
 #include "import/robot.h"
 

@@ -1,4 +1,4 @@
-/* The scene that a reader of robots is making: bodies, loops and effects, each with the element that it stands for. */
+/* The scene that a reader of robots builds: bodies, loops and effects, each with its element of the file. */
 #include "import/robot.h"
 
 #include <string.h>

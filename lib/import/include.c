@@ -1,7 +1,7 @@
 /* Files that a robot includes.
  *
- * They lie in the folder of the robot, or in folders that the caller names (options->search, options->allow): a path that
- * leads elsewhere, by its words or by links of the file system, is refused. */
+ * These files are in the folder of the robot, or in folders that the caller names (options->search, options->allow). A
+ * path that leads elsewhere is rejected, also if it leads there through links of the file system. */
 #define _XOPEN_SOURCE 700 /* realpath, stat */
 #include "import/robot.h"
 #include "scene/file.h"
@@ -23,7 +23,8 @@ static bool is_inner(const char *path) {
     return true;
 }
 
-/* Whether a file lies in a folder, links of the file system followed. One that does not exist does: reading says so. */
+/* Whether a file is in a folder, after links of the file system are followed. Returns true for a missing file, because
+ * reading then reports the fault. */
 static bool lies_in(const char *path, const char *folder) {
     char *file = realpath(path, NULL), *base = realpath(folder, NULL);
     const size_t length = base != NULL ? strlen(base) : 0;

@@ -1,13 +1,13 @@
-/* Inertias that no body has, in robots.
+/* Checks of inertias that no physical body has, in robots.
  *
- * The principal moments of a body are not negative, and none exceeds the sum of the two others. Files often give an
- * inertia to a link that has none worth speaking of, such as a sensor, and round it. What moves is a rigid part, the
- * links that fixed joints connect, and it is the part that is judged:
+ * The principal moments of a body are not negative, and none exceeds the sum of the two others. Files often give a
+ * rounded inertia to a link of negligible inertia, such as a sensor. The check therefore applies to rigid parts. A
+ * rigid part consists of the links that fixed joints connect:
  *
  *     m = sum m_i,  m c = sum m_i c_i,  J = sum R_i J_i R_i' + m_i (|d_i|^2 1 - d_i d_i'),  d_i = c_i - c,
  *
- * with the pose of link i in the frame of the part's first link. A part that is fixed to the world does not move, and
- * is not judged.
+ * with the pose of link i in the frame of the part's first link. A part that is fixed to the world does not move and is
+ * not checked.
  */
 #include "import/robot.h"
 
@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-static const double excess_most = 0.1; /* that is accepted and told */
+static const double excess_most = 0.1; /* the largest excess that is accepted with a note */
 
 typedef struct part {
     double mass;
@@ -132,7 +132,7 @@ static double largest(kt_sym3 s) {
     return fmax(fmax(fmax(fabs(s.xx), fabs(s.yy)), fmax(fabs(s.zz), fabs(s.xy))), fmax(fabs(s.xz), fabs(s.yz)));
 }
 
-/* By how much an inertia breaks the inequality; infinite where a moment is negative. */
+/* The excess of an inertia over the triangle inequality; infinite if a moment is negative. */
 static double oddness(kt_sym3 inertia, kt_vec3 *moments) {
     const kt_inertia_fault fault = kt_inertia_check(inertia, moments);
     return fault == KT_INERTIA_TRIANGLE ? kt_inertia_excess(inertia)
@@ -155,8 +155,8 @@ static void reject_inertia(kt_judge *j, const kt_element *e, kt_vec3 m, double o
         odd <= excess_most ? "warn" : "accept");
 }
 
-/* Whether an inertia is what rounding leaves of a zero: compared with that of the part, or where the part has none, with
- * the moment m c^2 about the link's origin, of which a parallel axis subtracts as much. */
+/* Whether an inertia is the rounding error of a zero. The scale is the inertia of the part plus the moment m c^2 about
+ * the link's origin. The parallel-axis theorem subtracts a term as large as this moment. */
 static bool is_rounding(const parts *p, int b) {
     const kt_body *body = &p->j->bodies[b];
     const double scale = largest(part_of(p, b)->inertia) + body->mass * kt_vec3_dot(body->com, body->com);

@@ -1,6 +1,6 @@
-/* Masses that a robot's file does not give: by the options, and of shapes.
+/* Masses that a robot's file does not give: from the options, and from shapes.
  *
- * Of solids of one density, V_i being their volumes, c_i their centres, and J_i their inertias about these:
+ * Solids of one density have the volumes V_i, the centres c_i and, about these centres, the inertias J_i:
  *     m = density sum V_i,   m c = sum m_i c_i,   J = sum J_i + m_i (|d_i|^2 1 - d_i d_i'),   d_i = c_i - c
  */
 #include "import/robot.h"

@@ -1,11 +1,12 @@
-/* A mechanism from a file, ready to run: what a program would call one by one, and release in the same order. */
+/* A mechanism from a file, ready to run. It makes the calls that a program would make one by one, and releases all
+ * results. */
 #include "base/require.h"
 #include "kinetree/import.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* Files in YAML are scenes; all others are those of robots, whose format their first element tells. */
+/* Files in YAML are scenes. All other files describe robots, and their first element determines the format. */
 static bool is_scene(const char *path) {
     const char *dot = strrchr(path, '.');
     return dot != NULL && (strcmp(dot, ".yaml") == 0 || strcmp(dot, ".yml") == 0);

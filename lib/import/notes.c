@@ -260,7 +260,7 @@ kt_rotation kt_rotation_of_matrix(kt_mat3 matrix) {
     return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
 }
 
-/* The place in the file itself: of what comes from an included file, where that is included. */
+/* The place in the file itself. For an element of an included file, this is the place of the include. */
 static kt_mark mark_of(const kt_element *e) {
     const kt_element *at = e->included != NULL ? e->included : e;
     return (kt_mark){at->line, at->column};

@@ -13,7 +13,7 @@ typedef struct request {
     const char *folder; /* of the file; NULL: it is text */
 } request;
 
-/* What a root element other than those that are read is. */
+/* An explanation of a root element that no reader accepts; "" if there is none. */
 static const char *known_as(const char *name) {
     if (strcmp(name, "mujocoinclude") == 0)
         return "; this is a part of a model in MJCF, which a model includes";

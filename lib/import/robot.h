@@ -1,4 +1,4 @@
-/* What the readers of robots share: notes of what is left out, names, growing lists, faults in included files. */
+/* Shared parts of the readers of robots: notes of omissions, names, growing lists, faults in included files. */
 #ifndef KT_IMPORT_ROBOT_H
 #define KT_IMPORT_ROBOT_H
 
@@ -19,7 +19,7 @@ typedef struct kt_left {
 
 void kt_left_count(kt_left *left, const kt_element *e);
 
-/* What is not known, by its name; beyond the last name, "others". */
+/* Unknown items by name; beyond the last name, "others". */
 enum { KT_UNKNOWN_MOST = 24 };
 typedef struct kt_unknown {
     kt_left left[KT_UNKNOWN_MOST];
@@ -28,7 +28,7 @@ typedef struct kt_unknown {
 
 void kt_unknown_count(kt_unknown *unknown, const char *what, const kt_element *e);
 
-/* What a format has: elements, each with its attributes, between blanks. */
+/* An element of a format, with its attributes between blanks. */
 typedef struct kt_known {
     const char *name, *attributes;
 } kt_known;
@@ -36,7 +36,7 @@ typedef struct kt_known {
 typedef struct kt_known_list {
     const kt_known *known;
     size_t count;
-    const char *apart;  /* elements that are counted as a whole, though they are known */
+    const char *apart;  /* elements that are counted as a whole, though the format has them */
     const char *closed; /* elements in which nothing is searched */
     const char *read;   /* elements of which nothing is to be counted */
     const char
@@ -44,8 +44,8 @@ typedef struct kt_known_list {
     const char *moving; /* those that do */
 } kt_known_list;
 
-/* Names that are left out: of the format, but without a bearing on the motion; of the format, which make the motion another
- * one; and not of the format, such as misspelt ones. */
+/* Names that are left out. Harmless and moving ones are of the format; only the moving ones change the motion. Unknown
+ * ones are not of the format, such as misspelt ones. */
 typedef struct kt_strange {
     kt_unknown harmless, moving, unknown;
 } kt_strange;
@@ -71,7 +71,8 @@ typedef struct kt_notes {
 /* Begins the notes; false where there is no memory. */
 bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path);
 
-/* Adds a note at the first place where something was counted, if it was; a warning if the motion is not the file's by it. */
+/* Adds a note at the first place where something was counted, if anything was. kt_note_warn adds a warning, since the
+ * motion is not that of the file. */
 void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
 
 void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
@@ -79,8 +80,7 @@ void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...)
 /* Adds the name of a body whose mass is not all there to those of the first five, and counts it. */
 void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const kt_element *e);
 
-/* Notes that all formats have: of changed names of joints; of each thing that makes the motion another one; of names that are
- * left out. */
+/* Notes of all formats: changed names of joints, each item that changes the motion, and names that are left out. */
 void kt_note_renamed_joints(kt_notes *notes, const kt_left *left);
 void kt_note_changes(kt_notes *notes, const kt_unknown *changes);
 void kt_note_strange(kt_notes *notes, const kt_strange *strange);
@@ -92,7 +92,8 @@ bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) 
 
 /* ---- names of bodies --------------------------------------------------------------------------------------------- */
 
-/* Names that scenes can have, each once: '_' in place of what is not allowed, and a number where a name is taken. */
+/* Names that scenes can have, each once. '_' replaces characters that are not allowed, and a number is added to a name
+ * that is taken. */
 typedef struct kt_namer {
     kt_reader *r;
     kt_names names;
@@ -103,35 +104,36 @@ typedef struct kt_namer {
 /* For up to `most` names; `world` is taken. False where there is no memory. */
 bool kt_namer_init(kt_namer *namer, kt_reader *r, int most);
 
-/* The name that stands for `wanted`, in r->keep; "" where there is no memory. */
+/* The name in the scene for `wanted`, in r->keep; "" if there is no memory. */
 const char *kt_namer_make(kt_namer *namer, const char *wanted);
 
-/* Gives the joint of each body the name of the file (NULL: none), where that is not the body's; names of joints differ.
- * Where one had to be changed, `renamed` counts it. joints: a namer for twice as many names as there are bodies. */
+/* Gives the joint of each body the name of the file (NULL: none), if that is not the body's; names of joints differ. If
+ * a name had to be changed, `renamed` counts it. joints: a namer for twice as many names as there are bodies. */
 void kt_joints_name(kt_namer *joints, kt_body *bodies, int count, const char *const *names,
                     const kt_element *const *elements, kt_left *renamed);
 
 /* ---- lists ------------------------------------------------------------------------------------------------------- */
 
-/* An array that grows, in a pool; what has been added moves. */
+/* An array that grows, in a pool. Items move when it grows. */
 typedef struct kt_list {
     void *items;
     int count, room;
 } kt_list;
 
-/* A new item of zeros at the end; NULL where there is no memory, which the reader is told. */
+/* A new item of zeros at the end; NULL, after reporting to the reader, if there is no memory. */
 void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size);
 
 /* ---- numbers, places --------------------------------------------------------------------------------------------- */
 
-/* Numbers in decimal, apart by blanks: at most `most`. Returns how many; -1 where something else stands there, a number
- * is not finite, or there are more. */
+/* Parses at most `most` decimal numbers, separated by blanks. Returns the count. Returns -1 if the text has anything
+ * else, a number that is not finite, or more numbers. */
 int kt_parse_numbers(const char *text, int most, double *values);
 
 /* A rotation for a description: none where it is the identity. */
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix);
 
-/* Where the items of the scene stand, for faults of its compilation. `elements` are those of bodies and loops. */
+/* Marks the places of the scene's items in the file, for faults of its compilation. `bodies` and `loops` are their
+ * elements. */
 bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *bodies,
                    const kt_element *const *loops);
 
@@ -141,7 +143,7 @@ typedef struct kt_draft {
     kt_reader *r;
     const kt_element *root;                                /* of the file */
     kt_list bodies, loops, effects;                        /* kt_body ..., in r->keep */
-    kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: what each stands for */
+    kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
     kt_namer loop_names;
 } kt_draft;
 
@@ -173,7 +175,7 @@ typedef struct kt_judge {
     double worst_excess;                       /* of the first */
 } kt_judge;
 
-/* Judges the inertias of the rigid parts, as the options say. */
+/* Checks the inertias of the rigid parts, according to the options. */
 void kt_judge_inertias(kt_judge *judge);
 void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
 
@@ -182,7 +184,7 @@ void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
 /* Gives a body mass, com and inertia of its shapes, as solids of a density; false where they have no volume. */
 bool kt_mass_by_shapes(kt_body *body, double density);
 
-/* The index of the body that stands for a link of this name; -1: there is none. */
+/* The index of the body of a link of this name; -1: there is none. */
 typedef int kt_find_link(const void *user, const char *name);
 
 /* Gives links the masses that the options name. */
@@ -229,7 +231,7 @@ typedef struct kt_ground {
     kt_pose pose;
 } kt_ground;
 
-/* Adds the contacts of a solid with a plane; false where it is one that no contact stands for. */
+/* Adds the contacts of a solid with a plane; false if no contact can represent the solid. */
 bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
@@ -242,7 +244,7 @@ typedef struct kt_robot_source {
     kt_xml_late late;
 } kt_robot_source;
 
-/* ---- search.c, appearance.c: what robots look like -------------------------------------------------------------------- */
+/* ---- search.c, appearance.c: pictures of robots ------------------------------------------------------------------ */
 
 /* The path of a mesh's file, package:// and model:// among them; NULL: there is none. */
 const char *kt_mesh_path(kt_reader *r, const kt_robot_source *source, const char *name);
@@ -261,12 +263,12 @@ typedef struct kt_appearance {
     bool is_seen;                     /* it has a shape or a mesh */
     kt_list meshes;                   /* kt_scene_mesh: of all bodies */
     kt_list collisions;               /* kt_seen_collision, in the order of the bodies */
-    kt_left sizeless, missing, large; /* left out; missing.what: the first file */
+    kt_left sizeless, missing, large; /* left out; `missing.what`: the first file */
     kt_left ellipsoids, cones;        /* drawn as something near */
 } kt_appearance;
 
-/* Begins the looks of a body, adds to them, and gives them to the body. What has no size, or no file, is counted and
- * returns false. of_collisions: they are those of collisions, for want of visuals. */
+/* Begins the picture of a body, adds to it, and gives it to the body. Items without a size or a file are counted, and
+ * the function returns false. With `of_collisions`, the shapes are those of collisions, for lack of visuals. */
 void kt_appearance_begin(kt_appearance *appearance, const char *body);
 bool kt_appearance_add_shape(kt_appearance *appearance, const kt_element *e, const kt_shape *shape);
 /* A solid of such half sizes, or radius and half length along z; a capsule is drawn as a cylinder. */
@@ -282,12 +284,12 @@ void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
 
 /* ---- include.c --------------------------------------------------------------------------------------------------- */
 
-/* The path of a file or folder that an element names, seen from the robot's folder: within that folder, or within one of
- * options->search or options->allow. NULL after reporting why not. */
+/* The path of a file or folder that an element names, relative to the robot's folder. It must be in that folder, or in
+ * one of options->search or options->allow. NULL after reporting the reason. */
 const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
 
-/* A name in the folder of the file that has the element, seen from the robot's folder, or, of a file elsewhere, absolute;
- * NULL: no memory. */
+/* A name in the folder of the file that has the element, as a path relative to the robot's folder. If that file is
+ * elsewhere, the path is absolute. NULL: no memory. */
 const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
 
 /* The path of a file or folder NAME/REST in the folders of options->search; NULL: it is in none of them. */

@@ -1,10 +1,10 @@
 /* Files of meshes that a robot names, and models on the search path.
  *
- * "package://NAME/REST" and "model://NAME/REST" are looked for in the folders of the search path, in the order given,
- * then in the folder of the robot and in those around it: as FOLDER/NAME/REST, or where FOLDER itself is called NAME as
- * FOLDER/REST. "file://PATH" and PATH are in the robot's folder, if they are not absolute, and else on the search path.
- * Meshes may lie anywhere, since robots are published as NAME/urdf next to NAME/meshes; what a robot includes may not
- * (include.c).
+ * "package://NAME/REST" and "model://NAME/REST" are searched in the folders of the search path, in the order given. For
+ * meshes, the folder of the robot and those around it follow. A match is FOLDER/NAME/REST, or FOLDER/REST if FOLDER
+ * itself is called NAME. "file://PATH" and PATH are used as they are if they are absolute. Else they are in the robot's
+ * folder, or on the search path. Meshes may lie anywhere, since robots are published as NAME/urdf next to NAME/meshes.
+ * Included files may not (include.c).
  */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "import/robot.h"

@@ -1,17 +1,21 @@
-/* What uniform solids weigh.
+/* Volumes and moments of inertia of uniform solids.
  *
- * Of half sizes a, b, c, radius r and half length h, about the centre of mass:
+ * The half sizes are a, b, c, the radius is r, and the half length is h. Moments are about the centre of mass:
  *   sphere     V = 4/3 pi r^3           I/m = 2/5 r^2
  *   box        V = 8 a b c              Ix/m = (b^2 + c^2) / 3
  *   ellipsoid  V = 4/3 pi a b c         Ix/m = (b^2 + c^2) / 5
  *   cylinder   V = 2 pi r^2 h           Ix/m = (3 r^2 + 4 h^2) / 12, Iz/m = r^2 / 2
- *   cone       V = 2/3 pi r^2 h         Ix/m = 3/20 (r^2 + h^2), Iz/m = 3/10 r^2, at h/2 below the middle
- *   capsule    a cylinder, and two half spheres whose centroids lie 3/8 r beyond its ends
- * Of shells of uniform thickness, whose area A stands for the volume:
- *   sphere     A = 4 pi r^2                 I/m = 2/3 r^2
- *   box        three pairs of plates, each of the area 4 b c at the distance a: Ix/m = (b^2 + c^2) / 3, Iy/m = a^2 + c^2 / 3
- *   cylinder   a barrel, A = 4 pi r h, Ix/m = r^2 / 2 + h^2 / 3, Iz/m = r^2, and two discs, Ix/m = r^2 / 4 + h^2
- *   capsule    a barrel, and two half spheres whose centroids lie r / 2 beyond its ends
+ *   cone       V = 2/3 pi r^2 h         Ix/m = 3/20 (r^2 + h^2), Iz/m = 3/10 r^2
+ * The centre of mass of a cone is h/2 below its middle. A capsule is a cylinder and two half spheres whose centroids
+ * lie 3/8 r beyond its ends.
+ *
+ * For shells of uniform thickness, the area A replaces the volume:
+ *   sphere     A = 4 pi r^2             I/m = 2/3 r^2
+ *   plate      A = 4 b c                Ix/m = (b^2 + c^2) / 3, Iy/m = a^2 + c^2 / 3
+ *   barrel     A = 4 pi r h             Ix/m = r^2 / 2 + h^2 / 3, Iz/m = r^2
+ *   disc       A = pi r^2               Ix/m = r^2 / 4 + h^2
+ * A box is three pairs of plates; the row is for the pair at the distance a. A cylinder is a barrel and two discs at
+ * its ends. A capsule is a barrel and two half spheres whose centroids lie r / 2 beyond its ends.
  */
 #include "import/robot.h"
 
@@ -37,8 +41,9 @@ double kt_solid_volume(kt_solid solid, const double size[3]) {
     }
 }
 
-/* The moments of a capsule of mass 1. Of its two half spheres: 2/5 m r^2 about the axis, and across it, with the
- * centroids at h + 3/8 r, 83/320 m r^2 + m (h + 3/8 r)^2 = m (2/5 r^2 + h^2 + 3/4 h r). */
+/* The moments of a capsule of mass 1. Its two half spheres have the mass m and the centroids h + 3/8 r from the middle:
+ *     about the axis = 2/5 m r^2,
+ *     across it = 83/320 m r^2 + m (h + 3/8 r)^2 = m (2/5 r^2 + h^2 + 3/4 h r). */
 static kt_vec3 capsule_moments(double r, double h) {
     const double ends = 2.0 * r / (2.0 * r + 3.0 * h), barrel = 1.0 - ends;
     const double across = barrel * (3.0 * r * r + 4.0 * h * h) / 12.0 + ends * (0.4 * r * r + h * h + 0.75 * h * r);
@@ -84,8 +89,10 @@ double kt_shell_area(kt_solid solid, const double size[3]) {
     }
 }
 
-/* Of the two half spheres, of a part of the mass: 2/3 r^2 about the axis, and across it, with the centroids at h + r/2,
- * 5/12 r^2 + (h + r/2)^2 = 2/3 r^2 + h^2 + h r. */
+/* The moments of a capsule shell of mass 1. Its two half spheres have the mass m and the centroids h + r/2 from the
+ * middle:
+ *     about the axis = 2/3 m r^2,
+ *     across it = 5/12 m r^2 + m (h + r/2)^2 = m (2/3 r^2 + h^2 + h r). */
 static kt_vec3 capsule_shell(double r, double h) {
     const double ends = r / (r + h), barrel = 1.0 - ends;
     const double across = barrel * (0.5 * r * r + h * h / 3.0) + ends * (2.0 / 3.0 * r * r + h * h + h * r);

@@ -226,8 +226,8 @@ static bool has_dashes(const char *text, size_t from, size_t to) {
     return false;
 }
 
-/* Many files have "--" within comments, which XML forbids and other readers accept: a copy of the text with blanks in
- * place of dashes there; or the text. NULL: memory is insufficient. */
+/* Many files have "--" within comments, which XML forbids and other readers accept. Returns a copy of the text with
+ * blanks in place of these dashes, or the text itself. NULL: memory is insufficient. */
 static const char *take_dashes_away(kt_reader *reader, const char *text, size_t size) {
     char *copy = NULL;
     for (size_t at = next_comment(text, size, 0); at < size; at = next_comment(text, size, at)) {

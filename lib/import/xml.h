@@ -15,12 +15,12 @@ typedef struct kt_element {
     uint32_t line, column; /* of its tag, from 1, in characters */
     int number, document;  /* for the format's reader; 0 */
 
-    const char *file;                  /* where it stands, if another file includes that; NULL: in the file itself */
+    const char *file;                  /* the included file that has it; NULL: the file itself has it */
     const struct kt_element *included; /* then the element that includes it, in the file itself */
     const struct kt_element *by;       /* likewise, in the file that includes `file` */
 } kt_element;
 
-/* What stands before the root and is accepted nevertheless: an XML declaration that is not at the very beginning. */
+/* An XML declaration that is not at the very beginning, but before the root. It is accepted nevertheless. */
 typedef struct kt_xml_late {
     uint32_t line, column; /* 0: there is none */
 } kt_xml_late;
@@ -28,7 +28,7 @@ typedef struct kt_xml_late {
 enum { KT_XML_DEPTH_MAX = 256 /* elements within one another */ };
 
 /* Reads a text into *root; the elements live in reader->scratch. Returns false after reporting a fault of form. A
- * document type is refused: with entities of its own, a small file can stand for a large one. */
+ * document type is rejected: with its own entities, a small file could expand to a large one. */
 bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late);
 
 /* The same for a file that an element of another includes. */
@@ -38,7 +38,7 @@ bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, con
 /* Puts a fault at an element, or in the file that includes it. Returns false. */
 bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
 
-/* The same with words before it that tell the element, and the arguments of the format as a list. */
+/* The same, with words before the message that identify the element, and the arguments of the format as a list. */
 bool kt_xml_fault_in(kt_reader *reader, const kt_element *e, const char *context, const char *format, va_list arguments)
     KT_PRINTF(4, 0);
 
