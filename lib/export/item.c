@@ -1,4 +1,4 @@
-/* What both formats write of a description: numbers, texts, joints of several coordinates as several, solids, masses. */
+/* Parts that both formats write: numbers, texts, joints of several coordinates as several joints, solids, masses. */
 #include "export/robot.h"
 #include "scene/number.h"
 
@@ -23,7 +23,7 @@ void kt_export_vector(kt_export *x, const char *name, kt_vec3 v) {
     kt_export_numbers(x, name, (const double[]){v.x, v.y, v.z}, 3);
 }
 
-/* What is no character of XML becomes '?'. */
+/* A character that XML does not have becomes '?'. */
 void kt_export_text(kt_export *x, const char *text) {
     for (; *text != '\0'; text++)
         switch (*text) {

@@ -1,11 +1,13 @@
 /* A mechanism in MJCF: bodies, their joints, masses and pictures.
  *
- * A body stands in its parent as our joint frame does, and its joints, one for each coordinate but of ball and free ones,
- * act at its origin. A free joint counts from the world: of one that stands elsewhere the start is taken along. On another
- * body it is three slides and a ball. A screw is a hinge, a slide, and an equality of both.
+ * A body has the pose of our joint frame in its parent. Its joints act at its origin, one for each coordinate except
+ * those of ball and free joints. A free joint counts from the world. If its joint frame is elsewhere, its start
+ * includes the frame. On another body it is three slides and a ball. A screw is a hinge, a slide, and an equality of
+ * both.
  *
- * A body without mass that carries one other gives its joint to that (role.c). With J_1 J_2 ... J_n the joint frames of
- * such bodies and the last one, the body stands in J = J_1 ... J_n, and joint k acts in the frame (J_{k+1} ... J_n)^-1.
+ * A body without mass that carries one other gives its joint to that (role.c). Let J_1 J_2 ... J_n be the joint frames
+ * of such bodies and the last one. The body has the pose J = J_1 ... J_n, and joint k acts in the frame (J_{k+1} ...
+ * J_n)^-1.
  */
 #include "export/robot.h"
 #include "model/joint_name.h"
@@ -22,7 +24,7 @@ static void write_quat(kt_export *x, kt_mat3 rotation) {
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
-/* Of the last of several joints, or of the only one. */
+/* A joint of MJCF: a step of one of our joints, on the body that has it in the file. */
 typedef struct act {
     int body, part, count; /* which step of how many */
     kt_pose frame;         /* the joint frame, seen from the body that has it; the identity for its own */
@@ -121,7 +123,7 @@ static int first_of(const kt_export *x, int i) {
     return i;
 }
 
-/* Where a body stands, with those that give it their joints before it. */
+/* The pose of a body in its parent, including the bodies before it that give it their joints. */
 static kt_pose whole_pose(const kt_export *x, int i) {
     kt_pose pose = kt_export_pose(x, i);
     for (int k = x->parent[i]; k >= 0 && x->role[k] == KT_EXPORT_MERGED; k = x->parent[k])
@@ -223,7 +225,8 @@ static void write_assets(kt_export *x) {
     fputs("  </asset>\n", x->stream);
 }
 
-/* The ends of loops are sites LOOP__1 and LOOP__2; points a unit along the axis of a revolute one LOOP__3 and LOOP__4. */
+/* The ends of loops are sites LOOP__1 and LOOP__2. Points a unit along the axis of a revolute loop are LOOP__3 and
+ * LOOP__4. */
 static void write_ends(kt_export *x, int body) {
     for (int i = 0; i < x->d->loop_count; i++) {
         const kt_loop *loop = &x->d->loops[i];

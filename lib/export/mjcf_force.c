@@ -1,11 +1,12 @@
-/* What holds and motors joints in MJCF: tendons, equalities, actuators, and the start.
+/* Constraints and drives of joints in MJCF: tendons, equalities, actuators, and the start.
  *
- * A slider that stands for a sum of joints, n = offset / c + L, is a fixed tendon of the length L (role.c), so that rest
- * positions and targets are less by offset / c. A coupling of several joints is a tendon whose length an equality holds.
- * A loop of type revolute is two points of its axis that coincide, six equations of which one is redundant.
+ * A slider that represents a sum of joints, n = offset / c + L, is a fixed tendon of the length L (role.c). Its rest
+ * positions and targets are therefore less by offset / c. A coupling of several joints is a tendon whose length an
+ * equality holds. A loop of type revolute is two points of its axis that coincide, six equations of which one is
+ * redundant.
  *
- * A servo, k (r - q) + c (r' - v), is an actuator with the control r and the force k r - k q - c v; without stiffness it
- * has the control r'. */
+ * A servo, k (r - q) + c (r' - v), is an actuator with the control r and the force k r - k q - c v. Without stiffness
+ * it has the control r'. */
 #include "export/robot.h"
 #include "model/joint_name.h"
 
@@ -203,7 +204,7 @@ static void add_quat(kt_export *x, const double *p) {
     add_numbers(x, (const double[]){q.w, q.x, q.y, q.z}, 4);
 }
 
-/* Of joints of one coordinate each; the second of a screw follows. */
+/* Adds numbers of joints of one coordinate each; the second of a screw follows. */
 static void add_scalars(kt_export *x, const kt_joint *j, const double *values) {
     kt_export_step steps[KT_EXPORT_STEPS];
     add_numbers(x, values, kt_export_steps(j, steps));

@@ -1,10 +1,12 @@
 /* Inertias that MuJoCo accepts.
  *
- * It rejects a body that moves if its mass or a principal moment is below 1e-15, and moments a <= b <= c with a + b < c.
- * Moments of a full matrix it computes itself, and demands 1e-14 of them. Slender rods, points, and bodies in a plane with
- * one moment alone break this. Here a moment below the least becomes the least, and a and b grow by half of c - a - b each:
- * the smallest change that is shared equally. It adds (c - a - b) / 2 to two moments, about axes that a mechanism in a plane does not turn about. Such
- * moments are written about principal axes, since a matrix would round them. */
+ * MuJoCo rejects a body that moves if its mass or a principal moment is below 1e-15. It also rejects moments a <= b <=
+ * c with a + b < c. It computes the moments of a full matrix itself, and requires 1e-14 of these. Slender rods, points,
+ * and bodies in a plane with one moment alone violate these conditions.
+ *
+ * Here a moment below the least becomes the least, and a and b grow by (c - a - b) / 2 each. This is the smallest
+ * change that is shared equally. It concerns axes that a mechanism in a plane does not turn about. Such moments are
+ * written about principal axes, since a matrix would round them. */
 #include "algebra/principal.h"
 #include "export/robot.h"
 

@@ -1,7 +1,8 @@
-/* A coupling of two joints, c_y y + c_x x + f(y, x) = offset, as a polynomial y = a0 + a1 x + a2 x^2 + a3 x^3 + a4 x^4.
+/* A coupling of two joints, c_y y + c_x x + f(y, x) = offset, as the polynomial
+ *     y = a0 + a1 x + a2 x^2 + a3 x^3 + a4 x^4.
  *
- * a0 to a3 are the derivatives at zero; a4 is what is left at x = 1. Whether the formula is that polynomial is asked at
- * other positions. */
+ * a0 to a3 follow from the derivatives at zero, and a4 from the remainder at x = 1. The residual at other positions
+ * decides whether the formula is that polynomial. */
 #include "export/robot.h"
 #include "expression/third.h"
 #include "model/formula.h"

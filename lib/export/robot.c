@@ -1,4 +1,4 @@
-/* Mechanisms as robots: what of a description belongs to which joint, and what is lost. */
+/* Mechanisms as robots: the parts of a description that belong to each joint, and the parts that are lost. */
 #define _XOPEN_SOURCE 700 /* newlocale */
 #include "export/robot.h"
 #include "base/require.h"
@@ -40,7 +40,7 @@ static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format
     }
 }
 
-/* A coupling of two joints as one that follows the other; false where it cannot be one. */
+/* A coupling of two joints as one that follows the other; false if it cannot be one. */
 static bool follow(kt_export *x, const kt_loop *loop, kt_robot_format format) {
     if (loop->type != KT_LOOP_COUPLING || loop->term_count != 2)
         return false;
@@ -58,7 +58,7 @@ static bool follow(kt_export *x, const kt_loop *loop, kt_robot_format format) {
     return false;
 }
 
-/* A coupling of joints, whatever their number, as a tendon that is held. */
+/* A coupling of any number of joints, as a tendon that is held. */
 static bool tie(kt_export *x, const kt_loop *loop) {
     bool fine = loop->type == KT_LOOP_COUPLING && loop->formula == NULL && loop->term_count > 0;
     for (int k = 0; k < loop->term_count && fine; k++) {
@@ -175,7 +175,7 @@ static void lose_the_rest(kt_export *x) {
             kt_export_lose(x, "masses that vary with time, which stay as they are given");
 }
 
-/* Numbers of what has been changed so that readers accept it. */
+/* Reports the numbers of bodies that have been changed so that readers accept them. */
 static bool report_moments(kt_export *x) {
     enum { ROOM = 160 };
     char *text = kt_pool_take(&x->pool, ROOM, 1), number[KT_EXPORT_NUMBER];

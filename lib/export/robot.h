@@ -7,7 +7,7 @@
 #include "base/names.h"
 #include "scene/pool.h"
 
-/* What acts in a joint of one coordinate. */
+/* The forces in a joint of one coordinate. */
 typedef struct kt_export_forces {
     double damping, friction, stiffness, rest;
 } kt_export_forces;
@@ -18,11 +18,11 @@ typedef struct kt_export_follower {
     double a[5];
 } kt_export_follower;
 
-/* What a body is written as. */
+/* The form in which a body is written. */
 typedef enum kt_export_role {
     KT_EXPORT_BODY,   /* a body */
     KT_EXPORT_MERGED, /* its joints are those of the only body that it carries, since it has no mass */
-    KT_EXPORT_SUM,    /* a fixed tendon, whose length it stands for */
+    KT_EXPORT_SUM,    /* a fixed tendon, whose length its position represents */
 } kt_export_role;
 
 /* A motor or servo, in the joint of a body. */
@@ -37,14 +37,14 @@ typedef struct kt_export {
     const kt_description *d;
     const kt_scene_mesh *meshes;
     int mesh_count;
-    const char *folder; /* where the file will be; NULL: not known */
+    const char *folder; /* where the file will be; NULL: unknown */
     FILE *stream;
     kt_pool pool;
-    kt_names names;                         /* of bodies (scope 0), joints (1), and markers (2: to the first body) */
+    kt_names names;                         /* scopes from 0 on: bodies, joints, markers (to the first body) */
     int *parent, *first_child, *next_child; /* of bodies; -1: the world, none */
     int first_root;                         /* the first body on the world */
     kt_export_role *role;                   /* of bodies */
-    const kt_loop **sum;                    /* of a number: the coupling that says what it stands for */
+    const kt_loop **sum;                    /* of a number: the coupling that defines it */
     kt_export_forces *forces;               /* of bodies' joints */
     kt_export_follower *followers;
     kt_export_motor *motors;
@@ -73,7 +73,7 @@ enum { KT_EXPORT_STEPS = 4 };
 /* How many joints a joint becomes, one after the other; 0 of a fixed one. A free joint stays one. */
 int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]);
 
-/* Counts what the format does not have. */
+/* Counts an item that the format does not have. */
 void kt_export_lose(kt_export *x, const char *what);
 
 /* A coupling of two joints as the polynomial by which that of the term `own` follows the other; false: it is none. */
@@ -83,7 +83,7 @@ bool kt_export_polynomial(kt_export *x, const kt_loop *loop, int own, double a[5
 void kt_export_numbers(kt_export *x, const char *name, const double *values, int count);
 void kt_export_vector(kt_export *x, const char *name, kt_vec3 v);
 
-/* Writes a text with what XML would read as its own replaced. */
+/* Writes a text, with the special characters of XML replaced. */
 void kt_export_text(kt_export *x, const char *text);
 
 static inline const kt_body *kt_export_body(const kt_export *x, int i) { return &x->d->bodies[i]; }
@@ -111,12 +111,12 @@ int kt_export_scalar(const kt_export *x, const char *joint);
 enum { KT_EXPORT_NUMBER = 32 };
 void kt_export_number(char *text, double value);
 
-/* What is done at each body; `depth` is the number of bodies around it. */
+/* The action at each body; `depth` is the number of bodies around it. */
 typedef void kt_export_visit(kt_export *x, int body, int depth);
 
 /* ---- role.c ------------------------------------------------------------------------------------------------------ */
 
-/* Finds what each body of MJCF is written as. False where there is no memory. */
+/* Finds the form in which each body of MJCF is written. False if there is no memory. */
 bool kt_export_find_roles(kt_export *x);
 
 /* The coupling of a number: its length is the sum of coefficients times positions, plus this. */
@@ -135,15 +135,15 @@ typedef struct kt_export_moments {
     bool is_plain;   /* `full` is accepted as it is */
 } kt_export_moments;
 
-/* The inertia of a body. If it moves, mass and moments are raised to what readers accept, and counted. */
+/* The inertia of a body. If it moves, mass and moments are raised to the least that readers accept, and counted. */
 kt_export_moments kt_export_find_moments(kt_export *x, const kt_body *body, bool moves);
 
 /* ---- start.c, mesh.c --------------------------------------------------------------------------------------------- */
 
-/* Makes x->d a copy whose joints start where assembly closes all loops. False where there is no memory. */
+/* Makes x->d a copy whose joints start where assembly closes all loops. False if there is no memory. */
 bool kt_export_assemble(kt_export *x);
 
-/* Finds the files of meshes. `endings`: those that the format's readers know, as " .stl .obj "; NULL: all. */
+/* Finds the files of meshes. `endings`: those that the format's readers support, as " .stl .obj "; NULL: all. */
 bool kt_export_find_meshes(kt_export *x, const char *endings);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
@@ -151,7 +151,7 @@ bool kt_export_find_meshes(kt_export *x, const char *endings);
 void kt_export_urdf(kt_export *x);
 void kt_export_mjcf(kt_export *x);
 
-/* tree.c: visits bodies within one another; the second function, if there is one, when all that a body carries has been. */
+/* tree.c: visits bodies within one another. The second function, if there is one, follows all that a body carries. */
 void kt_export_tree(kt_export *x, kt_export_visit *begin, kt_export_visit *end);
 
 /* mjcf_force.c: tendons, equalities, actuators, the start. */
@@ -160,7 +160,7 @@ void kt_export_equalities(kt_export *x);
 void kt_export_actuators(kt_export *x);
 void kt_export_start(kt_export *x);
 
-/* Where a body of MJCF stands in its parent: in its joint frame, or, of a free one, where it starts. */
+/* The pose of a body of MJCF in its parent: its joint frame, with the start of a free joint on the world. */
 kt_pose kt_export_pose(const kt_export *x, int body);
 
 /* Whether a free joint is on another body than the world: in MJCF three slides and a ball. */

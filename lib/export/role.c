@@ -1,9 +1,9 @@
-/* What each body is written as in MJCF.
+/* The form in which each body is written in MJCF.
  *
  * MuJoCo rejects bodies that move and have no mass, but gives a body several joints. So a body without mass whose only
- * use is to carry one other gives its joints to that one, unless two slides would be on one body that are not normal to
- * each other. A slider on the world without mass that a coupling moves, such
- * as an import makes of a tendon, is a fixed tendon of the other joints:
+ * use is to carry one other gives its joints to that one. It keeps its joints if two slides would be on one body that
+ * are not normal to each other. A slider on the world without mass that a coupling moves is a fixed tendon of the other
+ * joints. An import makes such a slider of a tendon:
  *     c_n n + sum c_i q_i = offset,    n = offset / c_n + L,    L = sum (-c_i / c_n) q_i.
  */
 #include "export/robot.h"
@@ -104,7 +104,7 @@ static bool slides(kt_joint_type type) {
            type == KT_JOINT_SCREW || type == KT_JOINT_FREE;
 }
 
-/* Whether a slide of a body is not normal to one that would be on the same body: MuJoCo takes the mass matrix of slides
+/* Whether a slide of a body is not normal to one that would be on the same body. MuJoCo takes the mass matrix of slides
  * alone to be diagonal. */
 static bool is_skew(const kt_export *x, int body) {
     const kt_joint *own = &kt_export_body(x, body)->joint;

@@ -1,4 +1,4 @@
-/* Bodies within one another, and where each stands. */
+/* Bodies within one another, and the pose of each. */
 #include "export/robot.h"
 
 static kt_pose frame_of(const kt_joint *joint) {

@@ -1,6 +1,6 @@
 /* A mechanism in URDF.
  *
- * A link has the frame of its body, and its joint stands in `origin` as our joint frame does, with the axis in it. Joints
+ * A link has the frame of its body. The `origin` of its joint is our joint frame, and the axis is in this frame. Joints
  * of several coordinates have links without mass between them.
  */
 #include "export/robot.h"
