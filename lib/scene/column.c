@@ -1,9 +1,9 @@
-/* Own columns of the records: formulas over whatever a record may have.
+/* Own columns of the records: formulas over all quantities that a record may have.
  *
  *     output: {columns: {range: "marker.ball.centre.x", power: {value: "effect.motor.torque*velocity.rotor", unit: W}}}
  *
- * Which columns there are depends on the compiled model; what is read here is checked by its beginning, and bound by who
- * writes the records.
+ * The set of columns depends on the compiled model. The reader checks only the beginning of a name, and the writer of
+ * the records binds it.
  */
 #include "scene/expression.h"
 #include "scene/named.h"

@@ -1,9 +1,9 @@
 /* Whether the formula of an event can change its sign at all.
  *
- * An event is a change of sign (simulation/event.c): from above zero to below, or back. A formula whose values all lie on one side, as
- * those of `a == b` (0 or 1), abs(x), x^2 + 1, max(x, 0), a comparison of constants, never has one. The range of a formula
- * follows from interval arithmetic, with every variable anywhere in [-1e30, 1e30]. Parameters count as variables: their
- * values are those of one run, and another run may have others.
+ * An event is a change of sign (simulation/event.c): from above zero to below, or back. A formula whose values all are
+ * on one side never has one. Examples are `a == b` (0 or 1), `abs(x)`, `x^2 + 1`, `max(x, 0)`, and a comparison of
+ * constants. The range of a formula follows from interval arithmetic, with every variable anywhere in [-1e30, 1e30].
+ * Parameters count as variables: their values are those of one run, and another run may have others.
  */
 #include "scene/event.h"
 
@@ -15,10 +15,10 @@
 
 #include <string.h>
 
-/* Variables lie within this; bounds are widened by less than `rounding` where they are zero. */
+/* Variables are within this; bounds are widened by less than `rounding` if they are zero. */
 static const double reach = 1e30, rounding = 1e-200;
 
-/* Symbols of which all are one: whichever, it lies in the same interval. Their names are known to be right. */
+/* All variables are one symbol, since they have the same interval. Their names have been checked. */
 typedef struct variables {
     const kt_reader *r;
     const kt_symbols *known;
@@ -39,7 +39,7 @@ static bool compares(kt_operator code) {
            code == KT_OPERATOR_GREATER_EQUAL;
 }
 
-/* Where the equality at the top of a formula stands in its text, and how long it is; -1: nowhere. */
+/* The position in its text of the equality at the top of a formula; -1: there is none. */
 static int find_equality(const char *text, kt_operator code) {
     const char *at = strstr(text, code == KT_OPERATOR_EQUAL ? "==" : "!=");
     const char *more = at != NULL ? strpbrk(at + 2, "<>=!") : NULL;
@@ -65,7 +65,7 @@ static void advise_equality(kt_phrase *to, const char *text, kt_operator code) {
         kt_phrase_add(to, ": \"%.*s - (%s)\"", left, text, text + right);
 }
 
-/* What is wrong with a formula whose values lie on one side. */
+/* Describes why the values of a formula are on one side. */
 static void describe(kt_phrase *to, const char *text, kt_operator last, kt_interval range, int variable_count) {
     const kt_name_text quoted = kt_name_quote(text);
     if (variable_count == 0) {

@@ -1,4 +1,4 @@
-/* Events: when something happens, and what is done then.
+/* Events: their conditions and their actions.
  *
  *     events: [{name: let go, when: "position.arm - 2.3", direction: rising, then: [{release: sling}, {call: tell}]}]
  *     simulate: {until: "marker.ball.centre.y < 0"}
@@ -120,7 +120,7 @@ static bool check_switched(kt_reader *r, const kt_scope *scope, kt_node *node, c
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there is no loop or effect %s", kt_name_quote(name).text);
 }
 
-/* What a `then` gathers: names of calls, switches, and what is set. */
+/* The contents of a `then`: names of calls, switches, and assignments. */
 typedef struct actions_read {
     const char **calls;
     kt_scene_switch *switches;
@@ -136,7 +136,7 @@ static bool read_value(kt_reader *r, const kt_scope *scope, kt_node *node, const
     if (inner == NULL)
         return kt_reader_out_of_memory(r);
     *inner = *node;
-    kt_varying_note(r, node, NULL); /* of a variable: the formula stays what was read */
+    kt_varying_note(r, node, NULL); /* of a variable: the formula stays as it was read */
     if (kt_is_expression(node)) {
         inner->of.text++;
         inner->column++;
@@ -165,7 +165,7 @@ static kt_phrase did_you_mean(kt_reader *r, const char *name) {
     return phrase;
 }
 
-/* {set: {NAME: VALUE, ...}} of parameters, own states and velocities. */
+/* {set: {NAME: VALUE, ...}} of parameters, auxiliary states and velocities. */
 static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene_event *event, const actions_read *to) {
     if (map->kind != KT_NODE_MAP || map->count == 0)
         return kt_fault_expected(r, scope, map, "names of parameters or states and their values ('{k: 200}')");
@@ -414,7 +414,8 @@ static void check_names(kt_reader *r, const kt_scope *scope, kt_node **nodes, co
         }
 }
 
-/* What an event releases or engages is switched; where it does not say how it begins, it is on. */
+/* Loops and effects that an event releases or engages are switched. If their item gives no initial state, they begin
+ * on. */
 static void mark_switches(kt_scene *scene, const kt_scene_event *event) {
     for (int i = 0; i < event->switch_count; i++) {
         const int loop = find_loop(&scene->description, event->switches[i].name);

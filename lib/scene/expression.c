@@ -119,13 +119,13 @@ typedef struct kt_formula_names {
     const kt_symbols *variables;
     bool waits;    /* a parameter has no value: that has been reported */
     bool varies;   /* a parameter depends on a variable */
-    bool is_reset; /* or on one that an event sets, where there are no own states */
+    bool is_reset; /* or on one that an event sets, where there are no auxiliary states */
 } kt_formula_names;
 
 static bool find_either(void *user, const char *name, kt_symbol *symbol) {
     kt_formula_names *names = user;
     if (names->variables->find(names->variables->user, name, symbol)) {
-        mark_used(names->r, name); /* one that an event sets is an own state */
+        mark_used(names->r, name); /* one that an event sets is an auxiliary state */
         return true;
     }
     if (!find_parameter(names->r, name, symbol))
@@ -142,7 +142,7 @@ static bool find_either(void *user, const char *name, kt_symbol *symbol) {
 static const char *list_either(void *user, int k) {
     kt_formula_names *names = user;
     const int parameters = names->r->parameter_count, named = names->r->named_count;
-    if (k < parameters) /* NULL where the effort is used up */
+    if (k < parameters) /* NULL if the effort is used up */
         return list_parameter(names->r, k);
     return k < parameters + named ? kt_expression_name(names->r, k - parameters)
                                   : names->variables->list(names->variables->user, k - parameters - named);

@@ -13,12 +13,12 @@ struct kt_named_number {
     double value;
     size_t use; /* of its expression: first index in `uses`, which has use_count of them */
     int use_count;
-    int missing; /* parameters that its expression uses and whose values are not yet known */
+    int missing; /* parameters that its expression uses and that have no value yet */
     bool is_known, is_angle;
     bool is_used;  /* by anything */
     bool varies;   /* it depends on a variable (vary.h) */
     bool is_set;   /* by an event */
-    bool is_reset; /* it is, or depends on one that is: formulas know it as an own state of its name (reset.h) */
+    bool is_reset; /* it is set, or depends on one that is: for formulas an auxiliary state of its name (reset.h) */
 };
 
 /* Whether there is a parameter of this name. */
@@ -33,9 +33,9 @@ bool kt_is_bare_expression(kt_reader *r, const char *text);
 /* Reads the expression of a node, which lives as long as the reading; NULL after reporting a fault. */
 const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node);
 
-/* Reads a formula without '=', whose names are parameters, which it holds as numbers, and `variables`, whose `find` is
- * asked first. *text is the formula with numbers in place of parameters, and is kept. Reports a fault and returns false.
- * An angle is one where `angle` is false. */
+/* Reads a formula without '='. Its names are those of `variables`, whose `find` comes first, and of parameters, which
+ * it holds as numbers. The text in *text is the formula with numbers in place of parameters, and is kept. Reports a
+ * fault and returns false. If `angle` is false, an angle is a fault. */
 bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, bool angle,
                      const char **text);
 
@@ -44,8 +44,8 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
 bool kt_expression_value(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_expression *expression,
                          double *out);
 
-/* Reads and evaluates an expression; reports what is wrong with it, `angle` saying whether it may be an angle, and then
- * leaves *out untouched and returns false. */
+/* Reads and evaluates an expression. On a fault, reports it, leaves *out untouched and returns false. If `angle` is
+ * false, an angle is a fault. */
 bool kt_read_expression(kt_reader *r, const kt_scope *scope, kt_node *node, bool angle, double *out);
 
 #endif

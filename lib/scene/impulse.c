@@ -1,12 +1,12 @@
-/* Velocities that events set. The loops leave the velocities v + N z free, where v are those before, which keep the loops
- * closed, and A N = 0 (kt_loop_nullspace). Sought is the least change |N z| with
+/* Velocities that events set. The loops leave the velocities v + N z free. The velocities v are those before, which
+ * keep the loops closed, and A N = 0 (kt_loop_nullspace). The event takes the least change |N z| with
  *
  *     (v + N z)_i = given_i        for the velocities i that are set.
  *
- * N is made orthonormal, so that |N z| = |z|, and its rows i are made orthogonal to each other one by one (Gram and Schmidt,
- * twice): z is the sum of what each of them lacks along what is left of it. A row of which nothing is left is decided by
- * loops, or by velocities that are set before it. Hard contacts and friction that sticks are left out of A: they open, and
- * meet what comes by impacts.
+ * N is made orthonormal, so that |N z| = |z|. Its rows i are made orthogonal to each other one by one (Gram and
+ * Schmidt, twice). The vector z is the sum of the missing velocities along the remainders of these rows. If nothing
+ * remains of a row, loops determine the velocity, or velocities that are set before it. Hard contacts and friction that
+ * sticks are left out of A: they open, and impacts stop bodies that approach.
  */
 #include "scene/impulse.h"
 
@@ -25,7 +25,7 @@ struct kt_impulses {
     kt_scene_missed missed;
 };
 
-static const double least = 1e-9; /* of a row of N, whose entries are at most 1: what is left of it is rounding */
+static const double least = 1e-9; /* of a row of N, whose entries are at most 1: a smaller remainder is rounding */
 
 bool kt_is_velocity_name(const char *name) { return strncmp(name, "velocity.", 9) == 0; }
 
@@ -65,8 +65,8 @@ static void add(double *a, double factor, const double *b, int n) {
         a[i] += factor * b[i];
 }
 
-/* Takes what the first `count` vectors, which are orthonormal, have of a out of it. Returns the length of what is left,
- * which then has length 1; 0 if it is rounding. */
+/* Subtracts from a its components along the first `count` vectors, which are orthonormal. Scales the remainder to the
+ * length 1, and returns the length before; 0 if it is rounding. */
 static double orthonormalise(double *a, const double *others, int count, int n) {
     for (int pass = 0; pass < 2; pass++)
         for (int k = 0; k < count; k++)
@@ -81,7 +81,7 @@ static double orthonormalise(double *a, const double *others, int count, int n) 
 
 /* ---- an event ---------------------------------------------------------------------------------------------------- */
 
-/* The model with what is switched, and with all contacts open. */
+/* The model with the switches of the simulation, but with all contacts open and no friction that sticks. */
 static const kt_model *model_without_contacts(const kt_simulation *simulation) {
     const kt_model *model = kt_simulation_model(simulation);
     uint64_t set = kt_switch_set(model);

@@ -16,12 +16,13 @@ typedef struct kt_impulses kt_impulses;
 /* Memory for a model and for `count` velocities at most; NULL if there is not enough. */
 kt_impulses *kt_impulses_create(kt_pool *pool, const kt_model *model, int count);
 
-/* Gives the velocities at[i] of the simulation the values[i], and the others those nearest to what they have with which
- * the loops stay closed. Where loops, or the ones before, leave it no such value it is counted (kt_impulses_missed). */
+/* Sets the velocities at[i] of the simulation to values[i]. The others become the velocities nearest to theirs with
+ * which the loops stay closed. If loops, or the velocities before, do not permit a value, it is counted
+ * (kt_impulses_missed). */
 KT_CHECKED kt_status kt_impulses_apply(kt_impulses *impulses, kt_simulation *simulation, kt_data *data, const int *at,
                                        const double *values, int count, kt_error *error);
 
-/* What could not be set: how often, and the first of them. */
+/* The values that could not be set: their count, and the first of them. */
 kt_scene_missed kt_impulses_missed(const kt_impulses *impulses);
 
 #endif

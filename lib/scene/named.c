@@ -2,8 +2,8 @@
  *
  *     expressions: {lean: "atan2(marker.bike.top.y, marker.bike.top.z)", push: "-k*lean"}
  *
- * A name stands for its formula in parentheses. It is written out where a formula is read, so that an expression may use
- * whatever the formula may use in which it stands. All that comes behind the reader sees formulas without such names.
+ * A name is replaced with its formula in parentheses when a formula is read. An expression may therefore use all names
+ * that the formula around it may use. Code behind the reader sees formulas without such names.
  */
 #include "scene/named.h"
 
@@ -20,7 +20,7 @@ struct kt_named_formula {
 
 enum { IDLE = -2 };
 
-/* Text that comes from one node: from `at` on it is what the node has from `offset` on. */
+/* Text that comes from one node: from `at` on it is the node's text from `offset` on. */
 struct kt_stretch {
     int at, offset;
     kt_node *node;
@@ -133,7 +133,7 @@ static const char *end_of_name(const char *at) {
     return at;
 }
 
-/* The end of the longest known name that goes on with hyphens. */
+/* The end of the longest name of a variable that goes on with hyphens. */
 static const char *end_with_hyphens(const char *from, const char *end, const kt_symbols *variables) {
     char name[KT_EXPRESSION_NAME_MAX + 1];
     kt_symbol symbol;

@@ -32,15 +32,15 @@ typedef struct kt_written {
     int count;
 } kt_written;
 
-/* Writes the expressions of a formula out, each in parentheses. `variables`: the names that the formula may use, which may
- * have hyphens. Reports what depends on itself or becomes too long, and returns false. */
+/* Writes the expressions of a formula out, each in parentheses. `variables`: the names that the formula may use, which
+ * may have hyphens. Reports expressions that depend on themselves or become too long, and returns false. */
 bool kt_write_out(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, kt_written *out);
 
 /* Whether an expression that was written out is the value of a variable (vary.h). */
 bool kt_written_varies(const kt_reader *r, const kt_written *written);
 
-/* Reports a fault at a place of the text that was written out, from 0: in the formula or in the expression that it comes
- * from. Returns false. */
+/* Reports a fault at a place of the text that was written out, from 0: in the formula, or in the expression that it
+ * comes from. Returns false. */
 bool kt_written_fault(kt_reader *r, const kt_scope *scope, const kt_written *written, int at, const char *message);
 
 #endif

@@ -1,7 +1,7 @@
 /* Parameters: numbers with names, each a number or an expression of the others, in any order.
  *
- * All expressions are read first; then each is evaluated as soon as all that it uses are (Kahn 1962, Communications of the
- * ACM 5: topological sorting). What is left depends on itself, or on a parameter that does.
+ * All expressions are read first; then each is evaluated as soon as all that it uses are (Kahn 1962, Communications of
+ * the ACM 5: topological sorting). The remaining parameters depend on themselves, or on a parameter that does.
  */
 #include "scene/parameter.h"
 
@@ -75,7 +75,7 @@ static void put_value(kt_reader *r, kt_named_number *parameter, double value) {
     (void)kt_number_follows(r, parameter->node, false, &r->parameter_values[parameter - r->parameters]);
 }
 
-/* A number or an angle; whether it is one or the other is known from its text. */
+/* A number or an angle; its text decides between the two. */
 static void read_plain(kt_reader *r, const kt_scope *scope, kt_named_number *parameter) {
     double value = 0.0;
     if (parameter->node->kind == KT_NODE_TEXT)
@@ -86,7 +86,7 @@ static void read_plain(kt_reader *r, const kt_scope *scope, kt_named_number *par
 
 /* ---- the order of evaluation ------------------------------------------------------------------------------------- */
 
-/* Who uses whom: the parameters that expression k uses are uses[parameter.use + i]; those whose expressions use
+/* Uses in both directions. The parameters that expression k uses are uses[parameter.use + i]. The expressions that use
  * parameter k are users[first_user[k]] to users[first_user[k + 1] - 1]. */
 typedef struct kt_uses {
     int *uses, *users;
@@ -133,7 +133,7 @@ static void compute(kt_reader *r, const kt_scope *outer, kt_named_number *parame
     }
 }
 
-/* The units of an expression follow from those of what it uses, so that it is read again once these are known. */
+/* The units of an expression follow from those of its parameters, so that it is read again once these have values. */
 static void settle_units(kt_reader *r, const kt_scope *outer, kt_named_number *parameter) {
     const kt_scope scope = {.outer = outer, .key = parameter->name};
     parameter->expression = kt_expression_of_node(r, &scope, parameter->node);
@@ -159,7 +159,7 @@ static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
         if (!parameter->is_known)
             compute(r, scope, parameter);
         if (!parameter->is_known)
-            continue; /* a fault of it has been reported; what uses it is left out */
+            continue; /* its fault has been reported; parameters that use it are left out */
         for (size_t j = u->first_user[computable[i]]; j < u->first_user[computable[i] + 1]; j++)
             if (--r->parameters[u->users[j]].missing == 0)
                 computable[computable_count++] = u->users[j];
@@ -197,8 +197,8 @@ static void report_circle(kt_reader *r, const kt_scope *outer, const kt_uses *u,
                       "the parameter depends on itself: %s; give one of them a number", phrase.text);
 }
 
-/* From each parameter along what it waits for: a walk that comes back to a parameter of its own has found a circle. `missing`
- * is no longer needed, and numbers the walks. */
+/* Walks from each parameter along those that it waits for. A walk that comes back to a parameter of its own has found a
+ * circle. `missing` is no longer needed, and numbers the walks. */
 static void report_circles(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
     for (int k = 0; k < r->parameter_count; k++)
         r->parameters[k].missing = -1;

@@ -19,7 +19,7 @@ bool kt_scene_sets(const kt_scene *scene) {
     return any;
 }
 
-/* ---- checksums ----------------------------------------------------------------------------------------------------- */
+/* ---- checksums --------------------------------------------------------------------------------------------------- */
 
 static uint64_t sum_of_text(uint64_t sum, const char *text) {
     return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
@@ -34,7 +34,7 @@ static uint64_t sum_of_formula(uint64_t sum, const kt_expression *expression) {
     return sum;
 }
 
-/* Where a number lies: a parameter of the scene, or a number of its description. */
+/* The place of a number: a parameter of the scene, or a number of its description. */
 static uint64_t sum_of_place(uint64_t sum, const kt_scene *scene, const kt_reset_number *number) {
     kt_reset_target target = {.item = number->parameter};
     const bool is_target = number->parameter < 0 && kt_reset_target_of(&scene->description, number->at, &target);
@@ -46,7 +46,7 @@ static uint64_t sum_of_place(uint64_t sum, const kt_scene *scene, const kt_reset
 /* How numbers of a scene follow from the parameters that its events set: the formulas, and which numbers these are. */
 static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
     kt_reset_number number;
-    for (int k = 0; k < scene->parameter_count; k++) /* formulas know them by their index */
+    for (int k = 0; k < scene->parameter_count; k++) /* formulas refer to them with their index */
         sum = sum_of_text(sum, scene->parameters[k].name);
     for (size_t k = 0; kt_resets_next(scene, &k, &number);)
         if (number.expression != NULL)
@@ -71,7 +71,7 @@ uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) 
     return event->set_count > 0 ? sum_of_numbers(sum, scene) : sum;
 }
 
-/* ---- binding ------------------------------------------------------------------------------------------------------- */
+/* ---- binding ----------------------------------------------------------------------------------------------------- */
 
 /* A number that follows. */
 typedef struct follower {
@@ -83,7 +83,7 @@ typedef struct follower {
 struct kt_resets {
     kt_model *model;
     double *parameters; /* values */
-    int *state;         /* of each, its own state in the model; -1: none */
+    int *state;         /* of each, its auxiliary state in the model; -1: none */
     bool *is_set;       /* of each */
     int parameter_count;
     follower *followers;
@@ -91,7 +91,7 @@ struct kt_resets {
     kt_parameter_change *changes, *news; /* of all that follow, and of those that differ from the model's */
     double *inertia; /* six of each change of a mass whose body has the inertia of its shape: a kg's */
     int change_count;
-    double *x; /* own states */
+    double *x; /* auxiliary states */
     int x_count;
 };
 
@@ -239,14 +239,14 @@ kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model 
     return status;
 }
 
-/* ---- new values ---------------------------------------------------------------------------------------------------- */
+/* ---- new values -------------------------------------------------------------------------------------------------- */
 
 double *kt_resets_states(kt_resets *resets, const kt_simulation *simulation) {
     memcpy(resets->x, kt_simulation_own_states(simulation), (size_t)resets->x_count * sizeof *resets->x);
     return resets->x;
 }
 
-/* Evaluates all that follows from the states, and lists what differs from the model. */
+/* Evaluates all that follows from the states, and lists the values that differ from the model. */
 static kt_status evaluate_assignment(kt_resets *r, int *count, kt_error *error) {
     for (int k = 0; k < r->parameter_count; k++)
         if (r->is_set[k] && r->state[k] >= 0)

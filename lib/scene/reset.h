@@ -1,9 +1,9 @@
 /* Parameters that events set: {set: {k: "2*k"}}.
  *
- * Such a parameter, and each that follows from one, is an own state of its name, whose rate is 0: formulas of forces, rates,
- * events and columns read it there, records show it and checkpoints hold it. Numbers that follow from it are parameters of
- * the model, which an event sets together with the state (kt_simulation_change). What is neither is refused where the scene
- * is read.
+ * Such a parameter, and each that follows from one, is an auxiliary state of its name, whose rate is 0. Formulas of
+ * forces, rates, events and columns read it there, records show it and checkpoints hold it. Numbers that follow from it
+ * are parameters of the model, which an event sets together with the state (kt_simulation_change). Any other use is
+ * rejected when the scene is read.
  */
 #ifndef KT_SCENE_RESET_H
 #define KT_SCENE_RESET_H
@@ -12,16 +12,16 @@
 #include "kinetree/model.h"
 #include "scene/reader.h"
 
-/* ---- while a scene is read (vary.c) -------------------------------------------------------------------------------- */
+/* ---- while a scene is read (vary.c) ------------------------------------------------------------------------------ */
 
 /* Whether an event of the file sets anything, and whether it sets this. */
 bool kt_resets_are_named(const kt_reader *r);
 bool kt_reset_is_named(const kt_reader *r, const char *name);
 
-/* Once parameters are read: own states for those that events set. */
+/* Once parameters are read: auxiliary states for those that events set. */
 void kt_resets_add_states(kt_reader *r, kt_description *description);
 
-/* ---- numbers ------------------------------------------------------------------------------------------------------- */
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
 
 /* A number of a description that a model has as one of a parameter. */
 typedef struct kt_reset_target {
@@ -31,17 +31,17 @@ typedef struct kt_reset_target {
     int component;     /* of the parameter */
 } kt_reset_target;
 
-/* Finds what lies at this address; false: no number that can be set. */
+/* Finds the number at this address; false: no number that can be set. */
 bool kt_reset_target_of(const kt_description *description, const double *at, kt_reset_target *target);
 
-/* ---- of a scene that has been read (vary.c) -------------------------------------------------------------------------- */
+/* ---- of a scene that has been read (vary.c) ---------------------------------------------------------------------- */
 
 /* How many parameters it has, if events set any of them; else 0. */
 int kt_resets_parameters(const kt_scene *scene);
 
 typedef struct kt_reset_parameter {
     double value; /* as read */
-    int state;    /* its own state, an index in the description; -1: events do not reach it */
+    int state;    /* its auxiliary state, an index in the description; -1: events do not reach it */
     bool is_set;  /* by an event; else it follows */
 } kt_reset_parameter;
 
@@ -57,15 +57,15 @@ typedef struct kt_reset_number {
 /* The next one from the *k-th on, in the order in which they are evaluated; false: there is none. */
 bool kt_resets_next(const kt_scene *scene, size_t *k, kt_reset_number *number);
 
-/* ---- in a simulation (reset.c) ------------------------------------------------------------------------------------- */
+/* ---- in a simulation (reset.c) ----------------------------------------------------------------------------------- */
 
 typedef struct kt_resets kt_resets;
 
-/* Binds what follows to a model; *resets is NULL where events set nothing. */
+/* Binds the numbers that follow to a model; *resets is NULL if events set nothing. */
 KT_CHECKED kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
                                       kt_error *error);
 
-/* The own states, to be changed by the caller before the next call: those of the simulation. */
+/* The auxiliary states, to be changed by the caller before the next call: those of the simulation. */
 double *kt_resets_states(kt_resets *resets, const kt_simulation *simulation);
 
 /* Sets all that follows from these states. */

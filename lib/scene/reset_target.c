@@ -1,4 +1,4 @@
-/* What events set (reset.h): which names they have, and which numbers of a description can be set. */
+/* Parameters and numbers that events set (reset.h): their names, and the numbers of a description that can be set. */
 #include "effect/effect.h"
 #include "scene/reset.h"
 
@@ -38,7 +38,7 @@ static bool is_named(const kt_reader *r, const char *name) {
 bool kt_resets_are_named(const kt_reader *r) { return is_named(r, NULL); }
 bool kt_reset_is_named(const kt_reader *r, const char *name) { return r->varying != NULL && is_named(r, name); }
 
-/* ---- numbers of a description -------------------------------------------------------------------------------------- */
+/* ---- numbers of a description ------------------------------------------------------------------------------------ */
 
 /* The index of the number at `at` among `count` from `first` on; -1: it is none of them. */
 static int index_in(const double *first, int count, const double *at) {

@@ -1,6 +1,6 @@
-/* Accelerations and reactions as variables of events. Their values follow from an evaluation of the equations of motion in
- * the state at hand, under the torques and wrenches that are set, so that an event finds the instant at which one of them
- * passes a value as it finds that of a position.
+/* Accelerations and reactions as variables of events. Their values follow from an evaluation of the equations of motion
+ * in the state at hand, under the torques and wrenches that are set. An event finds the instant at which one of them
+ * passes a value as for a position.
  */
 #include "scene/response.h"
 
@@ -20,7 +20,7 @@ enum { COMPONENTS = 6 };
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
-/* A name in parts: what it is of, and its last word. */
+/* A name in parts: the name of its object, and its last word. */
 typedef struct parts {
     kt_response_type type;
     char of[KT_EXPRESSION_NAME_MAX + 1];
@@ -90,7 +90,7 @@ static int find_joint(const kt_description *d, const char *name) {
     return -1;
 }
 
-/* A loop, or the beginning of the name of one that an effect stands for. */
+/* A loop, or the beginning of the name of a loop that belongs to an effect. */
 static bool is_loop(const kt_description *d, const char *name) {
     for (int i = 0; i < d->loop_count; i++)
         if (d->loops[i].name != NULL && strcmp(d->loops[i].name, name) == 0)
@@ -131,7 +131,7 @@ static bool name_by_velocity(const kt_description *d, const kt_variable *variabl
     return true;
 }
 
-/* Of one body: the reaction of its joint, and its angular velocity and acceleration. */
+/* The names of one body: the reaction of its joint, and its angular velocity and acceleration. */
 static void name_of_body(const kt_body *body, int k, char *text, size_t size) {
     const char *name = body->name != NULL ? body->name : "", *joint = kt_joint_name_of(body);
     if (k < COMPONENTS)

@@ -1,5 +1,5 @@
-/* What follows from the state of a mechanism by its equations, as variables of events under the names of columns:
- * accelerations, reactions, angular velocities (response.c). */
+/* Quantities that follow from the state with the equations of motion, as variables of events. They have the names of
+ * columns: accelerations, reactions, angular velocities (response.c). */
 #ifndef KT_SCENE_RESPONSE_H
 #define KT_SCENE_RESPONSE_H
 
@@ -24,14 +24,14 @@ typedef struct kt_response {
     kt_vec3 point;       /* of a marker, in the body's frame */
 } kt_response;
 
-/* Whether formulas of events may use a name of this description. Loops of hard stops and contacts, NAME.lower, are known by
- * the names of their effects. */
+/* Whether formulas of events may use a name of this description. Loops of hard stops and contacts, NAME.lower, have the
+ * names of their effects. */
 bool kt_response_is_named(const kt_description *description, const char *name);
 
 /* Writes the k-th name, k from 0, those of hard contacts excepted; false: there is none. */
 bool kt_response_name(const kt_description *description, int k, char *text, size_t size);
 
-/* Finds what a name stands for in the description's model. Errors: KT_ERROR_MODEL (the model does not have it). */
+/* Finds the quantity of a name in the description's model. Errors: KT_ERROR_MODEL (the model does not have it). */
 KT_CHECKED kt_status kt_response_bind(const kt_description *description, const kt_model *model, const char *name,
                                       kt_response *response, kt_error *error);
 
@@ -44,7 +44,7 @@ typedef struct kt_responses {
 /* Memory for a model; false if there is not enough. */
 bool kt_responses_take(kt_pool *pool, const kt_model *model, kt_responses *responses);
 
-/* The bit of a response among those that have to be evaluated; accelerations are needed for all but angular velocities. */
+/* The bit of a response among those that have to be evaluated. All but angular velocities need the accelerations. */
 static inline unsigned kt_response_bit(const kt_response *response) { return 1U << response->type; }
 
 /* Evaluates those of these bits. Errors: those of kt_acceleration_evaluate. */

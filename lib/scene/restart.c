@@ -1,8 +1,8 @@
 /* A scene that starts from another state of its mechanism.
  *
- * What a scene measures in its initial state has to keep the value that it has: lengths of springs, which are those in
- * the assembled state, distances of loops, which are those at the given positions, and the angle of screw closures,
- * which is counted from there: their first end moves along the axis by what the ends are apart in the new state.
+ * Quantities that a scene measures in its initial state have to keep their values. Lengths of springs are those in the
+ * assembled state, and distances of loops are those at the given positions. The angle of screw closures counts from the
+ * initial state. Their first end therefore moves along the axis by the distance of the ends in the new state.
  */
 #include "base/require.h"
 #include "kinetree/closure.h"

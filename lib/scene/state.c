@@ -1,4 +1,4 @@
-/* Own states of a scene, and their rates, in which every one of them may stand:
+/* Auxiliary states of a scene, and their rates, in which every one of them may be used:
  *
  *     states: {current: {initial: 0, rate: "(supply - R*current - k*velocity.rotor)/L"}}
  */

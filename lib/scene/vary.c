@@ -1,8 +1,8 @@
-/* Numbers that follow from variables, or from parameters that events set: which there are (while a scene is read), and
- * their new values (kt_scene_vary; reset.c).
+/* Numbers that follow from variables, or from parameters that events set. They are listed while a scene is read, and
+ * get new values later (kt_scene_vary; reset.c).
  *
- * Numbers are listed in the order in which they are read, parameters before all else and each after those that it uses, so
- * that a walk along the list finds everything evaluated that an expression needs.
+ * Numbers are listed in the order in which they are read. Parameters come before all else, and each after those that it
+ * uses. A walk along the list therefore finds everything evaluated that an expression needs.
  */
 #include "scene/vary.h"
 
@@ -28,7 +28,7 @@ typedef struct kt_follower {
     kt_node *node; /* while the scene is read */
 } kt_follower;
 
-/* What has been read and depends on a variable, until a reader has said where it stays. */
+/* A value that has been read and depends on a variable, until a reader has recorded its final place. */
 typedef struct kt_noted {
     kt_node *node;
     const kt_expression *expression; /* a copy, as long as the scene; NULL: the value of a variable, or no number */
@@ -42,7 +42,7 @@ struct kt_scene_variables {
     double *values;     /* of the variables, now */
     double *parameters; /* values of all parameters, now */
     int parameter_count;
-    int *reset_state; /* of each parameter that follows events: its own state, an index in the description; else -1 */
+    int *reset_state; /* for each parameter that follows events: the index of its state in the description; else -1 */
     bool *is_set;     /* of each: an event sets it */
     int reset_count;  /* how many follow events; the states are the first ones */
     kt_noted *noted;  /* while the scene is read */
@@ -149,7 +149,7 @@ static kt_follower *add_follower(kt_reader *r) {
     return &followers[v->count++];
 }
 
-/* Takes what was noted of a node last out of the list. */
+/* Removes the last note of a node from the list, and returns it. */
 static kt_noted take_noted(kt_scene_variables *v, const kt_node *node) {
     size_t k = v->noted_count - 1;
     while (v->noted[k].node != node)
@@ -213,7 +213,7 @@ static double value_of(const kt_scene_variables *v, const kt_follower *follower,
                                         : values[follower->variable];
 }
 
-/* Whether a number is where the scene has it for good, and still what was read. */
+/* Whether a number is at its final place in the scene, and still has the value that was read. */
 static bool is_in_place(const kt_reader *r, kt_follower *follower, kt_scene *scene) {
     const uintptr_t at = (uintptr_t)follower->at, begin = (uintptr_t)scene;
     follower->is_offset = at >= begin && at < begin + sizeof *scene;
@@ -232,7 +232,7 @@ static void tell_where(const kt_reader *r, const char *path, const kt_node *node
         (void)snprintf(where, KT_WHERE_SIZE, "%s", path);
 }
 
-/* Reports what an event cannot change though it sets a parameter of it. */
+/* Reports a value that an event cannot change although it depends on a parameter that the event sets. */
 static void refuse_reset(kt_reader *r, kt_node *node) {
     (void)kt_fault_at(r, KT_ERROR_SCENE, NULL, node,
                       "an event sets a parameter of %s, which is no number that can change while a scene runs; those "
@@ -320,7 +320,7 @@ bool kt_resets_next(const kt_scene *scene, size_t *k, kt_reset_number *number) {
     if (v == NULL || *k >= v->count)
         return false;
     const kt_follower *follower = &v->followers[(*k)++];
-    /* The scene is not changed by who asks; where a number lies is compared, and never written through. */
+    /* A query does not change the scene: the address of a number is compared, and never written through. */
     const double *at =
         follower->is_offset ? (const double *)(const void *)((const char *)scene + follower->offset) : follower->at;
     const bool is_parameter = at >= v->parameters && at < v->parameters + v->parameter_count;

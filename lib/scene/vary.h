@@ -1,8 +1,8 @@
 /* Numbers of a scene that follow from variables (kt_scene_options.variables) and can be changed after it has been read.
  *
- * Every number that is read passes kt_read_number, which notes whether it depends on a variable. A reader that has put a
- * number where it stays, and draws no other conclusion from it, says so by kt_number_follows; what no reader says so of
- * cannot be changed without reading the scene again.
+ * Every number that is read passes kt_read_number, which notes whether it depends on a variable. A reader calls
+ * kt_number_follows if it has put the number in its final place, and draws no other conclusion from it. A number
+ * without this call cannot be changed without reading the scene again.
  */
 #ifndef KT_SCENE_VARY_H
 #define KT_SCENE_VARY_H
@@ -14,17 +14,17 @@
 void kt_varying_start(kt_reader *r, const kt_scene_options *options);
 void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene);
 
-/* Notes that a number which has been read at this node is that of a variable, or by an expression that depends on one. */
+/* Notes that a number of this node is that of a variable, or of an expression that depends on one. */
 void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression);
 
 /* Whether a node is the value of a variable itself. */
 bool kt_is_varied(const kt_reader *r, const kt_node *node);
 
-/* Notes that something has been made of a parameter, here, that no later value can change; is_reset: of one that an event
- * sets. */
+/* Notes that something has been made of a parameter, here, that no later value can change; is_reset: of one that an
+ * event sets. */
 void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_reset);
 
-/* Says that the number of a node is in *at and nowhere else; with `positive` it is to be above 0. Returns whether it
+/* Records that the number of a node is in *at and nowhere else; with `positive` it is to be above 0. Returns whether it
  * depends on a variable. */
 bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at);
 

@@ -1,6 +1,6 @@
 /* Events of a scene in a simulation: their formulas, with the variables that they read bound to the simulation's model.
  *
- * A comparison a < b is watched as the difference b - a, which rises through zero where it comes to hold.
+ * A comparison a < b is watched as the difference b - a, which rises through zero when it begins to hold.
  */
 #include "base/require.h"
 #include "expression/corner.h"
@@ -25,7 +25,7 @@
 /* A variable of a formula in a model. */
 typedef struct bound {
     kt_variable_type type;
-    int body, at, component; /* at: in q or v, or of own states */
+    int body, at, component; /* at: in q or v, or of auxiliary states */
     kt_vec3 point;           /* of a marker, in the body's frame */
     bool responds;           /* it is `response` instead */
     kt_response response;
@@ -44,14 +44,14 @@ typedef struct formula {
     int part_count;
 } formula;
 
-/* What an event's functions are given. */
+/* The data of an event's functions. */
 typedef struct watched {
     formula formula;
     const kt_scene_call **calls;
     int call_count;
     uint64_t on, off;          /* the switches that it engages and releases */
     uint64_t acting, released; /* likewise of hard stops, contacts, slack ropes and joint friction that sticks */
-    formula *values;           /* of the own states and velocities that it sets */
+    formula *values;           /* of the auxiliary states and velocities that it sets */
     int *states;               /* these: the indices of states; those of velocities lie behind them */
     double *velocities;        /* what they become */
     int state_count, set_count;
@@ -63,7 +63,7 @@ struct kt_scene_watch {
     watched *watched;
     watched *until; /* a comparison; NULL: there is none, or `until` is none */
     const kt_model *model;
-    kt_data *data;          /* of the model; NULL: neither values that are set nor `until` ask for markers */
+    kt_data *data;          /* of the model; NULL: neither values that are set nor `until` need markers */
     kt_resets *resets;      /* NULL: events set no parameters and no states */
     kt_impulses *impulses;  /* NULL: events set no velocities */
     kt_responses responses; /* `a` is NULL: no formula has any */
@@ -91,7 +91,7 @@ static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
     *symbol = (kt_symbol){.index = n->count};
     if (n->variables == NULL)
         return true;
-    for (int k = 0; k < n->count; k++) /* time is one symbol, however often it is named: its parts are asked for */
+    for (int k = 0; k < n->count; k++) /* time is one symbol, though named often: parts of time alone refer to it */
         if (variable.type == KT_VARIABLE_TIME && n->variables[k].type == KT_VARIABLE_TIME) {
             symbol->index = k;
             return true;
@@ -108,7 +108,8 @@ static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
     return true;
 }
 
-/* Whether the last operator compares, and with which sign the difference of its sides rises where it comes to hold. */
+/* Whether the last operator compares, and the sign with which the difference of its sides rises when it begins to hold.
+ */
 static bool is_comparison(const kt_expression *expression, double *sign) {
     const int32_t code = expression->count > 0 ? expression->term[expression->count - 1].code : 0;
     *sign = code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL ? -1.0 : 1.0;
@@ -153,7 +154,7 @@ static kt_status bind(const kt_description *description, const kt_model *model, 
     return KT_OK;
 }
 
-/* ---- parts that depend on time alone ------------------------------------------------------------------------------ */
+/* ---- parts that depend on time alone ----------------------------------------------------------------------------- */
 
 typedef struct parts {
     kt_pool *pool;
@@ -176,7 +177,7 @@ static void keep_part(void *user, const kt_expression_term *term, size_t count) 
     to->formula->parts[to->formula->part_count++] = part;
 }
 
-/* Keeps the parts of a formula that depend on time alone: between their corners they are monotone. */
+/* Keeps the parts of a formula that depend on time alone: between their breakpoints they are monotone. */
 static kt_status keep_parts(kt_pool *pool, formula *f, kt_error *error) {
     int32_t time = -1;
     for (int k = 0; k < f->count; k++)
@@ -193,7 +194,7 @@ static kt_status keep_parts(kt_pool *pool, formula *f, kt_error *error) {
                : KT_OK;
 }
 
-/* The first corner after t of the parts that depend on time alone (kt_event.corner). */
+/* The first breakpoint after t of the parts that depend on time alone (kt_event.corner). */
 static double next_corner(void *user, double t) {
     const formula *f = &((const watched *)user)->formula;
     double next = HUGE_VAL;
@@ -203,9 +204,10 @@ static double next_corner(void *user, double t) {
     return next;
 }
 
-/* ---- formulas of events ------------------------------------------------------------------------------------------- */
+/* ---- formulas of events ------------------------------------------------------------------------------------------ */
 
-/* Reads the formula of an event, and binds its variables to the model; of a comparison that is watched its difference. */
+/* Reads the formula of an event, and binds its variables to the model. For a comparison that is watched, it takes the
+ * difference of both sides. */
 static kt_status make_formula(kt_scene_watch *watch, const kt_scene *scene, const char *text, bool is_watched,
                               formula *to, kt_error *error) {
     kt_pool *pool = &watch->pool;
@@ -292,7 +294,7 @@ static kt_instant instant_of(const kt_scene_watch *watch, const kt_simulation *s
                         .x = kt_simulation_own_states(simulation)};
 }
 
-/* Sets own states and velocities, all from the state before, and what follows from them. */
+/* Sets auxiliary states and velocities, all from the state before, and the numbers that follow from them. */
 static kt_status set_values(const watched *w, kt_simulation *simulation, kt_error *error) {
     const kt_scene_watch *watch = w->watch;
     const kt_instant at = instant_of(watch, simulation);
@@ -354,7 +356,8 @@ static void put_bit(uint64_t bit, bool on, uint64_t *yes, uint64_t *no) {
     *no = on ? *no & ~bit : *no | bit;
 }
 
-/* Those that bound a side, of this name: a loop, or those of an effect; or its friction that sticks. Returns false if there are none. */
+/* The loops of this name that bound a side: a loop, or those of an effect, or its friction that sticks. Returns false
+ * if there are none. */
 static bool find_contacts(const kt_model *model, const char *name, bool on, watched *to) {
     static const char *const suffixes[] = {"", ".lower", ".upper"};
     char text[KT_WHERE_SIZE];
@@ -373,7 +376,7 @@ static bool find_contacts(const kt_model *model, const char *name, bool on, watc
     return found || stick >= 0;
 }
 
-/* What is named twice ends as it is named last. */
+/* If a name occurs twice, the last entry decides. */
 static kt_status find_switches(const kt_model *model, const kt_scene_event *event, watched *to, kt_error *error) {
     for (int i = 0; i < event->switch_count; i++) {
         const char *name = event->switches[i].name;
@@ -389,7 +392,7 @@ static kt_status find_switches(const kt_model *model, const kt_scene_event *even
     return KT_OK;
 }
 
-/* The index of what an event sets: of an own state, or of a velocity. */
+/* The index of an auxiliary state, or of a velocity, that an event sets. */
 static kt_status find_set(const kt_scene_watch *watch, const kt_scene *scene, const kt_scene_event *event,
                           const char *name, int *index, kt_error *error) {
     kt_variable variable;
@@ -410,7 +413,7 @@ static kt_status find_set(const kt_scene_watch *watch, const kt_scene *scene, co
     return status;
 }
 
-/* First what are states, then velocities. */
+/* States come first, then velocities. */
 static kt_status find_sets(kt_scene_watch *watch, const kt_scene *scene, const kt_scene_event *event, watched *to,
                            kt_error *error) {
     const size_t count = (size_t)event->set_count;
@@ -464,7 +467,7 @@ kt_scene_missed kt_scene_watch_missed(const kt_scene_watch *watch) {
 
 int kt_scene_event_room(const kt_scene *scene) { return scene ? scene->event_count + (scene->until.when != NULL) : 0; }
 
-/* What the events of a scene become a part of. */
+/* The target of the events of a scene. */
 typedef struct target {
     kt_scene_watch *watch;
     const kt_scene *scene;
