@@ -1,23 +1,25 @@
-/* Beams: what a `beams` section stands for. Each beam becomes a chain of `segments` rigid bodies NAME-1, NAME-2, ... of
- * length l = length / segments, and elastic joints between them that carry the strain of the length between two middles:
+/* Beams: the expansion of a `beams` section. Each beam becomes a chain of rigid bodies NAME-1, NAME-2, ..., one for
+ * each of its `segments`, of the length l = length / segments. Elastic joints between them have the strain of the
+ * length between two middles:
  *
- *     boundary k = 1 .. segments - 1     section stiffness at x = k l, over l
- *     a clamped end                      section stiffness there, over l / 2: to the middle of the first segment
- *     a hinged end                       the same for forces; no moment
+ *   Boundary k = 1 .. segments - 1: the section stiffness at x = k l, over l.
+ *   Clamped end: the section stiffness there, over l / 2, the distance to the middle of the first segment.
+ *   Hinged end: the same for forces; no moment.
  *
- * This is a central difference of rotations and displacements, of the second order in l. Segment i has the mass per length
- * at its middle times l, and the inertia of a straight rod of its section. Which stiffnesses are given says how segments
- * move on one another:
+ * This is a central difference of rotations and displacements, of the second order in l. Segment i has the mass per
+ * length at its middle times l, and the inertia of a straight rod of its section. The given stiffnesses determine how
+ * segments move on one another:
  *
- *     EA, GA, GJ, EI     in all six ways: bushings between free joints
- *     GJ, EI             rotations: bushings in spherical joints; the beam keeps its length and its sections stay normal
- *     EI: one number     about z alone: springs in revolute joints; the beam bends in its plane
+ *   EA, GA, GJ, EI: in all six ways, with bushings between free joints.
+ *   GJ, EI: by rotations, with bushings in spherical joints. The beam keeps its length and its sections stay normal.
+ *   EI as one number: about z alone, with springs in revolute joints. The beam bends in its plane.
  *
- * The section is made into items of `bodies`, `effects` and `loops` before these are read, so that a segment is a body like
- * any other: others may have it as parent or end, and what is wrong with it is told where the beam stands.
+ * The section is made into items of `bodies`, `effects` and `loops` before these are read. A segment is therefore a
+ * body like any other, and others may have it as parent or end. Faults of its items are reported at the beam.
  *
- * Source: the finite-segment method, e.g. J. W. Kamman, R. L. Huston, Multibody System Dynamics 6 (2001); section forces
- * and strains are those of a geometrically exact beam, J. C. Simo, CMAME 49 (1985) 55, of which it is a difference scheme.
+ * Source: the finite-segment method, e.g. J. W. Kamman, R. L. Huston, Multibody System Dynamics 6 (2001). Section
+ * forces and strains are those of a geometrically exact beam, of which it is a difference scheme: J. C. Simo, CMAME 49,
+ * p. 55 (1985).
  */
 #include "scene/beam.h"
 #include "scene/number.h"
@@ -231,7 +233,7 @@ static double along(const kt_along *a, double part) {
     return i == a->count - 1 ? a->at[i] : a->at[i] + (x - i) * (a->at[i + 1] - a->at[i]);
 }
 
-/* Of a segment: its length as a chord of the curved axis, and the turn from one to the next. */
+/* A segment: its length as a chord of the curved axis, and the turn from one segment to the next. */
 typedef struct kt_beam_segment {
     double length, turn[3];
 } kt_beam_segment;
@@ -303,7 +305,8 @@ static void put_joint_effect(kt_text *t, const kt_beam *b, int i) {
     put_spring(t, b, k);
 }
 
-/* The joint at the second end: bushing from the last segment to `to`; a beam that keeps its length is closed by a loop. */
+/* The joint at the second end: a bushing from the last segment to `to`. A beam that keeps its length is closed by a
+ * loop. */
 static void put_last_effect(kt_text *t, const kt_beam *b) {
     const int n = (int)b->segments;
     const kt_beam_segment s = segment_of(b);
@@ -398,7 +401,7 @@ static void put_segment(kt_text *t, const kt_beam *b, int i) {
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------- */
 
-/* What stands for an end of the beam in the text, and what it stands for. */
+/* A word in the text of a beam, and the node or the text that replaces it. */
 typedef struct kt_replacement {
     const char *word;
     const kt_node *node; /* NULL: the text */
@@ -434,7 +437,7 @@ static void settle(kt_node *node, const kt_node *beam, const kt_replacement *wor
 static kt_node *section_of(kt_reader *r, const char *key, const kt_node *place) {
     kt_node *list = kt_node_find(r->root, key);
     if (list != NULL)
-        return list->kind == KT_NODE_LIST ? list : NULL; /* what else it is is told where it is read */
+        return list->kind == KT_NODE_LIST ? list : NULL; /* any other kind is reported when the section is read */
     kt_node *made = kt_pool_take(&r->scratch, 2, sizeof *made);
     if (made == NULL) {
         (void)kt_reader_out_of_memory(r);
@@ -483,7 +486,7 @@ static const kt_node *find_marker(const kt_reader *r, const char *body, const ch
     return NULL;
 }
 
-/* Where the first segment begins: its parent, and the point and the rotation there. */
+/* Finds the start of the first segment: its parent, and the point and the rotation there. */
 static bool find_from(kt_reader *r, const kt_scope *scope, const kt_beam *b, kt_replacement *words) {
     kt_end end = kt_end_default();
     if (b->from != NULL && !kt_read_end(r, scope, b->from, &end))

@@ -11,7 +11,7 @@ static bool is_of_name(char c) {
     return c != '\0' && strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_", c) != NULL;
 }
 
-/* Whether a node is a function of time, and no number: a mapping, or a formula in which t stands. */
+/* Whether a node is a function of time, and no number: a mapping, or a formula that contains t. */
 static bool is_function(const kt_node *node) {
     if (node->kind != KT_NODE_TEXT)
         return node->kind == KT_NODE_MAP;
@@ -156,7 +156,7 @@ static bool same_inertia(const kt_field *field, const void *object, const void *
 static const kt_kind kind_inertia = {.read = read_inertia, .write = write_inertia};
 static const kt_kind kind_mass = {.read = read_mass, .write = write_mass};
 
-/* What leaves or arrives has a velocity: it becomes an effect of type thrust once all is read (kt_exhausts_add). */
+/* Mass that leaves or arrives has a velocity, which becomes an effect of type thrust at the end (kt_exhausts_add). */
 static bool read_exhaust(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_vec3 velocity;
     (void)field, (void)object;
@@ -197,7 +197,7 @@ static const kt_field marker_fields[] = {
 };
 static const kt_table marker_table = {.fields = marker_fields, .count = KT_COUNT_OF(marker_fields)};
 
-/* A point, or a frame: tip: [1, 0, 0], tool: {at: [1, 0, 0], rotation: ROTATION}. */
+/* A point, or a frame: `tip: [1, 0, 0]`, `tool: {at: [1, 0, 0], rotation: ROTATION}`. */
 static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_marker *marker) {
     return node->kind == KT_NODE_MAP ? kt_table_read(r, scope, node, &marker_table, marker)
                                      : kt_put_vector(r, scope, node, &marker->at);
@@ -280,7 +280,7 @@ static const kt_table shape_table = {.fields = shape_fields,
                                      .describe = describe_shape,
                                      .kind_of = kt_kind_of_value_key};
 
-/* ---- several shapes ----------------------------------------------------------------------------------------------- */
+/* ---- several shapes ---------------------------------------------------------------------------------------------- */
 
 static const kt_field part_fields[] = {
     {.key = "type",
@@ -358,7 +358,7 @@ static const kt_field fields[] = {
 };
 static const kt_table body_table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 
-/* What shapes give of mass, com and inertia. */
+/* Gives the body the mass, com and inertia of its shapes. */
 static void settle_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, kt_body *body) {
     kt_node *list = kt_node_find(node, "shapes");
     if (r->parts == NULL || list == NULL)
@@ -471,7 +471,7 @@ static bool make_thrust(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     memcpy(name + length, suffix, sizeof suffix);
     *thrust = kt_effect_default();
     if (!kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &thrust->exhaust) ||
-        kt_body_inertia(body, &end.at, &inertia, NULL) != KT_OK) /* the fault of the body is told by its check */
+        kt_body_inertia(body, &end.at, &inertia, NULL) != KT_OK) /* the check of the body reports its fault */
         return false;
     end.body = body->name;
     thrust->name = name;
@@ -481,7 +481,7 @@ static bool make_thrust(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return true;
 }
 
-/* Of a body whose keys are wrong nothing is told that follows from these. */
+/* A body with wrong keys gets no faults that follow from these keys. */
 static bool has_exhaust_name(const kt_reader *r, const kt_description *d, int body) {
     return kt_name_is_valid(d->bodies[body].name) && !kt_node_has_stray(r->body_nodes[body]);
 }

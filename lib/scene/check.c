@@ -1,8 +1,8 @@
 /* The faults that kt_description_check finds, reported at their positions in the file.
  *
- * A fault comes with the item and the key that it is about. The item's node is known, and the key is looked up in it,
- * so that nothing is stored for the many keys that are right. A fault that follows from one of form, which has been
- * reported, is left out: a mass that could not be read is not zero.
+ * A fault comes with the item and the key that it is about. The key is looked up in the item's node, so that nothing is
+ * stored for the many keys that are right. A fault that follows from a reported fault of form is left out: a mass that
+ * could not be read is not zero.
  */
 #include "scene/part.h"
 
@@ -16,11 +16,11 @@ typedef struct kt_checking {
     const kt_node *list;
     kt_node *found;
     int sub;
-    const kt_node *item; /* the last one that was asked about; whether it has faults of form */
+    const kt_node *item; /* the last one that was checked for faults of form, and the result */
     bool is_item_faulty;
 } kt_checking;
 
-/* The key of a loop or effect that a fault is about; NULL where it is another item, or a key of every type. */
+/* The key of a loop or effect that a fault is about; NULL if it is another item, or a key of every type. */
 static const kt_key *key_of(const kt_checking *c, const kt_place *place) {
     const kt_descriptor *descriptor = NULL;
     if (place->item == KT_ITEM_LOOP)
@@ -62,8 +62,8 @@ static kt_node *child(kt_checking *c, kt_node *node, int sub) {
     return c->found;
 }
 
-/* Follows a path such as "joint.axis" from the item as far as the file contains it. also: another spelling of the last
- * word, or NULL. */
+/* Follows a path such as "joint.axis" from the item as far as the file contains it. The parameter `also` is another
+ * spelling of the last word, or NULL. */
 static kt_node *follow(kt_checking *c, kt_node *node, const char *field, const char *also, int sub) {
     while (*field != '\0') {
         size_t length = strcspn(field, ".");
@@ -93,7 +93,7 @@ static bool is_reference(const kt_place *place, const kt_key *key) {
            key->kind == KT_KEY_JOINT || key->kind == KT_KEY_TERMS;
 }
 
-/* What the value of a field refers to. */
+/* The object that the value of a field refers to. */
 typedef struct referred {
     bool is_named;     /* else there is no name */
     int body;          /* -1: there is none of this name */
@@ -128,7 +128,8 @@ static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt
     return to.body < 0 ? !r->names_are_known : kt_body_is_hidden(r, to.body);
 }
 
-/* Whether an item has faults of form; these do not change while the description is checked. O(item) for the first fault of each. */
+/* Whether an item has faults of form; these do not change while the description is checked. Cost: O(item) for the first
+ * fault of each. */
 static bool is_item_faulty(kt_checking *c, const kt_node *item) {
     if (c->item != item)
         c->is_item_faulty = kt_node_is_faulty(item);
@@ -136,7 +137,8 @@ static bool is_item_faulty(kt_checking *c, const kt_node *item) {
     return c->is_item_faulty;
 }
 
-/* Whether a fault is about an end that is right by itself, and something else in the item could not be read: the other end, maybe. */
+/* Whether a fault is about an end that is right by itself, while the item could not be read otherwise, such as the
+ * other end. */
 static bool leans_on_other_end(kt_checking *c, const kt_place *place, const kt_key *key, const kt_node *item,
                                const kt_node *node) {
     if (key == NULL || !is_reference(place, key) || !is_item_faulty(c, item))

@@ -1,6 +1,7 @@
-/* Formulas that a comma has cut: in { } and [ ] the plain text =atan2(y, x) is "=atan2(y" and one more item, or a key, "x)".
+/* Formulas that a comma has cut. In { } and [ ], the plain text =atan2(y, x) becomes "=atan2(y" and one more item, or a
+ * key, "x)".
  *
- * Such parts are found by their parentheses, told once, and hidden from everything else.
+ * Such parts are found from their parentheses, reported once, and hidden from everything else.
  */
 #include "scene/comma.h"
 
@@ -16,8 +17,8 @@ static int open_parentheses(const char *text) {
 
 static bool is_plain_text(const kt_node *node) { return node->kind == KT_NODE_TEXT && node->plain; }
 
-/* The rest of a formula begins behind `first`, in a mapping with a key: adds it to the phrase. Returns its last node; NULL: the
- * formula has no end here. */
+/* The rest of a formula begins behind `first`, in a mapping with a key: adds it to the phrase. Returns its last node;
+ * NULL: the formula has no end here. */
 static kt_node *find_rest(const kt_node *first, bool is_map, kt_phrase *whole) {
     int open = open_parentheses(first->of.text);
     kt_phrase_add(whole, "%s", first->of.text);
@@ -34,7 +35,7 @@ static kt_node *find_rest(const kt_node *first, bool is_map, kt_phrase *whole) {
     return NULL;
 }
 
-/* Tells of one, and returns the last node of it; `first` where there is none. */
+/* Reports a formula that is cut at `first`, and returns its last node; `first` if there is none. */
 static kt_node *check_value(kt_reader *r, const kt_scope *scope, kt_node *first, bool is_map) {
     kt_phrase whole = {.length = 0};
     if (!is_plain_text(first) || first->of.text[0] == '\0' || open_parentheses(first->of.text) <= 0)

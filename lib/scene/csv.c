@@ -45,7 +45,7 @@ typedef struct unit {
     bool is_angle;
 } unit;
 
-/* Exact factors stay exact: 20 ms are 20/1000 s. */
+/* Exact factors stay exact: `20 ms` are `20/1000 s`. */
 static const unit *find_unit(const char *name, size_t length) {
     static const unit units[] = {
         {"1", 1, 1, false},       {"s", 1, 1, false},      {"ms", 1e3, 1, false},  {"us", 1e6, 1, false},

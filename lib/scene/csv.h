@@ -9,12 +9,12 @@ typedef struct kt_csv_choice {
     const char *time, *value, *unit, *time_unit;
 } kt_csv_choice;
 
-/* The path of a file that a scene names, kept with the scene. Relative names count from the folder of the scene's file; a
- * file that is there has its whole path. */
+/* The path of a file that a scene names, kept with the scene. Relative names count from the folder of the scene's file.
+ * A file that is there has its whole path. */
 const char *kt_path_near(kt_reader *r, const char *name);
 
-/* Reads the rows t, y of two columns, kept with the scene, in SI units; y is of `quantity`. Reports what is wrong with the
- * file, by its line and column, at the node of its name, and returns false. */
+/* Reads the rows t, y of two columns, kept with the scene, in SI units; y is of `quantity`. Reports faults of the file,
+ * with their line and column, at the node of its name, and returns false. */
 bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_csv_choice *choice, kt_quantity quantity,
                  const double **rows, int *count);
 

@@ -1,7 +1,7 @@
 /* YAML in the layout of scene-files.md.
  *
- * The layout is part of the format and must not change with a library's version, so it is written here: block mappings
- * and lists indented by two, short values in flow style, lines broken near column 110.
+ * The layout is part of the format and must not change with a library's version, so it is written here. Block mappings
+ * and lists are indented by two, short values are in flow style, and lines are broken near column 110.
  */
 #include "scene/emit.h"
 
@@ -42,7 +42,7 @@ static void new_line(kt_emitter *e, int indent) {
 
 static kt_emit_level *top(kt_emitter *e) { return e->depth == 0 ? NULL : &e->levels[e->depth - 1]; }
 
-/* Writes what separates the last value, or the key, from the next value. */
+/* Writes the text between the last value, or the key, and the next value. */
 static void before_value(kt_emitter *e, bool block) {
     kt_emit_level *level = top(e);
     if (level == NULL)
@@ -87,7 +87,7 @@ void kt_emit_list(kt_emitter *e, bool flow) { open_level(e, true, flow); }
 
 void kt_emit_end(kt_emitter *e) {
     const kt_emit_level *level = top(e);
-    if (level == NULL) /* of a level that was refused */
+    if (level == NULL) /* of a level that was rejected */
         return;
     if (level->flow)
         put(e, level->list ? "]" : "}", 1);

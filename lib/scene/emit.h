@@ -17,7 +17,7 @@ typedef struct kt_emit_level {
     int indent;
 } kt_emit_level;
 
-/* An emitter of zeros writes nothing: it only finds what cannot be written. */
+/* An emitter of zeros writes nothing: it only finds values that cannot be written. */
 typedef struct kt_emitter {
     FILE *stream;   /* NULL: none */
     kt_error fault; /* the first thing that cannot be written */
@@ -26,7 +26,7 @@ typedef struct kt_emitter {
     kt_emit_level levels[KT_EMIT_DEPTH_MAX];
 } kt_emitter;
 
-/* Records what cannot be written; the first such fault is kept. */
+/* Records a value that cannot be written; the first such fault is kept. */
 void kt_emit_refuse(kt_emitter *e, kt_status code, const char *format, ...) KT_PRINTF(3, 4);
 
 /* Begin a mapping or a list, and end it. Within a flow level everything is flow. The outermost mapping is a block. */
@@ -34,8 +34,8 @@ void kt_emit_map(kt_emitter *e, bool flow);
 void kt_emit_list(kt_emitter *e, bool flow);
 void kt_emit_end(kt_emitter *e);
 
-/* Write a key of a mapping, before its value: a plain one; one that opens a section, after a blank line; one that is a
- * name, in quotes where it needs them. */
+/* Write a key of a mapping, before its value: kt_emit_key a plain one, kt_emit_section one that follows a blank line.
+ * The function kt_emit_name writes a name, in quotes if it needs them. */
 void kt_emit_key(kt_emitter *e, const char *key);
 void kt_emit_section(kt_emitter *e, const char *key);
 void kt_emit_name(kt_emitter *e, const char *name);

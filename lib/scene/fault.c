@@ -1,7 +1,7 @@
 /* Faults of a scene file: found in any order, reported in that of the lines.
  *
- * A message is  [NOUN 'NAME': ][PATH: ]WHAT , the noun being that of the innermost body, loop or effect and the path
- * what lies within it: "body 'crank': joint.axis: the axis is zero".
+ * A message is  [NOUN 'NAME': ][PATH: ]TEXT . The noun is that of the innermost body, loop or effect, and the path is
+ * the place within it. An example is "body 'crank': joint.axis: the axis is zero".
  */
 #include "scene/number.h"
 #include "scene/reader.h"
@@ -106,7 +106,7 @@ static bool are_the_same(const kt_fault *a, const kt_fault *b) {
     return a->line == b->line && a->column == b->column && strcmp(a->message, b->message) == 0;
 }
 
-/* What two checks have found is one fault. */
+/* A fault that two checks have found is reported once. */
 void kt_fault_sort(kt_reader *r) {
     size_t count = 0;
     if (r->fault_count > 1)
@@ -157,7 +157,7 @@ bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *n
     return false;
 }
 
-/* Describes a scalar that stands where a number was expected, and how to mend it. */
+/* Describes a scalar in place of a number, and how to mend it. */
 static void describe_scalar(kt_phrase *phrase, const kt_node *node) {
     double value;
     const char *text = node->of.text;

@@ -106,7 +106,7 @@ static void list_fields(kt_fields *fields, const kt_table *table, int type) {
         add_type(fields, table, type);
 }
 
-/* Lists the keys of all types, for a mapping whose type is not known. */
+/* Lists the keys of all types, for a mapping of unknown type. */
 static void list_all_fields(kt_fields *fields, const kt_table *table) {
     list_fields(fields, table, -1);
     for (int type = table->types->first; type < table->types->count; type++)
@@ -147,13 +147,13 @@ typedef struct kt_reading {
     bool is_missing_reported;          /* which keys are missing has been reported */
 } kt_reading;
 
-/* What a comma in an unquoted formula leaves as a key: "x)" of =atan2(y, x). */
+/* The key that a comma in an unquoted formula leaves: "x)" of =atan2(y, x). */
 static bool is_of_formula(const kt_node *key) {
     return strpbrk(key->of.text, "()=") != NULL || strspn(key->of.text, "+-.0123456789") > 0;
 }
 
-/* The keys that a mapping needs and does not have, but for those that an unknown one was probably meant for: "'to', 'radius'".
- * Returns their number. */
+/* The required keys that a mapping does not have, except those that an unknown key was probably meant for: "'to',
+ * 'radius'". Returns their number. */
 static int list_missing(const kt_reading *reading, kt_phrase *missing) {
     const int count = reading->type_is_known ? reading->fields.count : reading->table->count;
     int found = 0;
@@ -170,7 +170,7 @@ static int list_missing(const kt_reading *reading, kt_phrase *missing) {
     return found;
 }
 
-/* One fault for a key that is wrong and for those that are missing, in whose place it may stand. */
+/* Reports one fault for a wrong key and for the missing keys, which it may replace. */
 static void report_key(kt_reading *reading, kt_node *key, const char *what) {
     kt_phrase missing = {.length = 0};
     const int count = reading->is_missing_reported ? 0 : list_missing(reading, &missing);
@@ -182,7 +182,7 @@ static void report_key(kt_reading *reading, kt_node *key, const char *what) {
         kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "%s", what);
 }
 
-/* Reports an unknown key that resembles a known one. */
+/* Reports an unknown key that resembles another key. */
 static void report_misspelt(kt_reading *reading, kt_node *key) {
     const kt_fields *fields = &reading->fields;
     kt_nearest nearest = kt_nearest_make(key->of.text, &reading->r->effort);
@@ -256,7 +256,7 @@ static void report_repeated(kt_reading *reading, const kt_node *first, kt_node *
     report_key(reading, key, what.text);
 }
 
-/* Finds the values of fields; whatever else there is stays for report_stray. */
+/* Finds the values of fields; other keys stay for report_stray. */
 static void sort_key(kt_reading *reading, kt_node *key) {
     if (key->faulty)
         return;
@@ -296,7 +296,7 @@ static bool read_field(const kt_reading *reading, int i) {
     return !value->faulty && field->kind->read(reading->r, &scope, value, field, reading->object);
 }
 
-/* What wrong keys have told is not told again. */
+/* Reports missing keys, unless the faults of wrong keys have reported them. */
 static void report_missing(const kt_reading *reading, kt_node *map) {
     const kt_table *table = reading->table;
     kt_phrase missing = {.length = 0}, mend = {.length = 0};
@@ -313,8 +313,7 @@ static void report_missing(const kt_reading *reading, kt_node *map) {
                 missing.text, count > 1 ? "are" : "is", mend.text);
 }
 
-/* The type is read first, wherever it stands in the mapping: it decides which other keys there are and what they
- * mean. */
+/* The type is read first, at any position in the mapping: it decides which other keys there are, and their meaning. */
 static void read_type(kt_reading *reading, const kt_node *map) {
     const kt_table *table = reading->table;
     reading->type_is_known = table->types == NULL;
@@ -333,7 +332,7 @@ static void read_type(kt_reading *reading, const kt_node *map) {
         list_all_fields(&reading->fields, table);
 }
 
-/* Whether a key that is no field's stands for this one: it resembles it, or no field. */
+/* Whether a key that is no field's may be meant for this one: it resembles this key, or no field. */
 static bool may_stand_for(kt_reader *r, const kt_fields *fields, const char *word, const char *key) {
     kt_nearest nearest = kt_nearest_make(word, &r->effort);
     for (int i = 0; i < fields->count; i++)

@@ -1,5 +1,5 @@
-/* Surfaces and curves: a mapping of one key, the name of a form, to a mapping of the keys that the form has;
- * {sphere: {radius: 1}}, {spline: [[x, y, z], ...]}. */
+/* Surfaces and curves: a mapping of one key, the name of a form, to a mapping of the keys that the form has. Examples
+ * are {sphere: {radius: 1}} and {spline: [[x, y, z], ...]}. */
 #include "scene/part.h"
 
 #include <stddef.h>
@@ -13,7 +13,7 @@ typedef struct forms {
     int count;
 } forms;
 
-/* The type of the one form that the mapping has; 0 after reporting what is wrong. */
+/* The type of the one form that the mapping has; 0 after reporting a fault. */
 static int find_form(kt_reader *r, const kt_scope *scope, kt_node *node, const forms *f) {
     int found = 0;
     for (int i = 0; i < f->count; i++) {

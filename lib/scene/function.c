@@ -21,7 +21,7 @@ static bool take_numbers(kt_reader *r, size_t count, kt_function *out, double **
     return true;
 }
 
-/* What a mapping says: the function, and a file that it is to be read from. */
+/* The contents of a mapping: the function, and a file that it is to be read from. */
 typedef struct form_read {
     kt_function function; /* the first: fields lie in it */
     kt_csv_choice choice;
@@ -97,7 +97,7 @@ static bool read_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return good;
 }
 
-/* Of the ends, by time: of an angle a rate. */
+/* The slopes at the ends, per time; for an angle a rate. */
 static bool read_slopes(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_function *function = object;
@@ -150,7 +150,7 @@ static const kt_function_type form_types[FORM_COUNT] = {KT_FUNCTION_SINE,   KT_F
 #define FORMS "sine, ramp, polynomial, table, bump, sum, product"
 static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields), .flow = true};
 
-/* Returns the one form that the mapping has; NONE after reporting what is wrong. */
+/* Returns the one form that the mapping has; NONE after reporting a fault. */
 static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
     int found = -1;
     for (int i = 0; i < FORM_COUNT; i++) {
@@ -203,7 +203,7 @@ static bool has_unit(const char *text) {
            unit[strspn(unit, " ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz")] == '\0';
 }
 
-/* Whether a scalar is the text of a formula: what is no number, and no word of YAML. */
+/* Whether a scalar is the text of a formula: no number, and no word of YAML. */
 static bool is_formula(const kt_node *node) {
     double value;
     return !kt_is_expression(node) && !has_unit(node->of.text) &&

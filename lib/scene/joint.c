@@ -18,7 +18,7 @@ static bool is_length(kt_joint_type type, int k) {
     return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
 }
 
-/* Of NAME[k] of a joint, or of a coordinate of a loop. */
+/* The quantity of NAME[k] of a joint, or of a coordinate of a loop. */
 static kt_quantity quantity_of_component(const kt_reader *r, const char *coordinate) {
     const kt_coordinate_name name = kt_coordinate_name_of(coordinate);
     const kt_description *d = r->description;
@@ -142,8 +142,8 @@ static const kt_table free_position = {.fields = free_position_fields,
 static const kt_table free_velocity = {
     .fields = free_velocity_fields, .count = 2, .flow = true, .example = "{linear: [x, y, z], angular: [x, y, z]}"};
 
-/* A list of one number stands for that number where there is one coordinate, so that scenes can be written by programs
- * that know nothing of types. */
+/* If there is one coordinate, a list of one number is read as that number. Programs can write scenes without regard to
+ * types. */
 static bool is_list_of_one(const kt_node *node) { return node->kind == KT_NODE_LIST && node->count == 1; }
 
 static bool read_coordinates(kt_reader *r, const kt_scope *scope, kt_node *node, kt_joint_type type, int count,
@@ -220,7 +220,7 @@ static void write_velocity(kt_emitter *e, const kt_field *field, const void *obj
         write_coordinates(e, joint->velocity, velocity_counts[joint->type]);
 }
 
-/* By default all coordinates are zeros, including those that the type does not have. A quaternion of zeros is not
+/* The default position is all zeros, including coordinates that the type does not have. A quaternion of zeros is not
  * given. */
 static bool same_position(const kt_field *field, const void *object, const void *standard) {
     const kt_joint *joint = object, *rest = standard;
@@ -279,7 +279,7 @@ static const kt_kind *kind_of_key(const kt_key *key) {
                                           : kt_kind_of_value_key(key);
 }
 
-/* ---- limits ------------------------------------------------------------------------------------------------------- */
+/* ---- limits ------------------------------------------------------------------------------------------------------ */
 
 #define LIMIT(member) .offset = offsetof(kt_joint, limits.member)
 

@@ -11,7 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* ---- words and distances ----------------------------------------------------------------------------------------------------- */
+/* ---- words and distances ----------------------------------------------------------------------------------------- */
 
 /* If the key is missing, the distance is the initial one, which is the default before reading. */
 static bool read_distance(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
@@ -215,7 +215,7 @@ static bool add_terms(kt_reader *r, const joint_names *names, kt_loop *loop) {
     return true;
 }
 
-/* An offset is an angle if some joint turns; coefficients have said so before. */
+/* The offset is an angle if one of the formula's joints turns. A loop with coefficients has its quantity from these. */
 static void set_quantity(kt_reader *r, const joint_names *names) {
     r->joint_quantity = KT_QUANTITY_NUMBER;
     for (int i = 0; i < names->count; i++)
@@ -255,7 +255,7 @@ static bool same_coupling(const kt_field *field, const void *object, const void 
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
-/* A function that stays where it is read. */
+/* A function that is read at its final place. */
 static bool put_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
     if (!kt_read_function(r, scope, node, quantity, out))
         return false;
@@ -353,7 +353,7 @@ static bool same_formulas(const kt_field *field, const void *object, const void 
 
 /* ---- all kinds --------------------------------------------------------------------------------------------------- */
 
-/* Of an expression: where it acts is one of three. */
+/* An expression acts at one of three places: two ends, one end, or a joint. */
 static bool same_ends(const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     return ((const kt_effect *)object)->end_count != 2;

@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-/* The quantity of a key's number. Of "rad|m" it is the first if the joint that the item acts in, which has been read
- * before, rotates. Within a function of time, y stands for the unit of its value. */
+/* The quantity of a key's number. For "rad|m" it is the first if the joint that the item acts in, which has been read
+ * before, rotates. Within a function of time, y is the unit of its value. */
 kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field) {
     const kt_key *key = field->detail;
     const char *unit = key->unit, *second = strchr(unit, '|');

@@ -1,11 +1,13 @@
 /* Surfaces in files, which pictures show as parts of bodies.
  *
  *     meshes:
- *       - {body: arm, file: meshes/arm.stl, scale: [1e-3, 1e-3, 1e-3], at: [0, 0, 0.1], rotation: {rpy: [0, 0, 90 deg]}}
+ *       - {body: arm, file: meshes/arm.stl, scale: [1e-3, 1e-3, 1e-3],
+ *          at: [0, 0, 0.1], rotation: {rpy: [0, 0, 90 deg]}}
  *       - {body: lid, file: meshes/lid.stl, density: 2700}
  *
- * Reading a scene does not open the files of pictures: a missing one is no fault, but told by who draws the scene. Those
- * with a density are opened: the solids that the meshes of a body enclose are its mass, centre of mass and inertia. */
+ * Reading a scene does not open the files of pictures. A missing file is no fault, but the program that draws the scene
+ * reports it. Files with a density are opened: the solids that the meshes of a body enclose are its mass, centre of
+ * mass and inertia. */
 #include "mesh/mesh.h"
 #include "scene/csv.h"
 #include "scene/file.h"

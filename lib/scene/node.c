@@ -1,9 +1,9 @@
-/* YAML to nodes, from libyaml's events; what a scene does not use is refused.
+/* YAML to nodes, from libyaml's events. Constructs that a scene does not use are rejected.
  *
- * Text is checked before libyaml sees it: UTF-8 and characters (for a line and a column in the message, and because
- * libyaml would guess UTF-16), and directives (it compares each with all before it). Aliases and anchors are refused:
- * the time and memory of reading then grow with the size of the file alone. Tags are refused, since a scene's own keys
- * say what each value is.
+ * Text is checked before libyaml sees it. UTF-8 and characters are checked for a line and a column in the message, and
+ * because libyaml would guess UTF-16. Directives are checked because libyaml compares each with all before it. Aliases
+ * and anchors are rejected, so that time and memory of reading grow with the size of the file alone. Tags are rejected,
+ * since a scene's own keys determine the type of each value.
  */
 #include "scene/node.h"
 
@@ -13,7 +13,7 @@
 #include <string.h>
 #include <yaml.h>
 
-/* ---- nodes -------------------------------------------------------------------------------------------------------- */
+/* ---- nodes ------------------------------------------------------------------------------------------------------- */
 
 kt_node *kt_node_find(const kt_node *map, const char *key) {
     if (map->kind != KT_NODE_MAP)
@@ -44,11 +44,11 @@ bool kt_node_is_faulty(const kt_node *node) {
     return false;
 }
 
-/* ---- YAML's own errors in plain words --------------------------------------------------------------------------------
+/* ---- YAML's own errors in plain words ----------------------------------------------------------------------------
  *
- * libyaml names what its grammar missed ("did not find expected key"), which says little to the author of the file.
- * This table gives for each such text its usual meaning and remedy, and the position at which the author should look:
- * the offending token, or the beginning of what was left open. */
+ * libyaml names the token that its grammar missed ("did not find expected key"), which is no help for the author of the
+ * file. This table gives the usual meaning of each such text, a remedy, and a position. The position is that of the
+ * offending token, or the beginning of the construct that was left open. */
 
 typedef enum kt_spot {
     SPOT_PROBLEM, /* where libyaml stopped */
@@ -153,7 +153,7 @@ static void report_syntax(kt_reader *r, const yaml_parser_t *parser) {
                        parser->problem == NULL ? "unknown fault" : parser->problem);
 }
 
-/* ---- parsing ------------------------------------------------------------------------------------------------------ */
+/* ---- parsing ----------------------------------------------------------------------------------------------------- */
 
 /* ---- characters -------------------------------------------------------------------------------------------------- */
 

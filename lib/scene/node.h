@@ -20,7 +20,7 @@ typedef struct kt_node {
     uint8_t kind;          /* kt_node_kind */
     bool plain;            /* a scalar without quotes */
     bool faulty;           /* a fault has been reported here */
-    bool follows;          /* a number that depends on a variable, until a reader has said where it stays (vary.h) */
+    bool follows;          /* a number that depends on a variable, until a reader has recorded its place (vary.h) */
 } kt_node;
 
 enum {

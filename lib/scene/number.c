@@ -87,8 +87,8 @@ kt_scalar kt_scalar_classify(const char *text, double *value) {
     return end == text ? KT_SCALAR_TEXT : classify_number(text, end, value);
 }
 
-/* 1e-05 becomes 1.0e-5: readers of YAML 1.1 take a number with an exponent for a text unless it has a point, and a sign
- * of the exponent. */
+/* `1e-05` becomes `1.0e-5`. Readers of YAML 1.1 take a number with an exponent for a text unless it has a point, and a
+ * sign of the exponent. */
 static void shape_exponent(char *text) {
     char exponent[8];
     char *at = strchr(text, 'e');

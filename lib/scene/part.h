@@ -21,7 +21,7 @@ extern const kt_table kt_output_table; /* of a kt_scene */
 bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const char *expected, kt_node ***nodes,
                    int *count);
 
-/* Adds the effects that `exhaust` of bodies stands for, once bodies and effects have been read. */
+/* Adds the effects of `exhaust` of bodies, after bodies and effects have been read. */
 void kt_exhausts_add(kt_reader *r, kt_description *description);
 
 /* The indices of a body and of its marker, once the bodies are read; -1 where there is none. O(1) on average. */
@@ -33,19 +33,19 @@ int kt_find_marker(const kt_reader *r, int body, const char *name);
 /* Whether markers or joint of a body could not be read: then references to them cannot be checked. */
 bool kt_body_is_hidden(const kt_reader *r, int body);
 
-/* Fills *names, in the pool, with the names of bodies (scope 0), of joints (KT_NAMES_OF_JOINTS) and of the markers of body i (scope i + 1). False
- * where there is no memory. */
+/* Fills *names, in the pool, with the names of bodies (scope 0), of joints (KT_NAMES_OF_JOINTS) and of the markers of
+ * body i (scope i + 1). False if there is no memory. */
 bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count);
 
 /* The unit of a scalar joint's position; that of an angle where there is no such joint. */
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
 
-/* Checks the description, and reports its faults at their positions in the file; those that follow from a fault that
- * has been reported already are left out. */
+/* Checks the description, and reports its faults at their positions in the file. Faults that follow from one that has
+ * been reported already are left out. */
 void kt_check_description(kt_reader *r, const kt_description *description);
 
-/* What reading a format is: it fills the scene, which holds the defaults, with what lives in reader->keep, and puts
- * what is wrong into the reader. */
+/* Reads a format. It fills the scene, which holds the defaults, with data in reader->keep, and puts faults into the
+ * reader. */
 typedef void kt_format(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                        kt_scene *scene);
 
@@ -55,13 +55,13 @@ typedef struct kt_format_choice {
     const void *options;
 } kt_format_choice;
 
-/* Reads a text, or a file, as kt_scene_parse and kt_scene_read say, in the C locale. */
+/* Reads a text, or a file, in the C locale, as kt_scene_parse and kt_scene_read do. */
 kt_status kt_format_parse(kt_format_choice format, const char *path, const char *text, size_t size, kt_scene *scene,
                           kt_scene_report *report, void *user, kt_error *error);
 kt_status kt_format_read(kt_format_choice format, const char *path, kt_scene *scene, kt_scene_report *report,
                          void *user, kt_error *error);
 
-/* Where the items of a scene stand in its file: for each the place that faults of its compilation are about. */
+/* The place of an item of a scene in its file, for faults of its compilation. */
 typedef struct kt_mark {
     uint32_t line, column;
 } kt_mark;
@@ -71,7 +71,7 @@ struct kt_scene_marks {
     const kt_mark *bodies, *loops; /* as the arrays of the description */
 };
 
-/* Whether a run can be written and read again; says why not. */
+/* Checks whether a run can be written and read again; *error gives the reason if it cannot. */
 kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_error *error);
 
 #endif

@@ -17,7 +17,7 @@ typedef struct kt_pool {
  * for the zeros. */
 void *kt_pool_take(kt_pool *pool, size_t count, size_t size);
 
-/* A terminated copy of `length` bytes; NULL where there is no memory. */
+/* A terminated copy of `length` bytes; NULL if there is no memory. */
 char *kt_pool_text(kt_pool *pool, const char *text, size_t length);
 
 /* Whether a number lies in memory that was taken from a pool. O(chunks). */

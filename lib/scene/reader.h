@@ -29,9 +29,9 @@ typedef struct kt_named_number kt_named_number;
 typedef struct kt_named_formula kt_named_formula;
 
 struct kt_reader {
-    kt_pool keep;       /* what the scene holds in the end */
+    kt_pool keep;       /* the data of the finished scene */
     kt_pool scratch;    /* nodes, messages */
-    bool out_of_memory; /* then all other results are void */
+    bool out_of_memory; /* then all other results are invalid */
     const char *path;   /* of the file that is read, or its name in messages */
     int64_t effort;     /* operations that remain for finding the names to suggest */
 
@@ -49,10 +49,10 @@ struct kt_reader {
     int joint_quantity;   /* kt_quantity of the position of the joint that the item acts in */
 
     kt_named_number *parameters; /* of the file; see parameter.c */
-    double *parameter_values;    /* theirs, NaN where there is none: the values of expressions' symbols */
+    double *parameter_values;    /* theirs, NaN if there is none: the values of expressions' symbols */
     int parameter_count;
-    bool parameters_are_hidden; /* they could not be read: what uses them is not told */
-    bool hides_parameters;      /* the names of some could not: what uses unknown names is not told */
+    bool parameters_are_hidden; /* they could not be read: faults of their users are not reported */
+    bool hides_parameters;      /* the names of some could not: unknown names are not reported */
     kt_names parameter_names;   /* to indices */
     kt_named_formula *named;    /* of `expressions`; see named.c */
     int named_count;
@@ -72,7 +72,7 @@ typedef struct kt_scope {
     int index;        /* of an item, from 0 */
     const char *noun; /* NULL, or the kind of item */
     const char *list; /* with a noun: the section that the item is in */
-    const char *name; /* with a noun; NULL: not known, and the message says list[index] */
+    const char *name; /* with a noun; NULL: unknown, and the message has list[index] */
 } kt_scope;
 
 /* Reports a fault at a node, which becomes faulty. The message is made of the scope and the format. Nothing is reported
@@ -87,7 +87,8 @@ bool kt_fault_put(kt_reader *r, kt_status code, uint32_t line, uint32_t column, 
 /* Writes "FILE:LINE:COLUMN". */
 void kt_scene_where(char where[KT_WHERE_SIZE], const char *path, uint32_t line, uint32_t column);
 
-/* Whether what a formula may name is known: else its names are not checked, since faults have been reported. */
+/* Whether all names for formulas have been read. Else the names in formulas are not checked, since faults have been
+ * reported. */
 static inline bool kt_variables_are_known(const kt_reader *r) { return r->names_are_known && !r->hides_bodies; }
 
 /* Records that memory has run out. Returns false. */
@@ -96,7 +97,7 @@ bool kt_reader_out_of_memory(kt_reader *r);
 /* Sorts the faults by line and column, and drops repeated ones. */
 void kt_fault_sort(kt_reader *r);
 
-/* Reports "expected X, found Y" with what the node contains, and how to mend it if that is known. Returns false. */
+/* Reports "expected X, found Y" with the contents of the node, and a remedy if there is one. Returns false. */
 bool kt_fault_expected(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected);
 
 /* A growing text for messages. */
@@ -113,7 +114,7 @@ typedef struct kt_field kt_field;
 
 /* How values of one kind are read, written and compared. `object` is the struct that the field lies in. */
 typedef struct kt_kind {
-    /* Reads a node into the object; reports what is wrong and then leaves the object untouched and returns false. */
+    /* Reads a node into the object. On a fault, reports it, leaves the object untouched and returns false. */
     bool (*read)(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
     void (*write)(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
     /* Whether the field may be left out: it has the same bits as after reading a mapping without its key. NULL:
@@ -133,7 +134,7 @@ struct kt_field {
     const kt_kind *kind;
     size_t offset;      /* in the struct */
     unsigned flags;     /* KT_FIELD_ */
-    const void *detail; /* what the kind needs: a kt_table or a kt_choice; of a key of a type its kt_key */
+    const void *detail; /* data of the kind: a kt_table or a kt_choice; of a key of a type its kt_key */
     bool (*same)(const kt_field *field, const void *object, const void *standard); /* NULL: the kind's */
 };
 
@@ -159,7 +160,7 @@ typedef struct kt_table {
 
 enum { KT_TABLE_COUNT_MAX = 48 };
 
-/* Where a field lies. */
+/* The address of a field. */
 static inline void *kt_field_in(void *object, const kt_field *field) { return (char *)object + field->offset; }
 static inline const void *kt_field_of(const void *object, const kt_field *field) {
     return (const char *)object + field->offset;
@@ -171,7 +172,7 @@ static inline const void *kt_field_of(const void *object, const kt_field *field)
  * Fields are read in the order of the table, not of the file. Returns false if the node is no mapping. */
 bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object);
 
-/* Whether a mapping without types lacks a key, and has a wrong one in its place: one that it does not know, or another one twice. */
+/* Whether a mapping without types lacks a key, and has a wrong one in its place: an unknown one, or a second one. */
 bool kt_key_is_hidden(kt_reader *r, const kt_table *table, const kt_node *map, const char *key);
 
 /* Writes the mapping: the fields that differ from those of `standard`. */
@@ -186,7 +187,7 @@ kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_n
 /* Whether a field may be left out. */
 bool kt_field_same(const kt_field *field, const void *object, const void *standard);
 
-/* Returns the value that a word stands for, or -1 after reporting a fault. */
+/* Returns the value of a word, or -1 after reporting a fault. */
 int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice);
 
 #endif

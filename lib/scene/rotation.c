@@ -1,10 +1,11 @@
 /* Rotations: one of seven mappings.
  *
- * A rotation is kept as the file gives it and is evaluated where it is used; here it is only checked to be one. Of a
- * quaternion q the norm may be off by 1e-3. It is divided by its norm unless |q'q - 1| <= 8 eps, q'q as computed. With
- * u = eps / 2: the sum q'q is off by 4 u at most, 1 / sqrt(q'q) by 4 u (half of the sum's, root, quotient), a component
- * by 5 u, its square by 10 u, and q'q of the result as computed by 14 u = 7 eps. So a quaternion that has been
- * normalised stays as it is, and reading what was written changes no bit.
+ * A rotation is kept as the file gives it and is evaluated where it is used; here it is only checked. The norm of a
+ * quaternion q may be off by 1e-3. The quaternion is divided by its norm unless |q'q - 1| <= 8 eps, with q'q as
+ * computed. With u = eps / 2, the relative errors are at most
+ *     e(q'q) = 4 u,   e(1 / sqrt(q'q)) = 4 u,   e(component) = 5 u,   e(square) = 10 u,   e(new q'q) = 14 u = 7 eps.
+ * The error of 1 / sqrt(q'q) is half of the sum's, plus those of the root and the quotient. A quaternion that has been
+ * normalised therefore stays as it is, and reading a written one changes no bit.
  */
 #include "scene/value.h"
 

@@ -1,6 +1,6 @@
 /* Whole scene files, from text to description and back.
  *
- * Numbers are read and written in the C locale, independently of that of the process: this thread's locale is switched
+ * Numbers are read and written in the C locale, independently of that of the process. This thread's locale is switched
  * (uselocale) during the call, and faults are reported after it has been switched back.
  */
 #include "kinetree/scene.h"
@@ -44,8 +44,8 @@ static void write_version(kt_emitter *e, const kt_field *field, const void *obje
 
 static const kt_kind kind_version = {.read = read_version, .write = write_version};
 
-/* Reads nothing: parameters and beams are read before anything else is. They are written as the numbers, and the bodies
- * and effects, that they stand for. */
+/* Reads nothing: parameters and beams are read before anything else is. They are written as the numbers, bodies and
+ * effects that follow from them. */
 static bool same_parameters(const kt_field *field, const void *object, const void *standard) {
     (void)field;
     (void)object;
@@ -85,7 +85,7 @@ static bool check_version(kt_reader *r, kt_node *root) {
     double value;
     kt_node *version = kt_node_find(root, "kinetree");
     if (version == NULL && kt_key_is_hidden(r, &table, root, "kinetree"))
-        return true; /* which is told with what is there instead */
+        return true; /* the fault of the wrong key in its place reports this */
     if (version == NULL) {
         kt_fault_at(r, KT_ERROR_SCENE, NULL, root, "the key 'kinetree' is missing; begin with 'kinetree: 1'");
         return true;
@@ -101,7 +101,7 @@ static bool check_version(kt_reader *r, kt_node *root) {
 
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
 
-/* Where a fault is: in the file, or in a setting, whose text stands for it. */
+/* The place of a fault: in the file, or in a setting, which is given with its text. */
 static void locate_fault(const kt_reader *r, const char *path, const kt_fault *fault, char where[KT_WHERE_SIZE]) {
     if (fault->line < KT_SETTING_LINE)
         kt_scene_where(where, path, fault->line, fault->column);

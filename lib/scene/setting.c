@@ -1,8 +1,8 @@
 /* Settings: values from outside a file, "bodies.crank.mass=2", put in the place of its own before it is read.
  *
- * A path leads from the top of the file through mappings by their keys, through lists of mappings by the names of their
- * items, and through any list by [k], k from 0. A path of one word is a parameter. A key that is missing is added, so that
- * the tables of keys decide whether there is such a key, as for the file.
+ * A path leads from the top of the file through mappings by their keys, and through lists of mappings by the names of
+ * their items. It leads through any list by [k], k from 0. A path of one word is a parameter. A key that is missing is
+ * added, so that the tables of keys decide whether there is such a key, as for the file.
  */
 #include "scene/parameter.h"
 
@@ -136,7 +136,7 @@ static kt_node *enter(const kt_setting *s, kt_node *node, const char *word, size
     return NULL;
 }
 
-/* The next word of a path, as a copy: `*at` moves behind it. NULL after reporting a fault. */
+/* The next word of a path, as a copy; moves *at behind the word. NULL after reporting a fault. */
 static const char *next_word(const kt_setting *s, size_t *at, bool *is_index) {
     const char *from = s->text + *at;
     *is_index = *from == '[';
@@ -214,7 +214,7 @@ static void apply(const kt_setting *s) {
     node->next = next;
 }
 
-/* The settings, and those that variables stand for; NULL: out of memory. */
+/* The settings, and those of variables; NULL: out of memory. */
 static const char *const *list_settings(kt_reader *r, const kt_scene_options *options) {
     const int count = options->setting_count + options->variable_count;
     const char **texts = kt_pool_take(&r->scratch, (size_t)count, sizeof *texts);

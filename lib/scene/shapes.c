@@ -1,7 +1,7 @@
-/* Several shapes of a body: what they weigh together.
+/* Several shapes of a body: their mass, centre of mass and inertia together.
  *
- * A shape has a mass of its own, or its share of what the body's mass leaves, by volume; where none of the others has a
- * volume, slender rods share by length. With m = sum m_i:
+ * A shape has a mass of its own, or a share of the remaining mass of the body, in proportion to its volume. If none of
+ * the shapes without a mass has a volume, slender rods share by length. With m = sum m_i:
  *   c = sum m_i c_i / m,   I = sum (I_i + m_i (|d_i|^2 1 - d_i d_i')),   d_i = c_i - c
  */
 #include "scene/shapes.h"
@@ -82,7 +82,7 @@ static bool check_part(kt_reader *r, const kt_scope *scope, kt_node *node, const
 
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
 
-/* Gives shapes without a mass their share of what is left. */
+/* Gives shapes without a mass their share of the remaining mass. */
 static bool share(kt_reader *r, const kt_scope *scope, kt_node *const *nodes, kt_part *parts, int count, double left) {
     double volume = 0.0, length = 0.0;
     for (int i = 0; i < count; i++)

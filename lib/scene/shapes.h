@@ -4,7 +4,7 @@
 
 #include "scene/part.h"
 
-/* Of the solid, m^3; 0 of points and slender rods. */
+/* The volume of the solid, m^3; zero for points and slender rods. */
 double kt_shape_volume(const kt_shape *shape);
 
 /* s S. */
@@ -18,11 +18,11 @@ typedef struct kt_part {
     double mass;
 } kt_part;
 
-/* What the scene gives of the body itself. */
+/* The properties that the scene gives for the body itself. */
 enum { KT_GIVES_MASS = 1, KT_GIVES_COM = 2, KT_GIVES_INERTIA = 4 };
 
-/* Checks the shapes, and gives the body what follows from them of mass, com and inertia and is not given. node: that of
- * the list; nodes: of its items. False after reporting why. */
+/* Checks the shapes, and gives the body their mass, com and inertia, except those that are given. Here `node` is that
+ * of the list, and `nodes` are those of its items. Returns false after reporting the reason. */
 bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes, kt_part *parts,
                      int count, unsigned given, kt_body *body);
 

@@ -1,4 +1,4 @@
-/* The sections `simulate` and `output`: the settings of a run, and what it records. */
+/* The sections `simulate` and `output`: the settings of a run, and its records. */
 #include "effect/effect.h"
 #include "scene/event.h"
 #include "scene/part.h"
@@ -362,9 +362,9 @@ static const kt_field output_fields[] = {
 };
 const kt_table kt_output_table = {.fields = output_fields, .count = KT_COUNT_OF(output_fields)};
 
-/* ---- the check of a run that a caller made -------------------------------------------------------------------------
+/* ---- the check of a run that a caller made -----------------------------------------------------------------------
  *
- * What is written must be readable again without faults. */
+ * A run that is written must be readable again without faults. */
 
 static bool is_positive(double value) { return isfinite(value) && value > 0.0; }
 static bool is_not_negative(double value) { return isfinite(value) && value >= 0.0; }

@@ -1,4 +1,4 @@
-/* Characters: what a scene file may consist of, and which text needs no quotes. */
+/* Characters that a scene file may consist of, and texts that need no quotes. */
 #include "scene/text.h"
 
 #include "scene/number.h"

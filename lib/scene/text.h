@@ -1,4 +1,4 @@
-/* Characters: what a scene file may consist of, and which text needs no quotes. */
+/* Characters that a scene file may consist of, and texts that need no quotes. */
 #ifndef KT_SCENE_TEXT_H
 #define KT_SCENE_TEXT_H
 
@@ -17,11 +17,11 @@ bool kt_utf8_is_valid(const char *text, size_t size, size_t *offset);
  * within. */
 bool kt_character_is_allowed(uint32_t character);
 
-/* Whether a character can stand within a line as itself. */
+/* Whether a character can be written within a line as itself. */
 bool kt_character_is_plain(uint32_t character);
 
-/* Whether a valid text can be written without quotes: no indicator in it that could mean something to YAML, and no word
- * or number that YAML 1.1 or 1.2 takes for something else than text. In doubt it returns false. */
+/* Whether a valid text can be written without quotes. It has no indicator that could mean something to YAML. It is no
+ * word or number that YAML 1.1 or 1.2 takes for something else than text. In doubt it returns false. */
 bool kt_text_is_plain(const char *text);
 
 #endif

@@ -24,7 +24,7 @@ static const char *expected_number(kt_quantity quantity) {
     return "a number";
 }
 
-/* Reports a text that was meant as a number, and says how to write it. */
+/* Reports a text that was meant as a number, and how to write it. */
 static bool fault_no_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity) {
     const char *text = node->of.text;
     kt_name_text quoted = kt_name_quote(text);
@@ -72,7 +72,7 @@ bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
     if (kt_is_expression(node))
         return kt_read_expression(r, scope, node, angle, &value) && take_number(r, scope, node, quantity, value, out);
     const kt_scalar scalar = kt_scalar_classify(node->of.text, &value);
-    if (scalar == KT_SCALAR_ANGLE && angle) /* a text to YAML, which may stand in quotes */
+    if (scalar == KT_SCALAR_ANGLE && angle) /* a text to YAML, which may be in quotes */
         return take_number(r, scope, node, quantity, value, out);
     if (!node->plain)
         return kt_fault_expected(r, scope, node, expected_number(quantity));
@@ -265,7 +265,7 @@ static bool keep_text(kt_reader *r, const kt_node *node, const char **out) {
     return true;
 }
 
-/* What YAML takes the scalar for. */
+/* The type that YAML gives to a scalar. */
 static kt_scalar scalar_of(const kt_node *node) {
     double value;
     kt_scalar scalar = node->plain ? kt_scalar_classify(node->of.text, &value) : KT_SCALAR_TEXT;

@@ -12,14 +12,14 @@ typedef enum kt_quantity {
     KT_QUANTITY_RATE      /* of an angle: also "30 deg", per second */
 } kt_quantity;
 
-/* Each function reads a node, reports what is wrong with it, and leaves *out untouched if it returns false. */
+/* Each function reads a node. On a fault, it reports the fault, leaves *out untouched and returns false. */
 bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
 /* A list of exactly `count` numbers (at most 9), of one quantity or, `quantities` not NULL, of one each. */
 bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                      const kt_quantity *quantities, double *out);
 bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out);
-/* A list of points of `size` numbers each, kept with the scene; also where a point is wrong, so that its length is not
- * doubted, too. `expected`: what the list is. */
+/* A list of points of `size` numbers each, kept with the scene. It is kept even if a point is wrong, so that its length
+ * is not doubted, too. The text `expected` describes the list. */
 bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const char *expected,
                     const double **out, int *count);
 void kt_write_points(kt_emitter *e, const double *points, int size, int count);
@@ -28,7 +28,7 @@ bool kt_put_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quanti
 bool kt_put_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                     const kt_quantity *quantities, double *out);
 bool kt_put_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 *out);
-/* Free text; the name of something, where `expected` says of what ("a name"). Kept with the scene. kt_description_check
+/* Free text, or the name of an object, which `expected` describes ("a name"). Kept with the scene. kt_description_check
  * decides whether a name is valid. */
 bool kt_read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out);
 bool kt_read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected, const char **out);
@@ -77,8 +77,9 @@ void kt_kind_end_write(kt_emitter *e, const kt_field *field, const void *object,
 bool kt_kind_ends_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
 void kt_kind_ends_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
 
-/* How a key of a type is read, written and compared: a key that any type may have (NULL: it is of another kind), and
- * one of a loop or an effect. The quantity of a key's number follows from its unit. */
+/* The kinds that read, write and compare keys of a type. A key that any type may have has kt_kind_of_value_key (NULL: it
+ * is of another kind). A key of a loop or an effect has kt_kind_of_item_key. The quantity of a key's number follows from
+ * its unit. */
 const kt_kind *kt_kind_of_value_key(const kt_key *key);
 const kt_kind *kt_kind_of_item_key(const kt_key *key);
 kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field);
