@@ -16,7 +16,7 @@ static int shape_count(const kt_body *body) {
     return body->shape_count > 0 ? body->shape_count : body->shape.type != KT_SHAPE_NONE;
 }
 
-/* Mass, centre and inertia of one shape; false where it has none. */
+/* Mass, centre and inertia of one shape; false if it has none. */
 static bool find_solid(const kt_shape *shape, double density, kt_body *part, kt_vec3 *com, kt_sym3 *inertia) {
     *part = kt_body_default();
     part->shape = *shape;

@@ -89,7 +89,7 @@ typedef struct kt_mjcf_joint {
     int body;
     kt_mjcf_motion type;
     kt_vec3 at, axis;                 /* body frame */
-    double ref, spring, lower, upper; /* spring: where that of the joint is without force */
+    double ref, spring, lower, upper; /* spring: position at which the joint's spring has no force */
     double effort;                    /* the largest of its actuators' */
     double force[2];                  /* bounds of the sum of actuator forces in it */
     double inertia; /* effective inertia at the reference positions, if requested (springdamper); else 0 */
@@ -114,7 +114,7 @@ typedef struct kt_mjcf_tendon {
     const char *joint;  /* the scalar joint that it acts in; NULL: not made yet */
     double coefficient; /* L = coefficient times the position of that joint */
     double length;      /* at the reference positions */
-    double rest;        /* where the springs of all its joints are without force */
+    double rest;        /* while the springs of all its joints have no force */
     double start;       /* initially */
 } kt_mjcf_tendon;
 
@@ -195,7 +195,7 @@ const kt_element *kt_mjcf_class_element(const kt_mjcf *m, int *number);
 /* The value of an attribute, or of its default for elements called `tag` (NULL: no defaults); NULL if there is none. */
 const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name);
 
-/* Its numbers, from `least` to `most` of them; others stay as they are. Returns how many; 0 where the attribute is
+/* Its numbers, from `least` to `most` of them; others stay as they are. Returns how many; 0 if the attribute is
  * missing, or wrong, which is reported. */
 int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, int least, int most,
                     double *values);
@@ -319,12 +319,12 @@ typedef struct kt_mjcf_line {
 /* A new effect in the joint of a line; NULL: no memory. */
 kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type type);
 
-/* Finds, or makes, the joint that a tendon acts in; false where it has none. */
+/* Finds, or makes, the joint that a tendon acts in; false if it has none. */
 bool kt_mjcf_find_length(kt_mjcf *m, kt_mjcf_tendon *t);
 
 /* ---- mjcf_formula.c ---------------------------------------------------------------------------------------------- */
 
-/* The text of a formula while it is written; `whole` is false where it has no room. Begins as {.whole = true}. */
+/* The text of a formula while it is written; `whole` is false if it has no room. Begins as {.whole = true}. */
 typedef struct kt_mjcf_formula {
     char text[KT_EXPRESSION_LENGTH_MAX + 1];
     size_t length;
@@ -335,7 +335,7 @@ void kt_mjcf_put(kt_mjcf_formula *to, const char *text);
 void kt_mjcf_put_number(kt_mjcf_formula *to, double value);
 /* "2*position.a", "velocity.a": `quantity` is position or velocity. */
 void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint);
-/* The text for a description; NULL where it had no room, or there is no memory. */
+/* The text for a description; NULL if it had no room, or there is no memory. */
 const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula);
 
 /* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */

@@ -210,7 +210,7 @@ static void set_numbers(double *to, int count, const double *from) {
 
 static void start_quaternion(double *to, kt_quat q) { set_numbers(to, 4, (const double[]){q.w, q.x, q.y, q.z}); }
 
-/* A free joint counts from the world, not from the place of the body, which is where it starts. */
+/* A free joint counts from the world, not from the pose of the body, at which it starts. */
 static void fill_free(const kt_mjcf *m, const kt_mjcf_joint *j, kt_joint *joint) {
     const kt_pose place = kt_mjcf_place_of(m, j->body);
     joint->type = KT_JOINT_FREE;

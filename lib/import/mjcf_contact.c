@@ -29,7 +29,7 @@ static const double LEAST = 0.01;
 
 typedef struct law {
     double friction, condim, priority, mix, reference[2], impedance[5];
-    double distance; /* of the surfaces where it begins */
+    double distance; /* of the surfaces at which it begins */
 } law;
 
 typedef struct surface {

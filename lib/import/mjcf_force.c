@@ -122,7 +122,7 @@ static void add_stop(kt_mjcf *m, const kt_mjcf_line *l, double lower, double upp
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
-/* Stiffness and damping, those of a spring-damper with a time constant included; false where there are none. */
+/* Stiffness and damping, those of a spring-damper with a time constant included; false if there are none. */
 static bool read_springs(kt_mjcf *m, const kt_mjcf_joint *j, double stiffness[3], double damping[3]) {
     double v[2] = {0.0, 0.0};
     bool any = read_polynomial(m, j->element, j->tag, "stiffness", stiffness);

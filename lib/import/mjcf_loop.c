@@ -2,10 +2,10 @@
  *
  * MuJoCo holds equalities with soft forces; here they are exact. Their numbers refer to the reference positions of all
  * joints, at which the bodies have the poses of <body>.
- *   `connect` keeps a point of the first body on the point of the second body that is there at the reference positions.
- *   `weld` keeps a point of the second body, its `anchor`, and its axes at a pose in the first body. The pose is
+ *   A `connect` keeps a point of the first body on the point of the second body that is there at these positions.
+ *   A `weld` keeps the point `anchor` and the axes of the second body at a pose in the first body. The pose is
  *   `relpose`, or that at the reference positions. With torquescale 0 only the point is held.
- *   `joint` and `tendon` have a polynomial, whose nonlinear part is the coupling's formula:
+ *   A `joint` or `tendon` has a polynomial, whose nonlinear part is the coupling's formula:
  *     y - y0 = a0 + a1 (x - x0) + a2 (x - x0)^2 + ...
  */
 #include "import/mjcf.h"

@@ -10,7 +10,7 @@
 
 /* ---- what is left out, or changed -------------------------------------------------------------------------------- */
 
-/* How often, and where first. */
+/* The number of occurrences, and the first of them. */
 typedef struct kt_left {
     const char *what;
     const kt_element *first;
@@ -68,7 +68,7 @@ typedef struct kt_notes {
     int count;
 } kt_notes;
 
-/* Begins the notes; false where there is no memory. */
+/* Begins the notes; false if there is no memory. */
 bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path);
 
 /* Adds a note at the first place where something was counted, if anything was. kt_note_warn adds a warning, since the
@@ -101,7 +101,7 @@ typedef struct kt_namer {
     int count, room;
 } kt_namer;
 
-/* For up to `most` names; `world` is taken. False where there is no memory. */
+/* For up to `most` names; `world` is taken. False if there is no memory. */
 bool kt_namer_init(kt_namer *namer, kt_reader *r, int most);
 
 /* The name in the scene for `wanted`, in r->keep; "" if there is no memory. */
@@ -129,7 +129,7 @@ void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size);
  * else, a number that is not finite, or more numbers. */
 int kt_parse_numbers(const char *text, int most, double *values);
 
-/* A rotation for a description: none where it is the identity. */
+/* A rotation for a description: none if it is the identity. */
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix);
 
 /* Marks the places of the scene's items in the file, for faults of its compilation. `bodies` and `loops` are their
@@ -181,7 +181,7 @@ void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
 
 /* ---- mass.c: masses that the file does not give ------------------------------------------------------------------ */
 
-/* Gives a body mass, com and inertia of its shapes, as solids of a density; false where they have no volume. */
+/* Gives a body mass, com and inertia of its shapes, as solids of a density; false if they have no volume. */
 bool kt_mass_by_shapes(kt_body *body, double density);
 
 /* The index of the body of a link of this name; -1: there is none. */
@@ -239,7 +239,7 @@ bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground 
 typedef struct kt_robot_source {
     const kt_robot_options *options; /* never NULL */
     const char *path;                /* its name in messages */
-    const char *folder;              /* where other files are looked for; NULL: there are none */
+    const char *folder;              /* the folder of other files; NULL: there are none */
     const kt_element *root;
     kt_xml_late late;
 } kt_robot_source;

@@ -20,7 +20,7 @@ typedef struct kt_sdf_frame {
     bool is_static;
 
     const kt_element *pose_element; /* NULL: none */
-    const kt_element *placement;    /* of a model: names the frame that the pose places; NULL: the pose is its own */
+    const kt_element *placement;    /* of a model: names the frame that the pose places; NULL: the model's own */
     const char *placed;             /* that frame */
     int base;                       /* -1: of the world, or not found yet */
     kt_pose pose, world;            /* in base, in the world */
@@ -46,7 +46,7 @@ typedef struct kt_sdf_link {
 
 /* A joint of one axis, or of none; revolute2, universal and piston are two. */
 typedef struct kt_sdf_joint {
-    const kt_element *element, *axis; /* axis: NULL where it has none */
+    const kt_element *element, *axis; /* axis: NULL if it has none */
     int frame, parent, child;         /* links */
     kt_joint_type type;
     kt_vec3 direction; /* of the axis, in the frame `expressed` */
@@ -134,7 +134,7 @@ typedef struct kt_sdf_chain { /* files within one another */
     int depth;
 } kt_sdf_chain;
 
-/* The <model> of the file that an <include> names, its path and its version; NULL where it is left out. */
+/* The <model> of the file that an <include> names, its path and its version; NULL if it is left out. */
 const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,
                                  int *version);
 

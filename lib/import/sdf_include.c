@@ -51,7 +51,7 @@ static const char *join(kt_sdf *m, const char *folder, const char *name) {
     return path;
 }
 
-/* The path that a URI names; NULL where there is none, reported where it leads out of the folder. */
+/* The path that a URI names; NULL if there is none, reported where it leads out of the folder. */
 static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
     const char *scheme = strstr(uri, "://"), *plain = scheme != NULL ? scheme + 3 : uri;
     if (m->source->folder == NULL)

@@ -27,7 +27,7 @@ static bool sort_joints(kt_sdf *m, bool by_child, int **first, int **joints) {
     return true;
 }
 
-/* Hangs a link into the tree. */
+/* Adds a link to the tree. */
 static void visit(kt_sdf *m, int link, int joint, int parent) {
     kt_sdf_link *l = kt_sdf_link_at(m, link);
     l->carrier = joint;

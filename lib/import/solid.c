@@ -42,8 +42,8 @@ double kt_solid_volume(kt_solid solid, const double size[3]) {
 }
 
 /* The moments of a capsule of mass 1. Its two half spheres have the mass m and the centroids h + 3/8 r from the middle:
- *     about the axis = 2/5 m r^2,
- *     across it = 83/320 m r^2 + m (h + 3/8 r)^2 = m (2/5 r^2 + h^2 + 3/4 h r). */
+ *     axial = 2/5 m r^2,
+ *     across = 83/320 m r^2 + m (h + 3/8 r)^2 = m (2/5 r^2 + h^2 + 3/4 h r). */
 static kt_vec3 capsule_moments(double r, double h) {
     const double ends = 2.0 * r / (2.0 * r + 3.0 * h), barrel = 1.0 - ends;
     const double across = barrel * (3.0 * r * r + 4.0 * h * h) / 12.0 + ends * (0.4 * r * r + h * h + 0.75 * h * r);
@@ -91,8 +91,8 @@ double kt_shell_area(kt_solid solid, const double size[3]) {
 
 /* The moments of a capsule shell of mass 1. Its two half spheres have the mass m and the centroids h + r/2 from the
  * middle:
- *     about the axis = 2/3 m r^2,
- *     across it = 5/12 m r^2 + m (h + r/2)^2 = m (2/3 r^2 + h^2 + h r). */
+ *     axial = 2/3 m r^2,
+ *     across = 5/12 m r^2 + m (h + r/2)^2 = m (2/3 r^2 + h^2 + h r). */
 static kt_vec3 capsule_shell(double r, double h) {
     const double ends = r / (r + h), barrel = 1.0 - ends;
     const double across = barrel * (0.5 * r * r + h * h / 3.0) + ends * (2.0 / 3.0 * r * r + h * h + h * r);

@@ -15,7 +15,7 @@ typedef struct kt_urdf_joint {
     const kt_element *element;
     const kt_urdf_kind *kind; /* NULL: it could not be read */
     int parent, child;        /* links; -1: not found */
-    double lower, upper;      /* infinite where there are none */
+    double lower, upper;      /* infinite if there are none */
     double effort, speed;     /* likewise */
     const char *name;         /* in the scene */
     double start;             /* initial position of a scalar joint */
@@ -81,7 +81,7 @@ bool kt_urdf_collect(kt_urdf *u);
 /* Reads armatures from transmissions. */
 void kt_urdf_transmissions(kt_urdf *u);
 
-/* Finds which joint each follows, and where all of them start. */
+/* Finds the joint that each joint follows, and the start of all of them. */
 void kt_urdf_follow(kt_urdf *u);
 
 /* Whether the root link (-1: none) represents the world. */
@@ -93,7 +93,7 @@ int kt_urdf_root(kt_urdf *u);
 /* A link or joint that an attribute of a child element names; -1 after reporting. */
 int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const char *attribute, int scope);
 
-/* Gives each link the name of its body, or NULL where it is the world. */
+/* Gives each link the name of its body, or NULL if it is the world. */
 void kt_urdf_names(kt_urdf *u, int root);
 
 /* ---- urdf_body.c: what they become ------------------------------------------------------------------------------- */

@@ -45,7 +45,7 @@ static void read_inertial(kt_reader *r, const kt_element *link, kt_body *body) {
     body->inertia = rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? turn_inertia(s, rpy) : s;
 }
 
-/* A shape of a visual or collision; false where it is none that a scene has. */
+/* A shape of a visual or collision; false if it is none that a scene has. */
 static bool read_shape(kt_reader *r, const kt_element *e, kt_shape *shape) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     kt_vec3 rpy;

@@ -1,4 +1,4 @@
-/* Masses that files in URDF do not have where they belong: by the options, by shapes, and rotors of transmissions.
+/* Masses that files in URDF do not have in <inertial>: from the options, from shapes, and from rotors of transmissions.
  *
  * A rotor of inertia J behind a reduction n, which turns n times as fast as the joint, has the armature n^2 J.
  */

@@ -210,7 +210,7 @@ void kt_urdf_follow(kt_urdf *u) {
             u->joints[at].is_placed = true;
             path[count++] = at;
         }
-        for (int k = 0; k < count && at >= 0; k++) /* met on this path again: a circle, of which nothing is a master */
+        for (int k = 0; k < count && at >= 0; k++) /* met on this path again: a circle, which has no master */
             if (path[k] == at) {
                 (void)kt_robot_fault(u->r, kt_xml_child(u->joints[at].element, "mimic"),
                                      "joints follow each other in a circle; let one of them follow none");
