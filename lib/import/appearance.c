@@ -83,7 +83,7 @@ bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_
     return kt_appearance_add_shape(appearance, e, &shape);
 }
 
-/* Counts a mesh that is not there, with the name of the first. */
+/* Counts a missing mesh, with the name of the first. */
 static void miss(kt_appearance *appearance, const kt_element *e, const char *name) {
     if (appearance->missing.count == 0)
         appearance->missing.what =
@@ -177,7 +177,7 @@ static void find_distances(sizes *s) {
     }
 }
 
-/* No point of a solid is farther from its body's origin. */
+/* An upper bound of the distance of a solid's points from its body's origin. */
 static double reach_of(const kt_shape *shape) {
     const double half = shape->type == KT_SHAPE_CYLINDER ? 0.5 * shape->length : 0.0;
     const double own = shape->type == KT_SHAPE_BOX ? 0.5 * kt_vec3_norm(shape->size) : shape->radius + half;

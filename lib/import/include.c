@@ -41,7 +41,7 @@ bool kt_include_exists(const char *path, bool folder) {
     return stat(path, &status) == 0 && (folder ? S_ISDIR(status.st_mode) : S_ISREG(status.st_mode));
 }
 
-/* Whether a path, links followed, lies in one of several folders apart by ':'. */
+/* Whether a path is in one of several folders, which ':' separates, after links are followed. */
 static bool lies_in_any(kt_reader *r, const char *path, const char *folders) {
     for (const char *at = folders; at != NULL && *at != '\0';) {
         const size_t size = strcspn(at, ":");
@@ -75,7 +75,7 @@ const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, con
     return whole;
 }
 
-/* A path that is seen from the robot's folder, or absolute, as one to open; NULL: no memory. */
+/* The path to open, of a name that is relative to the robot's folder, or absolute; NULL: no memory. */
 static const char *whole_path(kt_reader *r, const kt_robot_source *source, const char *name) {
     const bool is_absolute = name[0] == '/';
     const size_t room = strlen(source->folder) + strlen(name) + 2;
@@ -92,7 +92,7 @@ bool kt_include_is_there(kt_reader *r, const kt_robot_source *source, const char
     return path != NULL && (kt_include_exists(path, false) || kt_include_exists(path, true));
 }
 
-/* The real path of a file in a folder that the caller names, where links are followed; NULL: it is in none of them. */
+/* The real path of a file, after links are followed, if a folder that the caller names has it; else NULL. */
 static const char *find_allowed(kt_reader *r, const kt_robot_source *source, const char *path) {
     char *real = realpath(path, NULL);
     const char *found = NULL;

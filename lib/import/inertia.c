@@ -163,7 +163,7 @@ static bool is_rounding(const parts *p, int b) {
     return largest(body->inertia) <= 8.0 * DBL_EPSILON * scale;
 }
 
-/* Judges a body whose own inertia is odd, by its part. */
+/* Checks a body whose own inertia is invalid, using the inertia of its part. */
 static void judge(parts *p, int b, double own, kt_vec3 moments) {
     kt_judge *j = p->j;
     const kt_element *link = j->elements[b], *inertial = kt_xml_child(link, "inertial");

@@ -54,7 +54,7 @@ bool kt_mass_by_shapes(kt_body *body, double density) {
     return true;
 }
 
-/* A mass in place of a body's: its inertia grows as the mass does; one that has no mass takes that of its shapes. */
+/* Replaces the mass of a body. The inertia grows with the mass; a body without mass takes the inertia of its shapes. */
 static void give_mass(kt_body *body, double mass) {
     const double volume = volume_of(body);
     if (body->mass > 0.0)

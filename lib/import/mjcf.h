@@ -44,8 +44,8 @@ typedef struct kt_mjcf_off {
 
 /* ---- documents --------------------------------------------------------------------------------------------------- */
 
-/* The model itself (document 0), or one that is attached to it: settings and default classes are those of the document
- * that an element is of. Files that it includes are part of it. */
+/* The model itself (document 0), or an attached one. An element has the settings and default classes of its document.
+ * Files that a document includes are part of it. */
 typedef struct kt_mjcf_document {
     kt_element *root;
     int parent; /* the document that attaches it; -1: the model itself */
@@ -61,7 +61,7 @@ typedef struct kt_mjcf_body {
     const kt_element *element;
     int parent;
     kt_pose pose, world; /* in the parent, and in the world, at the reference position of all joints */
-    kt_pose frame;       /* in it, the one that MuJoCo takes for it: that of its inertia (`align`), else itself */
+    kt_pose frame;       /* in the body: MuJoCo's frame, that of the inertia (`align`) or the body's own */
     const char *name;    /* in the scene; NULL: the world */
     double mass;
     kt_vec3 com;
@@ -288,8 +288,7 @@ void kt_mjcf_masses(kt_mjcf *m, int body);
 /* Applies the compiler's settings to all masses. */
 void kt_mjcf_settle_masses(kt_mjcf *m);
 
-/* ---- mjcf_settings.c, _body.c, _key.c, _force.c, _inertia.c, _actuator.c, _loop.c ----------------------------------
- */
+/* ---- mjcf_settings.c, _body.c, _key.c, _force.c, _inertia.c, _actuator.c, _loop.c -------------------------------- */
 
 void kt_mjcf_read_settings(kt_mjcf *m, int document); /* of <compiler> */
 void kt_mjcf_read_options(kt_mjcf *m);                /* of <option> */
@@ -353,7 +352,7 @@ static inline kt_pose kt_mjcf_place_of(const kt_mjcf *m, int i) {
     return kt_pose_compose(kt_mjcf_body_at(m, i)->pose, kt_mjcf_body_at(m, i)->frame);
 }
 static inline kt_mjcf_joint *kt_mjcf_joint_at(const kt_mjcf *m, int i) { return (kt_mjcf_joint *)m->joints.items + i; }
-/* Whether of the bodies of two joints one carries the other, or they are one. */
+/* Whether the bodies of two joints are the same, or one carries the other. */
 static inline bool kt_mjcf_is_chain(const kt_mjcf *m, int joint, int other) {
     const int a = kt_mjcf_joint_at(m, joint)->body, b = kt_mjcf_joint_at(m, other)->body;
     return kt_mjcf_is_carried(m, a > b ? a : b, a > b ? b : a);

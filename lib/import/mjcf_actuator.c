@@ -120,7 +120,7 @@ static bool read_limit(kt_mjcf *m, const kt_element *e, const char *limited, con
            kt_mjcf_numbers(m, e, tag, name, 2, 2, range) == 2;
 }
 
-/* Whether it pulls its length to the control: gain u - gain L. */
+/* Whether the actuator is a servo of its length: gain u - gain L. */
 static bool is_position(const actuator *a) {
     return a->gain_type == FIXED && a->bias_type == AFFINE_BIAS && a->gain[0] == -a->bias[1];
 }
@@ -145,8 +145,7 @@ static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
     return sum;
 }
 
-/* The inertia along the length g L of an actuator. A joint with dL/dq = c has its own inertia times 1 / (g c)^2 in it.
- */
+/* The inertia along the length g L of an actuator. A joint with dL/dq = c adds its own inertia times 1 / (g c)^2. */
 static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
     const char *tendon = kt_xml_attribute(e, "tendon");
     if (tendon == NULL) {
@@ -164,7 +163,8 @@ static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
     return sum;
 }
 
-/* A damping above zero of an actuator of positions is a ratio to the critical one, 2 sqrt(stiffness inertia). */
+/* If the damping of an actuator of positions is above zero, it is a ratio to the critical one, 2 sqrt(stiffness
+ * inertia). */
 static void resolve_damping(kt_mjcf *m, const kt_element *e, actuator *a, double gear) {
     if (is_position(a) && a->bias[2] > 0.0 && gear != 0.0)
         a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia_along(m, e, gear)));
@@ -223,7 +223,7 @@ typedef struct action {
 
 static action *action_at(const kt_list *actions, int i) { return (action *)actions->items + i; }
 
-/* The joints whose sum is its length. */
+/* The terms of joints whose sum is the length of an action. */
 static const kt_mjcf_term *terms_of(const kt_mjcf *m, const action *d, int *count) {
     const kt_mjcf_tendon *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon) : NULL;
     *count = t != NULL ? t->count : 1;
@@ -409,7 +409,8 @@ static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
     }
 }
 
-/* Whether a sum that an actuator is part of is bounded, or it pushes the more the farther it is. */
+/* Whether a formula is needed. It is if a sum that contains the actuator is bounded. It is also needed if the force
+ * grows with the length or its rate, since no servo has such a force. */
 static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action *d) {
     int count;
     const kt_mjcf_term *terms = terms_of(m, d, &count);
@@ -449,7 +450,7 @@ static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], cons
     kt_left_count(&m->servos, l->element);
 }
 
-/* One that is the only one whose force is bounded as it is. */
+/* Adds an actuator as an effect of its own. No other actuator shares its bounds. */
 static void add_alone(kt_mjcf *m, const action *d) {
     kt_mjcf_line l = {.element = d->element, .factor = 1.0};
     kt_mjcf_tendon *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon) : NULL;
@@ -476,7 +477,7 @@ static void add_alone(kt_mjcf *m, const action *d) {
     name_effect(m, kt_xml_attribute(d->element, "name"));
 }
 
-/* "clamp(", "min(", "max(" or "(", by the bounds that there are, and the end of it. */
+/* Writes "clamp(", "min(", "max(" or "(", according to the finite bounds; at the end, the bounds and ")". */
 static void put_bounded(kt_mjcf_formula *to, const double bounds[2], bool begins) {
     const bool is_below = !isinf(bounds[1]), is_above = !isinf(bounds[0]);
     if (begins) {
@@ -511,7 +512,7 @@ static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to) {
     put_affine(m, d, c, to);
 }
 
-/* The sum of all that share a tendon, before bounds. */
+/* The sum of the forces of all actuators that share a tendon, before bounds. */
 static void put_shared_sum(const kt_mjcf *m, const kt_list *actions, const action *first, kt_mjcf_formula *to) {
     double c[3] = {0.0, 0.0, 0.0};
     for (const action *d = first; d != NULL; d = next_sharer(actions, d)) {
@@ -568,7 +569,7 @@ static bool is_written_with_another(const kt_list *actions, int index) {
     return false;
 }
 
-/* The sum in a joint of all that act there by formulas. */
+/* The sum of all actuators that act in a joint with formulas. */
 static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
     const kt_mjcf_joint *j = kt_mjcf_joint_at(m, joint);
     kt_mjcf_formula to = {.whole = true};

@@ -93,7 +93,7 @@ static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) 
     kt_mjcf_add_name(m, KT_MJCF_JOINTS, e, index);
 }
 
-/* A joint that is free is alone, and on a body of the world. */
+/* A free joint is the only joint of its body, and the body is on the world. */
 static void check_joints(kt_mjcf *m, int body) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, body);
     for (int i = 0; i < b->joint_count; i++) {
@@ -143,7 +143,7 @@ static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame)
     collect_body(m, index);
 }
 
-/* Names in the order of the file: those that are given first, so that they stay as they are. */
+/* Names in the order of the file. Bodies with a given name come first, so that they keep it. */
 static void name_bodies(kt_mjcf *m) {
     for (int pass = 0; pass < 2; pass++)
         for (int i = 1; i < m->bodies.count; i++) {
@@ -158,7 +158,7 @@ static void name_bodies(kt_mjcf *m) {
         }
 }
 
-/* `align`: the frame of a body that flies, and carries nothing, is that of its inertia. */
+/* `align`: a free body that carries nothing has the frame of its inertia. */
 static void align_free(kt_mjcf *m, kt_mjcf_body *b) {
     static const char *const words[] = {"false", "true", "auto", NULL};
     const kt_mjcf_joint *j = b->joint_count == 1 ? kt_mjcf_joint_at(m, b->first_joint) : NULL;

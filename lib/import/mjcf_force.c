@@ -57,7 +57,7 @@ static void add_polynomial(kt_mjcf *m, const kt_mjcf_line *l, const double k[3],
         kt_unknown_count(&m->forces, "spring or damper of a joint whose name is too long for a formula", l->element);
 }
 
-/* Without force from the first to the second length. */
+/* A spring without force from the first to the second length. */
 static void add_spring(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], const double rest[2]) {
     if (is_plain(k) && rest[0] == rest[1]) {
         kt_effect *effect = kt_mjcf_add_along(m, l, KT_EFFECT_JOINT_SPRING);
@@ -184,7 +184,7 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
         add_stop(m, &l, j->lower, j->upper);
 }
 
-/* A part of the weight is taken away, at the centre of mass. */
+/* Compensates a part of the weight with a force at the centre of mass. */
 static void float_body(kt_mjcf *m, const kt_mjcf_body *b, kt_vec3 gravity) {
     const double g[3] = {gravity.x, gravity.y, gravity.z};
     kt_effect *effect =
@@ -283,7 +283,7 @@ static void add_armature(kt_mjcf *m, const kt_mjcf_tendon *t, double armature) {
         armature * term->coefficient * term->coefficient;
 }
 
-/* Whether of any two joints of a tendon one carries the other. */
+/* Whether one of any two joints of a tendon carries the other. */
 static bool is_chain(const kt_mjcf *m, const kt_mjcf_tendon *t) {
     const kt_mjcf_term *terms = kt_mjcf_term_at(m, t->first);
     for (int i = 0; i < t->count; i++)

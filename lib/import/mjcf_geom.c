@@ -181,7 +181,7 @@ static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     kt_mjcf_add_surface(m, e, body, solids[g.type], g.size, g.pose);
 }
 
-/* Takes the sums back to the centre of mass. */
+/* Moves the sums to the centre of mass. */
 static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
     if (b->lost_meshes > 0)
         kt_note_massless(&m->massless_names, &m->mesh_masses, b->name, b->element);

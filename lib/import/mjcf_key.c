@@ -1,7 +1,7 @@
-/* The keyframe of a model in MJCF that is its start.
+/* The start of a model in MJCF: one of its keyframes.
  *
- * That of an attached model has numbers for all joints and actuators of that model, in its order. Those that have been
- * attached take theirs; the others of the whole begin at their reference positions, at rest and without control. */
+ * The keyframe of an attached model has numbers for all joints and actuators of that model, in its order. The attached
+ * ones take their numbers. The others of the whole begin at their reference positions, at rest and without control. */
 #include "import/mjcf.h"
 
 #include <string.h>

@@ -31,7 +31,7 @@ static kt_pose world_of(const kt_mjcf *m, int body) {
     return kt_pose_compose(kt_mjcf_body_at(m, body)->world, kt_mjcf_body_at(m, body)->frame);
 }
 
-/* `pose`: in the body's own frame; of a place in MuJoCo's frame of it, see end_in. */
+/* `pose`: in the body's own frame. For a pose in MuJoCo's frame of the body, see end_in. */
 static kt_end end_of(const kt_mjcf *m, int body, kt_pose pose) {
     kt_end end = kt_end_default();
     end.body = kt_mjcf_body_at(m, body)->name;

@@ -176,7 +176,7 @@ static void make_notes(const kt_sdf *m, kt_scene *scene) {
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
-/* The world's, until 1.5 in its physics; without a world the format's. */
+/* Gravity is that of the world, until 1.5 that of its physics. Without a world it is the format's. */
 static void read_gravity(kt_sdf *m, const kt_element *world) {
     const kt_element *physics = world != NULL ? kt_xml_child(world, "physics") : NULL;
     m->gravity = kt_vec3_make(0.0, 0.0, -9.8);

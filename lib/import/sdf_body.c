@@ -34,7 +34,7 @@ static const char *make_name(kt_sdf *m, int frame, const kt_element *e) {
     return name;
 }
 
-/* Links have their names first, so that they stay as they are. */
+/* Links get their names first, so that these stay unchanged. */
 static void name_links(kt_sdf *m) {
     for (int pass = 0; pass < 2; pass++)
         for (int i = 1; i < m->links.count; i++) {
@@ -109,12 +109,12 @@ static void set_joint(kt_sdf *m, const kt_sdf_joint *j, kt_pose pose, kt_vec3 ax
     }
 }
 
-/* A link between two axes of which one closes a loop: the joint is a loop as a whole. */
+/* A link between two axes, one of which closes a loop: both axes form one loop. */
 static bool is_end(const kt_sdf *m, const kt_sdf_link *link) {
     return link->is_between && !kt_sdf_other_half(m, link, kt_sdf_joint_at(m, link->carrier))->is_used;
 }
 
-/* The last body has the joint, and its name; the second of two axes has a number behind it. */
+/* The last body has the joint, and its name. The second of two axes has the suffix "_2". */
 static void want_name(kt_sdf *m, kt_sdf_joint *j) {
     const bool is_second = kt_sdf_joint_at(m, kt_sdf_frame_at(m, j->frame)->link) != j;
     kt_phrase path = {.length = 0};
@@ -254,7 +254,7 @@ static void fill_loop(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf_joint *
         kt_left_count(&m->loop_forces, first->element);
 }
 
-/* A piston is a cylindrical loop, a joint that turns about two axes a universal one if they are normal. */
+/* A piston is a cylindrical loop. A joint that turns about two axes is a universal loop if the axes are normal. */
 static kt_loop_type pair_type(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf_joint *last) {
     const kt_vec3 a = kt_vec3_normalize(kt_sdf_axis_in(m, first, first->frame));
     const kt_vec3 b = kt_vec3_normalize(kt_sdf_axis_in(m, last, first->frame));

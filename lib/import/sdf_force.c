@@ -144,7 +144,7 @@ static void couple(kt_sdf *m, const kt_element *e, const char *name, const kt_te
     loop->offset = offset;
 }
 
-/* The joint of an axis that is named, where it has a coordinate in the tree. */
+/* The joint of a named axis, if it has a coordinate in the tree. */
 static const kt_sdf_joint *find_axis(const kt_sdf *m, int frame, const char *axis) {
     const int first = kt_sdf_frame_at(m, frame)->kind == KT_SDF_JOINT ? kt_sdf_frame_at(m, frame)->link : -1;
     const int index = first >= 0 && axis != NULL && strcmp(axis, "axis2") == 0 ? first + 1 : first;

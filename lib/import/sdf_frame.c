@@ -121,7 +121,7 @@ void kt_sdf_collect(kt_sdf *m, const kt_element *within, bool is_world, int vers
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
-/* Joints have names of their own: before 1.7 a joint may be called as a link is. */
+/* Joints have their own scope of names: before 1.7, a joint and a link may have one name. */
 static int scope_of(int scope, bool is_joint) { return 2 * scope + is_joint; }
 
 static void add_names(kt_sdf *m) {
@@ -214,7 +214,7 @@ static int relative_to(kt_sdf *m, const kt_element *pose, int frame, int standar
     return name != NULL && *name != '\0' ? kt_sdf_find(m, pose, frame, name) : standard;
 }
 
-/* A link that is canonical: the one that is named, else the first in the model, else that of the first model in it. */
+/* The canonical link: the named one, else the first in the model, else that of the first model in it. */
 static int canonical_of(kt_sdf *m, int model) {
     const kt_sdf_frame *f = kt_sdf_frame_at(m, model);
     const char *name = kt_xml_attribute(f->element, "canonical_link");

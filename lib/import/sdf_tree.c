@@ -53,7 +53,7 @@ static void expand(kt_sdf *m, int link, bool is_reversed) {
     }
 }
 
-/* All that is reached from the links that have been visited; forwards as far as possible first. */
+/* Visits all links that the visited ones reach; forwards as far as possible first. */
 static void spread(kt_sdf *m, int *forwards, int *backwards) {
     while (*backwards < m->order_count)
         if (*forwards < m->order_count)

@@ -118,7 +118,7 @@ static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
     kt_appearance_end(&u->appearance, !is_seen, link, body);
 }
 
-/* Mass and inertia of a link that has none, of the shapes that are seen. */
+/* Mass and inertia, from the shapes that are seen, of a link that has none. */
 static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body) {
     if (u->options->density > 0.0 && kt_xml_child(link, "inertial") == NULL &&
         kt_mass_by_shapes(body, u->options->density))

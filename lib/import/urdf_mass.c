@@ -70,7 +70,7 @@ static int find_link(const void *user, const char *name) {
     return -1;
 }
 
-/* Without any mass there are places and pictures, but no accelerations. */
+/* A robot without any mass has poses and pictures, but no accelerations. */
 static void find_masses(kt_urdf *u) {
     bool moves = false;
     for (int b = 0; b < u->description->body_count; b++) {

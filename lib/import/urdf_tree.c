@@ -1,4 +1,4 @@
-/* Links and joints of URDF: who carries whom, and by which name. */
+/* Links and joints of URDF: the tree, and the names. */
 #include "import/urdf.h"
 
 #include <math.h>
@@ -10,7 +10,7 @@ static const kt_urdf_kind kinds[] = {
     {"floating", KT_JOINT_FREE, false, false},     {"planar", KT_JOINT_PLANAR, false, false},
 };
 
-/* The attributes that elements have; of those that are not here nothing is read. */
+/* The attributes of elements. Elements that are missing here are not read. */
 static const kt_known known[] = {
     {"link", " name "},
     {"joint", " name type "},
@@ -166,7 +166,7 @@ static void read_joint(kt_urdf *u, int index) {
 
 /* ---- joints that follow others ----------------------------------------------------------------------------------- */
 
-/* q = multiplier q' + offset. One that is fixed, or follows a fixed one, has nothing to follow: it is left out. */
+/* q = multiplier q' + offset. A joint that is fixed, or follows a fixed joint, loses its mimic. */
 static void read_mimic(kt_urdf *u, kt_urdf_joint *j) {
     const kt_element *e = kt_xml_child(j->element, "mimic");
     if (e == NULL || j->kind == NULL)
@@ -228,7 +228,7 @@ void kt_urdf_follow(kt_urdf *u) {
 
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
 
-/* A parent `world` that no link declares is one that has no inertia. links and names have room for it. */
+/* If no link declares the parent `world`, it becomes a link without inertia. links and names have room for it. */
 static void declare_world(kt_urdf *u) {
     static const char *const attributes[] = {"name", "world", NULL};
     for (int i = 0; i < u->joint_count && kt_names_find(&u->names, LINKS, "world") < 0; i++) {
