@@ -14,7 +14,7 @@
 
 static bool is_diagonal(kt_sym3 s) { return s.xy == 0.0 && s.xz == 0.0 && s.yz == 0.0; }
 
-/* The largest of three last: a swap of pointers. */
+/* Moves the pointer to the largest of three to the last position. */
 static void sort_last(double *m[3]) {
     for (int i = 0; i < 2; i++)
         if (*m[i] > *m[2]) {
@@ -24,7 +24,7 @@ static void sort_last(double *m[3]) {
         }
 }
 
-/* Raises moments; returns by how much at most. */
+/* Raises moments, and returns the largest change. */
 static double raise_moments(double moment[3], double least) {
     double *m[3] = {&moment[0], &moment[1], &moment[2]};
     const double before[3] = {moment[0], moment[1], moment[2]};
@@ -44,7 +44,7 @@ static double raise_moments(double moment[3], double least) {
     return most;
 }
 
-/* Whether readers that find principal moments of a matrix by themselves accept it for certain. */
+/* Whether readers that compute principal moments of a matrix accept it for certain. */
 static bool is_safe(const double moment[3], double least) {
     const double sum = moment[0] + moment[1] + moment[2], most = fmax(fmax(moment[0], moment[1]), moment[2]);
     const double smallest = fmin(fmin(moment[0], moment[1]), moment[2]);

@@ -79,7 +79,7 @@ static bool is_sum(const kt_export *x, const kt_loop *loop) {
     return false;
 }
 
-/* A prescribed motion as a joint that is held at the start. */
+/* A prescribed motion becomes a joint that is held at its start. */
 static bool hold(kt_export *x, const kt_loop *loop) {
     if (loop->type != KT_LOOP_MOTION || kt_export_scalar(x, loop->joint) < 0)
         return false;
@@ -156,7 +156,7 @@ static void find_tree(kt_export *x) {
     }
 }
 
-/* MJCF has something for each joint. */
+/* Rejects joints that URDF does not have. MJCF has an element for each joint. */
 static kt_status reject_for_urdf(const kt_export *x, kt_error *error) {
     for (int i = 0; i < x->d->body_count; i++) {
         const kt_body *b = &x->d->bodies[i];

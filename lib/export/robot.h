@@ -44,7 +44,7 @@ typedef struct kt_export {
     int *parent, *first_child, *next_child; /* of bodies; -1: the world, none */
     int first_root;                         /* the first body on the world */
     kt_export_role *role;                   /* of bodies */
-    const kt_loop **sum;                    /* of a number: the coupling that defines it */
+    const kt_loop **sum;                    /* of a slider that is a sum: the coupling that defines it */
     kt_export_forces *forces;               /* of bodies' joints */
     kt_export_follower *followers;
     kt_export_motor *motors;
@@ -76,7 +76,8 @@ int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]
 /* Counts an item that the format does not have. */
 void kt_export_lose(kt_export *x, const char *what);
 
-/* A coupling of two joints as the polynomial by which that of the term `own` follows the other; false: it is none. */
+/* A coupling of two joints as the polynomial with which the joint of the term `own` follows the other. Returns false if
+ * the coupling is none. */
 bool kt_export_polynomial(kt_export *x, const kt_loop *loop, int own, double a[5]);
 
 /* Writes ` name="1 2 3"`. */
@@ -119,7 +120,8 @@ typedef void kt_export_visit(kt_export *x, int body, int depth);
 /* Finds the form in which each body of MJCF is written. False if there is no memory. */
 bool kt_export_find_roles(kt_export *x);
 
-/* The coupling of a number: its length is the sum of coefficients times positions, plus this. */
+/* For a slider that is a sum of joints, returns offset / c_n, its position less the length L of the tendon (role.c).
+ * *own is its coefficient c_n. */
 double kt_export_number_offset(const kt_export *x, int body, double *own);
 
 /* ---- moment.c ---------------------------------------------------------------------------------------------------- */

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-/* How often loops and effects refer to a body by an end, and couplings and all else to its joint. */
+/* Counts of references to a body: by ends of loops and effects, by couplings, and by all else to its joint. */
 typedef struct uses {
     int ends, sums, joints;
 } uses;
@@ -47,7 +47,7 @@ static void count_uses(const kt_export *x, uses *all) {
     }
 }
 
-/* Whether nothing but its joint is of use. */
+/* Whether only the joint of a body is of use. */
 static bool is_bare(const kt_body *body, const uses *use) {
     kt_vec3 com;
     kt_sym3 s;

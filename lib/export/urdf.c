@@ -171,7 +171,7 @@ static void write_joint(kt_export *x, int i, int k, int count, const kt_export_s
     }
 }
 
-/* A rotor that turns as the joint does. */
+/* The armature as a rotor that turns with the joint. */
 static void write_rotor(kt_export *x, const kt_body *body, const kt_export_step *step) {
     const bool is_scalar = step->type == KT_JOINT_REVOLUTE || step->type == KT_JOINT_PRISMATIC;
     bool has_any = false;
