@@ -21,7 +21,7 @@ static bool is_function(const kt_node *node) {
     return false;
 }
 
-/* The variable mass of a body, made where it has none. */
+/* The variable mass of a body, which is created if there is none. */
 static kt_variable_mass *variable_of(kt_reader *r, kt_body *body) {
     kt_variable_mass *made = kt_pool_take(&r->keep, 1, sizeof *made);
     if (made == NULL) {
@@ -183,7 +183,7 @@ static bool same_shape(const kt_field *field, const void *object, const void *st
     return body->shape.type == KT_SHAPE_NONE;
 }
 
-/* A joint is left out where it is fixed, does not place the body and has no name. */
+/* A joint is not written if it is fixed, does not place the body and has no name. */
 static bool same_joint(const kt_field *field, const void *object, const void *standard) {
     (void)field;
     const kt_joint *joint = &((const kt_body *)object)->joint, *rest = &((const kt_body *)standard)->joint;
@@ -429,7 +429,7 @@ static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     if (!kt_index_bodies(&r->scratch, &r->names, bodies, count))
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++)
-        if (kt_find_body(r, bodies[i].name) != i) /* one of two has another name, maybe */
+        if (kt_find_body(r, bodies[i].name) != i) /* one of the two may have another name */
             r->names_are_known = false;
     return true;
 }

@@ -102,7 +102,7 @@ typedef struct cell {
     const char *from, *to;
 } cell;
 
-/* Takes the cell at *at, and moves that to the next one, NULL behind the last. */
+/* Takes the cell at *at, and moves *at to the next one; NULL after the last. */
 static cell next_cell(const char **at, const char *end) {
     cell c = {*at, *at};
     bool quoted = false;
@@ -188,7 +188,8 @@ static bool fault_column(const reading *f, const char *end, const char *name) {
     return fault(f, f->begin, phrase.text);
 }
 
-/* The index of a column that is chosen, or of the one that is meant where none is. */
+/* The index of a column: the chosen one. Without a choice, the time is `time` or `t`, and the value is the other of
+ * two. */
 static bool choose(const reading *f, const char *end, const char *key, const char *name, int other, int *column) {
     const int count = count_cells(f->begin, end);
     kt_phrase phrase = {.length = 0};

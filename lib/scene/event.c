@@ -391,7 +391,7 @@ static const kt_field event_fields[] = {
 };
 static const kt_table event_table = {.fields = event_fields, .count = KT_COUNT_OF(event_fields), .flow = true};
 
-/* A comparison comes to hold: one direction is meant. */
+/* A comparison begins to hold in one direction only. */
 static void check_direction(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event) {
     kt_node *given = kt_node_find(node, "direction");
     if (event->when == NULL || !kt_formula_is_comparison(r->description, event->when))

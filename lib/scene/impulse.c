@@ -95,7 +95,7 @@ static const kt_model *model_without_contacts(const kt_simulation *simulation) {
     return open != NULL ? open : model;
 }
 
-/* Makes the columns of N orthonormal: those of a group may be no more than independent. */
+/* Makes the columns of N orthonormal; before, those of a group may be linearly independent only. */
 static int orthonormal_basis(double *basis, int columns, int nv) {
     int kept = 0;
     for (int k = 0; k < columns; k++) {

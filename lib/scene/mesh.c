@@ -60,7 +60,7 @@ static kt_status find_solid(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_er
     if (status == KT_OK) {
         kt_triangles_place(&surface, kt_pose_identity(), mesh->scale);
         *solid = kt_triangles_enclosed(&surface, KT_VOLUME_SIGNED);
-        if (!(solid->volume > 0.0)) { /* a mirror turns all triangles inside out, as do files that have them so */
+        if (!(solid->volume > 0.0)) { /* a mirror turns all triangles inside out; some files have them inside out */
             kt_triangles_turn_over(&surface);
             *solid = kt_triangles_enclosed(&surface, KT_VOLUME_SIGNED);
         }
@@ -143,7 +143,7 @@ static bool read_mesh(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sce
     kt_varying_note_fixed(r, node, false); /* masses are not computed again */
     if (give_mass(r, scope, node, meshes, k, body))
         return true;
-    if (body->mass == 0.0) { /* that it has none is no second fault */
+    if (body->mass == 0.0) { /* a missing mass is no second fault */
         body->mass = 1.0;
         body->inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     }

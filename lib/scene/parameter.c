@@ -264,7 +264,7 @@ static bool note_expression(kt_reader *r, const char *path, const kt_node *key, 
     return put_note(r, path, key, what.text, note);
 }
 
-/* A parameter or an expression that nothing uses is noted: it was probably meant to be. */
+/* A parameter or an expression without a use is noted, since it was probably meant to be used. */
 static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
     int count = 0;
     for (int k = 0; k < r->parameter_count; k++)

@@ -37,7 +37,7 @@ bool kt_body_is_hidden(const kt_reader *r, int body);
  * body i (scope i + 1). False if there is no memory. */
 bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count);
 
-/* The unit of a scalar joint's position; that of an angle where there is no such joint. */
+/* The unit of a scalar joint's position; that of an angle if there is no such joint. */
 kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
 
 /* Checks the description, and reports its faults at their positions in the file. Faults that follow from one that has

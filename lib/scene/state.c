@@ -69,7 +69,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
         r->names_are_known = false;
         return kt_fault_expected(r, scope, node, "names and rates of states ('current: {rate: ...}')");
     }
-    /* Behind those of parameters that events set (reset.h). */
+    /* After the states of parameters that events set (reset.h). */
     const size_t before = (size_t)scene->description.state_count, count = before + node->count;
     kt_state *states = kt_pool_take(&r->keep, count + 1, sizeof *states);
     kt_node **nodes = kt_pool_take(&r->scratch, count + 1, sizeof(kt_node *));

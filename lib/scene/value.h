@@ -19,7 +19,7 @@ bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int cou
                      const kt_quantity *quantities, double *out);
 bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out);
 /* A list of points of `size` numbers each, kept with the scene. It is kept even if a point is wrong, so that its length
- * is not doubted, too. The text `expected` describes the list. */
+ * gets no second fault. The text `expected` describes the list. */
 bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const char *expected,
                     const double **out, int *count);
 void kt_write_points(kt_emitter *e, const double *points, int size, int count);
@@ -77,9 +77,9 @@ void kt_kind_end_write(kt_emitter *e, const kt_field *field, const void *object,
 bool kt_kind_ends_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
 void kt_kind_ends_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
 
-/* The kinds that read, write and compare keys of a type. A key that any type may have has kt_kind_of_value_key (NULL: it
- * is of another kind). A key of a loop or an effect has kt_kind_of_item_key. The quantity of a key's number follows from
- * its unit. */
+/* The kinds that read, write and compare keys of a type. A key that any type may have has kt_kind_of_value_key (NULL:
+ * it is of another kind). A key of a loop or an effect has kt_kind_of_item_key. The quantity of a key's number follows
+ * from its unit. */
 const kt_kind *kt_kind_of_value_key(const kt_key *key);
 const kt_kind *kt_kind_of_item_key(const kt_key *key);
 kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field);

@@ -47,8 +47,8 @@ struct kt_scene_variables {
     int reset_count;  /* how many follow events; the states are the first ones */
     kt_noted *noted;  /* while the scene is read */
     size_t noted_count, noted_room;
-    bool is_fixed;             /* something has been left there, which cannot be changed */
-    char where[KT_WHERE_SIZE]; /* the first of it */
+    bool is_fixed;             /* a value was made that cannot be changed */
+    char where[KT_WHERE_SIZE]; /* the place of the first such value */
 };
 
 /* ---- while a scene is read --------------------------------------------------------------------------------------- */
@@ -331,7 +331,7 @@ bool kt_resets_next(const kt_scene *scene, size_t *k, kt_reset_number *number) {
 
 /* ---- new values -------------------------------------------------------------------------------------------------- */
 
-/* Puts the numbers into the scene; NULL, or the first that cannot be: the scene is then half new. */
+/* Puts the numbers into the scene. Returns NULL, or the first invalid number: the scene is then partly new. */
 static const kt_follower *put(kt_scene *scene, const double *values) {
     const kt_scene_variables *v = scene->variables;
     for (size_t i = 0; i < v->count; i++) {

@@ -28,13 +28,13 @@ void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_reset);
  * depends on a variable. */
 bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at);
 
-/* Behind such a call: it is in *at, too. */
+/* After such a call: the number is in *at, too. */
 void kt_number_follows_too(kt_reader *r, double *at);
 
-/* The same of the items of a list. */
+/* The same for the items of a list. */
 void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at);
 
-/* After an array of a scene has been copied to another place: numbers that follow are in the copy from now on. */
+/* After an array of a scene has been copied to another place: moves the numbers that follow to the copy. */
 void kt_numbers_move(const kt_scene *scene, const void *from, size_t size, void *to);
 
 #endif

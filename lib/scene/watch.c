@@ -27,7 +27,7 @@ typedef struct bound {
     kt_variable_type type;
     int body, at, component; /* at: in q or v, or of auxiliary states */
     kt_vec3 point;           /* of a marker, in the body's frame */
-    bool responds;           /* it is `response` instead */
+    bool responds;           /* the variable is `response` instead */
     kt_response response;
 } bound;
 
@@ -75,7 +75,7 @@ typedef struct names {
     const kt_model *model;
     bound *variables; /* NULL: they are not kept */
     int count, room;
-    kt_status status; /* why one of them is not in the model */
+    kt_status status; /* the reason if one of them is not in the model */
     kt_error *error;
 } names;
 
@@ -108,7 +108,7 @@ static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
     return true;
 }
 
-/* Whether the last operator compares, and the sign with which the difference of its sides rises when it begins to hold.
+/* Whether the last operator compares. *sign: that with which the difference of its sides rises when it begins to hold.
  */
 static bool is_comparison(const kt_expression *expression, double *sign) {
     const int32_t code = expression->count > 0 ? expression->term[expression->count - 1].code : 0;
