@@ -43,7 +43,7 @@ static uint64_t sum_of_place(uint64_t sum, const kt_scene *scene, const kt_reset
     return is_target && target.key != NULL ? sum_of_text(sum, target.key->name) : sum;
 }
 
-/* How numbers of a scene follow from the parameters that its events set: the formulas, and which numbers these are. */
+/* A checksum of the numbers that follow from the parameters that events set: their formulas and places. */
 static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
     kt_reset_number number;
     for (int k = 0; k < scene->parameter_count; k++) /* formulas refer to them with their index */
@@ -89,7 +89,7 @@ struct kt_resets {
     follower *followers;
     int follower_count;
     kt_parameter_change *changes, *news; /* of all that follow, and of those that differ from the model's */
-    double *inertia; /* six of each change of a mass whose body has the inertia of its shape: a kg's */
+    double *inertia; /* six for each change of a mass whose body has the inertia of its shape: the inertia of a kg */
     int change_count;
     double *x; /* auxiliary states */
     int x_count;
@@ -140,7 +140,7 @@ static kt_status find_change(kt_resets *to, const kt_model *model, const kt_para
     return kt_parameter_get(model, parameter, change->values, error);
 }
 
-/* A mass with the inertia of a shape has that for each kg. */
+/* For a mass with the inertia of a shape, keeps this inertia for each kg. */
 static kt_status add_inertia(kt_resets *to, const kt_model *model, int mass, kt_error *error) {
     const kt_parameter parameter = {.kind = KT_PARAMETER_INERTIA, .item = to->changes[mass].parameter.item, .count = 6};
     double *a_kg = to->inertia + 6 * (size_t)to->change_count;

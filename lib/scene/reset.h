@@ -14,16 +14,16 @@
 
 /* ---- while a scene is read (vary.c) ------------------------------------------------------------------------------ */
 
-/* Whether an event of the file sets anything, and whether it sets this. */
+/* Whether an event of the file sets anything, and whether it sets this name. */
 bool kt_resets_are_named(const kt_reader *r);
 bool kt_reset_is_named(const kt_reader *r, const char *name);
 
-/* Once parameters are read: auxiliary states for those that events set. */
+/* After parameters are read: adds auxiliary states for those that events set. */
 void kt_resets_add_states(kt_reader *r, kt_description *description);
 
 /* ---- numbers ----------------------------------------------------------------------------------------------------- */
 
-/* A number of a description that a model has as one of a parameter. */
+/* A number of a description that is a number of a model's parameter. */
 typedef struct kt_reset_target {
     kt_parameter_kind kind;
     int item;          /* body, loop or effect of the description */
@@ -36,7 +36,7 @@ bool kt_reset_target_of(const kt_description *description, const double *at, kt_
 
 /* ---- of a scene that has been read (vary.c) ---------------------------------------------------------------------- */
 
-/* How many parameters it has, if events set any of them; else 0. */
+/* The number of parameters of a scene, if events set any of them; else 0. */
 int kt_resets_parameters(const kt_scene *scene);
 
 typedef struct kt_reset_parameter {
@@ -54,7 +54,7 @@ typedef struct kt_reset_number {
     int parameter;                   /* it is this one; -1: none */
 } kt_reset_number;
 
-/* The next one from the *k-th on, in the order in which they are evaluated; false: there is none. */
+/* The next number from the *k-th on, in the order in which they are evaluated; false: there is none. */
 bool kt_resets_next(const kt_scene *scene, size_t *k, kt_reset_number *number);
 
 /* ---- in a simulation (reset.c) ----------------------------------------------------------------------------------- */

@@ -42,7 +42,7 @@ static bool split(const char *text, const char *const *words, parts *out) {
     return false;
 }
 
-/* The same joint's velocity; the marker's velocity. */
+/* Finds the velocity of the same joint, or of the same marker. */
 static bool find_by_velocity(const kt_description *d, const char *name, kt_variable *variable) {
     char text[KT_EXPRESSION_NAME_MAX + 1];
     const size_t length = strlen(name);

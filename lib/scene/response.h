@@ -17,7 +17,7 @@ typedef enum kt_response_type {
     KT_RESPONSE_MULTIPLIER            /* reaction.LOOP.multiplier */
 } kt_response_type;
 
-/* One of them in a model. */
+/* A response in a model. */
 typedef struct kt_response {
     kt_response_type type;
     int item, component; /* body or loop; of an acceleration the index in v */
@@ -35,7 +35,7 @@ bool kt_response_name(const kt_description *description, int k, char *text, size
 KT_CHECKED kt_status kt_response_bind(const kt_description *description, const kt_model *model, const char *name,
                                       kt_response *response, kt_error *error);
 
-/* Values of all of them at an instant. */
+/* The values of all responses at an instant. */
 typedef struct kt_responses {
     double *a, *multiplier;
     kt_wrench *joint, *loop;
@@ -47,11 +47,11 @@ bool kt_responses_take(kt_pool *pool, const kt_model *model, kt_responses *respo
 /* The bit of a response among those that have to be evaluated. All but angular velocities need the accelerations. */
 static inline unsigned kt_response_bit(const kt_response *response) { return 1U << response->type; }
 
-/* Evaluates those of these bits. Errors: those of kt_acceleration_evaluate. */
+/* Evaluates the responses of these bits. Errors: those of kt_acceleration_evaluate. */
 KT_CHECKED kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt_instant *at,
                                            kt_error *error);
 
-/* The value of one that was evaluated. */
+/* The value of a response that was evaluated. */
 double kt_response_value(const kt_responses *responses, const kt_response *response, const kt_instant *at);
 
 #endif

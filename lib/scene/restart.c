@@ -2,7 +2,7 @@
  *
  * Quantities that a scene measures in its initial state have to keep their values. Lengths of springs are those in the
  * assembled state, and distances of loops are those at the given positions. The angle of screw closures counts from the
- * initial state. Their first end therefore moves along the axis by the distance of the ends in the new state.
+ * initial state. Their first end therefore moves along the axis by the distance of the ends along it in the new state.
  */
 #include "base/require.h"
 #include "kinetree/closure.h"
@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The scene that is being changed: copies of its arrays, and states of its model: `given`, `start`. */
+/* The scene that is being changed: copies of its arrays, and a state of its model as scratch. */
 typedef struct restart {
     const kt_model *model;
     kt_data *data;
@@ -56,7 +56,7 @@ static bool measures_length(const kt_effect *effect) {
     return effect->initial_length && kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_DISTANCE) != NULL;
 }
 
-/* A scene without such springs needs no assembly. */
+/* Gives springs of initial length the length in the assembled state. A scene without such springs needs no assembly. */
 static kt_status fix_lengths(restart *r, kt_error *error) {
     kt_status status = KT_OK;
     bool any = false;
@@ -76,7 +76,7 @@ static kt_status fix_lengths(restart *r, kt_error *error) {
     return status;
 }
 
-/* At the positions of the last kt_kinematics_update, those of the new start. */
+/* Moves the first end of a screw closure. Requires kt_kinematics_update at the positions of the new start. */
 static kt_status fix_thread(const restart *r, kt_loop *loop, kt_error *error) {
     kt_mat3 turn;
     kt_end *end = loop->between;
@@ -106,7 +106,7 @@ static kt_status fix_threads(const restart *r, const double *q, kt_error *error)
     return status;
 }
 
-/* All of it is given now, so that the assembly keeps it. */
+/* Puts the state into the joints. All of it is given now, so that the assembly keeps it. */
 static void set_state(const restart *r, const double *q, const double *v) {
     for (int body = 1; body < kt_model_body_count(r->model); body++) {
         const kt_coordinates at = kt_body_coordinates(r->model, body);

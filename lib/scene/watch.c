@@ -108,8 +108,7 @@ static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
     return true;
 }
 
-/* Whether the last operator compares. *sign: that with which the difference of its sides rises when it begins to hold.
- */
+/* Whether the last operator compares, and the sign with which the difference of its sides rises as it becomes true. */
 static bool is_comparison(const kt_expression *expression, double *sign) {
     const int32_t code = expression->count > 0 ? expression->term[expression->count - 1].code : 0;
     *sign = code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL ? -1.0 : 1.0;
