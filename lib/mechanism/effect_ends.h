@@ -1,5 +1,5 @@
-/* Where the ends of an effect are and how they move, from the motion of the links that carry forces; and how its wrenches
- * come to the bodies. For one state, and for several in lanes (algebra/real3.h). */
+/* Position and motion of the ends of an effect, from the motion of the links that carry forces, and the transfer of its
+ * wrenches to the bodies. For one state, and for several in lanes (algebra/real3.h). */
 #ifndef KT_MECHANISM_EFFECT_ENDS_H
 #define KT_MECHANISM_EFFECT_ENDS_H
 

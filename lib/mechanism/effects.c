@@ -1,7 +1,6 @@
-/* The effects of a scene, summed into joint forces and wrenches on bodies, batch by batch, so that nothing is executed
- * for types that the scene does not have. Powers are summed only on request: the sum is compiled once with them and
- * once without.
- */
+/* The effects of a scene, summed into joint forces and wrenches on bodies. The sum runs batch by batch, so that nothing
+ * is executed for types that the scene does not have. Powers are summed only on request: the sum is compiled once with
+ * them and once without. */
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "kinetree/dynamics.h"
@@ -39,7 +38,7 @@ KT_INLINE void add_balance(sum *s, const kt_effect_balance *balance) {
     s->excess += (balance->dissipated - balance->dissipated) + (balance->supplied - balance->supplied);
 }
 
-/* What formulas are evaluated in: a state, and where markers are read from. */
+/* The surroundings of formulas: a state, and the source of their markers. */
 typedef struct surroundings {
     const kt_data *data;
     const kt_link_kinematics *kinematics; /* NULL: the links that carry forces */

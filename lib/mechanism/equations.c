@@ -54,8 +54,8 @@ static void write_group(const kt_model *model, kt_data *data, size_t g, const kt
     }
 }
 
-/* Whether all numbers of a group's equations are finite. Of a group that is reduced by fronts, whose columns are found
- * one by one, one product with ones tells it: what is not finite stays so in every sum. */
+/* Whether all numbers of a group's equations are finite. If fronts reduce a group, its columns are found one by one.
+ * Then one product with ones is checked instead: a number that is not finite stays so in every sum. */
 static bool is_finite(const kt_model *model, kt_data *data, size_t g, bool with_jacobian) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);

@@ -10,54 +10,53 @@
 KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                              double *a, kt_error *error);
 
-/* The same of kt_state_project; `changed` may be NULL. */
+/* kt_state_project without these checks; `changed` may be NULL. */
 KT_CHECKED kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               bool *changed, kt_error *error);
 
-/* Scales quaternions to unit norm; those within rounding of it keep their bits (repeated division would let them
- * drift). Returns false if one is zero or not finite. */
+/* Scales quaternions to unit norm. Those within rounding of it keep their bits, because repeated division would let
+ * them drift. Returns false if one is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);
 
 /* Assembles the initial state into q and v; leaves them untouched if that fails. */
 void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
 
-/* Adds the forces of the effects to at->tau and at->external: afterwards these point to sums in data if there was
- * something to add. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the
- * time. */
+/* Adds the forces of the effects to at->tau and at->external. If there was something to add, these then point to sums
+ * in data. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
 KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error);
 
-/* Does the same, and adds the derivatives of the forces by time (per second), of effects that all have them
- * (kt_effect_is_differenced). */
+/* Does the same as kt_effects_apply, and adds the derivatives of the forces by time (per second). All effects must have
+ * these derivatives (kt_effect_is_differenced). */
 KT_CHECKED kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynamic_state *at,
                                              kt_error *error);
 
-/* Writes da/dt at fixed q and v, from a = kt_acceleration_evaluate at this state, of a model without driven loops and
- * whose effects all have derivatives. Exact: a is linear in the forces, whose derivatives are, and so
- *     da/dt = a(tau + dtau/dt) - a(tau) */
+/* Writes da/dt at fixed q and v, from a = kt_acceleration_evaluate at this state. The model has no driven loops, and
+ * all its effects have derivatives. The result is exact: a is linear in the forces, whose derivatives are exact, and so
+ *     da/dt = a(tau + dtau/dt) - a(tau)
+ */
 KT_CHECKED kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                                      const double *a, double *da_dt, kt_error *error);
 
-/* Adds the forces of a caller's own effects without derivatives alone. */
+/* Adds only the forces of a caller's own effects without derivatives. */
 KT_CHECKED kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, kt_dynamic_state *at,
                                                   kt_error *error);
 
-/* The error of a callback that did not give derivatives: its code, or 0 where they are not finite. */
+/* Returns the error of a callback that did not provide derivatives: its code, or 0 if they are not finite. */
 kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
                                        kt_error *error);
 
-/* Does the same for all effects, and sums their powers. */
+/* Does the same as kt_effects_apply for all effects, and sums their powers. */
 KT_CHECKED kt_status kt_effects_account(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_power *power,
                                         kt_error *error);
 
-/* The record of an effect by its index in the description; NULL: there is none. */
+/* Returns the record of an effect by its index in the description, or NULL if there is none. */
 const kt_effect_record *kt_effect_record_find(const kt_model *model, int source);
 
-/* What an effect exerts, as kt_effect_evaluate, and the motion of its ends, in a state that has been checked before:
- * whether it is finite and, for effects with ends, whether data hold its kinematics. Returns the code of a callback,
- * otherwise 0. */
+/* Checks a state for kt_effect_load_find: whether it is finite and, if `has_ends`, whether data hold its kinematics. */
 KT_CHECKED kt_status kt_effect_state_check(const kt_model *model, const kt_data *data, const double *q, const double *v,
                                            bool has_ends, kt_error *error);
-/* The motion of the ends, by the kinematics of the last update. */
+/* kt_effect_ends_find: writes the motion of the ends, from the kinematics of the last update. kt_effect_load_find: does
+ * this and finds the load of the effect, as kt_effect_evaluate; returns the code of a callback, otherwise 0. */
 void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt_effect_end end[2]);
 int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                         const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load);
@@ -71,38 +70,41 @@ int kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t
                                   double *derivatives);
 
 #if KT_HAS_QUASI_STATICS
-/* kt_massless_balance of a state that is finite, of a model with such coordinates: the state is written to
- * data->balanced_q and balanced_v. */
+/* kt_massless_balance for a finite state of a model with such coordinates. It writes the state to data->balanced_q and
+ * balanced_v. */
 KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                        kt_error *error);
 #endif
 
-/* kt_own_state_rates of a state that is finite; rates are written in any case. */
+/* kt_own_state_rates for a finite state; rates are written in any case. */
 KT_CHECKED kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
                                                 const double *v, double *rates, kt_error *error);
 
-/* Refuses a model with own states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not know them. `what`
- * completes "the model has own states, and": what it would leave out, and what to do instead. */
+/* Rejects a model with own states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support them.
+ * `what` completes the message "the model has own states, and". It names the part left out and an alternative. */
 KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what,
                                                    kt_error *error);
 
-/* kt_acceleration_evaluate for a model with loops, without effects; data->interpolated says whether a was interpolated
+/* kt_acceleration_evaluate for a model with loops, without effects. data->interpolated is set if a was interpolated
  * from neighbouring states near a singular position. */
 kt_forward_call kt_closed_forward;
 
 #if KT_HAS_SWITCHES
-/* kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c); marks one more of these in a
- * model that is being compiled; the power that friction dissipated in the last evaluation. */
+/* kt_slip_forward: kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c).
+ * kt_slip_add: adds one such contact to a model that is being compiled. kt_slip_power: returns the power that friction
+ * dissipated in the last evaluation. */
 kt_forward_call kt_slip_forward;
 void kt_slip_add(kt_model *model);
 double kt_slip_power(const kt_model *model, const kt_data *data);
-/* Lets the directions data->slip follow slip that has turned away from them, in the state q, v. Returns whether any did. */
+/* Turns the directions data->slip to slip that has turned away from them, in the state q, v. Returns whether any
+ * turned. */
 bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v);
-/* Refuses a model in which hard contacts slip, for derivatives: these would leave the friction out. */
+/* Rejects a model in which hard contacts slip, for derivatives, which would leave the friction out. */
 KT_CHECKED kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error);
 
-/* Writes the multipliers of the equations of loops under all that acts, at->tau and at->external, to the groups' data, and
- * wrenches of the loops; data hold the equations of the last evaluation of a. data->loaded: all wrenches on bodies. */
+/* Writes the multipliers of the equations of loops under all forces, at->tau and at->external, to the groups' data, and
+ * the wrenches of the loops. Data hold the equations of the last evaluation of a. data->loaded: all wrenches on
+ * bodies. */
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a);
 #else
 static inline kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error) {
@@ -111,9 +113,9 @@ static inline kt_status kt_slip_refuse(const kt_model *model, const char *where,
 }
 #endif
 
-/* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at this state, from what it left in data:
- * writes the kinematics of the motion to links, and the reactions to joints and loops (unless both are
- * NULL). Only what an interpolation near a singular position or the planar recursion does not leave in data is computed
+/* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at this state, from its results in data.
+ * Writes the kinematics of the motion to links, and the reactions to joints and loops (unless both are NULL). An
+ * interpolation near a singular position and the planar recursion leave some results out, and only these are computed
  * again. The bits are those of kt_kinematics_update with a and of kt_reaction_evaluate. */
 KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                         const double *a, kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
@@ -124,13 +126,13 @@ KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, co
 KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
                                          kt_error *error);
 
-/* Does the same as kt_reaction_evaluate, and writes the kinematics of the motion to links. */
+/* Evaluates kt_reaction_evaluate, and writes the kinematics of the motion to links. */
 KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,
                                         kt_error *error);
 
-/* Checks that the wrenches that a caller gives are finite: planar recursions read only the components in the plane, and
- * would not notice. */
+/* Checks that a caller's wrenches are finite. Planar recursions read only the components in the plane, and would not
+ * detect others. */
 kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
                             kt_error *error);
 

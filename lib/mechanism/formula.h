@@ -4,26 +4,27 @@
 
 #include "effect/effect.h"
 
-/* Reads the variables of an effect's formulas in a state. Markers are those of `kinematics`, or if it is NULL of the
- * links that carry forces; end: the ends of an effect that acts between two. */
+/* Reads the variables of an effect's formulas in a state. Markers are those of `kinematics`, or if it is NULL those of
+ * the links that carry forces. end: the ends of an effect that acts between two. */
 void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                                const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
                                double values[KT_FORMULA_VARIABLE_MAX]);
 
-/* The formulas with these variables; 0 for one that there is not. Returns the code of a law's callback, otherwise 0. */
+/* Evaluates the formulas with these variables; 0 for a formula that is not given. Returns the code of a law's callback,
+ * otherwise 0. */
 int kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, const double *values, double out[6]);
 
-/* Names the operation that makes one of the formulas infinite or NaN, in words for a message: " (exp(8000) exceeds the largest
- * number)"; "" if there is none. */
+/* Names the operation that makes one of the formulas infinite or NaN, as text for a message: " (exp(8000) exceeds the
+ * largest number)". The text is "" if there is none. */
 void kt_formulas_explain(const kt_model *model, const kt_effect_record *effect, const double *values, char *text,
                          size_t size);
 
-/* The derivatives of a law that gives some: by[j][k] of number k by variable j, of its force or of one rate. Returns the
- * code of its callback. */
+/* Evaluates the derivatives of a law that has them: by[j][k] of number k by variable j, of its force or of one rate.
+ * Returns the code of its callback. */
 int kt_law_differentiate(const kt_effect_record *effect, const double *values, double by[KT_FORMULA_VARIABLE_MAX][6]);
 
-/* The partial derivatives of the formulas by time, of variables that are read likewise. Of a law that gives none
- * (kt_law_is_differenced) they are not known. Returns the code of a law's callback, otherwise 0. */
+/* Evaluates the partial derivatives of the formulas by time; the variables are read as above. They are undefined for a
+ * law without derivatives (kt_law_is_differenced). Returns the code of a law's callback, otherwise 0. */
 int kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                                 const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
                                 double rates[6]);

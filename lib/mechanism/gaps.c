@@ -1,4 +1,4 @@
-/* The effects that act on one side of a boundary alone, contacts and stops, and how far they are from acting. */
+/* The effects that act only on one side of a boundary, contacts and stops, and their distances from acting. */
 #include "mechanism/gaps.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/effect_ends.h"
@@ -8,8 +8,8 @@
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
-/* The link of a body that moves freely and ends in a plane on the ground with its centre of mass, which is the origin of its
- * joint; NULL: of any other. Rotations of such a body do not move the point: forces alone do. */
+/* The link of a free body that meets a plane on the ground at its centre of mass, if this is the origin of its joint.
+ * NULL: any other body. Rotations of such a body do not move the point; only forces do. */
 static const kt_link *free_link_of(const kt_model *model, const kt_effect_record *effect) {
     const kt_link *link = &model->link[model->force_link[effect->force_link[0]].link];
     const kt_vec3 at = effect->frame[0].position, moment = link->moment;
@@ -24,7 +24,7 @@ static bool ends_on_ground(const kt_effect_record *effect) {
     return effect->ends == 2 && effect->force_link[1] == 0 && !effect->relative.type;
 }
 
-/* Whether it is the contact of a sphere with a plane: its distance is that of its centre, less its radius. */
+/* Whether the effect is the contact of a sphere with a plane. Its distance is that of its centre, less its radius. */
 static bool is_plain(const kt_effect_record *effect) {
 #if KT_HAS_SWITCHES
     if (effect->disc)
@@ -57,7 +57,7 @@ static kt_gap_source source_of(const kt_model *model, const kt_effect_record *ef
 
 static bool are_equal(kt_vec3 a, kt_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
-/* Whether a row goes on: coordinates follow each other; points above the ground are those of one link above one plane. */
+/* Whether a row goes on: coordinates follow each other; points above the ground belong to one link above one plane. */
 static bool goes_on(const kt_gap_source *row, const kt_gap_source *next) {
     const kt_effect_record *a = row->effect, *b = next->effect;
     if (row->form != next->form)
@@ -93,7 +93,7 @@ size_t kt_gap_list(const kt_model *model, kt_gap_source *sources) {
 
 /* ---- a gap ------------------------------------------------------------------------------------------------------- */
 
-/* Of an effect whose second end moves, or that acts in a coordinate of a loop. */
+/* The gap of an effect whose second end moves, or that acts in a coordinate of a loop. */
 static kt_gap gap_of_moving_ends(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
                                  const double *q) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
@@ -105,8 +105,8 @@ static kt_gap gap_of_moving_ends(const kt_model *model, const kt_data *data, con
     return kind->joint_gap(effect, motion.position, motion.rate);
 }
 
-/* Of an effect whose second end is on the ground: points are relative to it. Gaps do not depend on the axes of the first,
- * which are not computed. */
+/* The gap of an effect whose second end is on the ground; points are relative to that end. Gaps do not depend on the
+ * axes of the first end, which are not computed. */
 KT_INLINE kt_gap gap_to_ground(const kt_data *data, const kt_effect_record *effect) {
     kt_effect_end end[2];
     kt_effect_point_of(data, effect, 0, kt_v4_from(effect->frame[1].position), end);
@@ -115,7 +115,7 @@ KT_INLINE kt_gap gap_to_ground(const kt_data *data, const kt_effect_record *effe
     return kt_effect_kind_of(effect->type)->gap(effect, end);
 }
 
-/* Of an effect in a joint, or of a free body's centre, whose coordinate is the height above the plane. */
+/* The gap of an effect in a joint, or of a free body's centre, whose coordinate is the height above the plane. */
 KT_INLINE kt_gap gap_in_coordinates(const kt_gap_source *from, const double *q, const double *v) {
     double position, rate;
     if (from->form == KT_GAP_OF_COORDINATE) {

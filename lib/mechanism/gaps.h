@@ -1,11 +1,12 @@
-/* The effects that act on one side of a boundary alone, contacts and stops (effect/effect.h), and their gaps. */
+/* The effects that act only on one side of a boundary, contacts and stops (effect/effect.h), and their gaps. */
 #ifndef KT_MECHANISM_GAPS_H
 #define KT_MECHANISM_GAPS_H
 
 #include "effect/effect.h"
 
-/* What a distance follows from: a joint's coordinate, a stop's; of a sphere from a plane, the coordinates of a free body whose
- * centre it is, the motion of one link, or that of both ends; or something else. */
+/* The source of a distance. For a stop it is a joint's coordinate. For a sphere and a plane there are three: the
+ * coordinates of a free body whose centre the sphere has, the motion of one link, and that of both ends.
+ * KT_GAP_OF_OTHERS: some other source. */
 typedef enum kt_gap_form {
     KT_GAP_OF_COORDINATE,
     KT_GAP_OF_HEIGHT,
@@ -26,18 +27,18 @@ typedef struct kt_gap_source {
         offset; /* of the plane from its link's origin, or from that of a free body's coordinates, along its normal, m */
 } kt_gap_source;
 
-/* Of a free body's centre, how high it is above the plane of a contact. */
+/* Returns the height of a free body's centre above the plane of a contact. */
 static inline double kt_gap_height(const kt_gap_source *source, const double *q) {
     const kt_vec3 n = source->effect->frame[1].rotation.z;
     const double *at = q + source->q;
     return n.x * at[0] + n.y * at[1] + n.z * at[2] - source->offset;
 }
 
-/* The effects that act on one side of a boundary alone (effect/effect.h), in the order of their batches; NULL: they are
- * counted. Returns their number. */
+/* Lists the effects that act only on one side of a boundary (effect/effect.h), in the order of their batches. If
+ * sources is NULL, only counts them. Returns their number. */
 size_t kt_gap_list(const kt_model *model, kt_gap_source *sources);
-/* Their gaps in the state (q, v). Only the motion of links that carry forces is written to data; swept: it is that of this
- * state already, from an evaluation there. O(effects). */
+/* Evaluates their gaps in the state (q, v). Writes only the motion of links that carry forces to data. swept: data hold
+ * this motion already, from an evaluation in this state. Cost: O(effects). */
 void kt_gaps_evaluate(const kt_model *model, kt_data *data, const kt_gap_source *sources, size_t count, const double *q,
                       const double *v, bool swept, kt_gap *gaps);
 

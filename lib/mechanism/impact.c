@@ -1,9 +1,8 @@
-/* Plastic impacts: velocities that do not fit the loops, as when a foot touches the ground, jump onto them by the impulses of
- * the loops themselves,
+/* Plastic impacts. When a foot touches the ground, for example, its velocities do not fit the loops. They jump onto the
+ * loops, by the impulses of the loops themselves:
  *     M (v+ - v) = A' p,   A v+ = b'
- * so that v+ is nearest to v in the mass metric. The kinetic energy falls by d'M d / 2 with d = v+ - v where b' = 0
- * (Carnot), and moving loops supply p . b' besides.
- */
+ * so that v+ is nearest to v in the mass metric. Let d = v+ - v. If b' = 0, the kinetic energy falls by d'M d / 2
+ * (Carnot). Moving loops supply p . b' in addition. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"

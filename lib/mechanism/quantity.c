@@ -1,10 +1,10 @@
-/* What can be recorded of effects: forces, powers, and how their ends or joints move.
+/* Recorded quantities of effects: forces, powers, and the motion of their ends or joints.
  *
  * With the wrenches F_k, M_k on the ends k, their points p_k with velocities v_k, and their angular velocities w_k
- *     power    P = sum (F_k . v_k + M_k . w_k)            of a joint force f: P = f v
- *     length   |d|, d = p_2 - p_1, n = d / |d|            rate: n . (v_2 - v_1); |v_2 - v_1| where d = 0
- *     tension  F_1 . n, which pulls the first end towards the second; |F_1| where d = 0
- * and of a contact with normal n and lowest point l of the sphere, F_1 being the force on the sphere,
+ *     power    P = sum (F_k . v_k + M_k . w_k)            for a joint force f: P = f v
+ *     length   |d|, d = p_2 - p_1, n = d / |d|            rate: n . (v_2 - v_1); |v_2 - v_1| if d = 0
+ *     tension  F_1 . n, which pulls the first end towards the second; |F_1| if d = 0
+ * For a contact with normal n and lowest point l of the sphere, F_1 is the force on the sphere:
  *     normal   F_1 . n      friction   |F_1 - (F_1 . n) n|      slip   the tangential speed of the sphere in l less
  *                                                                     that of the plane's body there.
  */
@@ -89,7 +89,8 @@ double kt_effect_coordinate(const kt_model *model, const kt_data *data, const do
     return kt_relative_motion_of(model, record, q, end).position;
 }
 
-/* The quantities of a record. Those of formulas and of a caller's own effect are those of what it acts on. */
+/* Returns the quantities of a record. Those of formulas and of a caller's own effect depend on their points of
+ * action. */
 static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, int *count) {
     static const kt_effect_quantity in_joint[] = {KT_QUANTITY_JOINT_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_COORDINATE,
                                                   KT_QUANTITY_COORDINATE_RATE};
@@ -152,7 +153,7 @@ static double power_of(const reading *r) {
     return power;
 }
 
-/* The component of a vector of the first or second end along the line of the ends; its length where they coincide. */
+/* The component of a vector of the first or second end along the line of the ends; its length if they coincide. */
 static double along_line(const reading *r, kt_vec3 vector) {
     const kt_vec3 d = kt_vec3_sub(r->end[1].point, r->end[0].point);
     const double length = kt_vec3_norm(d);
@@ -173,7 +174,7 @@ static double excess_of(const reading *r) {
     return (double)NAN;
 }
 
-/* Less its component along the normal of a contact. */
+/* Returns the vector less its component along the normal of a contact. */
 static kt_vec3 tangential(const reading *r, kt_vec3 vector) {
     const kt_vec3 n = r->end[1].axes.z;
     return kt_vec3_sub(vector, kt_vec3_scale(kt_vec3_dot(n, vector), n));

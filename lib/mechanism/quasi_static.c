@@ -1,21 +1,22 @@
 /* Coordinates that move no mass: quasi-statics [MSD 8.1].
  *
- * With N the motions that move no mass (compile/massless.c), M N = 0, N' h = 0, the equations of motion along N are no
- * differential equations of second order but the balance of the forces that act on what has no mass,
+ * Let N be the motions that move no mass (compile/massless.c): M N = 0, N' h = 0. The equations of motion along N are
+ * no differential equations of second order. They are the balance of the forces that act on the massless parts:
  *
  *     r(q, v, t) = N' tau = 0
  *
- * N is constant. N B has two kinds of columns: along N_d = N B_d dampers resist, along N_s = N B_s none does. Of a state
- * (q, v) that is right up to a part along N the balance determines that part:
+ * N is constant. N B has two kinds of columns: dampers resist along N_d = N B_d, and none resists along N_s = N B_s. If
+ * a state (q, v) is right up to a part along N, the balance determines that part:
  *
- *     B_s' r(q + N_s y, v) = 0              positions y of what springs alone hold
- *     B_d' r(q, v + N_d s) = 0              speeds s of what dampers resist: equations of first order for q
- *     d/dt B_s' r = 0 along v + N_s u       and then the speeds u of what springs alone hold
+ *     B_s' r(q + N_s y, v) = 0              positions y that springs alone hold
+ *     B_d' r(q, v + N_d s) = 0              speeds s that dampers resist: equations of first order for q
+ *     d/dt B_s' r = 0 along v + N_s u       and then the speeds u of the coordinates that springs alone hold
  *
- * by Newton's method with differences; where forces are linear that takes a step or two, and rounding is left. The
- * accelerations a of M a = tau - h at that state are those of all masses. Along N they are not determined, and need not
- * be: a simulation evaluates its right-hand side at the balanced state, of which q' = v, and puts the state itself there
- * after each step, as it puts others onto their loops. No more is solved for than with a small mass, but nothing is stiff.
+ * They are solved by Newton's method with differences. If forces are linear, this takes a step or two, and the
+ * remaining error is rounding. The accelerations a of M a = tau - h at that state are those of all masses. Along N they
+ * are not determined, and need not be. A simulation evaluates its right-hand side at the balanced state, with its v as
+ * q'. After each step it moves the state itself there, as a projection moves other states onto their loops. The
+ * equations are no more than with a small mass, but nothing is stiff.
  */
 #include "algebra/lu.h"
 #include "base/copy.h"
@@ -61,7 +62,7 @@ typedef struct balance {
     double *near_q, *near_v, *step, *a; /* scratch: nq, nv, nv, nv */
     double *residual, *near_residual;   /* massless */
     size_t first, last;
-    bool speeds; /* it is velocities that move */
+    bool speeds; /* velocities move, not positions */
 } balance;
 
 /* dv = sum of x_k times column k of N B. */
@@ -127,7 +128,7 @@ static kt_status reject_quasi_static(const balance *b, const char *what, kt_erro
 static const char unbalanced[] = "the forces on it do not determine its position: springs and dampers must hold it in "
                                  "every position, each damper always or never";
 
-/* Factors the derivative of the residuals by what moves. */
+/* Factors the derivative of the residuals with respect to the coordinates that move. */
 static kt_status factor_quasi_static(const balance *b, double scale, kt_error *error) {
     double *matrix = b->data->balance_matrix;
     const size_t count = b->last - b->first;
@@ -145,7 +146,7 @@ static kt_status factor_quasi_static(const balance *b, double scale, kt_error *e
     return status;
 }
 
-/* Newton's method along the columns; ends where a step is rounding, or no smaller than the last one. */
+/* Newton's method along the columns. It ends when a step is rounding, or no smaller than the last one. */
 static kt_status find_balance(const balance *b, kt_error *error) {
     const size_t nv = b->model->n.v, count = b->last - b->first;
     double last = (double)INFINITY, faster = 0.0;
@@ -174,8 +175,9 @@ static kt_status find_balance(const balance *b, kt_error *error) {
                       : reject_quasi_static(b, "no balance of the forces on it is found near the last one", error);
 }
 
-/* The velocities of what springs alone hold: the residual, differenced along the motion, does not change. The derivative
- * by positions is factored. Accelerations along N do not matter, as the balance of springs knows no velocities of N. */
+/* Finds the velocities of the coordinates that springs alone hold. The residual, differenced along the motion, does not
+ * change. The derivative by positions is factored. Accelerations along N do not matter, as the balance of springs does
+ * not depend on velocities along N. */
 static kt_status follow(const balance *b, const double *a, kt_error *error) {
     const size_t nq = b->model->n.q, nv = b->model->n.v, count = b->last - b->first;
     const double h = 1e-6 / fmax(1.0, largest(b->v, nv));

@@ -1,11 +1,11 @@
-/* Reactions, computed only on request: A' lambda = M a + h - tau gives the loops' multipliers, these their wrenches
- * (loop_wrenches.c), and with them as external wrenches Newton-Euler on the bodies gives the joints'
- * (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways: with QR and partitioning dependent
- * equations carry none, with SVD the multipliers are the least ones. Towards a singular position reactions may grow
- * without bound, because the lever arm of the direction that is lost there vanishes; at the position itself that
- * direction carries none.
+/* Reactions, computed only on request. A' lambda = M a + h - tau yields the loops' multipliers, and these yield the
+ * loops' wrenches (loop_wrenches.c). With them as external wrenches, Newton-Euler on the bodies yields the joints'
+ * reactions (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways. With QR and partitioning
+ * dependent equations carry none; with SVD the multipliers are the least ones. Towards a singular position reactions
+ * may grow without bound, because the lever arm of the direction that is lost there vanishes. At the position itself
+ * that direction carries none.
  *
- * Reactions of planar loops include the components out of the plane: they are computed by the spatial kernels, from the
+ * Reactions of planar loops include the components out of the plane. The spatial kernels compute them from the
  * accelerations of the planar ones.
  */
 #include "dynamics/dynamics.h"
@@ -39,7 +39,7 @@ void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_
 #endif
 
 /* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
- * equations of the last evaluation unless it was interpolated from neighbouring states or planar. */
+ * equations of the last evaluation unless it was planar or interpolated from neighbouring states. */
 static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
     if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also where own states alone read markers */

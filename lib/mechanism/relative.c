@@ -1,5 +1,7 @@
-/* Effects that act in a joint act in a relative coordinate of a loop by the wrenches that do the same work: with the
- * coordinate's rate c' = m . w + f . u (constraint/relative_coordinate.h) a force Q along it is
+/* Effects that act in a joint can act in a relative coordinate of a loop, too. Then wrenches that do the same work
+ * exert the force. The coordinate's rate is c' = m . w + f . u (constraint/relative_coordinate.h). A force Q along the
+ * coordinate becomes
+ *
  *     Q m, Q f           on the second end, about its point
  *     -Q (m + d x f), -Q f      on the first, about its own.
  */

@@ -1,57 +1,63 @@
 /* The accelerations of a mechanism with loops.
  *
- * At a singular position of the loops one equation depends on the others: the size s of the smallest direction of A,
- * relative to its usual size, is zero. A motion that meets such a position passes through smoothly, and so does its
- * acceleration, but it cannot be computed there. A motion that passes at a small distance bends away instead, within
- * some sqrt(d) if the lengths are off by d. Near such positions (KT_NEAR_SINGULAR) there are two ways.
+ * At a singular position of the loops one equation depends on the others. The size s of the smallest direction of A,
+ * relative to its usual size, is zero there. A motion through such a position is smooth, and so is its acceleration,
+ * but the acceleration cannot be computed there. A motion that passes at a small distance bends away instead. The bend
+ * has a size of about sqrt(d) if the lengths are off by d. Near such positions (KT_NEAR_SINGULAR) there are two ways.
  *
- * Directly. What the equation that is nearly lost says of the motion is quadratic: with coordinates x, y along the two
- * branches that meet, x y = d, whose curvature is d / s^3. A position that is off this equation by c lies on x y = d + c
- * and accelerates as the motion there does: the error is some c v^2 / s^3, while rounding in A and b'' themselves adds
- * 1e-16 v^2 / s alone. What rounding leaves of c is measured: the change of the acceleration when the state is closed by
- * Newton's method, q and v, and then moved on by as much as residuals can be off (ROUNDING). What a stage is open by
- * besides is the error of its step, which the method knows of, for next to the loops the acceleration is smooth, too.
- * It is no reason to interpolate: errors of the neighbouring states are of one sign throughout a step, and no difference
- * of stages shows them (Sarrus' linkage, flat, d = 2.15e-4: 3.4e-6 of 113 J were gained within 1 ms, at a tolerance of
- * 1e-10 as well).
+ * Directly. The equation that is nearly lost restricts the motion quadratically. With coordinates x, y along the two
+ * branches that meet, it is x y = d, and the curvature is d / s^3. A position that violates this equation by c lies on
+ * x y = d + c and accelerates as the motion there does. The error is about c v^2 / s^3. Rounding in A and b''
+ * themselves adds 1e-16 v^2 / s only. The part of c that is due to rounding is measured. For this the state, q and v,
+ * is closed by Newton's method, and then moved by as much as residuals can be off (ROUNDING). The change of the
+ * acceleration is the error. A stage of a step violates the loops by more than rounding. This part is the error of the
+ * step, which the method estimates itself, because the acceleration is smooth next to the loops, too. It is no reason
+ * to interpolate. Errors of the neighbouring states have one sign throughout a step, and no difference of stages shows
+ * them. (For Sarrus' linkage, flat, with d = 2.15e-4, the error was a gain of 3.4e-6 of the energy, 113 J. It arose
+ * within 1 ms, and a tolerance of 1e-10 did not reduce it.)
  *
- * Interpolated along the motion. Let (q, v)(s) be any smooth family of states on the manifold with (q, v)(0) the given
- * one: then a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3, -2, -1, 1,
- * 2 and 3 times h:
+ * Interpolated along the motion. Let (q, v)(s) be any smooth family of states on the manifold, with the given state at
+ * s = 0. Then a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3, -2, -1,
+ * 1, 2 and 3 times h:
  *     a(0) = (15 (a_1 + a_-1) - 6 (a_2 + a_-2) + (a_3 + a_-3)) / 20 + h^6 a6 / 20      a6: the sixth derivative
- * with h such that the fastest coordinate moves by 0.02 of its unit: the error is 3e-12 a6, and rounding errors at the
- * nearest of these states are about 3e-11 v^2. The error is seen by the interpolation of the inner four states,
- *     a(0) = (4 (a_1 + a_-1) - (a_2 + a_-2)) / 6 + h^4 a4 / 6,
- * and h is halved while both differ: a mechanism may change its shape within less than its units. If loops are driven,
- * time varies with s; otherwise only the groups move that are near a singular position. Forces are those of the given
- * state throughout. If nothing moves, the acceleration computed without interpolation is used.
+ * The distance h moves the fastest coordinate by 0.02 of its unit. Then the error is 3e-12 a6, and rounding errors at
+ * the nearest of these states are about 3e-11 v^2. The error is estimated with the interpolation of the inner four
+ * states:
+ *     a(0) = (4 (a_1 + a_-1) - (a_2 + a_-2)) / 6 + h^4 a4 / 6
+ * While both differ, h is halved, because a mechanism may change its shape within less than its units. If loops are
+ * driven, time varies with s. Otherwise only those groups move that are near a singular position. Forces are those of
+ * the given state throughout. If nothing moves, the acceleration computed without interpolation is used.
  *
- * If more than one degree of freedom is left at the position the branches form a cone. A motion of curvature k that is s
- * away from the apex misses it by e = k s^2: on x^2 + e^2 = z^2 its acceleration has a part e^2 v^2 / s^3 = k^2 s v^2,
- * which the neighbouring states, farther away on both sides, do not have. But on the two sides of the apex accelerations
- * follow different curves. Of the odd parts o_k = (a_k - a_-k) / 2 of a smooth family nothing is left at 0,
+ * If more than one degree of freedom is left at the position, the branches form a cone. A motion of curvature k at the
+ * distance s from the apex misses the apex by e = k s^2. On x^2 + e^2 = z^2 its acceleration has a part e^2 v^2 / s^3 =
+ * k^2 s v^2. The neighbouring states, farther away on both sides, do not have this part. However, accelerations follow
+ * different curves on the two sides of the apex. Let o_k = (a_k - a_-k) / 2 be the odd parts. For a smooth family their
+ * extrapolation to 0 vanishes:
  *     (5 o_1 - 4 o_2 + o_3) / 2 = h^5 a5 / 2                                   a5: the fifth derivative
- * and of others half the jump between the sides. The interpolation is off by that at least, and where it is not small
- * compared with s v^2, by s v^2 (k = 1 in the mechanism's units).
+ * For other families it is half the jump between the sides. This is a lower bound of the interpolation's error. If it
+ * is not small compared with s v^2, the error is at least s v^2 (k = 1 in the mechanism's units).
  *
- * The difference of the two interpolations does not see a bend between the inner states: they all lie on the branches
- * outside it. The closed state does: if its acceleration differs from the interpolated one by more than both errors
- * explain (by d v^2 / s^3 against c v^2 / s^3: the same factor d / c all along), the path bends, and the direct one
- * holds. Otherwise d is not above what rounding leaves, and the one with the smaller error is taken. Where s is below the
- * root of ROUNDING the steps that close a state, c / s, are longer than s, and the closed state may be any: a motion that
- * misses by more than rounding does not come so near.
+ * The difference of the two interpolations does not show a bend between the inner states, because all states lie on the
+ * branches outside it. The closed state shows it. If its acceleration differs from the interpolated one by more than
+ * both errors explain, the path bends, and the direct acceleration is right. (The difference is d v^2 / s^3 and the
+ * error c v^2 / s^3: their ratio is d / c at every s.) Otherwise d does not exceed the rounding errors, and the
+ * acceleration with the smaller error is taken. If s is below the root of ROUNDING, the steps that close a state, c /
+ * s, are longer than s, and the closed state may be any. A motion that misses by more than rounding does not come so
+ * near.
  *
- * Where two loops fold at once one of them swings through while the coordinates of the other move by d of it alone, and
- * may meet a singular position of its own: at a distance x from that s is d x only, and a residual c bends the path as
- * x y = c / d does. Directly the error is some (c / d) v^2 / x^3 = c v^2 / (s x^2), and that is the error of the states
- * that are interpolated, too: the farther they are the better, until the interpolation itself is worse. Of several
- * distances the one is taken whose errors are the smallest in all. A velocity w along the other branch is not known there,
- * and the forces of the loops, which do no work along the motion, would do work along it. So what they do is removed from
- * such accelerations (remove_power): a scissor lift with d = 1e-9, which lost 26 of 33 J, keeps them to 4e-7 J.
+ * If two loops fold at the same time, one of them swings through. The coordinates of the other move by only d times as
+ * much, and may meet a singular position of their own. At a distance x from that position s is only d x, and a residual
+ * c bends the path as x y = c / d does. The direct error is about (c / d) v^2 / x^3 = c v^2 / (s x^2). The interpolated
+ * states have this error, too. It decreases with their distance, until the error of the interpolation itself prevails.
+ * Of several distances the one with the smallest total error is taken. A velocity w along the other branch cannot be
+ * determined there. With it, the forces of the loops, which do no work along the motion, would do work. So this power
+ * is removed from such accelerations (remove_power). A scissor lift with d = 1e-9 lost 26 of 33 J before, and now keeps
+ * its energy to 4e-7 J.
  *
- * What an error e of an acceleration matters is told (kt_data_crossings) by how far it leads off while the motion is
- * there, e T^2 / 2: T is the time h, or the time in which s would vanish, s / speed. Directly that is c / s. A motion
- * may stay for longer, where two loops fold at once: within a step it leads off by e / 2 times the step's square.
+ * The effect of an error e of an acceleration is reported (kt_data_crossings) as the drift while the motion is there, e
+ * T^2 / 2. T is the time h, or the time in which s would vanish, s / speed. For the direct acceleration the drift is c
+ * / s. If two loops fold at the same time, a motion may stay for longer. Then the drift within a step is e / 2 times
+ * the square of the step.
  */
 #include "closure/refused_loops.h"
 #include "mechanism/evaluate.h"
@@ -66,26 +72,27 @@
 #define NEIGHBOUR_DISTANCE (2.0 * KT_NEAR_SINGULAR)
 /* The least size of a direction at the neighbouring states, relative to its usual size. */
 #define CLEAR (0.1 * KT_NEAR_SINGULAR)
-/* Where two loops fold at once: how many times its size at the given state it has at these, at least, and the error of
- * their accelerations, relative to v^2, at most. */
+/* Limits for two loops that fold at the same time. FARTHER is the least ratio of s at the neighbouring states to s at
+ * the given state. UNCLEAR_MOST is the largest error of their accelerations, relative to v^2. */
 #define FARTHER 4.0
 #define UNCLEAR_MOST 1e-2
-/* By how much the interpolations of six and of four states may differ, relative to the largest acceleration (if a
- * varies within R units, by 4 (0.02 / R)^4, and the error is 36 (0.02 / R)^6), and how often h is halved at most: each
- * time the error falls to 1/64, and that of rounding grows eightfold. */
+/* The largest difference of the interpolations of six and of four states, relative to the largest acceleration. If a
+ * varies within R units, the difference is 4 (0.02 / R)^4, and the error is 36 (0.02 / R)^6. Below it, the largest
+ * number of times that h is halved. Each time the error falls to 1/64, and that of rounding grows eightfold. */
 #define APART_MOST 2e-6
 enum { HALVINGS_MOST = 3 };
-/* By how much rounding may leave a residual off, relative to its scale, and how many times the estimated errors two
- * accelerations may differ by that are both right. */
+/* The largest residual due to rounding, relative to its scale. Below it, the largest difference of two right
+ * accelerations, relative to their estimated errors. */
 #define ROUNDING (2.0 * KT_CLOSED)
 #define ERRORS_MOST 4.0
-/* The path is taken to bend, without further states, if the direct acceleration differs from the mean of the inner two by
- * more than half of itself, and its own error is at most this part of the difference. */
+/* The path counts as bent, without further states, under two conditions. The direct acceleration differs from the mean
+ * of the inner two by more than half of itself, and its own error is at most this part of the difference. */
 #define BENT 1e-3
-/* From which part of s v^2 on a jump between the two sides tells that the motion misses an apex: 2e-3 to 3e-2 of it were
+/* The least jump between the two sides, relative to s v^2, of a motion that misses an apex. Jumps of 2e-3 to 3e-2 were
  * observed at cones, and less than 1e-4 elsewhere. */
 #define JUMP_LEAST 1e-3
-/* The error, relative to the largest acceleration, that needs no second opinion. */
+/* The error of a direct acceleration, relative to the largest acceleration, up to which no interpolation is
+ * computed. */
 #define ACCURATE 1e-11
 /* Newton's steps that close a state, each of which squares the gap. */
 enum { CLOSINGS_MOST = 4 };
@@ -106,13 +113,13 @@ typedef struct crossing {
     bool driven;             /* loops change with time */
     const double *direction; /* v of the coordinates that move, zero for the others */
     double *closed;          /* the acceleration at the state closed to rounding, computed directly */
-    double rounding;         /* error of the direct acceleration: what rounding leaves */
+    double rounding;         /* error of the direct acceleration due to rounding */
     double interpolated, dt; /* error of the interpolated one, and the distance of its states, s */
     bool bent;               /* the path bends between the states */
     double apart;            /* the difference of the interpolations, in which that error is seen */
     double s;                /* the size of the smallest direction at the given state, over its usual size */
     bool cone;               /* more than one degree of freedom is left at the position */
-    bool folded;             /* two loops fold at once: s is small at the neighbouring states, too */
+    bool folded;             /* two loops fold at the same time: s is small at the neighbouring states, too */
     double least, slope;     /* s at the nearest of the states, and that of those adopted over their dt */
     double between, jump;    /* half the jump between the two sides: as last interpolated, and of what was adopted */
 } crossing;
@@ -200,8 +207,9 @@ static double measure_direct(const crossing *c) {
 
 /* ---- interpolated ------------------------------------------------------------------------------------------------ */
 
-/* Whether no group is so near to a singular position that rounding errors dominate the acceleration. Where two loops fold
- * at once, states at x serve one that is nearer than they. */
+/* Whether no group is so near to a singular position that rounding errors dominate the acceleration. If two loops fold
+ * at the same time, states at the distance x are accepted if the given state is nearer to the position than they
+ * are. */
 static bool is_clear(crossing *c, double dt) {
     const double s = kt_smallest_direction(c->model, c->data, KT_ROWS_ALL);
     const double x = dt * difference(c->model, c->direction, NULL);
@@ -227,8 +235,8 @@ static bool accelerate_neighbour(crossing *c, double dt, double *out) {
            model->group_kernels->forward(model, data, &neighbour, false, out) == 0 && is_clear(c, dt);
 }
 
-/* Whether the path bends between the inner two of the states, whose accelerations a holds 3/4 of: then it is seen at
- * once, and the others need not be computed. */
+/* Whether the path bends between the inner two of the states; a holds 3/4 of the sum of their accelerations. If so, the
+ * other states need not be computed. */
 static bool bends_within(const crossing *c, const double *a, double *mean) {
     for (size_t i = 0; i < c->model->n.v; i++)
         mean[i] = a[i] / 1.5;
@@ -236,8 +244,9 @@ static bool bends_within(const crossing *c, const double *a, double *mean) {
     return c->rounding < BENT * apart && apart > 0.5 * difference(c->model, c->closed, NULL);
 }
 
-/* Interpolates the acceleration from six neighbouring states; returns how far it is from that of the inner four,
- * relative to the largest, or infinity if one of them cannot be computed, or if the path bends between them. */
+/* Interpolates the acceleration from six neighbouring states. Returns the difference from the interpolation of the
+ * inner four, relative to the largest acceleration. Returns infinity if a state cannot be computed, or if the path
+ * bends between them. */
 static double interpolate(crossing *c, double dt, double *a) {
     static const double node[6] = {-1.0, 1.0, -2.0, 2.0, -3.0, 3.0};
     static const double weight[6] = {0.75, 0.75, -0.3, -0.3, 0.05, 0.05};
@@ -268,7 +277,7 @@ static double interpolate(crossing *c, double dt, double *a) {
 }
 
 /* Writes the velocities of the coordinates that move to `direction`. Returns the largest of these speeds relative to
- * its unit, and in *pull the largest acceleration, relative to its unit, too. */
+ * its unit. *pull becomes the largest acceleration, relative to its unit, too. */
 static double choose_direction(crossing *c, const double *a, double *direction, double *pull) {
     const kt_model *model = c->model;
     double speed = 0.0;
@@ -291,7 +300,8 @@ static double choose_direction(crossing *c, const double *a, double *direction, 
     return speed;
 }
 
-/* The error of an interpolation: if `apart` is 4 x^4, 36 x^6; and what rounding leaves where two loops fold at once. */
+/* The error of an interpolation, 36 x^6, from `apart`, 4 x^4. If two loops fold at the same time, rounding errors
+ * add. */
 static double error_of(const crossing *c, double dt, double apart, const double *try) {
     const double own = fmin(apart, 4.5 * apart * sqrt(apart)) * difference(c->model, try, NULL);
     return c->least < CLEAR ? own + ROUNDING / (c->least * dt * dt) : own;
@@ -326,11 +336,11 @@ static void halve_distance(crossing *c, double dt, double apart, double *try, do
     }
 }
 
-/* Replaces a, which was computed without the lost direction, by the interpolated acceleration; returns false if that
- * cannot be computed, or if the path bends. */
+/* Replaces a, which was computed without the lost direction, by the interpolated acceleration. Returns false if the
+ * interpolated one cannot be computed, or if the path bends. */
 static bool interpolate_across(crossing *c, double *a) {
     static const double wider[] = {1.0, 1.5, 0.6,  2.5,
-                                   4.0, 8.0, 14.0, 20.0}; /* the last where two loops fold at once */
+                                   4.0, 8.0, 14.0, 20.0}; /* the last three if two loops fold at the same time */
     enum { USUAL = 5 };
     double *try = kt_scratch_part(c->model, c->data, 2), *direction = c->data->moved_v, pull;
     c->direction = direction;
@@ -354,7 +364,7 @@ static bool interpolate_across(crossing *c, double *a) {
         }
     }
     if (c->dt > 0.0) {
-        c->bent = false; /* where the path bends between farther states, these are not taken */
+        c->bent = false; /* if the path bends between farther states, these are not taken */
         if (c->rounding == (double)INFINITY && c->s > 0.0)
             c->rounding = ROUNDING * c->slope * c->slope / (c->s * c->s * c->s);
         return true;
@@ -365,13 +375,14 @@ static bool interpolate_across(crossing *c, double *a) {
 
 /* ---- the choice -------------------------------------------------------------------------------------------------- */
 
-/* By how much the interpolation may be off where its sides differ. */
+/* The error of the interpolation if its sides differ. */
 static double error_of_sides(const crossing *c) {
     const double speed = difference(c->model, c->at.v, NULL), miss = c->s * speed * speed;
     return c->jump > JUMP_LEAST * miss ? fmax(c->jump, miss) : c->jump;
 }
 
-/* Interpolations that agree to APART_MOST, and whose sides do, are more exact than they tell. */
+/* Whether the direct acceleration is better. An interpolation is more exact than its estimate if both orders agree to
+ * APART_MOST, and if the two sides agree. */
 static bool is_direct_better(crossing *c, const double *a) {
     const bool smooth = c->jump <= c->interpolated;
     const bool settled = smooth && c->apart <= APART_MOST * difference(c->model, a, NULL);
@@ -379,8 +390,8 @@ static bool is_direct_better(crossing *c, const double *a) {
     return c->bent || (!settled && c->rounding < (smooth ? c->interpolated : error_of_sides(c)));
 }
 
-/* Adds to what kt_data_crossings tells. Where errors cannot be measured the position itself is not known to better than
- * x y = ROUNDING tells. */
+/* Adds to the record of kt_data_crossings. If errors cannot be measured, the position itself is uncertain within x y =
+ * ROUNDING. */
 static void count_crossing(const crossing *c, bool interpolated) {
     const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->at.v, NULL), s = c->s;
     const double error = interpolated ? c->interpolated : c->rounding, time = interpolated ? c->dt : s / speed;
@@ -402,8 +413,8 @@ static void count_crossing(const crossing *c, bool interpolated) {
     seen->error = fmax(seen->error, led_off);
 }
 
-/* Corrects an acceleration along the motion of the groups, so that what holds the loops closed does no work:
- * v . (M a + h - tau - J' external) = 0 if they do not change with time. */
+/* Corrects an acceleration along the motion of the groups, so that the forces that hold the loops closed do no work: v
+ * . (M a + h - tau - J' external) = 0 if the loops do not change with time. */
 static void remove_power(const crossing *c, double *a) {
     const kt_model *model = c->model;
     const double *v = c->at.v;
@@ -427,8 +438,8 @@ static void remove_power(const crossing *c, double *a) {
         a[model->group_v[i]] -= by * v[model->group_v[i]];
 }
 
-/* Computes the acceleration near a singular position again, if something better is to be had than the direct one in
- * data->scratch, which could not be computed if `lost`. Returns what `forward` does. */
+/* Computes the acceleration near a singular position again, if a better one than the direct one in data->scratch is
+ * available. `lost`: the direct one could not be computed. Returns the result of `forward`. */
 static size_t choose(crossing *c, bool lost) {
     const kt_model *model = c->model;
     kt_data *data = c->data;

@@ -1,41 +1,43 @@
-/* Hard contacts that slip, by Coulomb's friction. The contact is a loop of the mechanism, whose multiplier is the normal force N.
- * With s the velocity of the sphere's (or disc's) lowest point against the plane, the force
+/* Hard contacts that slip, with Coulomb friction. The contact is a loop of the mechanism, whose multiplier is the
+ * normal force N. Let s be the velocity of the lowest point of the sphere (or disc) against the plane. The force
  *
  *     T = -mu N e,   e = s / |s|
  *
- * acts on the sphere in that point, and -T on the plane's body. Accelerations and multipliers are affine in all forces: with N0
- * the multipliers without friction and G_ij the change of N_i for one N of N_j,
+ * acts on the sphere in that point, and -T on the plane's body. Accelerations and multipliers are affine in all forces.
+ * With N0 the multipliers without friction and G_ij the change of N_i for one N of N_j,
  *
  *     (1 - G) N = N0
  *
- * and with these N the accelerations are evaluated once more: k + 2 evaluations where k contacts slip, 2 k + 2 where that is slow
- * (below). Where a contact's 1 - G_ii is not positive friction wedges it in its own direction of slip, and the force has no value, or
- * two (Painleve 1895): this is an error.
+ * With these N the accelerations are evaluated once more. If k contacts slip, this takes k + 2 evaluations, or 2 k + 2
+ * if slip is slow (below). If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip.
+ * Then the force has no value, or two (Painleve 1895), and this is an error.
  *
- * e jumps where s passes through zero, which ends a step that would go beyond (simulation/contact.c). So that the steps before see
- * no jump, e is -s / |s| where s . d < 0, with d the direction in which the contact began to slip, or which slip had where a step
- * began, if it had turned from d by more than 26 degrees; and d where s = 0. Across s . d = 0, away from zero, e jumps all the same: a d that stays
- * behind would let slip come near to this line, and stay there. While slip is slow e follows s at a rate of mu N / (m |s|), without bound where
- * slip begins: what s has across d there is rounding, and is left out up to `still`, as is slip as slow as that.
+ * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contact.c). The steps before
+ * must see no jump. So e is -s / |s| if s . d < 0, and d if s = 0. Here d is the direction in which the contact began
+ * to slip. If slip had turned from d by more than 26 degrees when a step began, d becomes its direction at that time.
+ * Across s . d = 0, away from zero, e jumps nevertheless: with a d that stays behind, slip would come near to this
+ * line, and stay there. While slip is slow, e follows s at a rate of mu N / (m |s|), which has no bound when slip
+ * begins. There the part of s across d is rounding. It is left out up to `still`, and so is slip that is no faster.
  *
- * Where slip is slow, e is that of a moment later, so that this rate is bounded: with s' the rate of s under these forces
+ * If slip is slow, e is the direction a moment later, so that this rate is bounded. With s' the rate of s under these
+ * forces
  *
  *     s + tau s' = sigma e,   sigma >= 0
  *
- * which is an implicit step of length tau, and at s = 0 the direction in which slip begins. Where |s| grows, tau = tau0 (1 - |s| / s0)^2,
- * |s| <= s0. Where friction could hold the contact, by the part x of its force that is left then, slip comes to rest at a rate of x a, with a
- * what friction alone would take from it, and tau is no more than
+ * which is an implicit step of length tau. At s = 0 it yields the direction in which slip begins. While |s| grows, tau
+ * = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction could hold the contact if a part x of its force would be left. Then
+ * slip comes to rest at a rate of x a, with a the deceleration by friction alone, and tau is no more than
  *
  *     |s| / (2 x a) (1 - 10 x)^2,   x <= 1 / 10
  *
- * so that sigma is half of |s|: next to the limit slip follows its forces for much longer than it turns, and where x is larger, it
- * comes to rest before that is stiff. Across e this makes an error of the acceleration of tau times that of s along e, times the rate at which
- * e turns: all in all tau0 s0 times this rate, of the velocity. s' is affine in the forces at all contacts that slip, and
- * linear/coulomb.h has the iteration for the directions. Where that does not converge e is the direction of s, which is counted
- * (kt_contact_counts.unconverged).
+ * so that sigma is half of |s|. Next to the limit slip follows its forces for much longer than it turns. For larger x
+ * it comes to rest before the equations become stiff. Across e this makes an error of the acceleration. The error is
+ * tau times the acceleration of s along e, times the rate at which e turns. In total the velocity is off by tau0 s0
+ * times this rate. s' is affine in the forces at all contacts that slip, and linear/coulomb.h has the iteration for the
+ * directions. If it does not converge, e is the direction of s, which is counted (kt_contact_counts.unconverged).
  *
- * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results on
- * Painleve paradoxes, Eur. J. Mech. A 18, 1999.
+ * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
+ * on Painleve paradoxes, Eur. J. Mech. A 18, 1999.
  */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
@@ -46,14 +48,14 @@
 #include <math.h>
 #include <stdio.h>
 
-/* 1 - G_ii from which on a reaction counts as wedged. */
+/* The largest 1 - G_ii of a reaction that counts as wedged. */
 static const double wedged = 1e-9;
-/* A slip velocity that is nothing, m/s. */
+/* The largest slip velocity that counts as zero, m/s. */
 static const double still = 1e-14;
 /* tau0, s; and s0, m/s; one over the largest x. */
 static const double ahead = 4e-7, slow = 4e-6, shrinking = 10.0;
 
-/* d follows slip that is faster than this, m/s, where the cosine of its angle with s is less than that. */
+/* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
 static const double directed = 1e-11, aligned = 0.9;
 
 void kt_slip_add(kt_model *model) {
@@ -88,7 +90,7 @@ static slip_end end_of(const kt_link_kinematics *links, const kt_effect_record *
                       .arm = kt_mat3_apply(link->axes, effect->arm[k])};
 }
 
-/* e, from the slip velocity and the direction in which slip began, d; 0 where both are. */
+/* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
 static void direction_of(const double s[2], const double d[2], double e[2]) {
     const double along = s[0] * d[0] + s[1] * d[1], across = d[0] * s[1] - d[1] * s[0];
     const double side = copysign(fmax(fabs(across) - still, 0.0), along < 0.0 ? -across : across);
@@ -99,7 +101,7 @@ static void direction_of(const double s[2], const double d[2], double e[2]) {
     e[1] = norm > 0.0 ? y / norm : 0.0;
 }
 
-/* The slip velocity of a contact; frame, unless it is NULL: where its friction acts. */
+/* Finds the slip velocity of a contact, and unless frame is NULL the axes and arms of its friction. */
 static void find_slip(const kt_model *model, const kt_link_kinematics *links, size_t k, double s[2],
                       kt_slip_frame *frame) {
     const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k)->slips - 1);
@@ -199,7 +201,7 @@ static kt_status solve(const kt_model *model, kt_data *data, double t, kt_error 
     return KT_OK;
 }
 
-/* N by the directions e. */
+/* Finds N for the directions e. */
 static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                               kt_error *error) {
     const size_t n = model->n.slip;
@@ -230,7 +232,7 @@ typedef struct slow_slip {
     double W[9 * SLIPS * SLIPS], unit;
 } slow_slip;
 
-/* tau of slip that grows; 0 of a contact that is not slow, or has not begun to slip in a direction that is known. */
+/* tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is set. */
 static double time_ahead(const kt_data *data, size_t k) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
     const double part = 1.0 - hypot(s[0], s[1]) / slow;
@@ -294,7 +296,7 @@ static kt_status find_response(const kt_model *model, kt_data *data, const kt_dy
     return status;
 }
 
-/* All contacts that slip, in the directions that they have. */
+/* Sets all contacts that slip, with their present directions. */
 static void set_items(const kt_model *model, const kt_data *data, slow_slip *p) {
     p->c.n = (int)model->n.slip;
     p->c.rows = p->c.stride = 3 * p->c.n;
@@ -313,7 +315,7 @@ static void set_items(const kt_model *model, const kt_data *data, slow_slip *p) 
     }
 }
 
-/* tau, by the force that would hold the contact while the others slip as they do. */
+/* tau, limited using the force that would hold the contact while the others slip as they do. */
 static double limited_time_ahead(const kt_data *data, slow_slip *p, int k) {
     kt_coulomb_item *item = &p->c.item[k];
     const int x = item->across, y = x + 1;
@@ -347,7 +349,7 @@ static void predict_directions(const kt_data *data, slow_slip *p) {
         p->c.size = fmax(p->c.size, fabs(p->c.b[i]));
 }
 
-/* N where some slip is slow, and directions e of this. */
+/* Finds N if some slip is slow, and the directions e for this. */
 static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                            kt_error *error) {
     const size_t n = model->n.slip;

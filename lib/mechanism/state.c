@@ -1,5 +1,5 @@
-/* States of a whole mechanism: quaternions have unit norm, and loops are closed, after a step by a projection
- * (project.c) and at the start by an assembly (assemble.c). */
+/* States of a whole mechanism. Quaternions have unit norm, and loops are closed. A projection closes them after a step
+ * (project.c), and an assembly at the start (assemble.c). */
 #include "base/copy.h"
 #include "closure/project.h"
 #include "closure/refused_loops.h"
@@ -30,8 +30,8 @@ bool kt_unit_quaternions(const kt_model *model, double *q) {
     return true;
 }
 
-/* Measures the error of the velocities in loops before the projection. With steps that resolve the motion it is the
- * error of a step; after a step across a dead point it is as large as the velocities themselves. */
+/* Measures the error of the velocities in loops before the projection. If the steps resolve the motion, it is the error
+ * of a step. After a step across a dead point it is as large as the velocities themselves. */
 static void measure_correction(const kt_model *model, kt_data *data, const double *from, const double *to) {
     data->correction = data->fastest = 0.0;
     for (size_t i = 0; i < model->n.group_v; i++) {
