@@ -1,8 +1,8 @@
-/* Derivatives of the accelerations of whole mechanisms: the linearised equations (stiffness.c) solved for da,
+/* Derivatives of the accelerations of whole mechanisms: the linearised equations (stiffness.c) solved for da. If loops
+ * are few,
  *     da = Q1 y + Z z,   R1' y = E,   (Z' M Z) z = -Z' (D + M Q1 y)
- * where these are few, otherwise M da - A' dlambda = -D, A da = E along the tree (kkt.h); and without loops M da =
- * -D, with the factors of M along the tree. With respect to joint forces D = -1 and E = 0.
- */
+ * Otherwise M da - A' dlambda = -D, A da = E is solved along the tree (kkt.h). Without loops M da = -D is solved with
+ * the factors of M along the tree. With respect to joint forces D = -1 and E = 0. */
 #include "base/copy.h"
 #include "derivative/stiffness.h"
 
@@ -107,7 +107,7 @@ static kt_status solve_forces(work *w, kt_error *error) {
     return solve(w, n, w->d_tau, NULL, error);
 }
 
-/* Refuses derivatives next to a singular position that are known too little. */
+/* Rejects derivatives that are too inaccurate next to a singular position. */
 static kt_status refuse_unknown(const work *w, kt_error *error) {
     const kt_model *model = w->of.model;
     const size_t n = w->of.n;

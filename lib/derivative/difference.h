@@ -1,10 +1,10 @@
 /* Central differences of order eight and six of the same samples: with f_k = f(x + k h)
  *     d8 = sum_k w_k (f_k - f_-k) / h,   w = 4/5, -1/5, 4/105, -1/280
  *     d6 = sum_k w_k (f_k - f_-k) / h,   w = 3/4, -3/20, 1/60, 0
- * The error of d8 is h^8 / 630 times the ninth derivative, and |d8 - d6|, the error of d6, is a bound of it wherever the
+ * The error of d8 is h^8 / 630 times the ninth derivative. The error of d6, |d8 - d6|, is a bound of it wherever the
  * differences converge at all. Rounding adds some eps / h of the values. Steps begin with KT_DIFFERENCE_STEP and become
- * shorter as long as the bound exceeds KT_DIFFERENCE_COARSE: friction that changes its sign over 1e-3 rad/s needs
- * h = 3e-5. */
+ * shorter as long as the bound exceeds KT_DIFFERENCE_COARSE. For example, friction that changes its sign over 1e-3
+ * rad/s needs h = 3e-5. */
 #ifndef KT_DERIVATIVE_DIFFERENCE_H
 #define KT_DERIVATIVE_DIFFERENCE_H
 
@@ -12,11 +12,11 @@
 
 #define KT_DIFFERENCE_STEP 0.002    /* rad or m, and of their rates */
 #define KT_DIFFERENCE_COARSE 1e-6   /* relative to the largest of the differences */
-#define KT_DIFFERENCE_ROUNDING 64.0 /* eps of the largest value over h: what differences of constants may be */
+#define KT_DIFFERENCE_ROUNDING 64.0 /* eps of the largest value over h: the largest differences of constants */
 
 enum { KT_DIFFERENCE_STEPS = 4 }; /* each an eighth of the one before */
 
-/* w_k / h of order eight and six; k from -4 to 4, not 0. */
+/* w_k / h of order eight and six, for k from -4 to 4 without 0. */
 static inline void kt_difference_weights(int k, double h, double *eight, double *six) {
     static const double of_eight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
     static const double of_six[] = {3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0, 0.0};

@@ -1,10 +1,10 @@
-/* Derivatives of the wrench and of the joint force of an effect by dual numbers, of its own code: for types that have
- * none in closed form (effect/effect.h), and to hold these against. */
+/* Derivatives of the wrench and of the joint force of an effect by dual numbers, from the effect's own code. They serve
+ * types without derivatives in closed form (effect/effect.h), and check those in closed form. */
 #include "derivative/dual_effect.h"
 
 #include "constraint/relative_coordinate.h"
 
-/* What is changed of the last end, in the order of kt_effect_jacobian. */
+/* The quantities of the last end that are changed, in the order of kt_effect_jacobian. */
 enum { ROTATION, DISPLACEMENT, OMEGA, VELOCITY, CHANGES };
 
 /* An end, as dual numbers along a change (none: CHANGES) in the direction e. */

@@ -7,16 +7,16 @@
 /* The derivatives of an effect's wrench on its last end; of a joint force with respect to q and v. */
 void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                              kt_effect_jacobian *jacobian);
-/* The same of an effect in a loop, whose links count turns to `counted`: of its force, and of the derivatives of that by
- * the coordinate and its rate. */
+/* The derivatives of an effect in a loop, whose links count turns to `counted`. force: the force, and its derivatives
+ * by the coordinate and its rate. */
 void kt_dual_relative_jacobian(const kt_effect_record *effect, double counted, const double force[3],
                                const kt_effect_end *end, kt_effect_jacobian *jacobian);
 void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                double derivative[2]);
 
-/* The derivatives of a law by differences: by[j][k] of number k by variable j, of its force or of one rate. `values`, those of
- * its variables, are moved and put back; *error is raised to the relative error that is estimated. Returns the code of
- * its callback (law_differences.c). */
+/* Computes the derivatives of a law by differences (law_differences.c). by[j][k] is that of number k by variable j, of
+ * its force or of one rate. The call moves `values`, those of its variables, and restores them. It raises *error to the
+ * estimated relative error. Returns the code of the callback. */
 int kt_law_difference(const kt_effect_record *effect, double *values, double by[KT_FORMULA_VARIABLE_MAX][6],
                       double *error);
 

@@ -1,26 +1,26 @@
 /* Derivatives of the joint forces of effects with respect to the state.
  *
- * Let W = (m, f) be the wrench on the last end of an effect, about its point p; the wrench on the other end, or on the
- * ground, is -W about the same point. With S_k = (s_k, j_k) a degree of freedom expressed about p (its rotation, and
- * its velocity at p) and sigma_k = 1 where it moves the last end, -1 where it moves the other,
+ * Let W = (m, f) be the wrench on the last end of an effect, about its point p. The wrench on the other end, or on the
+ * ground, is -W about the same point. Let S_k = (s_k, j_k) be a degree of freedom expressed about p (its rotation, and
+ * its velocity at p). Let sigma_k = 1 if it moves the last end, -1 if it moves the other. Then
  *     tau_i = sigma_i S_i . W
  * Only the relative motion changes W, by the matrices of the effect (kt_effect_jacobian):
  *     with v_k:   dW = sigma_k C S_k
  *     with q_k:   dW = g_k                     of the last end
  *                 dW = s_k x W - g_k           of the other, as both ends' displacement rotates W
  *                 g_k = K S_k + C (s_k x w + psi'_k, s_k x v + psi'_k)
- * where w and v are the last end's angular velocity and velocity, and psi' (dof.h) is about p, too. S_i changes
- * besides: it is carried along by the degrees of freedom before it and those of its node, and p moves with the last
- * end. All of this together is
+ * where w and v are the last end's angular velocity and velocity, and psi' (dof.h) is about p, too. S_i changes in
+ * addition: the degrees of freedom before it and those of its node carry it along, and p moves with the last end. All
+ * of this together is
  *     dtau_i / dq_k = sigma_i sigma_k S_i . X,   X = g_k - s_k x W      or   X = g_k + (j_k x f, 0)
  *     dtau_i / dv_k = sigma_i sigma_k S_i . C S_k
  * The first X is for those i that k of the last end carries, and for those that k of the other end does not carry, on
- * either end; the second is for all others.
+ * either end. The second is for all others.
  *
- * The rate of an own state is a formula as the force in a joint is, with a row in matrices of its own. Formulas that
+ * The rate of an own state is a formula, as the force in a joint is, with a row in matrices of its own. Formulas that
  * read own states add columns by these.
  *
- * The poses, S and psi' are those of the terms of the tree (dynamics/derivative.h): positions are relative to the base
+ * The poses, S and psi' are those of the terms of the tree (dynamics/derivative.h). Positions are relative to the base
  * of a tree, and velocities to that of its first link, so that nothing cancels far from the world's origin.
  */
 #include "derivative/effect_derivatives.h"
@@ -34,7 +34,7 @@
 
 #include <string.h>
 
-/* What all effects of a state share. */
+/* The data that all effects of a state share. */
 typedef struct state {
     const kt_model *model;
     kt_data *data;
@@ -104,8 +104,8 @@ static void find_end(const state *s, const kt_effect_record *effect, int k, pair
                            .velocity = kt_v4_vec3(m->velocity)};
 }
 
-/* Adds the degrees of freedom between the carrier and a link to the path, expressed about the point p; both are
- * relative to the same point. */
+/* Adds the degrees of freedom between the carrier and a link to the path, expressed about p. Both points are relative
+ * to the same point. */
 static size_t follow(const state *s, int32_t carrier, int32_t to, int32_t end, kt_v4 origin, kt_v4 p, size_t count) {
     const kt_derivative_work *x = s->x;
     for (int32_t i = to; i != carrier; i = s->model->link[i].parent) {
@@ -214,7 +214,7 @@ static void subtract_jacobian(const state *s, const ends *e, const kt_effect_jac
     }
 }
 
-/* Of the force in a coordinate; derivative: by it and by its rate. */
+/* Finds the derivatives of the force in a coordinate, by the coordinate and by its rate. */
 static void find_joint_derivatives(const state *s, const kt_effect_record *effect, double q, double v,
                                    double derivative[2]) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
@@ -318,14 +318,15 @@ static int differentiate_formulas(const state *s, const kt_effect_record *effect
     return code;
 }
 
-/* What the derivatives of formulas are subtracted from, column-major: by positions, velocities and own states. */
+/* The matrices from which the derivatives of formulas are subtracted, column-major: by positions, velocities and own
+ * states. */
 typedef struct target {
     double *q, *v, *x;
     size_t rows, row; /* row: of a formula without ends */
 } target;
 
-/* Subtracts from column `column` of d the joint forces of a wrench x on the last end, times a factor; of a formula
- * without ends x.b[0]. */
+/* Subtracts from column `column` of d the joint forces of a wrench x on the last end, times a factor. For a formula
+ * without ends, subtracts x.b[0]. */
 static void subtract_forces(const state *s, const kt_effect_record *effect, const target *to, size_t count, pair x,
                             double factor, size_t column, double *d) {
     d += column * to->rows;
@@ -338,7 +339,8 @@ static void subtract_forces(const state *s, const kt_effect_record *effect, cons
     }
 }
 
-/* With u a variable and x = dW/du: du/dq and du/dv are those of the marker's point, as of the last end of an effect. */
+/* Subtracts the terms of a variable u that reads a marker, with x = dW/du. du/dq and du/dv are those of the marker's
+ * point, as for the last end of an effect. */
 static void subtract_marker(const state *s, const kt_effect_record *effect, const target *to, size_t count, pair x,
                             const kt_variable_record *variable) {
     const kt_effect_record marker = marker_of(variable);
@@ -373,8 +375,8 @@ static pair wrench_of(const state *s, const kt_effect_record *effect, const doub
     return (pair){kt_v4_from(wrench[effect->ends - 1].moment), kt_v4_from(wrench[effect->ends - 1].force)};
 }
 
-/* What the wrench itself does in its ends' motion, and then what each variable does to it. Of laws also whether their
- * derivatives are finite; those of formulas are where their values are, but at corners. */
+/* Subtracts the change of the wrench with its ends' motion, and then its change with each variable. Rejects derivatives
+ * of laws that are not finite. Those of formulas are finite where their values are, except at corners. */
 static kt_status subtract_formulas(const state *s, const kt_effect_record *effect, const target *to, kt_error *error) {
     ends e = {.last = 0};
     formulas f;
@@ -424,10 +426,10 @@ static kt_status write_rates(const state *s, const kt_state_derivatives *states,
 
 /* ---- a caller's own ---------------------------------------------------------------------------------------------- */
 
-/* The wrench on each end depends on the motion of both, and they need not add up to nothing. So each end is as the only
- * one of an effect, W_e, and the motion of the other adds columns without the terms of W_e itself:
+/* The wrench on each end depends on the motion of both, and the wrenches need not add up to zero. So each end is
+ * treated as the only end of an effect, W_e. The motion of the other end adds columns without the terms of W_e itself:
  *     dtau_i = sum_e [S_i (e) . (sum_f dW_e/d(motion of f)) + dS_i (e) . W_e]
- * With k on the path of f, and for f != e with W = 0 in g, these are find_columns' of the matrices by end f. */
+ * With k on the path of f, these are find_columns' of the matrices by end f. For f != e, g has W = 0. */
 static void subtract_own_column(const state *s, const kt_effect_dof *k, int32_t end, size_t count, const columns *c,
                                 double *d_q, double *d_v) {
     const size_t column = k->v * s->model->n.v;

@@ -1,11 +1,11 @@
-/* What effects add to the linearised equations of motion (effect_derivatives.c). */
+/* The contributions of effects to the linearised equations of motion (effect_derivatives.c). */
 #ifndef KT_DERIVATIVE_EFFECT_DERIVATIVES_H
 #define KT_DERIVATIVE_EFFECT_DERIVATIVES_H
 
 #include "dynamics/derivative.h"
 
-/* A degree of freedom on the path from the link that carries both ends of an effect to one of them: S and psi', about
- * the point of the last end. */
+/* A degree of freedom on the path to one of the ends of an effect, from the link that carries both. S and psi' are
+ * about the point of the last end. */
 typedef struct kt_effect_dof {
     kt_v4 s[2], psi[2];
     size_t v;      /* its coordinate */
@@ -14,25 +14,26 @@ typedef struct kt_effect_dof {
     int32_t end;
 } kt_effect_dof;
 
-/* What own states add to linearised equations, in arrays of the caller's: with F the joint forces of effects, and the
- * rates of the states x' = f. */
+/* The contributions of own states to linearised equations, in arrays of the caller. F are the joint forces of effects,
+ * and x' = f the rates of the states. */
 typedef struct kt_state_derivatives {
-    double *force;  /* -dF/dx, nv x states; or what becomes of it where equations are reduced or solved */
+    double *force;  /* -dF/dx, nv x states; its reduction or solution if the equations are reduced or solved */
     double *rate_q; /* -df/dq, states x nv */
     double *rate_v; /* -df/dv, states x nv */
     double *rate_x; /* -df/dx, states x states */
 } kt_state_derivatives;
 
 /* Subtracts the derivatives of the joint forces of all effects that have them (kt_effect_is_differenced) from x->dq and
- * x->dv (nv x nv), and writes those by and of own states, if there are any. x: the terms of the tree at this state, whose
- * poses are in data; path: scratch for kt_effect_path_size. Errors: of a caller's own effects KT_ERROR_EFFECT,
- * KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE. */
+ * x->dv (nv x nv). Writes those by and of own states, if there are any. x: the terms of the tree at this state, whose
+ * poses are in data; path: scratch for kt_effect_path_size.
+ *
+ * Errors: of a caller's own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE. */
 KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                               const kt_derivative_work *x, kt_effect_dof *path,
                                               const kt_state_derivatives *states, kt_error *error);
 
-/* The most degrees of freedom between the ends of one effect, to the ground from each end where these move its wrenches
- * each by itself, or of its ends and of a variable of its formulas. */
+/* Returns the most degrees of freedom between the ends of one effect. If each end moves the wrenches by itself, the
+ * paths from both ends to the ground count. If formulas have variables, the path of one variable is added. */
 static inline size_t kt_effect_path_size(const kt_model *model) {
     size_t count = model->n.variable ? 2 : 1;
     for (size_t i = 0; i < model->n.batch; i++)

@@ -1,6 +1,5 @@
-/* Derivatives of the forces of a caller's own effects that give none, by central differences (difference.h). What is left
- * of their error where no step is good enough, as at a jump or a kink, is kept in the data (kt_data_difference_error).
- */
+/* Derivatives of the forces of a caller's own effects that have none, by central differences (difference.h). At a jump
+ * or a kink no step is accurate enough. The remaining error is kept in the data (kt_data_difference_error). */
 #include "derivative/difference.h"
 #include "derivative/stiffness.h"
 

@@ -1,6 +1,6 @@
-/* The Jacobian A of all loops as one dense matrix, factored: A' P = [Q1 Z] [R1; 0] [MSD 7.33, 7.34], for linearised
- * equations of few loops and of reductions that have no others (stiffness.c, sensitivity/projection.c).
- */
+/* The Jacobian A of all loops as one dense matrix, factored: A' P = [Q1 Z] [R1; 0] [MSD 7.33, 7.34]. It serves the
+ * linearised equations of few loops, and reductions that have no other factors (stiffness.c,
+ * sensitivity/projection.c). */
 #ifndef KT_DERIVATIVE_JACOBIAN_QR_H
 #define KT_DERIVATIVE_JACOBIAN_QR_H
 

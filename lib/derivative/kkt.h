@@ -1,20 +1,20 @@
 /* The equations of motion with multipliers, for many right-hand sides at one position,
  *     M x - A' lambda = f
  *     A x = b
- * a saddle-point system: derivatives of accelerations (acceleration.c), and what joint forces do to them.
+ * a saddle-point system. It serves derivatives of accelerations (acceleration.c) and their response to joint forces.
  *
- * They are those of forward dynamics at rest and without gravity, with f in place of the joint forces and b in place of
- * b''. So the recursion is that of spatial_links.c, which keeps what depends on the position alone. From the tips to the
- * ground each link has an articulated inertia I and a wrench P:
+ * The equations are those of forward dynamics at rest and without gravity, with f in place of the joint forces and b in
+ * place of b''. So the recursion is that of spatial_links.c, and the parts that depend on the position alone are kept.
+ * From the tips to the ground each link has an articulated inertia I and a wrench P:
  *   outside groups, for each degree of freedom S, the last first,
  *     U = I S,   d = 1 / (S.U + armature),   y = d (f - S.P)
  *     P += U y,   I -= d U U',   then the shift to the parent
  *   a group by dense matrices (spatial_group.h), with x0 = W b a solution of its equations, N their null space,
  *   N' M N = L L',
  *     h = f - F P - M W b,   y = W b + N L^-T (N L^-T)' h,   I = Ic - F K,   P += F y
- *   a group by fronts (front.h): a step with parameters p, of which p_t are kept, is one affine map. Let H be the
- *   energy of A and p, g its linear part, with the joint force and the wrench I t + P on the link added, t being the
- *   part of the link's acceleration that is known; e the right-hand sides of its equations. As for accelerations
+ *   a group by fronts (front.h): a step with parameters p, of which p_t are kept, is one affine map. H is the energy of
+ *   A and p, and g its linear part. The joint force and the wrench I t + P on the link are added, with t the known part
+ *   of the link's acceleration. e are the right-hand sides of the step's equations. As for accelerations
  *     p = Q (y, p2),   R1' y = e,   p2 = Qs (p_t, p_u),   p_u = H_uu^-1 (g_u - H_ut p_t - H_uA A)
  *   so that with W = Q1 R1^-T, C = Q2 Qs, N = C_u L^-T where H_uu = L L', and G = C_t - C_u H_uu^-1 H_ut
  *     h = g - H W e,   p0 = W e + N N' h,   t += T W e           of the links in slots
@@ -22,11 +22,11 @@
  *     g = G' h, and of A  h_A - G_A' h                          for the next step
  * and back to the tips x = y - d U.A or y - K A, A being the acceleration of the parent.
  *
- * With the metric of the coordinates M is the matrix 1 (projections onto the loops): groups are apart from each other,
- * and of the maps W, C_t and C_u are left, because all changes of parameters are orthogonal.
+ * With the metric of the coordinates M is the matrix 1 (projections onto the loops). Then groups do not interact. Only
+ * the maps W, C_t and C_u remain, because all changes of parameters are orthogonal.
  *
- * A right-hand side takes time in proportion to the number of links, whatever their loops. Several are treated at a
- * time, one a lane.
+ * A right-hand side takes time in proportion to the number of links, for any loops. Several are treated at a time, one
+ * a lane.
  */
 #ifndef KT_DERIVATIVE_KKT_H
 #define KT_DERIVATIVE_KKT_H
@@ -44,7 +44,7 @@ typedef struct kt_kkt_sizes {
     size_t maps, kept;      /* numbers of the maps of all groups; the most kept of a front's energies */
 } kt_kkt_sizes;
 
-/* Every array: type, name, count, meaning. What has a lane a right-hand side holds KT_KKT_LANES times as many
+/* Every array: type, name, count, meaning. Arrays with a lane for each right-hand side hold KT_KKT_LANES times as many
  * numbers. */
 #define KT_KKT_FIELDS(X)                                                                                               \
     X(double, inertia, KT_FRONT_SPACE *KT_FRONT_SPACE * s->links, "I by columns, symmetric")                           \
@@ -78,23 +78,28 @@ typedef struct kt_kkt {
 /* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. */
 size_t kt_kkt_init(kt_kkt *w, void *memory, const kt_model *model, kt_data *data);
 
-/* Factors the equations at (t, q), with all rows of A or those of positions. Errors: KT_ERROR_NOT_FINITE;
- * KT_ERROR_SINGULAR where there is no inertia along a degree of freedom. O(links). */
+/* Factors the equations at (t, q), with all rows of A or those of positions.
+ *
+ * Errors: KT_ERROR_NOT_FINITE; KT_ERROR_SINGULAR if there is no inertia along a degree of freedom. Cost: O(links). */
 KT_CHECKED kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, const double *q,
                                    kt_error *error);
 
-/* Overwrites each of so many columns of f (nv) with x, until data are used for something else. b: as many columns, with
- * the equations in the order of the loops; NULL: zeros. Dependent equations count for nothing. O(links) a column. */
+/* Overwrites each of so many columns of f (nv) with x; the result is valid until data are used for something else. b:
+ * as many columns, with the equations in the order of the loops; NULL: zeros. Dependent equations have no effect.
+ *
+ * Cost: O(links) a column. */
 void kt_kkt_solve(const kt_kkt *w, size_t columns, double *f, const double *b);
 
-/* After a factorisation with the metric of the coordinates (kkt_reduced.c): columns of x (nv) become M x, M being
- * the mass matrix; and z = Z' x, as many numbers a column as kt_kkt_dofs, where the columns of Z are orthonormal and
- * span the null space of the equations; z may be x. O(links) a column. */
+/* These follow a factorisation with the metric of the coordinates (kkt_reduced.c). kt_kkt_apply_mass: columns of x (nv)
+ * become M x, M being the mass matrix. kt_kkt_restrict: z = Z' x, with kt_kkt_dofs numbers a column. The columns of Z
+ * are orthonormal and span the null space of the equations. z may be x.
+ *
+ * Cost: O(links) a column. */
 void kt_kkt_apply_mass(const kt_kkt *w, size_t columns, double *x);
 size_t kt_kkt_dofs(const kt_kkt *w);
 void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z);
 
-/* The kernels: kt_kkt_reduce returns false if there is no inertia along one of the degrees of freedom;
+/* The kernels. kt_kkt_reduce returns false if there is no inertia along one of the degrees of freedom.
  * kt_kkt_reduce_front does this for one group, whose inertia it adds to that of the parent. */
 #define KT_KKT_DECLARE(isa)                                                                                            \
     bool kt_kkt_reduce_##isa(kt_kkt *w);                                                                               \

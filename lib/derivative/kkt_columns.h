@@ -1,4 +1,4 @@
-/* Columns of kkt.h under way, a column8 of them at a time, and what both kernels that treat columns do with them. */
+/* Columns of kkt.h in progress, a column8 of them at a time, and the operations that both kernels for columns share. */
 #ifndef KT_DERIVATIVE_KKT_COLUMNS_H
 #define KT_DERIVATIVE_KKT_COLUMNS_H
 
@@ -7,7 +7,7 @@
 /* One number of each right-hand side. */
 typedef double column8 __attribute__((vector_size(8 * KT_KKT_LANES)));
 
-/* A strip under way: what kt_kkt has of the same names, and whose. */
+/* A strip in progress: the arrays of kt_kkt by the same names, and their owners. */
 typedef struct columns {
     const kt_kkt *w;
     const kt_model *model;

@@ -26,7 +26,7 @@ static void set_rigid(const kt_kkt *w, size_t i, int c) {
     kt_planar_inertia_to_matrix(&x, inertia_of(w, i));
 }
 
-/* The other way round: what the methods of a group read. */
+/* Converts inertias back to the form that the methods of a group read. */
 static void hand_over(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE)
         kt_inertia_from_matrix(inertia_of(w, i), &w->data->articulated[i]);

@@ -1,12 +1,11 @@
-/* The maps of kkt.h of a group by fronts: what the steps of an elimination have in common for all right-hand
- * sides. */
+/* The maps of kkt.h of a group by fronts: the parts of an elimination that all right-hand sides share. */
 #include "derivative/kkt_link.h"
 #include "linear/cholesky.h"
 #include "linear/qr.h"
 
 #include <string.h>
 
-/* A step: its factors, its map, and where its part of what kt_front_reduce has kept is. */
+/* A step: its factors, its map, and its part of the numbers that kt_front_reduce has kept. */
 typedef struct step {
     const kt_front_count *count;
     kt_front_factor x;
@@ -114,7 +113,7 @@ static void set_close(const step *o) {
     }
 }
 
-/* The maps of all steps, of what kt_front_reduce has kept; NULL: with H = 1. */
+/* Sets the maps of all steps, from the numbers that kt_front_reduce has kept; NULL: with H = 1. */
 static void set_maps(kt_kkt *w, const kt_front *f, int base, const double *kept) {
     double *map = w->map + w->mapped;
     for (int s = 0; s < f->group->link_count; s++) {

@@ -1,5 +1,5 @@
-/* What both kernels of kkt.h ask of a link: accelerations (alpha, a) have three components if the planar kernels
- * treat the link, otherwise six. */
+/* The operations of a link that both kernels of kkt.h share. Accelerations (alpha, a) have three components if the
+ * planar kernels treat the link, otherwise six. */
 #ifndef KT_DERIVATIVE_KKT_LINK_H
 #define KT_DERIVATIVE_KKT_LINK_H
 

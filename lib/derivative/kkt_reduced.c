@@ -1,10 +1,10 @@
-/* What reduced matrices are made of, after a factorisation with the metric of the coordinates: M x by inverse dynamics
- * at rest and without gravity, from the tips to the ground
+/* The parts of reduced matrices, after a factorisation with the metric of the coordinates. M x is found by inverse
+ * dynamics at rest and without gravity, from the tips to the ground:
  *     A = shifted A of the parent + S x,   P = I A + shifted P of the children,   M x = S.P + armature x
- * and Z' x, where the columns of Z, orthonormal, are the parameters of fronts that nothing sees, step by step,
+ * For Z' x, the columns of Z are orthonormal. They are the parameters of fronts that no later step depends on, step by
+ * step,
  *     z = C_u' h,   h = C_t' h for the next step                        of the coordinates x in h
- * or those of a group's null space, and at last one for each coordinate outside groups.
- */
+ * or those of a group's null space. At last there is one column for each coordinate outside groups. */
 #include "derivative/kkt_columns.h"
 
 #include <string.h>

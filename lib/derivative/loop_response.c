@@ -1,4 +1,5 @@
-/* What the loops do at a state, over the kernels of the model's instruction set and sweep: responses, multipliers. */
+/* The response of the loops at a state, and their multipliers, over the kernels of the model's instruction set and
+ * sweep. */
 #include "derivative/loop_response.h"
 
 #include "closure/project.h"
@@ -48,12 +49,12 @@ kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows ro
 
 /* ---- next to a singular position ---------------------------------------------------------------------------------
  *
- * The error of an acceleration that is computed directly grows like 1 / s^3 (singular_crossing.c), so that of its change
- * within s is three times as large. Where accelerations are interpolated from neighbouring states their error is of
- * these, and no derivative can be computed. */
+ * The error of an acceleration that is computed directly grows like 1 / s^3 (singular_crossing.c). So that of its
+ * change within s is three times as large. If accelerations are interpolated from neighbouring states, their error is
+ * that of these states, and no derivative can be computed. */
 
-/* The measured error of an acceleration, or infinity; it is left out of what data tell of the motion: nothing moves
- * there. */
+/* Measures the error of an acceleration, or sets infinity. The record of the motion in data does not include it,
+ * because nothing moves there. */
 static kt_status measure_loop_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                        double *size, kt_error *error) {
     const kt_passage passage = data->passage;
@@ -111,8 +112,8 @@ static double *array_of(const kt_group_work *w, array of) {
                               : kt_group_products(w);
 }
 
-/* Copies numbers of the equations that are factored from the groups' order to that of the loops, with zeros for others;
- * or back, from `given` (NULL: zeros) where `out` is NULL. */
+/* Copies numbers of the equations that are factored from the groups' order to that of the loops, with zeros for others.
+ * If `out` is NULL, copies in the other direction, from `given` (NULL: zeros). */
 static void exchange(const kt_model *model, const kt_data *data, array of, const double *given, double *out) {
     if (out)
         memset(out, 0, model->n.row * sizeof *out);

@@ -14,10 +14,10 @@
  *     (Z' M Z) z = -Z' (D + M Q1 y)
  * so that the stiffness or damping matrix, for any dx, the loops violated or not, is
  *     -(Z' M Z) (Z' a_x) = Z' D + (Z' M Q1) R1^-T E,
- * and for dx = Z ds, which the loops allow, this times Z. Where loops are many, it is Z' (D + M w) with w = Q1 R1^-T E,
- * the least solution of A w = E: all three along the tree, in O(bodies) a column (kkt.h). M and d(tau_tree)/dx are
- * analytic, and the terms of the loops and of the library's effects are exact (support.h). Only the forces of a
- * caller's own effects that give no derivatives are differentiated numerically (effect_differences.c).
+ * and for dx = Z ds, which the loops allow, this times Z. If loops are many, it is Z' (D + M w). Here w = Q1 R1^-T E is
+ * the least solution of A w = E. All three factors are computed along the tree, in O(bodies) a column (kkt.h). M and
+ * d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h). Numerical
+ * differentiation is used only for a caller's own effects without derivatives (effect_differences.c).
  */
 #include "derivative/stiffness.h"
 
@@ -79,7 +79,7 @@ static kt_status refuse_singular(kt_linearized *w, const kt_dynamic_state *at, k
     return kt_loops_refuse_near(w->model, w->data, error);
 }
 
-/* Whether what follows reads the terms of the tree, or the links' motion in space. */
+/* Whether the following steps read the terms of the tree, or the links' motion in space. */
 static bool reads_space(const kt_model *model) {
     bool reads = model->n.x > 0 || (KT_HAS_LOOPS && model->n.row && kt_loop_gradient_reads_space(model));
     for (size_t i = 0; i < model->n.effect; i++) {
@@ -137,7 +137,7 @@ kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const
         status = refuse_singular(w, at, error);
     if (status == KT_OK)
         status = fill_tree(w, at, error);
-    if (status == KT_OK) /* first: what follows leaves other motions in data */
+    if (status == KT_OK) /* first: the following steps leave other motions in data */
         status = kt_effects_differentiate(w->model, w->data, at, &w->terms, w->path,
                                           &(kt_state_derivatives){w->force_x, w->rate_q, w->rate_v, w->rate_x}, error);
     if (status == KT_OK && KT_HAS_LOOPS && w->p)
@@ -194,7 +194,8 @@ static void write_reduced(kt_linearized *w, const double *d, const double *e, do
     }
 }
 
-/* Refuses what is known too little next to a singular position: an error e of accelerations is one of |Z' M Z| |Z'| e. */
+/* Rejects derivatives that are too inaccurate next to a singular position. An error e of accelerations is an error |Z'
+ * M Z| |Z'| e of these. */
 static kt_status refuse_unknown(kt_linearized *w, size_t f, const double *basis, const double *mass,
                                 const double *stiffness, kt_error *error) {
     const kt_model *model = w->model;

@@ -1,5 +1,5 @@
-/* The linearised equations of motion of a whole mechanism, before anything is solved (stiffness.c): what
- * kt_stiffness_evaluate reduces, and what kt_acceleration_derivatives solves. */
+/* The linearised equations of motion of a whole mechanism, before anything is solved (stiffness.c).
+ * kt_stiffness_evaluate reduces them, and kt_acceleration_derivatives solves them. */
 #ifndef KT_DERIVATIVE_STIFFNESS_H
 #define KT_DERIVATIVE_STIFFNESS_H
 
@@ -44,9 +44,10 @@ typedef struct kt_linearized {
     kt_data *data;
     double t;
     size_t n, p;
-    bool dense;               /* with loops: Q, R and Q' M Z are wanted */
+    bool dense;               /* with loops: Q, R and Q' M Z are computed */
     bool estimates;           /* next to singular positions `error` is estimated; false: they are refused */
-    double error;             /* of derivatives by positions, over the coordinates' units; 0 where nothing is near */
+    double error;             /* of derivatives by positions, over the coordinates' units; 0 if no singular position is
+                               * near */
     kt_jacobian_qr qr;        /* of A, in `factors` */
     kt_derivative_work terms; /* of the tree, in `tree` */
     double *mass, *d_q, *d_v; /* M, D by positions and by velocities: n x n, where `terms` has them */
@@ -54,18 +55,19 @@ typedef struct kt_linearized {
 } kt_linearized;
 
 /* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. dense: with loops, Q, R and Q' M Z
- * are wanted. */
+ * are computed. */
 size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense);
 
-/* Fills M, D and with loops E, and if they are wanted Q, R and Q' M Z, at the accelerations a; NULL: those of the
- * motion are evaluated. */
+/* Fills M, D and with loops E at the accelerations a; NULL: those of the motion are evaluated. If w is dense, also
+ * fills Q, R and Q' M Z. */
 KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const double *a, kt_error *error);
 
-/* Copies what own states add, but for force. */
+/* Copies the contributions of own states, except force. */
 void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives *to);
 
-/* Computes f (n): the joint forces of all effects, or if `differenced` of those alone that have no derivatives, including
- * J' times their wrenches. And subtracts the derivatives of these from D, by differences. */
+/* kt_linearized_sum_effects: computes f (n), the joint forces of all effects, including J' times their wrenches. If
+ * `differenced`, includes only effects without derivatives. kt_linearized_difference_effects: subtracts the derivatives
+ * of these from D, by differences. */
 KT_CHECKED kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q, const double *v, bool differenced,
                                                double *f, kt_error *error);
 KT_CHECKED kt_status kt_linearized_difference_effects(kt_linearized *w, const double *q, const double *v,
@@ -87,15 +89,15 @@ KT_CHECKED kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *da
 typedef struct kt_acceleration_matrices {
     kt_forward_matrices by;
     const kt_state_derivatives *states;
-    bool uncertain; /* next to singular positions those, too, of which less than KT_KNOWN is known */
+    bool uncertain; /* next to singular positions also return derivatives that are less accurate than KT_KNOWN */
 } kt_acceleration_matrices;
 
-/* At known accelerations a of the motion, or NULL. */
+/* kt_acceleration_derivatives at given accelerations a of the motion, or NULL. */
 KT_CHECKED kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory,
                                                     size_t memory_size, const kt_dynamic_state *at, const double *a,
                                                     const kt_acceleration_matrices *to, kt_error *error);
 
-/* The error that derivatives overflow. */
+/* Returns the error that derivatives overflow. */
 kt_status kt_linearized_overflow(kt_error *error);
 
 #endif
