@@ -12,8 +12,9 @@
 #include <string.h>
 
 /* Defines for numbers, or vectors of them,
- *   kt_motion_shift...   the acceleration at the end of r of what moves at x at its beginning
- *   kt_wrench_shift...   the wrench x at the end of r, about its beginning */
+ *   kt_motion_shift...   the acceleration at the end of r, for an acceleration x at its beginning
+ *   kt_wrench_shift...   the wrench x at the end of r, about its beginning
+ */
 #define KT_SHIFTS(number, suffix)                                                                                      \
     KT_INLINE void kt_motion_shift##suffix(int components, kt_real3 r, number *x) {                                    \
         if (components == KT_FRONT_SPACE / 2) {                                                                        \

@@ -12,8 +12,8 @@
 
 /* ---- a number of each equation ----------------------------------------------------------------------------------- */
 
-/* What the sweeps are compiled for: 3 or 6 components of wrenches, and so many equations. The vector of one state always
- * has all four. */
+/* The constants for which the sweeps are compiled: 3 or 6 components of wrenches, and the number of equations. The
+ * vector of one state always has all four. */
 typedef struct shape {
     int components, equations;
 } shape;
@@ -34,7 +34,7 @@ KT_OPERATOR kt_real4 choose4(int n, bool c, kt_real4 a, kt_real4 b) { return (vo
 KT_OPERATOR void store4(int n, kt_real4 a, kt_real4 *to) { (void)n, *to = a; }
 KT_OPERATOR int32_t choose_index(bool condition, int32_t a, int32_t b) { return condition ? a : b; }
 
-/* a . b over all lanes. Of equations that the group does not have, there are zeros of either sign. */
+/* Returns a . b over all lanes. For equations that the group does not have, the lanes are zeros of either sign. */
 KT_INLINE double dot4(int n, kt_real4 a, kt_real4 b) {
     const kt_v4 x = a * b;
     (void)n;
@@ -93,7 +93,7 @@ KT_INLINE void add_square(int n, kt_real4 u, kt_real1 weight, kt_real4 *square) 
     }
 }
 
-/* What add_square leaves out, with a weight of 1. */
+/* Sets the entries that add_square, with a weight of 1, leaves out. */
 KT_INLINE void mirror_square(kt_real4 *square) {
 #ifdef KT_LANES
     for (int r = 1; r < ALL; r++)
@@ -239,7 +239,8 @@ typedef struct wrenches {
     kt_real4 x[KT_FRONT_SPACE];
 } wrenches;
 
-/* What link i receives: from the link after it, if that is its child (`from_child`), and what has been stored. */
+/* Sums the wrenches that link i receives: the stored ones, and those of the link after it if that is its child
+ * (`from_child`). */
 KT_INLINE void receive(const sweep *s, int32_t i, shape is, bool from_child, wrenches *p) {
     const int32_t local = s->model->link[i].local;
     const bool has = s->d.given[local] & KT_DELASSUS_WRENCH;
@@ -279,7 +280,7 @@ KT_INLINE kt_real4 along3(int n, kt_real3 e, const kt_real4 *x) {
                 scale4(n, KT_PART3(e, 2), x[2]));
 }
 
-/* S . p of an axis; of a planar revolute joint about n, whatever its sign. */
+/* Returns S . p of an axis; for a planar revolute joint it is about n, for either sign. */
 KT_INLINE kt_real4 along(const sweep *s, int32_t i, shape is, const wrenches *p) {
     const kt_real4 *x = p->x;
     const int n = is.equations;
@@ -346,9 +347,9 @@ static kt_real1 product(const kt_real4 *g, kt_real4 x, kt_real4 y) {
     return dot4(ALL, sum, y);
 }
 
-/* The columns of C for the equations from `begin` to `end`, after those before, by Gram and Schmidt with the scalar
- * product of G = A A': the longest remainder first. *first is the squared size of the largest so far. Returns the size
- * of the last, 0 if that is not clear. */
+/* Computes the columns of C for the equations from `begin` to `end`, after those before. It uses Gram and Schmidt with
+ * the scalar product of G = A A': the longest remainder first. *first is the squared size of the largest so far.
+ * Returns the size of the last, or 0 if that is not clear. */
 static kt_real1 orthonormalise(const kt_real4 *g, int begin, int end, double tolerance, kt_real4 *c, kt_real1 *first) {
     const kt_real1 zero = kt_real1_splat(0.0);
     kt_condition taken[KT_DELASSUS_MAX], clear = kt_condition_true();

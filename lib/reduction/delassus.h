@@ -1,27 +1,32 @@
-/* A constraint group of few equations and many links (a rope that is held at both ends): its links stay links of the
- * tree, for which the articulated-body recursion knows the inverse of M, and only the multipliers are found as a whole.
+/* A constraint group of few equations and many links (a rope that is held at both ends). Its links stay links of the
+ * tree, for which the articulated-body recursion provides the inverse of M. Only the multipliers are found as a whole.
  *
  * The equations are A x = b'', k of them. With B = A' C such that B'B = 1 and the applied forces f = tau - h,
  *   x = M^-1 (f + B mu),   S mu = C' b'' - B' M^-1 f,   S = B' M^-1 B,   lambda = C mu
- * S is the Delassus matrix of the orthonormal rows B': its condition is at most that of M, while that of A M^-1 A'
- * would be that of A squared, too (Popov & Vereshchagin 1978; Featherstone 2008, 8.5).
+ * S is the Delassus matrix of the orthonormal rows B'. Its condition is at most that of M, while that of A M^-1 A'
+ * would include that of A squared, too (Popov & Vereshchagin 1978; Featherstone 2008, 8.5).
  *
- * The recursion over the group's links, tips first, needs no matrix of x. The columns of B are the joint forces of the
- * wrenches W C, where W holds the wrenches of unit multipliers on the loops' links, as columns. Let P_i be the bias
- * wrenches that they cause, K_i the parent gain and 1 / d_i the inertia of a joint's degree of freedom S_i, as the
- * backward pass has found them, y_i its free acceleration, A0_p the parent's acceleration that velocities and gravity
- * alone give. Then
+ * The recursion over the group's links, tips first, needs no matrix of x. W holds the wrenches of unit multipliers on
+ * the loops' links, as columns. The columns of B are the joint forces of the wrenches W C. The backward pass provides
+ *
+ *   P_i      the bias wrenches of W C
+ *   K_i      the parent gain
+ *   d_i      the inverse of the inertia of a joint's degree of freedom S_i
+ *   y_i      its free acceleration
+ *   A0_p     the parent's acceleration due to velocities and gravity alone
+ *
+ * Then
  *   u_i = -S_i . P_i,   P_parent += shift(P_i) + K_i u_i
  *   S = sum u_i d_i u_i',   B' M^-1 f = sum u_i (y_i - K_i . A0_p)
  * and d_i u_i' mu is added to y_i before the forward pass. A spherical joint counts as three such degrees of freedom,
  * by the factors L D L' of its inertia, or if it has armature one after the other. A relation between joints, such as a
- * motion, is no wrench but a joint force: u_i has its coefficient times C as well. With K = 0 the same sweep gives u_i
- * = the rows of A', of which C is the inverse of the triangular factor, loop by loop with pivoting.
+ * motion, is no wrench but a joint force: u_i has its coefficient times C as well. With K = 0 the same sweep yields
+ * u_i, the rows of A'. C is the inverse of the triangular factor of A', loop by loop with pivoting.
  *
- * Rank. Positions next to singular ones, and rows of very different size, are left to the fronts (front.h),
- * as are motions along which the tree has no inertia.
+ * Rank. The fronts (front.h) treat positions next to singular ones, rows of very different size, and motions along
+ * which the tree has no inertia.
  *
- * A damped step of a search, the least of |B y + r|^2 + mu |y|^2 with equations and coordinates in their units, needs
+ * A damped step of a search minimises |B y + r|^2 + mu |y|^2, with equations and coordinates in their units. It needs
  * no inertia and no rank: y = -B' (B B' + mu 1)^-1 r.
  *
  * Groups on the ground alone: wrenches that reach the ground need no further treatment.
@@ -35,13 +40,13 @@
 /* The most equations: one a lane. */
 enum { KT_DELASSUS_MAX = 4 };
 
-/* What the group's arrays for the elimination by fronts hold instead: the rows of B by coordinates, 1 / D by
- * coordinates, wrenches on links by their first coordinates, C, and what of them is in use. */
+/* Returns the size of the group's arrays, which replace those for the elimination by fronts. They hold the rows of B by
+ * coordinates, 1 / D by coordinates, wrenches on links by their first coordinates, C, and flags of the parts in use. */
 static inline size_t kt_delassus_count(size_t m) {
     return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + m + (m + 7) / 8;
 }
 
-/* A number of each equation, in the lanes of a vector; of several states in an array. */
+/* A number of each equation, in the lanes of a vector; for several states in an array. */
 #ifndef KT_LANES
 typedef kt_v4 kt_real4;
 #else
@@ -73,14 +78,16 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
 
 #ifndef KT_LANES
 
-/* kt_delassus_prepare: C, of a group whose equations have been filled; false if it is left to the fronts. Sets what
- *   kt_front_factor does.
+/* kt_delassus_prepare: C of a group whose equations have been filled; false if the group is left to the fronts. Sets
+ * the
+ *   same data as kt_front_factor.
  * kt_delassus_least: the least step A' (A A')^-1 right in the group's coordinates, of step (nv), after `prepare`.
  * kt_delassus_measure: B B' of a damped step, *size its trace; false if there are more than four equations.
  * kt_delassus_damp: the damped step for violations `gap` (k) in the group's coordinates, of step (nv), after `measure`.
  *   Returns false if the matrix is not positive definite.
- * kt_delassus_solve: adds the multipliers' accelerations to the joints' free ones, between backward and forward pass;
- *   stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane. */
+ * kt_delassus_solve: adds the multipliers' accelerations to the joints' free ones, between backward and forward pass.
+ *   Stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane.
+ */
 #define KT_DELASSUS_DECLARE(isa)                                                                                       \
     bool kt_delassus_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);                      \
     void kt_delassus_least_##isa(const kt_model *model, kt_data *data, size_t g, double *step);                        \

@@ -1,10 +1,9 @@
-/* Dynamics and closure of mechanisms with loops, in space and in the plane: the recursion over links (links.h), in which
- * each constraint group is one step (groups.h).
+/* Dynamics and closure of mechanisms with loops, in space and in the plane: the recursion over links (links.h), in
+ * which each constraint group is one step (groups.h).
  *
- * KT_PLANAR: the kernels for models some or all links of which are planar (planar_driver.c) and those that treat all
- * links as spatial (driver.c) are made from the same lines. Reactions have components out of the plane; they are left
- * to the spatial kernels (reaction.c).
- */
+ * This file is compiled twice. With KT_PLANAR it yields the kernels for models with planar links (planar_driver.c).
+ * Otherwise it yields those that treat all links as spatial (driver.c). Reactions have components out of the plane;
+ * they are left to the spatial kernels (reaction.c). */
 #ifndef KT_PLANAR
 #error "KT_PLANAR must be true or false"
 #endif
@@ -52,8 +51,8 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-/* `special`: groups of one pin are solved in closed form (in the plane), those of few equations by delassus.h, those of
- * fronts of four parameters by front4.h (in the plane). */
+/* With `special`, three kinds of groups have solvers of their own. Groups of one pin are solved in closed form (in the
+ * plane), groups of few equations by delassus.h, and fronts of four parameters by front4.h (in the plane). */
 KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular,
                              bool special, double *a) {
     const size_t end = spatial_end(model);
@@ -73,7 +72,7 @@ KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dyna
     return failed;
 }
 
-/* If one of the special forms fails, for whatever reason, the general method decides. */
+/* If one of the special forms fails for any reason, the general method decides. */
 KT_INLINE size_t forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular, double *a) {
     if (!regular && (KT_PLANAR || model->has_delassus) && try_forward(model, data, at, false, true, a) == 0)
         return 0;
@@ -104,7 +103,7 @@ KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double
         fill_group(model, data, g, true, q, v, t);
 }
 
-/* Fronts of four parameters know no coordinates that count as constants. */
+/* Fronts of four parameters do not support coordinates that count as constants. */
 KT_INLINE bool has_fixed(const kt_data *data, const kt_group *group) {
     return group->form == KT_FORM_FRONT4 && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
 }

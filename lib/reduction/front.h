@@ -1,28 +1,28 @@
-/* Frontal elimination of a constraint group (Irons 1970), for groups of many loops: its cost grows with their number,
+/* Frontal elimination of a constraint group (Irons 1970), for groups of many loops. Its cost grows with their number,
  * not with the cube of it.
  *
- * The front is the part of the group that the links taken so far form, the group's parent being at rest; links are
- * taken parents first (compile/front_order.c). Its motions are x = x0 + X p with parameters p, of which there are no
- * more than the links still to come can distinguish. A link i is active as long as one of these or an incomplete loop
- * depends on it; then a slot holds its acceleration (alpha, a)_i = T_i p + t_i. A step
+ * The front is the part of the group that the links taken so far form, with the group's parent at rest. Links are taken
+ * parents first (compile/front_order.c). The motions of the front are x = x0 + X p with parameters p. There are no more
+ * parameters than the links still to come can distinguish. A link i is active as long as one of these links or an
+ * incomplete loop depends on it. Then a slot holds its acceleration (alpha, a)_i = T_i p + t_i. A step
  *   takes a link        T_i = [shift(T_parent) S_i], its coordinates x_i being new parameters; the energy
  *                       V(p) = p'H p / 2 - g'p of the front (Gauss' principle) receives T_i' IA_i T_i and the forces
  *   completes loops     D p = e, where D = W (T_b - T_a): with D' Pi = Q [R1; 0], as for dense matrices,
  *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on
  *   keeps coupled ones  with T' = Q [R; 0] of all active links, the last parameters of Q'p are free: no link or loop
- *                       still to come depends on them, and they are those of least energy: p_u = H_uu^-1 (g_u - H_ut
- *                       p_t). Where they are few, Q is replaced by as few reflectors that part the same spaces
- * After the last link nothing is kept, and a backward pass through the steps gives x. If the parent accelerates, the
+ *                       still to come depends on them. They are those of least energy, p_u = H_uu^-1 (g_u - H_ut p_t).
+ *                       If they are few, Q is replaced by as few reflectors that separate the same spaces
+ * After the last link nothing is kept, and a backward pass through the steps yields x. If the parent accelerates, the
  * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
  *
- * An equation that is small at a step although it usually is not, where a later step completes equations that are
- * redundant, is a delayed row, whose slot holds D and the constant part like T and t: the later step may
- * determine the same motion far better, as of three wheels joined by three rods one that is at its dead centre.
+ * An equation can be small at a step although it usually is not. If a later step completes redundant equations, such an
+ * equation becomes a delayed row, whose slot holds D and the constant part like T and t. The later step may determine
+ * the same motion far better. An example are three wheels joined by three rods, with one wheel at its dead centre.
  *
  * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
- * orthogonal factors: the rank of each loop's equations is that among motions which close all loops before it. Nothing
- * but the energy, T and t pass from step to step, therefore the factors that depend on the equations alone serve for
- * several right-hand sides and metrics.
+ * orthogonal factors. The rank of each loop's equations is that among motions which close all loops before it. Only the
+ * energy, T and t pass from step to step. Therefore the factors that depend on the equations alone serve for several
+ * right-hand sides and metrics.
  *
  * Dynamics, planar or in space: the components of accelerations are (alpha, a), three or six.
  */
@@ -35,8 +35,9 @@
 
 #include "linear/lanes.h"
 
-/* What is minimised: the energy of the accelerations (with joint forces tau), the sum of the squares of the
- * coordinates, or that of the equations' violations with a damping times the coordinates' in their units. */
+/* The function that is minimised. KT_FRONT_DYNAMICS: the energy of the accelerations, with joint forces tau.
+ * KT_FRONT_COORDINATES: the sum of the squares of the coordinates. KT_FRONT_DAMPED: the sum of the squares of the
+ * equations' violations, plus a damping times that of the coordinates in their units. */
 typedef struct kt_front_aim {
     enum { KT_FRONT_DYNAMICS, KT_FRONT_COORDINATES, KT_FRONT_DAMPED } kind;
     const double *tau; /* dynamics: joint forces (nv) */
@@ -51,18 +52,19 @@ typedef struct kt_front_total {
     double inertia[KT_FRONT_SPACE * KT_FRONT_SPACE], bias[KT_FRONT_SPACE];
 } kt_front_total;
 
-/* kt_front_fill: kt_rows_fill, or if `planar` kt_planar_rows_fill.
- * kt_front_apply: A x for x (nv) into out (k); if size is not NULL, the largest term of each sum.
- * kt_front_factor: factors the equations; returns the rank, or -1 if a number is not finite. Sets data->last and near.
- * kt_front_measure: the factors of a damped problem, without eliminating any equation; returns the sum of the squares
+/* kt_front_fill: kt_rows_fill, or if `planar` kt_planar_rows_fill. kt_front_apply: A x for x (nv) into out (k); if size
+ * is not NULL, the largest term of each sum. kt_front_factor: factors the equations. Returns the rank, or -1 if a
+ * number is not finite. Sets data->last and near. kt_front_measure: the factors of a damped problem, without
+ * eliminating any equation. Returns the sum of the squares
  *   of the equations' entries D over their scales.
- * kt_front_reduce: eliminates; returns false if there is no inertia along one of the degrees of freedom.
+ * kt_front_reduce: eliminates. Returns false if there is no inertia along one of the degrees of freedom.
  * kt_front_respond: the solution for an acceleration of the parent (NULL: none) into step (nv), only of the group's.
  * kt_front_multipliers: lambda (k), in space, after a reduction with dynamics, for the accelerations a (nv) and those
  *   of the links in data->motion.
  * kt_front_multipliers_of: lambda (k) with A' lambda = the joint forces in the group's `free`, of equations as last
  *   factored.
- * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's. */
+ * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's.
+ */
 #define KT_FRONT_DECLARE(isa)                                                                                          \
     void kt_front_fill_##isa(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,                 \
                              const double *q, const double *v, double t);                                              \
@@ -93,15 +95,16 @@ void KT_KERNEL(kt_front_apply)(const kt_model *model, kt_data *data, size_t g, k
 
 /* ---- a group's arrays -------------------------------------------------------------------------------------------- */
 
-/* The active front of a group. What a step computes for the substitution back stays with the step (kt_front_factor);
- * the arrays below are shared by all steps. The energy is that of the acceleration A of the parent, whose components
- * come first, and of the parameters p: (A, p)' H (A, p) / 2 - g' (A, p). Lanes have what the equations take. */
+/* The active front of a group. The results of a step for the substitution back stay with the step (kt_front_factor).
+ * All steps share the arrays below. The energy is that of the acceleration A of the parent, whose components come
+ * first, and of the parameters p: (A, p)' H (A, p) / 2 - g' (A, p). Lanes have only the members that the equations
+ * need. */
 typedef struct kt_front {
     const kt_model *model;
     kt_data *data;
     const kt_group *group;
     const kt_front_plan *plan;
-    const kt_front_step *step; /* what each step takes and completes, one a link */
+    const kt_front_step *step; /* the links and loops that each step takes and completes, one step a link */
 #ifndef KT_LANES
     kt_front_count *count;          /* how many parameters and equations each step turned out to have */
     const kt_front_count *delaying; /* the step whose delayed equations are in slots, or NULL */
@@ -110,13 +113,13 @@ typedef struct kt_front {
 #endif
     kt_group_work w;             /* right-hand sides, scales, wrenches and multipliers of the group's equations */
     int components;              /* of an acceleration: 3 or 6 */
-    int width, stride;           /* from one vector to the next: of what slots hold, of H */
+    int width, stride;           /* from one vector to the next: in slots, in H */
     kt_real1 *link_acceleration; /* T': the acceleration in a slot for each parameter, a vector a component */
     kt_real1 *constant;          /* t: its known part, a number a component; in multipliers, the wrench on the link */
     kt_real1 *copy;              /* the vectors of T' that are not zero, while coupled parameters are found */
     kt_real1 *speed;             /* the largest angular and linear speed of a slot's link, for sizes of terms */
     kt_real1 *energy, *pull;     /* H by columns, and g */
-    kt_real1 *size;              /* of the terms of H's diagonal: what is not above their rounding is no inertia */
+    kt_real1 *size;              /* of the terms of H's diagonal: a pivot not above their rounding is no inertia */
     kt_real1 *z;                 /* (A, p) while substituting back; scales of reflectors; in multipliers c */
     kt_real1 *spare;             /* a reflector in full, or the right-hand sides of the equations of a step */
     kt_real1 *product;           /* H times a reflector; the links' T with A in front */
@@ -177,12 +180,13 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
 
 #ifndef KT_LANES
 
-/* What a step keeps for the backward pass, by its counts. The order is that in which the counts become known. */
+/* The results that a step keeps for the backward pass, with lengths from its counts. Their order is that in which the
+ * counts are found. */
 typedef struct kt_front_factor {
     double *motion;           /* T_i', a vector of `params` a component */
     double *rows, *scale, *y; /* D', rows of `params`, factored; reflectors; y */
     double *early;            /* the first `rank` entries of Q' T', a vector */
-    double *force;            /* what its equations exert on y (multipliers) */
+    double *force;            /* the forces of its equations on y (multipliers) */
     double *coupled,
         *coupled_scale; /* reflectors Q' that part p_t, which is kept, from p_u: vectors of `left`, padded */
     double *free;       /* p_u = free - gain (A, p_t): */
@@ -208,8 +212,8 @@ static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_facto
 
 #endif
 
-/* The holders: a link is given by its step, a relation by the number of links and its index, and the d-th equation that
- * has been passed on by these numbers and d. */
+/* The index of a holder of a slot. For a link it is its step, and for a relation the number of links plus its index.
+ * For the d-th equation that has been passed on it is the number of links and relations plus d. */
 static inline int32_t kt_front_delayed(const kt_front *f, int d) {
     return f->group->link_count + f->plan->relations + d;
 }

@@ -1,10 +1,10 @@
 /* Fronts of at most four parameters in a plane (front.h), for accelerations at regular positions: a row of four-bars.
  *
- * Parameters are lanes, so that no loop goes over them: T_i' is three vectors, H four. A step with equations D p = e,
- * at most two, has D' Pi = Q [R1; 0] by two reflectors, p = p0 + Z p2 with p0 = Q (y, 0), R1' y = e, and Z the other
+ * Parameters are lanes, so that no loop runs over them: T_i' is three vectors, H four. A step has at most two equations
+ * D p = e. Two reflectors yield D' Pi = Q [R1; 0]. Then p = p0 + Z p2 with p0 = Q (y, 0), R1' y = e, and Z the other
  * columns of Q. With the lanes R = [Z p0]
  *   T R gives T Z and T p0,  H R gives H Z and H p0,  H becomes Z' H Z,  g becomes Z' (g - H p0)
- * Parameters are minimised out where no link is open any more; until then each of them is kept.
+ * When no link is open any more, the parameters are minimised out. Until then each of them is kept.
  *
  * Every exceptional case (next to a singular position, no inertia, not finite) is left to front_factor.c.
  */
@@ -16,7 +16,7 @@
 /* The most parameters, equations of a step and active links. */
 enum { KT_FRONT4_PARAMS = 4, KT_FRONT4_ROWS = 2, KT_FRONT4_SLOTS = 16 };
 
-/* What a step keeps for the backward pass, in the group's memory for fronts. */
+/* The results that a step keeps for the backward pass, in the group's memory for fronts. */
 typedef struct kt_front4_step {
     kt_v4 basis[3], particular; /* Z by columns; p0 */
     kt_v4 last;                 /* the parameters that it minimises out */
@@ -26,9 +26,9 @@ typedef struct kt_front4_step {
 
 static inline size_t kt_front4_count(size_t steps) { return steps * sizeof(kt_front4_step) / sizeof(double); }
 
-/* Writes the accelerations of a group on the ground, whose equations have been filled and whose bias is computed
- * (planar_group.h), to a; without tau the least solution of A x = right. False if that is left to front_factor.c.
- * Sets what kt_front_factor does, for the equations data->factored. */
+/* Writes the accelerations of a group on the ground to a; without tau the least solution of A x = right. Its equations
+ * have been filled and its bias is computed (planar_group.h). Returns false if the group is left to front_factor.c.
+ * Sets the same data as kt_front_factor, for the equations data->factored. */
 #define KT_FRONT4_DECLARE(isa)                                                                                         \
     bool kt_front4_solve_##isa(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a);
 KT_FRONT4_DECLARE(baseline)

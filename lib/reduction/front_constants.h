@@ -1,10 +1,10 @@
-/* What is known of a front's slots, step by step: t, the constant part of the acceleration of a link, and the constant
- * parts of relations and of delayed equations (front.h). Slots enter and leave here, and the right-hand sides of the
- * equations that a step completes follow from them:
+/* The known parts of a front's slots, step by step (front.h). t is the constant part of the acceleration of a link;
+ * relations and delayed equations have constant parts, too. Slots enter and leave here. They determine the right-hand
+ * sides of the equations that a step completes:
  *   t_i = shift(t_parent)         e = b - W (t_b - t_a)         t += T y
  *
- * This is a template: a right-hand side is a number in front_solve.c, and eight of them are a vector, a lane each, in
- * kkt_solve.c. Who includes it defines
+ * This is a template. In front_solve.c a right-hand side is a number. In kkt_solve.c eight of them are a vector, a lane
+ * each. The including file defines
  *   KT_COLUMN              the type of one number, or of a lane each
  *   KT_COLUMN_SHIFT        kt_motion_shift (components.h) for it
  * `constant` is the array of the slots' constants, f->constant in front_solve.c.
@@ -17,8 +17,8 @@ KT_INLINE KT_COLUMN *constant_at(const kt_front *f, KT_COLUMN *constant, int32_t
     return constant + kt_front_place(f, holder);
 }
 
-/* The slots of a step's link, whose constant is that of its parent, shifted, and of relations that begin with it, whose
- * constants begin with zero. */
+/* Enters the slots of a step's link, whose constant is that of its parent, shifted. Also enters the slots of relations
+ * that begin with the link; their constants begin with zero. */
 KT_INLINE void enter_slots(kt_front *f, KT_COLUMN *constant, int s) {
     const kt_front_step *step = &f->step[s];
     const KT_COLUMN *up = step->up < 0 ? NULL : constant_at(f, constant, step->up);
@@ -79,8 +79,8 @@ KT_INLINE void find_right(const kt_front *f, KT_COLUMN *constant, int s, const K
     }
 }
 
-/* The slots of delayed equations: those that the step received leave, and those that it passes on enter with the
- * constants that they have had before it. */
+/* Updates the slots of delayed equations. Those that the step received leave. Those that it passes on enter with their
+ * previous constants. */
 KT_INLINE void pass_delayed(kt_front *f, KT_COLUMN *constant, int s) {
     const kt_front_step *step = &f->step[s];
     const kt_front_count *count = &f->count[s];

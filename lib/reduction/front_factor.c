@@ -9,7 +9,7 @@
 
 /* ---- the factors of the equations -------------------------------------------------------------------------------- */
 
-/* Lengthens what slots hold from n parameters to n + more, by zeros. */
+/* Lengthens the vectors in slots from n parameters to n + more, by zeros. */
 KT_INLINE void extend(const kt_front *f, int n, int more) {
     const int end = kt_front_padded(n + more);
     for (int32_t l = 0; l < f->live_count; l++) {
@@ -95,8 +95,9 @@ static int count_vectors(const kt_front *f) {
     return count;
 }
 
-/* A direction is small, and may be delayed, if others are preferred to its equation (KT_PREFERRED), and below these
- * parts of its step's usual size, as small as an equation must be to be replaced, and of what its entries could be. */
+/* A direction is small, and may be delayed, in two cases. Either other equations are preferred to its equation
+ * (KT_PREFERRED), or it is below one of these limits. They are parts of its step's usual size, as small as an equation
+ * must be to be replaced, and of the largest possible size of its entries. */
 #define SMALL_OF_USUAL (1.0 / 16.0)
 #define SMALL_OF_REACH (1.0 / 16.0)
 
@@ -108,9 +109,9 @@ KT_INLINE bool is_small(const kt_front *f, int32_t equation, double squares, dou
     return (f->w.weight && weight < KT_PREFERRED) || squares < small * small;
 }
 
-/* D' Pi = Q [R1; 0] with pivoting, up to `most` columns; unless `usual` is NULL it ends early where only small
- * directions are left and all can be delayed. *first is the squared size of the largest direction of all steps so
- * far. Returns the rank, or -1 if a number is not finite. */
+/* Factors D' Pi = Q [R1; 0] with pivoting, up to `most` columns. Unless `usual` is NULL, it ends early if only small
+ * directions are left and all can be delayed. *first is the squared size of the largest direction of all steps so far.
+ * Returns the rank, or -1 if a number is not finite. */
 KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const double *usual, double *first) {
     const int n = d->m, k = d->k;
     double *norm = f->w.work, all = 0.0;
@@ -149,8 +150,8 @@ KT_INLINE void take_delayed(kt_front *f, kt_front_count *count, int n, double *r
     f->delaying = NULL;
 }
 
-/* Passes the equations on that have not been eliminated, but for those that are redundant here: what is left of them,
- * in slots. */
+/* Passes on the equations that have not been eliminated, except those that are redundant here. Their remainders are
+ * stored in slots. */
 KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor *x, const int32_t *pivot, int rank,
                        double first) {
     const int n = count->params;
@@ -180,7 +181,7 @@ KT_INLINE void shorten(double *x, int first, int n) {
         x[i - first] = x[i];
 }
 
-/* Multiplies what slots hold by Q', stores the first `rank` entries in `early` and removes them. */
+/* Multiplies the vectors in slots by Q', stores the first `rank` entries in `early` and removes them. */
 KT_INLINE void reflect_slots(const kt_front *f, const kt_front_factor *x, int n, int rank) {
     double *early = x->early;
     for (int j = 0; j < rank; j++) {
@@ -245,7 +246,8 @@ KT_INLINE int factor_coupled(const kt_front *f, int count, int n, double *scale)
     return rank;
 }
 
-/* Of n parameters, the last of Q'p are free. As few reflectors move these, the columns of Q, to the end. */
+/* Finds reflectors for n parameters, if the last of Q'p are free. As few reflectors move these, the columns of Q, to
+ * the end. */
 KT_INLINE void reflect_free(const kt_front *f, const double *scale, int rank, int n, const kt_front_factor *x) {
     const int end = kt_front_padded(n);
     for (int c = 0; c < n - rank; c++) {
@@ -297,7 +299,7 @@ typedef struct front_goal {
     const bool *may_delay;
 } front_goal;
 
-/* What has been found up to a step. */
+/* The counts and sizes that have been found up to a step. */
 typedef struct found {
     int params, rank, dropped, pivots;
     double first; /* the squared size of the largest direction */

@@ -45,8 +45,9 @@ KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, kt_real1 *s) {
 
 #ifndef KT_LANES
 
-/* The articulated inertia of the link with all that it carries outside the group, symmetric, and the bias wrench, which
- * includes that of the accelerations that the velocities alone give (kt_group_bias, kt_planar_group_bias). */
+/* Writes the articulated inertia of the link with all that it carries outside the group, symmetric, and the bias
+ * wrench. The latter includes that of the accelerations due to the velocities alone (kt_group_bias,
+ * kt_planar_group_bias). */
 KT_INLINE void kt_front_inertia(const kt_front *f, int32_t i, double *inertia, double *bias) {
     if (f->components == KT_FRONT_SPACE / 2) {
         const kt_planar_inertia *x = &f->data->planar_inertia[kt_planar_index_shift(f->model, i)];

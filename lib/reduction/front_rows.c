@@ -1,10 +1,9 @@
 /* The equations of a group that is reduced by fronts (front.h): spatial_rows.h and planar_rows.h without A.
  *
- * Motions are relative to the origin of the group's parent, so that those of all links take one pass, however long the
- * loops' paths are. A row is kept as the wrenches (n, f) of a unit multiplier on its two links, about their origins:
- * its entry for a coordinate is the sum of n . w + f . v for the velocities (w, v) that the coordinate gives them. For
- * loops on the ground a point near the first of them replaces the world's origin, which may be far away.
- */
+ * Motions are relative to the origin of the group's parent, so that those of all links take one pass, for loops' paths
+ * of any length. A row is kept as the wrenches (n, f) of a unit multiplier on its two links, about their origins. Its
+ * entry for a coordinate is the sum of n . w + f . v for the velocities (w, v) that the coordinate gives them. For
+ * loops on the ground a point near the first of them replaces the world's origin, which may be far away. */
 #include "reduction/front.h"
 
 #include "constraint/spatial_rows.h"
@@ -182,7 +181,7 @@ static void evaluate_spatial(const kt_front *f, int32_t index, const kt_front_mo
     }
 }
 
-/* The scale stands for the sizes of the coefficients (kt_front_reach). */
+/* The scale replaces the sizes of the coefficients (kt_front_reach). */
 static void evaluate_relation(const kt_front *f, const kt_loop_record *loop, const kt_real1 *q, kt_real1 t) {
     const int32_t slot = kt_rows_slots(f->model, f->group, loop)[0];
     kt_rows_relation_value(f->model, f->group, &f->w, loop, slot, q, t);

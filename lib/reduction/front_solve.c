@@ -13,8 +13,8 @@
 
 /* ---- the energy -------------------------------------------------------------------------------------------------- */
 
-/* H becomes G H G for the reflector G = 1 - t u u' of `all` entries, those of u before `from` being zero; g becomes G
- * g, and the sizes of the terms on the diagonal of H those of the sums. */
+/* Replaces H by G H G for the reflector G = 1 - t u u' of `all` entries; those of u before `from` are zero. Replaces g
+ * by G g, and the sizes of the terms on the diagonal of H by those of the sums. */
 KT_INLINE void reflect_energy(const kt_front *f, const double *u, double t, int from, int all) {
     const int stride = f->stride;
     double *h = f->energy, *w = f->product, *size = f->size, whole = 0.0;
@@ -156,7 +156,7 @@ KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
     }
 }
 
-/* Keeps `columns` columns of the energy from entry `at` on, `rows` of each, if they are asked for. */
+/* Keeps `columns` columns of the energy from entry `at` on, `rows` of each, if the caller requested them. */
 KT_INLINE void keep_energy(const kt_front *f, int at, int columns, int from, int rows) {
     for (int c = at; f->kept && c < at + columns; c++, *f->kept += rows)
         memcpy(*f->kept, f->energy + c * f->stride + from, (size_t)rows * sizeof **f->kept);

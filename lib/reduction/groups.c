@@ -1,6 +1,5 @@
-/* The groups' equations in their forms (`kt_group_form`): factored, solved for least steps, and what they leave open. The
- * same for groups of spatial and of planar links, of which these functions see equations alone.
- */
+/* The groups' equations in their forms (`kt_group_form`): their factors, their least steps, and their residuals. The
+ * functions use equations only, so they serve groups of spatial and of planar links alike. */
 #include "reduction/groups.h"
 
 #include "reduction/delassus.h"
@@ -128,8 +127,8 @@ void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, c
     }
 }
 
-/* If the group is in the form of Delassus, `special` says from here on that its few equations alone have been measured.
- * */
+/* If the group is in the form of Delassus, `special` is set from here on if only its few equations have been
+ * measured. */
 double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     double size = 0.0;
     const bool special =

@@ -1,25 +1,25 @@
-/* The constraint groups of a mechanism, each in its form: factored, solved for least steps, and what it leaves open.
- */
+/* The constraint groups of a mechanism, each in its form: their factors, their least steps, and their residuals. */
 #ifndef KT_REDUCTION_GROUPS_H
 #define KT_REDUCTION_GROUPS_H
 
 #include "constraint/group.h"
 #include "reduction/kernel.h"
 
-/* kt_group_prepare: as kt_group_factor, but groups in a form of their own are left to it (data->special_form): if
- *   `delassus`, those of Delassus, which are prepared for delassus.h; if `front4`, fronts of four parameters, to front4.h.
- *   Returns false if a number is not finite.
- * kt_groups_refactor: factors the groups in their special forms; returns false if there are none or a number is not
+/* kt_group_prepare: does the same as kt_group_factor, but leaves groups in a special form to their own code
+ *   (data->special_form). With `delassus`, groups in the form of Delassus are prepared for delassus.h. With `front4`,
+ *   fronts of four parameters are left to front4.h. Returns false if a number is not finite.
+ * kt_groups_refactor: factors the groups in their special forms. Returns false if there are none, or if a number is not
  *   finite.
- * kt_group_factor: factors one group; with `regular`, directions that are about to be lost near a singular position are
+ * kt_group_factor: factors one group. With `regular`, directions that are about to be lost near a singular position are
  *   left out. Returns -1 if a number is not finite.
- * kt_groups_factor: factors all groups; returns false if a number is not finite.
- * kt_group_residuals: adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
- *   may be NULL); coordinates to be held (NULL: none) count as constants from then on.
- * kt_damped_measure, kt_damped_solve: `measure` and `damp` of kernel.h.
- * kt_groups_least_step: the least step in coordinates; coordinates outside all groups do not change.
- * kt_groups_multipliers_of: the multipliers of all equations as last factored, in the groups' work memory, of given
- *   joint forces: A' lambda = force (nv). No group may be in its special form. */
+ * kt_groups_factor: factors all groups. Returns false if a number is not finite. kt_group_residuals: adds the
+ * violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
+ *   may be NULL). Coordinates to be held (NULL: none) count as constants from then on.
+ * kt_damped_measure, kt_damped_solve: `measure` and `damp` of kernel.h. kt_groups_least_step: the least step in
+ * coordinates. Coordinates outside all groups do not change. kt_groups_multipliers_of: the multipliers of all equations
+ * as last factored, for given joint forces: A' lambda = force
+ *   (nv). They are in the groups' work memory. No group may be in its special form.
+ */
 #define KT_GROUPS_DECLARE(isa)                                                                                         \
     int kt_group_factor_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular);             \
     bool kt_group_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,            \

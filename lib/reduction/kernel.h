@@ -5,13 +5,13 @@
 #include "reduction/method.h"
 
 /* data->special_form: groups in the form of Delassus (delassus.h) and fronts in registers (front4.h) may be solved in
- * their own forms. Where that turns out not to do, they are factored: regularly (`factor`), or as a whole. */
+ * their own forms. If this fails, they are factored: regularly (`factor`), or as a whole. */
 enum { KT_SPECIAL_FORM_NONE = 0, KT_SPECIAL_FORM_REGULAR, KT_SPECIAL_FORM_WHOLE };
 
 typedef struct kt_reduction_kernels {
-    /* Computes the accelerations of a mechanism with loops (at->tau is given); sets data->rank and data->near of each group. `regular`:
-     * directions that are about to be lost near a singular position are left out. Returns the link at which the reduced
-     * inertia is singular or the equations are not finite, or 0. */
+    /* Computes the accelerations of a mechanism with loops (at->tau is given). Sets data->rank and data->near of each
+     * group. `regular`: directions that are about to be lost near a singular position are left out. Returns the link at
+     * which the reduced inertia is singular or the equations are not finite, or 0. */
     size_t (*forward)(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular, double *a);
     /* Fills the equations at (t, q), and `right` with -(A v + phi_t); if v is NULL, velocities are not considered.
      * Coordinates to be held (NULL: none) count as constants. Returns false if a number is not finite. */
@@ -23,8 +23,8 @@ typedef struct kt_reduction_kernels {
     bool (*prepare)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
-    /* Computes the least step (nv) with A step = right, as last factored: in coordinates (then only those of groups
-     * change), or in kinetic energy less force . step. Returns false if the inertia is singular. */
+    /* Computes the least step (nv) with A step = right, as last factored. It is the least in coordinates (then only
+     * those of groups change), or in kinetic energy less force . step. Returns false if the inertia is singular. */
     bool (*least_step)(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step);
     /* A x of a group that is reduced by fronts (front.h), into out (k); if size is not NULL, the largest terms. */
     void (*apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *x, double *out,
@@ -36,9 +36,9 @@ typedef struct kt_reduction_kernels {
     bool (*damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping, double *step);
     /* A vector of the basis of such a group's null space (nv, only of its coordinates). */
     void (*nullspace)(const kt_model *model, kt_data *data, size_t g, int column, double *x);
-    /* Computes the multipliers of all equations for accelerations a, in the groups' work memory: those of the state of
-     * the last `forward`, whose velocities are v. Leaves the accelerations of the links, minus gravity. NULL in the
-     * table for planar links. */
+    /* Computes the multipliers of all equations for accelerations a, in the groups' work memory. They are those of the
+     * state of the last `forward`, whose velocities are v. Leaves the accelerations of the links, minus gravity. NULL
+     * in the table for planar links. */
     void (*multipliers)(const kt_model *model, kt_data *data, const double *v, const double *a);
     /* Computes the null spaces of the groups' equations as last factored, into their work memory; likewise NULL. */
     void (*basis)(const kt_model *model, kt_data *data);
@@ -56,8 +56,8 @@ KT_REDUCTION_DECLARE(v4)
  * model->group_kernels. */
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model);
 
-/* Stores -(A v + phi_t) of a group in `right` and adds its violation to what is there: by the entries of A or, where
- * fronts reduce the group, by `apply`. w: the group's matrices of all rows. */
+/* Stores -(A v + phi_t) of a group in `right` and adds its violation to the given one. It uses the entries of A or, if
+ * fronts reduce the group, `apply`. w: the group's matrices of all rows. */
 static inline void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w,
                                                const double *v, kt_violation *violation) {
     if (kt_group_has_fronts(&model->group[g])) {

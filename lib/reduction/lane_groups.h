@@ -1,7 +1,7 @@
-/* The constraint groups of several states at once (algebra/real3.h): of mechanisms whose groups are pins,
- * small dense matrices or in the form of Delassus (kt_lanes_fit_model of batch/lanes.h), in planes and in space. What is computed
- * of a state are the operations of driver.c and groups.c. States that are near a singular position of a group, or in
- * which equations are lost that are independent at others, are told and mean nothing. */
+/* The constraint groups of several states at once (algebra/real3.h). The groups are pins, small dense matrices or in
+ * the form of Delassus (kt_lanes_fit_model of batch/lanes.h), in planes and in space. The operations on a state are
+ * those of driver.c and groups.c. Two kinds of states are marked as invalid: states near a singular position of a
+ * group, and states that lose equations which are independent in others. */
 #ifndef KT_REDUCTION_LANE_GROUPS_H
 #define KT_REDUCTION_LANE_GROUPS_H
 
@@ -16,7 +16,7 @@ typedef struct kt_lanes_at {
     const kt_external *external;
 } kt_lanes_at;
 
-/* Accelerations; states that cannot be computed are told by data->sound. */
+/* Computes accelerations; data->sound excludes states for which this fails. */
 void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const kt_lanes_at *at, kt_real1 *a);
 
 /* Fills the equations at (t, q), and `right` with -(A v + phi_t). Returns the states whose numbers are finite. */

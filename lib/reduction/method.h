@@ -18,7 +18,7 @@ typedef struct kt_reduction_kind {
     bool chooses; /* rank is less than the number of equations: some of them are chosen, and the others not solved */
     bool pins;    /* a group that one pin in a plane closes may be solved in closed form instead (pin.h) */
     bool fronts;  /* large groups may be eliminated link by link instead (front.h) */
-    int large;    /* groups with this number of coordinates and more need what `open` provides */
+    int large;    /* groups with this number of coordinates and more need the memory that `open` provides */
     kt_status (*open)(kt_error *error);
     /* Factors w->a; returns the numerical rank, at most cap, or -1 if a number was not finite. */
     int (*factor)(kt_group_work *w, int cap);
@@ -37,7 +37,7 @@ struct kt_reduction_method {
     const kt_reduction_kind *baseline, *v3, *v4;
 };
 
-/* Of a method whose functions end in the name of the instruction set. */
+/* The table of a method whose functions end in the name of the instruction set. */
 #ifdef KT_ISAS
 #define KT_REDUCTION_METHOD(name)                                                                                      \
     { &name##_baseline, &name##_v3, &name##_v4 }

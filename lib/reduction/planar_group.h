@@ -12,7 +12,7 @@
 
 enum { KT_PLANAR_WIDTH = 3 };
 
-/* Computes the accelerations A0 that the velocities alone give while the parent's is zero (in response->bias_linear),
+/* Computes the accelerations A0 due to the velocities alone, with that of the parent zero (in response->bias_linear),
  * and the corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration, minus
  * gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
@@ -51,8 +51,8 @@ KT_INLINE kt_real1 kt_planar_along_dof(const kt_model *model, const kt_data *dat
     return u[0] * fx + u[1] * fy;
 }
 
-/* Computes the column of M, and if the parent (top) accelerates that of F, for the degree of freedom of the link with
- * planar index k, whose composite inertia c is complete. */
+/* Computes the column of M for the degree of freedom of the link with planar index k, whose composite inertia c is
+ * complete. If the parent (top) accelerates, also computes that of F. */
 KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group_work *w, int32_t top,
                                       int32_t k, const kt_planar_inertia *c) {
     const kt_planar_link *link = &model->planar[k];

@@ -1,6 +1,6 @@
-/* The recursion over planar links with constraint groups (dynamics/aba_planar.h, planar_group.h): what spatial_links.c is
- * in space. No joint connects planar and spatial links, and a group is entirely planar or entirely spatial.
- */
+/* The recursion over planar links with constraint groups (dynamics/aba_planar.h, planar_group.h), the planar
+ * counterpart of spatial_links.c. No joint connects planar and spatial links, and a group is entirely planar or
+ * entirely spatial. */
 #include "reduction/links.h"
 #include "reduction/pin.h"
 #include "reduction/planar_group.h"

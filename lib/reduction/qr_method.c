@@ -5,13 +5,13 @@
  *   multipliers: R1 lambda = Q1' g
  *
  * Q is stored as reflectors I - t u u', u below R without its leading 1, as in LAPACK. For the small matrices of small
- * loops, the code below takes a fraction of the time of LAPACK's call; from KT_LARGE coordinates on, LAPACK is faster
+ * loops, the code below takes a fraction of the time of LAPACK's call. From KT_LARGE coordinates on, LAPACK is faster
  * (bench/scaling).
  *
  * Reflectors are applied one by one; LAPACK is given no work memory for blocks. Compared with blocks this takes a
- * fourth of the instructions for one column, as many or fewer for m / 4 columns, and a tenth more for m / 2. It also
- * makes results independent of the number of OpenBLAS's threads below KT_BLOCKED coordinates: the products of one
- * reflector are so small that OpenBLAS leaves them to one thread, while products of blocks are divided, and rounded,
+ * fourth of the instructions for one column. It takes as many or fewer for m / 4 columns, and a tenth more for m / 2.
+ * It also makes results independent of the number of OpenBLAS's threads below KT_BLOCKED coordinates. The products of
+ * one reflector are so small that OpenBLAS leaves them to one thread. Products of blocks are divided, and rounded,
  * according to the number of threads.
  */
 #include "reduction/maggi_kane.h"
@@ -65,7 +65,7 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
     return cap;
 }
 
-/* Three coordinates and two equations, as in a closed planar chain: loops of known length are unrolled, which halves
+/* Three coordinates and two equations, as in a closed planar chain. Loops of constant length are unrolled, which halves
  * the cost of such a group. Returns whether it is one; *known is then the group with these numbers as constants. */
 KT_INLINE bool is_four_bar(const kt_group_work *w, int rank, kt_group_work *known) {
     if (w->m != 3 || w->k != 2 || rank != 2)

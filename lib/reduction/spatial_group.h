@@ -6,8 +6,8 @@
  *   M x + F' A + h = tau + A_g' lambda
  *   A_g x = b''                              (b'' does not depend on A: spatial_rows.h)
  *   wrench on the parent = Ic A + F x + W
- * M, F and the composite Ic come from the composite-body recursion over IA_i; h and W come from Newton-Euler with the
- * accelerations that the velocities alone give. By Maggi-Kane [MSD 7.33, 7.34],
+ * The composite-body recursion over IA_i yields M, F and the composite Ic. Newton-Euler with the accelerations due to
+ * the velocities alone yields h and W. By Maggi-Kane [MSD 7.33, 7.34],
  *   x = x0 + N z,   A_g x0 = b'',   A_g N = 0
  *   (N' M N) z = N' (tau - h - M x0 - F' A)
  * so that (maggi_kane.h)
@@ -29,7 +29,7 @@
 
 #include <string.h>
 
-/* Computes the accelerations A0 that the velocities alone give while the parent's is zero (in response), and the
+/* Computes the accelerations A0 due to the velocities alone, with that of the parent zero (in response), and the
  * corresponding wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
 static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_group *group) {
     for (int l = 0; l < group->link_count; l++) {
@@ -43,7 +43,7 @@ static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_
             self->bias_linear =
                 kt_add3(self->bias_linear,
                         kt_add3(data->response[up].bias_linear, kt_cross3(data->response[up].bias_angular, m->offset)));
-        } else if (up == 0) { /* the ground's acceleration is known: gravity */
+        } else if (up == 0) { /* the ground's acceleration is given: gravity */
             self->bias_linear = kt_add3(self->bias_linear, data->motion[0].linear);
         }
         kt_articulated *x = &data->articulated[i];

@@ -1,9 +1,8 @@
-/* The recursion over spatial links with constraint groups: the articulated-body recursion (dynamics/aba.h), in which each
- * group is one step (spatial_group.h). Bodies outside all loops cost what they cost in a tree.
+/* The recursion over spatial links with constraint groups: the articulated-body recursion (dynamics/aba.h), in which
+ * each group is one step (spatial_group.h). Bodies outside all loops have the same cost as in a tree.
  *
- * The functions treat links 1 to end - 1 and the groups among them (links.h): all of them, or those before the planar
- * ones, which planar_links.c treats.
- */
+ * The functions treat links 1 to end - 1 and the groups among them (links.h). These are all links, or those before the
+ * planar ones, which planar_links.c treats. */
 #include "reduction/whole_symmetric.h"
 
 #include "reduction/links.h"
