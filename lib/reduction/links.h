@@ -11,9 +11,9 @@
  * and the inertias from children to zero (in the plane `move` does). motion: all of these, then external wrenches (may
  * be NULL); the ground's acceleration is minus gravity. accelerate: backward and forward pass, after the groups'
  * equations have been factored. Returns the link at which the
- *   inertia is singular, or 0. With `delassus`, groups in the form of Delassus are solved by delassus.h, which has prepared
- *   them. In the plane, if v is not NULL, groups of one pin are solved in closed form for these velocities. If v is NULL,
- *   they have been factored like all others. `weightless`: without gravity.
+ *   inertia is singular, or 0. With `delassus`, groups in the form of Delassus are solved by delassus.h, which has
+ *   prepared them. In the plane, if v is not NULL, groups of one pin are solved in closed form for these velocities. If
+ *   v is NULL, they have been factored like all others. `weightless`: without gravity.
  */
 #define KT_LINKS_DECLARE(isa)                                                                                          \
     void kt_spatial_links_pose_##isa(const kt_model *model, kt_data *data, const double *q, size_t end);               \
