@@ -1,8 +1,7 @@
-/* Forces of actuators from accelerations, with loops and effects. The forces that the motion needs on all coordinates,
- * n = M a + h - J' external - Q, come from actuators and loops: n = S' forces + A' lambda. With A Z = 0
+/* Forces of actuators from accelerations, with loops and effects. The forces that the motion needs on all coordinates
+ * are n = M a + h - J' external - Q. Actuators and loops supply them: n = S' forces + A' lambda. With A Z = 0
  *     Z' S' forces = Z' n
- * and with y = sqrt(W) forces the least y is that of least forces' W forces.
- */
+ * and with y = sqrt(W) forces the least y is that of least forces' W forces. */
 #include "control/control.h"
 #include "linear/cholesky.h"
 #include "mechanism/evaluate.h"
@@ -99,7 +98,8 @@ static kt_status check_weights(kt_coordinate_list list, const double *weights, k
     return KT_OK;
 }
 
-/* With B = Z (W^-1/2 S Z)^+ W^-1/2 the forces are B' n: the reciprocal of the largest entry of B, in units. */
+/* Returns a reciprocal condition number. With B = Z (W^-1/2 S Z)^+ W^-1/2 the forces are B' n. The number is the
+ * reciprocal of the largest entry of B, in units. */
 static double condition(kt_actuation_work *w, kt_coordinate_list actuated) {
     const size_t nv = w->model->n.v;
     double most = 1.0;

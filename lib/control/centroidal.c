@@ -49,7 +49,7 @@ static composite *compose(const kt_model *model, kt_data *data) {
     return c;
 }
 
-/* Where the columns of a link go. */
+/* The destination of the columns of a link. */
 typedef struct columns {
     const composite *c;
     kt_vec3 arm;   /* o - g */

@@ -1,4 +1,4 @@
-/* What the files of this folder share. */
+/* Declarations that the files of this folder share. */
 #ifndef KT_CONTROL_CONTROL_H
 #define KT_CONTROL_CONTROL_H
 
@@ -9,7 +9,7 @@
 
 static inline bool kt_is_twist_frame(kt_twist_frame frame) { return (unsigned)frame <= KT_TWIST_WORLD; }
 
-/* c_n and c_f of a link (frame.c): what joint velocities alone add to its parent's acceleration. */
+/* Returns c_n and c_f of a link (frame.c): the contribution of joint velocities alone to its parent's acceleration. */
 kt_twist kt_link_bias(const kt_model *model, const kt_link_kinematics *links, size_t i);
 
 /* The work memory of the calls with a list of coordinates: type, name, count, meaning. */
@@ -40,15 +40,17 @@ typedef struct kt_actuation_work {
 KT_CHECKED kt_status kt_actuation_begin(const kt_model *model, void *memory, size_t size, kt_coordinate_list list,
                                         kt_actuation_work *w, kt_error *error);
 
-/* Computes Z at (t, q), and factors its rows of the coordinates in the list, each times scale[i] (NULL: 1). Errors:
- * those of kt_loop_nullspace, and KT_ERROR_SINGULAR if there is a motion Z z in which all of them rest, naming the
- * joint that moves most; `lack` says what is wrong with that motion. */
+/* Computes Z at (t, q), and factors its rows of the coordinates in the list, each times scale[i] (NULL: 1). `lack`
+ * describes the fault of a motion in which all of them rest.
+ *
+ * Errors: those of kt_loop_nullspace; KT_ERROR_SINGULAR if there is a motion Z z in which all of them rest, naming the
+ * joint that moves most. */
 KT_CHECKED kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, const double *q,
                                          kt_coordinate_list list, const double *scale, const char *lack,
                                          kt_error *error);
 
-/* How much the coordinates move, in units, while coordinate i moves by one unit: the largest share of x (nv), the rates
- * of all for a rate 1 of i. */
+/* Returns the largest motion of the coordinates, in units, while coordinate i moves by one unit. x (nv): the rates of
+ * all for a rate 1 of i. */
 double kt_actuation_amplification(const kt_actuation_work *w, const double *x, int i);
 
 #endif

@@ -1,10 +1,9 @@
-/* Jacobians and bias accelerations of frames. With w_p the angular velocity of the link that carries link i, u_i the
- * linear part of the joint's velocity, r_i the offset between their origins, and x_i from link i's origin to the point,
- * the accelerations at rest of all joint rates are
+/* Jacobians and bias accelerations of frames. The accelerations at rest of all joint rates are
  *     alpha = sum c_n,i                       c_n,i = w_p x (w_i - w_p)
  *     a     = sum (c_f,i + c_n,i x x_i) + w x (w x x)       c_f,i = w_p x (w_p x r_i) + 2 w_p x u_i
- * over the path to the root (dynamics/sweep.h); the last term is that of the body's own link.
- */
+ * over the path to the root (dynamics/sweep.h). The last term is that of the body's own link. w_p is the angular
+ * velocity of the link that carries link i. u_i is the linear part of the joint's velocity, r_i the offset between
+ * their origins, and x_i leads from link i's origin to the point. */
 #include "control/control.h"
 
 void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
@@ -29,7 +28,8 @@ void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_
     }
 }
 
-/* u_i. Revolute and spherical motions have none; that of the others is what the links' velocities leave. */
+/* Returns u_i. Revolute and spherical motions have none. For other motions it is the remainder of the links'
+ * velocities. */
 static kt_vec3 slide(const kt_link *link, const kt_link_kinematics *up, const kt_link_kinematics *m) {
     if (link->motion == KT_MOTION_REVOLUTE || link->motion == KT_MOTION_SPHERICAL)
         return kt_vec3_make(0.0, 0.0, 0.0);

@@ -1,14 +1,15 @@
-/* Derivatives of Jacobians of frames, by time and by positions. With S_k = (s, l) a degree of freedom of a link, about
- * the link's origin o, and p the point, J's column in world axes at the point is (s, j), j = l + s x (p - o).
+/* Derivatives of Jacobians of frames, by time and by positions. Let S_k = (s, l) be a degree of freedom of a link,
+ * about the link's origin o, and p the point. J's column in world axes at the point is (s, j), j = l + s x (p - o).
  *
- * By time, an axis moves along with what it is fixed in: those of rotations with the link itself, those of translations
- * with the frame that carries it. With (w, c) the motion of that, c at o, and u the velocity of the point,
+ * In time, an axis moves along with its carrier. The axes of rotations are fixed in the link itself, and those of
+ * translations in the frame that carries the link. With (w, c) the carrier's motion, c at o, and u the velocity of the
+ * point,
  *     ds/dt = w x s,   dj/dt = w x l + c x s + (w x s) x (p - o) + s x u
- * By position q_k, all that the degree of freedom carries turns with it, but not what carries it, (w_p, c):
+ * With position q_k, everything that the degree of freedom carries turns with it. Its own carrier, (w_p, c), does not:
  *     d(omega)/dq_k = s x omega + w_p x s,   d(u)/dq_k = s x u + w_p x l + c x s + (w_p x s) x (p - o)
  * (dynamics/dof.h: psi'). In other frames, with R the axes of the body,
  *     d(R' y) = R' (dy - dr x y),   d(u + p x omega) = du + dp x omega + p x d(omega)
- * dr and dp being the rotation of the body and the displacement of the point: omega and u by time, s and j by q_k.
+ * dr and dp are the rotation of the body and the displacement of the point: omega and u by time, s and j by q_k.
  */
 #include "control/control.h"
 #include "dynamics/motion.h"
@@ -27,7 +28,7 @@ typedef struct point {
 typedef struct columns {
     const point *p;
     double *first;
-    kt_v4 carrying, own, origin; /* angular velocities of what carries the link and of it; velocity of its origin */
+    kt_v4 carrying, own, origin; /* angular velocities of the link's carrier and of the link; velocity of its origin */
     kt_v4 arm;                   /* from its origin to the point */
 } columns;
 

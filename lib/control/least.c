@@ -1,4 +1,4 @@
-/* Householder's QR decomposition of one matrix, and what is solved with it. */
+/* Householder's QR decomposition of one matrix, and the solutions with it. */
 #include "control/least.h"
 
 #include <string.h>
@@ -30,7 +30,7 @@ void kt_least_solve_transposed(kt_least *w, const double *b, double *x) {
         kt_reflect(w->qr.factor + (size_t)j * (size_t)m, w->qr.reflector_scale[j], j, m, x);
 }
 
-/* R11 y = sum, x = P [y; 0] with the entries after the rank as they stand. */
+/* R11 y = sum, x = P [y; 0]; the entries after the rank keep their values. */
 static void substitute_back(kt_least *w, double *x) {
     kt_qr_solve(&w->qr, w->qr.m, w->rank, w->sum);
     for (int j = 0; j < w->rank; j++)

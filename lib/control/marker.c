@@ -1,5 +1,5 @@
-/* Frames of markers: those of their bodies, turned by a constant rotation S, so that with KT_TWIST_BODY every quantity y
- * in the body's axes becomes S'y in the marker's. */
+/* Frames of markers: those of their bodies, turned by a constant rotation S. So with KT_TWIST_BODY every quantity y in
+ * the body's axes becomes S'y in the marker's. */
 #include "control/control.h"
 
 static const kt_marker_record *marker_of(const kt_model *model, int body, int marker) {

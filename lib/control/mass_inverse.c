@@ -1,5 +1,5 @@
-/* What joint forces do to accelerations: M^-1 of a tree (dynamics/aba_inverse.h), or with loops Z (Z' M Z)^-1 Z', by
- * these matrices where loops are few, otherwise along the tree (derivative/kkt.h). */
+/* The response of accelerations to joint forces. For a tree it is M^-1 (dynamics/aba_inverse.h), and with loops Z (Z' M
+ * Z)^-1 Z'. If loops are few, these matrices are used, otherwise the factors along the tree (derivative/kkt.h). */
 #include "control/mass_inverse.h"
 
 #include "derivative/dense_or_tree.h"
@@ -64,7 +64,7 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
     if (KT_HAS_LOOPS && s.along) {
         (void)kt_kkt_init(&w->kkt, w->along, model, NULL);
         const kt_status made = kt_data_init(model, w->memory, s.data, &w->kkt.data, error);
-        if (made != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
+        if (made != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
             return made;   /* GCOVR_EXCL_LINE */
     }
     *inverse = w;

@@ -1,10 +1,11 @@
 /* Operational-space inertia (Khatib 1987): with X = M^-1 J' and J X = L L',
  *     Lambda = (J M^-1 J')^-1,   consistent inverse of J = X Lambda
  *
- * How much of itself a row of J can move is judged three times: by its size compared with what it could be, by what the loops
- * leave of it compared with what it could be without them, and by its pivot in L compared with what it is without the rows before it.
- * The product of the three, of the row that has the least, is the reciprocal condition number.
- */
+ * Three ratios measure the mobility of a row of J:
+ *   its size over its largest possible size;
+ *   its remainder with the loops over its value without them;
+ *   its pivot in L over the value without the rows before it.
+ * The reciprocal condition number is the least product of the three over all rows. */
 #include "closure/levenberg_marquardt.h"
 #include "control/mass_inverse.h"
 #include "linear/cholesky.h"
@@ -17,8 +18,8 @@
 
 /* ---- what is left of a row --------------------------------------------------------------------------------------- */
 
-/* The size of a row compared with what one of a radian or of a length of the mechanism could have, whichever is less, at most
- * 1: the most that a coordinate moves the task while it moves by one unit. 0 up to rounding. */
+/* Returns the size of a row, which is the largest motion of the task while a coordinate moves by one unit. It is
+ * relative to the smaller of a radian and a length of the mechanism, and at most 1. Sizes within rounding become 0. */
 static double size_of(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const double could_be = fmin(1.0, kt_model_extent(w->model));
     double most = 0.0;
@@ -27,7 +28,7 @@ static double size_of(const kt_mass_inverse *w, int rows, int r, const double *j
     return most > 8.0 * DBL_EPSILON * could_be ? fmin(1.0, most / could_be) : 0.0;
 }
 
-/* With the basis Z of what loops leave: the largest entry of the row J_r Z compared with the largest sum of the absolute
+/* Uses the basis Z of the null space: the largest entry of the row J_r Z compared with the largest sum of the absolute
  * values of its terms. */
 static double free_fraction_by_basis(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const size_t nv = w->model->n.v;
@@ -85,7 +86,7 @@ static int factor_task_inertia(kt_mass_inverse *w, int rows, double *rcond) {
 
 /* ---- Lambda ------------------------------------------------------------------------------------------------------ */
 
-/* X, J X, and what is left of each row. */
+/* Computes X, J X, and the free fraction of each row. */
 static void fill(kt_mass_inverse *w, int rows, const double *jacobian) {
     const size_t nv = w->model->n.v;
     for (size_t i = 0; i < nv; i++)
