@@ -4,9 +4,8 @@
  * The wrench that a link with all it carries requires of its joint is, with G = H' and a the acceleration of the
  * origin,
  *   (n, f) = [J H; G M] (alpha, a) + (n_b, f_b)
- * of which J, G and M are stored.
- * 1. Forward pass: positions, velocities and c = (c_n, c_f) (sweep.h).
- * 2. Backward pass: articulated inertias from the tips to the ground. For one degree of freedom along S = (s_n, s_f):
+ * of which J, G and M are stored. 1. Forward pass: positions, velocities and c = (c_n, c_f) (sweep.h). 2. Backward
+ * pass: articulated inertias from the tips to the ground. For one degree of freedom along S = (s_n, s_f):
  *      U = [J H; G M] S,   d = 1 / S.U,   y = (tau - S.(n_b, f_b) - U.c) d
  *      (n_b, f_b) += [J H; G M] c + U y                          with the inertia before the next line
  *      [J H; G M] -= U U' d
@@ -16,19 +15,20 @@
  *    nothing but the wrench tau.
  * 3. Forward pass: accelerations, of a joint y - d U . (the parent's A, shifted).
  *
- * Armature a, the rotor inertia reflected to a degree of freedom, adds a to S.U and to nothing else: the rotor turns
- * with the joint against the parent, and its momentum is neglected. Links with armature are eliminated by a function of
- * their own, in an instance of the recursion that only models with armature use.
+ * Armature a, the rotor inertia reflected to a degree of freedom, adds a to S.U and to nothing else. The rotor turns
+ * with the joint against the parent, and its momentum is neglected. A separate function eliminates links with armature,
+ * in an instance of the recursion that only models with armature use.
  *
- * The three passes are written once, at the end of this file. What eliminates a link's degrees of freedom is a
- * parameter: the joint alone in a tree (aba.c), a constraint group as a whole (reduction/spatial_links.c), a joint whose
- * inertia is judged first (inertia_check.c). The compiler makes one function of each, without calls in its loops.
+ * The three passes are written once, at the end of this file. The elimination of a link's degrees of freedom is a
+ * parameter. It is the joint alone in a tree (aba.c), a constraint group as a whole (reduction/spatial_links.c), or a
+ * joint whose inertia is judged first (inertia_check.c). The compiler makes one function of each, without calls in its
+ * loops.
  *
  * Pivot test. Projecting out a degree of freedom leaves rounding errors, and a massless link that moves along the same
  * direction would find these instead of zero. So a joint inertia s'Js counts as zero when it does not exceed
  * KT_NO_INERTIA times sum s_i^2 J_ii plus link->size, a number of the whole subtree. A bound by the trace of J would
- * not do: for a chain in a plane the trace grows as its length cubed in the directions that no joint frees, and swamps
- * an inertia about the others that is exact. (inertia_check.c has a sharper test, made once at compilation.)
+ * not do. For a chain in a plane the trace grows as its length cubed in the directions that no joint frees. It would
+ * exceed an exact inertia about the other directions. (inertia_check.c has a sharper test, made once at compilation.)
  */
 #ifndef KT_DYNAMICS_ABA_H
 #define KT_DYNAMICS_ABA_H
@@ -42,7 +42,7 @@
 #define KT_NO_INERTIA 1e-14 /* about 45 units of rounding */
 
 /* Factors a symmetric matrix as L D L': l = (l10, l20, l21), e = 1 / D. Returns false if it is not positive definite
- * beyond rounding. The rounding error of entry kk is proportional to size[k]; with E = diag(size) and m a row of L^-1,
+ * beyond rounding. The rounding error of entry kk is proportional to size[k]. With E = diag(size) and m a row of L^-1,
  * that of the row's pivot is proportional to m E m'. */
 KT_INLINE kt_condition kt_factor3(const kt_real3 a[3], kt_real3 size, kt_real3 *l, kt_real3 *e) {
     kt_condition positive = kt_condition_true();
@@ -152,7 +152,7 @@ KT_INLINE void kt_articulated_zero(kt_articulated *sum) {
 #endif
 }
 
-/* Zeros where several children add what they pass on. */
+/* Sets zeros if several children add to the sum. */
 KT_INLINE void kt_articulated_clear(const kt_link *link, kt_articulated *sum) {
     if (link->branches)
         kt_articulated_zero(sum);
@@ -242,10 +242,10 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
     return has_inertia;
 }
 
-/* Projects the three rotations of a spherical joint out of x. With J = L D L' and Y = L^-1 H, M - Y' D^-1 Y is passed
- * on. This is done by substitution, not with the inverse: the inverse of a needle, which has next to no inertia about
- * its own axis, is huge, and so would be its rounding errors; Y and D are exact to the rounding of J all the same.
- * Stores l and 1 / D in `kept->j`, G in `kept->g`, tau - n_b in `kept->moment`. */
+/* Projects the three rotations of a spherical joint out of x. With J = L D L' and Y = L^-1 H, the link passes on M - Y'
+ * D^-1 Y. This is done by substitution, not with the inverse. A needle has next to no inertia about its own axis, so
+ * its inverse is huge, and so would be the rounding errors. Y and D are exact to the rounding of J nevertheless. Stores
+ * l and 1 / D in `kept->j`, G in `kept->g`, tau - n_b in `kept->moment`. */
 KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, const kt_link_motion *m,
                                                         const kt_real1 *tau, kt_articulated *x, kt_articulated *kept) {
     const kt_real3 none = kt_zero3(), applied = kt_apply3(m->axes, kt_load3(tau + link->v));
@@ -328,8 +328,8 @@ KT_INLINE kt_condition kt_articulated_project(const kt_model *model, kt_data *da
 
 /* ---- armature ---------------------------------------------------------------------------------------------------- */
 
-/* What a spherical or free joint with armature keeps: of each degree of freedom the parent gain, with d in lane 3 of
- * its angular part, and y. */
+/* The data that a spherical or free joint with armature keeps. For each degree of freedom they are the parent gain,
+ * with d in lane 3 of its angular part, and y. */
 static inline kt_real3 *kt_armature_gain(kt_articulated *kept, int row) { return &kept->gain[row]; }
 /* d is for inverse inertias, which are of one state. */
 KT_OPERATOR void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
@@ -340,8 +340,8 @@ KT_OPERATOR void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
 #endif
 }
 
-/* Joint accelerations, and from them the link's, from those of its parent; c and the parent's accelerations, shifted to
- * the link's origin, have been added to the link's alpha and linear. */
+/* Computes joint accelerations and the link's accelerations from those of its parent. c and the parent's accelerations,
+ * shifted to the link's origin, have been added to the link's alpha and linear. */
 KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
                                const kt_response *response, kt_real1 *a) {
     const kt_real1 x = kt_response_free(response) -
@@ -428,7 +428,7 @@ static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_
 /* ---- the recursion -----------------------------------------------------------------------------------------------
  * It treats the links 1 to end - 1; end is n.link, or n.spatial where the others are planar. */
 
-/* Forward pass: poses and velocities, and zeros for what children pass on; no external wrenches. */
+/* Forward pass: poses and velocities, and zeros for the sums over children; no external wrenches. */
 KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                      size_t end) {
     kt_link_motion *motion = data->motion;
@@ -448,15 +448,15 @@ KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const
     kt_external_none(data);
 }
 
-/* The outcome of eliminating the degrees of freedom of a link: there is no inertia along one of them; x is to be passed
- * to the parent; or nothing is passed, because a group is eliminated as a whole. */
+/* The outcome of eliminating the degrees of freedom of a link. SINGULAR: there is no inertia along one of them. PASSED:
+ * x is to be passed to the parent. ENDED: nothing is passed, because a group is eliminated as a whole. */
 typedef enum kt_elimination { KT_ELIMINATION_SINGULAR, KT_ELIMINATION_PASSED, KT_ELIMINATION_ENDED } kt_elimination;
 
 /* x is the articulated inertia of link i with all it carries; it receives the projected one. */
 typedef kt_elimination kt_eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                     kt_articulated *x, void *context);
 
-/* Of a link that is in no group. */
+/* Eliminates the joint of a link that is in no group. */
 KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                             kt_articulated *x, void *context) {
     (void)context;

@@ -1,7 +1,5 @@
-/* Forward dynamics of trees with armature, in space and in the plane: aba.c and aba_planar.c with another
- * elimination of joints. These two are compiled by themselves, so that what has no armature is compiled as if there
- * were none.
- */
+/* Forward dynamics of trees with armature, in space and in the plane: aba.c and aba_planar.c with another elimination
+ * of joints. These two are compiled separately, so that armature does not change the code of models without it. */
 #include "dynamics/aba.h"
 #include "dynamics/aba_planar.h"
 #include "dynamics/dynamics.h"

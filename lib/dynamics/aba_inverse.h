@@ -1,15 +1,15 @@
-/* M^-1 of a tree as the articulated-body recursion leaves it, for any number of right-hand sides: O(n) for the terms
- * and O(n) a column, without M.
+/* M^-1 of a tree in the factors of the articulated-body recursion, for any number of right-hand sides. The cost is O(n)
+ * for the terms and O(n) a column, without M.
  *
- * With I the articulated inertia of a link (aba.h) and S_k its degrees of freedom, all about the link's origin,
- * from the tips to the ground and from the last k to the first
+ * With I the articulated inertia of a link (aba.h) and S_k its degrees of freedom, all about the link's origin, from
+ * the tips to the ground and from the last k to the first
  *     U_k = I S_k,   d_k = 1 / S_k.U_k,   I -= U_k U_k' d_k
- * These terms depend on q alone. A column x of joint forces then takes two passes: with F the wrench that what a link
- * carries passes on,
+ * These terms depend on q alone. A column x of joint forces then takes two passes. F is the wrench that a link and all
+ * that it carries pass on:
  *     backward    y_k = (x_k - S_k.F) d_k,   F += U_k y_k
  *     forward     x_k = y_k - d_k U_k.A,     A += S_k x_k
- * F is shifted to the parent's origin, and the acceleration A to the child's (Featherstone 2008, 7.3; that the passes
- * are factors of M^-1: Rodriguez, Jain, Kreutz-Delgado, Spatial operator algebra, J. Astronautical Sciences 40, 1992).
+ * F is shifted to the parent's origin, and the acceleration A to the child's (Featherstone 2008, 7.3). The passes are
+ * factors of M^-1 (Rodriguez, Jain, Kreutz-Delgado, Spatial operator algebra, J. Astronautical Sciences 40, 1992).
  */
 #ifndef KT_DYNAMICS_ABA_INVERSE_H
 #define KT_DYNAMICS_ABA_INVERSE_H
@@ -38,7 +38,8 @@ typedef struct kt_inverse_terms {
     KT_ARENA_DECLARE(KT_INVERSE_FIELDS)
 } kt_inverse_terms;
 
-/* compute: the terms at q, which is finite; zero: as many zeros as velocities; returns a link without inertia along a degree of freedom, or 0.
+/* compute: the terms at q, which is finite. zero: as many zeros as velocities. Returns a link without inertia along a
+ *   degree of freedom, or 0.
  * apply: x (nv) becomes M^-1 x. */
 #define KT_INVERSE_DECLARE(isa)                                                                                        \
     size_t kt_inverse_compute_##isa(const kt_model *model, kt_data *data, const double *q, const double *zero,         \
@@ -51,7 +52,7 @@ KT_INVERSE_DECLARE(v4)
 
 #ifdef KT_LANES
 
-/* The same in lanes; what is refused stands in data->sound. */
+/* The same in lanes; data->sound excludes states that are rejected. */
 size_t KT_KERNEL(kt_inverse_compute)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
                                      kt_inverse_terms *terms);
 void KT_KERNEL(kt_inverse_apply)(const kt_model *model, const kt_inverse_terms *terms, kt_real1 *x);

@@ -9,7 +9,7 @@ typedef struct filling {
     size_t dof; /* the first of the link that was eliminated last */
 } filling;
 
-/* Sets the terms of one degree of freedom and projects it out; `size` is what rounding errors are proportional to. */
+/* Sets the terms of one degree of freedom and projects it out. Rounding errors are proportional to `size`. */
 KT_INLINE kt_condition project(kt_real3 angular, kt_real3 linear, double armature, kt_real1 size, kt_articulated *x,
                                kt_inverse_dof *to, kt_real1 *d) {
     const kt_real3 un = kt_articulated_moment(x, angular, linear), uf = kt_articulated_force(x, angular, linear);

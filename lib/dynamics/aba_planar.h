@@ -1,5 +1,5 @@
-/* Forward dynamics in a plane: the articulated-body algorithm of aba.h, with three by three numbers instead of
- * six by six.
+/* Forward dynamics in a plane: the articulated-body algorithm of aba.h, with three by three numbers instead of six by
+ * six.
  *
  * The wrench that a link with all it carries requires of its joint is, with p = r rotated by a right angle,
  *   n = J alpha + h . a + n_b
@@ -15,14 +15,14 @@
  * The shift to the parent:
  *   J += 2 p . h + p . M p,   h += M p,   n_b += p . f_b
  *
- * Every link waits for its child's J, and the division by it takes the longest. So J of a revolute joint's link after
- * the shift, p . M p with the reduced M, is computed as p . M p - (p . h)^2 / J from the M before: all but the last
- * product and difference proceed during the division. The rounding error is of the order of eps |M| |p|^2 either way.
- * A revolute joint leaves J = 0 and h = 0 exactly, so that no rounding error is taken for an inertia.
+ * Every link waits for its child's J, and the division by J takes the longest. So J of a revolute joint's link after
+ * the shift, p . M p with the reduced M, is computed as p . M p - (p . h)^2 / J from the M before. All but the last
+ * product and difference proceed during the division. The rounding error is of the order of eps |M| |p|^2 either way. A
+ * revolute joint leaves J = 0 and h = 0 exactly, so that no rounding error is taken for an inertia.
  *
- * As in aba.h, the passes are written once, with what eliminates a link's degree of freedom as a parameter: the
- * joint alone in a tree (aba_planar.c), or a constraint group (reduction/planar_links.c). What goes from a link to
- * the next stays in registers. The pivot test is that of aba.h.
+ * As in aba.h, the passes are written once, with the elimination of a link's degree of freedom as a parameter. It is
+ * the joint alone in a tree (aba_planar.c), or a constraint group (reduction/planar_links.c). The numbers that pass
+ * from one link to the next stay in registers. The pivot test is that of aba.h.
  */
 #ifndef KT_DYNAMICS_ABA_PLANAR_H
 #define KT_DYNAMICS_ABA_PLANAR_H
@@ -105,9 +105,9 @@ KT_INLINE kt_condition kt_planar_project_armature(const kt_planar_link *link, co
     return has_inertia;
 }
 
-/* Accelerations of one link from the joint's response and the parent's alpha and linear, which are replaced by the
- * link's; the joint acceleration is written to a. The joint's is computed first and the link's from it, so that the
- * links that follow see the rounded joint acceleration that the caller is given. */
+/* Computes the accelerations of one link from the joint's response and the parent's alpha and linear, and replaces
+ * these by the link's. Writes the joint acceleration to a. It is computed first, and the link's accelerations from it.
+ * So the links that follow use the rounded joint acceleration that the caller receives. */
 KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_planar_response *response, kt_real1 *alpha,
                                        kt_real2 *linear, kt_planar_motion *m, kt_real1 *a, void *context) {
     (void)context;
@@ -180,8 +180,8 @@ KT_INLINE kt_condition kt_planar_pass_revolute(const kt_planar_link *link, const
     return has_inertia;
 }
 
-/* The same for a prismatic joint. By value, and not inlined, so that x can stay in registers between revolute joints.
- * */
+/* The same for a prismatic joint. It passes x by value and is not inlined, so that x can stay in registers between
+ * revolute joints. */
 static __attribute__((noinline)) kt_planar_carried
 kt_planar_pass_prismatic(const kt_planar_link *link, const kt_planar_motion *m, kt_real1 tau, kt_planar_carried x,
                          kt_planar_response *response, kt_condition *done) {
@@ -191,7 +191,7 @@ kt_planar_pass_prismatic(const kt_planar_link *link, const kt_planar_motion *m, 
     return kt_planar_load(&whole);
 }
 
-/* Adds the link's own inertia and bias wrench to what the next link has passed on in x, if it has. */
+/* Adds the link's own inertia and bias wrench to the x that the next link has passed on, if it has. */
 KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, bool has_child,
                                  kt_planar_carried *x) {
     const kt_real2 h = kt_across2(kt_load2(m->first)), force = kt_load2(m->force), mass = kt_const_same2(link->mass);
@@ -248,7 +248,7 @@ KT_INLINE void kt_planar_wrench_set(const kt_planar_link *link, kt_real1 omega, 
     kt_store2(m->force, kt_scale2(-(omega * omega), first));
 }
 
-/* Forward pass: poses, velocities and bias wrenches, and zeros for what children pass on. */
+/* Forward pass: poses, velocities and bias wrenches, and zeros for the sums over children. */
 KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data, const kt_plane *plane,
                                             const kt_real1 *q, const kt_real1 *v) {
     const kt_real1 *cosine = data->planar_cosine, *sine = data->planar_sine;
@@ -273,11 +273,11 @@ KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data
     }
 }
 
-/* As kt_eliminate; x receives what is passed to the parent, about the parent's origin. */
+/* As kt_eliminate; x receives the inertia that passes to the parent, about the parent's origin. */
 typedef kt_elimination kt_planar_eliminate(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,
                                            kt_planar_carried *x, kt_planar_response *response, void *context);
 
-/* Of a link that is in no group. Of trees, the context is the data. */
+/* Eliminates the joint of a link that is in no group. For trees, the context is the data. */
 KT_INLINE kt_elimination kt_planar_eliminate_joint(const kt_planar_link *link, const kt_planar_motion *m,
                                                    const kt_real1 *tau, kt_planar_carried *x,
                                                    kt_planar_response *response, void *context) {

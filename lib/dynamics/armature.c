@@ -1,7 +1,6 @@
-/* Armature, the rotor inertia reflected to a degree of freedom: what a model notes of it, and its energy
+/* Armature, the rotor inertia reflected to a degree of freedom: its flags in a model, and its energy
  *   T = sum a v^2 / 2
- * How the recursions treat it is described in aba.h.
- */
+ * aba.h describes its part in the recursions. */
 #include "dynamics/dynamics.h"
 #include "dynamics/motion.h"
 

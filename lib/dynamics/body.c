@@ -95,7 +95,7 @@ void kt_point_jacobian(const kt_model *model, const kt_data *data, int body, kt_
         const kt_link *link = &model->link[i];
         const kt_link_kinematics *m = &data->kinematics[i];
         kt_v4_from_mat3(m->axes, axes);
-        if (kt_link_dofs(link) > 1) /* one degree of freedom has its axis, and does not ask for the parent's */
+        if (kt_link_dofs(link) > 1) /* one degree of freedom has its own axis, and does not read the parent's */
             kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
         c.first = jacobian + 6 * (size_t)link->v;
         kt_dofs_visit(link, parent, axes, kt_point_column, &c);

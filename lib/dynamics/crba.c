@@ -1,5 +1,5 @@
-/* Mass matrix: the composite-rigid-body algorithm (Walker & Orin 1982; Featherstone 2008, 6.2), in world axes about
- * each link's own origin.
+/* Mass matrix: the composite-rigid-body algorithm (Walker & Orin 1982; Featherstone 2008, 6.2). It uses world axes
+ * about each link's own origin.
  *
  * A composite has the inertia J about the origin, h = m c and m. Shifted by r to the parent's origin these are
  *   J + [h, r] + [r, h] + m [r, r],   h + m r,   m          with [u, w] = (u . w) I - w u'
@@ -34,7 +34,8 @@ KT_INLINE void add(composite *to, const composite *from) {
     to->m += from->m;
 }
 
-/* Where several children add theirs, the sum is stored as an articulated inertia: j, moment = h, force = (m, ..). */
+/* If several children add their composites, the sum is stored as an articulated inertia: j, moment = h, force = (m,
+ * ..). */
 KT_INLINE composite load(const kt_articulated *x) {
     return (composite){.j = {x->j[0], x->j[1], x->j[2]}, .h = x->moment, .m = x->force[0]};
 }
@@ -45,11 +46,11 @@ KT_INLINE void store(const composite *c, kt_articulated *x) {
     x->force = kt_v4_splat(c->m);
 }
 
-/* What keeps lane k of a vector alone. */
+/* Masks that keep only lane k of a vector. */
 typedef int64_t lane_bits __attribute__((vector_size(32)));
 static const lane_bits lane[3] = {{-1, 0, 0, 0}, {0, -1, 0, 0}, {0, 0, -1, 0}};
 
-/* To the parent's origin. */
+/* Shifts a composite to the parent's origin. */
 KT_INLINE void shift(composite *c, kt_v4 r) {
     const kt_v4 h = c->h, w = h + kt_v4_splat(c->m) * r; /* [h, r] + [r, h] + m [r, r] = [w, r] + [r, h] */
     const lane_bits diagonal = (lane_bits)kt_v4_splat(kt_v4_dot2(w, r, r, h));
@@ -58,7 +59,7 @@ KT_INLINE void shift(composite *c, kt_v4 r) {
     c->h = w;
 }
 
-/* Where the wrenches of unit accelerations go. */
+/* The destination of the wrenches of unit accelerations. */
 typedef struct wrench_columns {
     const composite *c;
     double *first; /* of the link's degrees of freedom: the x component of the moment; the others `stride` apart */
@@ -201,8 +202,8 @@ KT_INLINE void pass_link(const kt_link *link, const kt_link_motion *motion, size
 
 KT_INLINE size_t dofs_of(const kt_link *link) { return kt_link_is_revolute(link) ? 1 : (size_t)kt_link_dofs(link); }
 
-/* Writes the rows of a block. *last is the link of its last degree of freedom, whose own begin at *dof; both are set to
- * those of the block before. */
+/* Writes the rows of a block. *last is the link of its last degree of freedom, and *dof the first degree of freedom of
+ * that link. Both are set to those of the block before. */
 KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_mass_block *b, bool together,
                           size_t *last, size_t *dof) {
     const size_t stride = kt_lanes8(model->n.v);

@@ -1,14 +1,14 @@
-/* Columns of the mass matrix, several at a time: what crba.c and crba_planar.c share.
+/* Columns of the mass matrix, several at a time: the parts that crba.c and crba_planar.c share.
  *
- * Degrees of freedom are numbered here in the order of the links, which is depth first: those that a link carries, its
+ * Degrees of freedom are numbered here in the order of the links, which is depth first. Those that a link carries, its
  * own included, are [its first, link->end), and model->link_v has their velocity coordinates. A *block* is as many
  * consecutive ones as a vector has lanes. The wrenches of their unit accelerations are carried towards the ground
- * together: through the links of the block, where each moves the lanes that it carries, and then along the support of
- * the first of them, to which all other links that carry any of the lanes belong.
+ * together. They first pass through the links of the block, where each link moves the lanes that it carries. Then they
+ * pass along the support of the block's first degree of freedom. All other links that carry any of the lanes belong to
+ * this support.
  *
- * The lanes of a column of M lie side by side if velocity coordinates have the order of the links (model->ordered);
- * otherwise, and in a block that is not full, they are written one by one. Each lane is the same sum whatever the
- * width.
+ * The lanes of a column of M lie side by side if velocity coordinates have the order of the links (model->ordered).
+ * Otherwise, and in a block that is not full, they are written one by one. Each lane is the same sum for any width.
  */
 #ifndef KT_DYNAMICS_CRBA_H
 #define KT_DYNAMICS_CRBA_H
@@ -68,7 +68,7 @@ KT_INLINE void kt_mass_block_clear(const kt_mass_block *b, size_t v, size_t dofs
         memset(b->mass + k * b->nv + row, 0, (b->nv - row) * sizeof *b->mass);
 }
 
-/* What a link does to a block: it carries the degrees of freedom [own, end) of it. */
+/* The part of a link in a block: it carries the degrees of freedom [own, end) of it. */
 typedef struct kt_mass_part {
     const kt_mass_block *block;
     bool together, whole; /* block->together, as a constant; the link carries all of them */

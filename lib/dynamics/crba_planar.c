@@ -20,7 +20,7 @@ KT_INLINE void add(composite *to, const composite *from) {
     to->m += from->m;
 }
 
-/* Where several children add theirs, the sum is stored as a kt_planar_inertia: j, h = m c, xx = m. */
+/* If several children add their composites, the sum is stored as a kt_planar_inertia: j, h = m c, xx = m. */
 KT_INLINE composite load(const kt_planar_inertia *x) {
     return (composite){.j = x->j, .h = {x->h[0], x->h[1]}, .m = x->xx};
 }

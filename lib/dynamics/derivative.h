@@ -1,25 +1,24 @@
-/* What the derivatives of the dynamics share: the equations, and the arrays in which they are evaluated.
+/* The common part of the derivatives of the dynamics: the equations, and the arrays in which they are evaluated.
  *
  * Spatial vectors. V = (w, v) and A = (alpha, a) are the angular velocity of a body and the velocity of its point that
- * is at O now, and their rates; F = (n, f) is a wrench about O.
+ * is at O now, and their rates. F = (n, f) is a wrench about O.
  *     (w, v) x  (s, u) = (w x s, w x u + v x s)
  *     (s, u) x* (n, f) = (s x n + u x f, s x f)
  * A link is a chain of *nodes*. A node has degrees of freedom S_k that move along with each other: one, or the three
- * rotations of a spherical joint; a free link has two nodes, three translations and then three rotations. With C and
+ * rotations of a spherical joint. A free link has two nodes, three translations and then three rotations. With C and
  * A_C the motion of the frame that carries the node,
  *     V = C + sum S_k v_k
  *     A = A_C + sum S_k a_k + C x sum S_k v_k
  *
- * The step q (+) e_k moves the node and all links after it along S_k as one rigid body; besides, it changes their
- * motion by
+ * The step q (+) e_k moves the node and all links after it along S_k as one rigid body. It also changes their motion by
  *     dV = psi',   dA = psi'' - V x psi',    psi' = C x S_k,   psi'' = A_C x S_k + C x psi'
  * and a rate v_k changes it by
  *     dV = S_k,    dA = phi - V x S_k,       phi = C x S_k + V_node x S_k
- * (Proof: differentiate the two sums above with respect to q_k and use Jacobi's identity; the links after it follow by
+ * (Proof: differentiate the two sums above with respect to q_k and use Jacobi's identity. The links after it follow by
  * induction.) In F = I A + V x* I V - external, with I A linear in A, the terms in dV are 2B:
  *     with q_k:   dF = S_k x* F + I psi'' + 2B psi' + X s_k         s_k: the angular part of S_k
  *     with v_k:   dF = I phi + 2B S_k
- * 2B acts on the angular part alone; for mass elements m at x,
+ * 2B acts on the angular part alone. For mass elements m at x,
  *     2B (b, c) = sum (x x g, g),   g = 2 m b x xdot
  *     2B = [2 (tr T 1 - T); -2 [p]],   T = sum m xdot x',   p = sum m xdot
  *     of a link   T = v h' + [w] (tr J / 2 1 - J),   p = m v + w x h
@@ -28,23 +27,23 @@
  * because S_i moves along, so that
  *     dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)                    i in k's node or after it
  *     dtau_i / dq_k = S_i . (S_k x* F^C_k + I^C_k psi''_k + 2B^C_k psi'_k + X^C_k s_k)     i before k's node
- * (Carpentier & Mansard 2018; Singh, Russell & Wensing 2022, IEEE RA-L 7(2), who write B and psi), and likewise for v.
+ * and likewise for v (Carpentier & Mansard 2018; Singh, Russell & Wensing 2022, IEEE RA-L 7(2), who write B and psi).
  *
- * Forward dynamics eliminates each joint from these terms as it does from a link's bias wrench (aba.h): with
- * U = I S and d = 1 / S.U, from the tips to the root,
+ * Forward dynamics eliminates each joint from these terms as it does from a link's bias wrench (aba.h). With U = I S
+ * and d = 1 / S.U, from the tips to the root,
  *     I -= U U' d,   2B -= U d S'2B,   X -= U d S'X
- * leaves what a node passes to its parent; armature is added to S.U and appears nowhere else. Then, for each k, the
- * wrench
+ * yields the terms that a node passes to its parent. Armature is added to S.U and appears nowhere else. Then, for each
+ * k, the wrench
  *     f_k = I psi'' + 2B psi' + X s + S_k x* F^C        with q_k
  *     f_k = I phi + 2B S_k                              with v_k
  * acts on the nodes before k, on the way to the root:
  *     y_i = -d S_i . f,   f += U y_i
- * and the forward pass gives
+ * and the forward pass yields
  *     da_i = y_i - d U_i . dA - d S_i'(2B psi' + X s),   dA += S_i da_i
  * where psi''_k joins dA at k's node, and psi'_k applies from k's node on, to all that k carries.
  *
- * Lengths and velocities are expressed about the origin of the tree's first link, so that nothing cancels far from the
- * world's origin or in a tree that travels fast: the equations of motion are the same there (Galilei). A link's own
+ * Lengths and velocities are expressed about the origin of the tree's first link. So nothing cancels far from the
+ * world's origin or in a tree that travels fast, and the equations of motion are the same there (Galilei). A link's own
  * matrices are about its own origin.
  */
 #ifndef KT_DYNAMICS_DERIVATIVE_H
@@ -98,7 +97,7 @@ typedef struct kt_derivative_state {
 static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 1) / KT_LANES; }
 
 /* Every array: type, name, count, meaning. Results of forward dynamics are stored batch by batch, the lanes of a row
- * next to each other; those of inverse dynamics as nv x nv matrices of doubles, column-major, in the order of the
+ * next to each other. Those of inverse dynamics are nv x nv matrices of doubles, column-major, in the order of the
  * coordinates. */
 #define KT_DERIVATIVE_FIELDS(X)                                                                                        \
     X(kt_derivative_node, node, n->link + n->v / 6, "of the tree; a free link has two")                                \
@@ -122,11 +121,11 @@ typedef struct kt_derivative_work {
 /* Which accelerations data->motion holds: minus gravity, as dynamics leaves them, or without it, as kinematics does. */
 typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_kept;
 
-/* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a; its flag
- * says whether joints are projected out (forward dynamics) or not (inverse dynamics). That of kt_derivative_inverse
- * says whether there are external wrenches. The flags of kt_derivative_forward say whether derivatives with respect to
- * tau are wanted and whether there are external wrenches; it returns false if a number is not finite.
- * kt_planar_derivative_inverse does in a plane what these two do, without the terms. */
+/* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a. Its flag
+ * selects whether joints are projected out (forward dynamics) or not (inverse dynamics). The flag of
+ * kt_derivative_inverse is set if there are external wrenches. The flags of kt_derivative_forward request derivatives
+ * with respect to tau, and are set if there are external wrenches. It returns false if a number is not finite.
+ * kt_planar_derivative_inverse does in a plane the work of the first two, without the terms. */
 #define KT_DERIVATIVES_DECLARE(isa)                                                                                    \
     void kt_derivative_terms_##isa(const kt_model *model, kt_data *data, const double *v, const double *a,             \
                                    const kt_wrench *external, kt_motion_kept kept, bool absorb,                        \
@@ -142,9 +141,9 @@ KT_DERIVATIVES_DECLARE(baseline)
 KT_DERIVATIVES_DECLARE(v3)
 KT_DERIVATIVES_DECLARE(v4)
 
-/* kt_dynamics_inverse_derivatives, and the mass matrix besides: dq, dv and dtau (the mass matrix) stay in *w, which is
- * initialised in `memory` of kt_derivative_work_size bytes. in_space: the terms and data->motion are wanted, too, which
- * planar models do without. The matrices may overflow. */
+/* Computes kt_dynamics_inverse_derivatives, and the mass matrix. dq, dv and dtau (the mass matrix) stay in *w, which is
+ * initialised in `memory` of kt_derivative_work_size bytes. in_space: also computes the terms and data->motion, which
+ * planar models do not need. The matrices may overflow. */
 KT_CHECKED kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory,
                                                  const kt_dynamic_state *at, const double *a, bool in_space,
                                                  kt_derivative_work *w, kt_error *error);

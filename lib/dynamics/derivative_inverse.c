@@ -1,6 +1,7 @@
-/* Derivatives of inverse dynamics, and the mass matrix, from their terms (derivative.h): for each degree of freedom i,
- * along its path to the root. Those k of the path that lie in one half of a batch are combined with i at once, a lane
- * each (halves, because gcc compiles vectors of eight badly for instruction sets that have four):
+/* Derivatives of inverse dynamics, and the mass matrix, from their terms (derivative.h). They are computed for each
+ * degree of freedom i, along its path to the root. Those k of the path that lie in one half of a batch are combined
+ * with i at once, a lane each. (Halves, because gcc compiles vectors of eight badly for instruction sets that have
+ * four.)
  *     D_ik = dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)
  *     D_ki = dtau_k / dq_i = S_k . f_i                                             k before i's node
  *     M_ik = S_k . I^C_i S_i, and the armature on the diagonal
@@ -44,8 +45,8 @@ KT_INLINE void combine(const kt_derivative_work *w, size_t i, size_t half, bool 
     out->mass = dots(row->u, 1, c->s, half, 6);
 }
 
-/* Stores the entries of a lane: of row i and column k, and of row k and column i, which of D are the same where k is in
- * i's node. */
+/* Stores the entries (i, k) and (k, i) of a lane. If k is in i's node (`same`), row k stores the entry (k, i) of D
+ * itself. */
 KT_INLINE void store(size_t ik, size_t ki, const pairs *x, size_t lane, bool same, double *by_q, double *by_v,
                      double *mass) {
     by_q[ik] = x->by_q[0][lane];

@@ -1,21 +1,23 @@
-/* Derivatives of inverse dynamics, and the mass matrix, of planar trees: for each joint k and each joint i that carries
- * it, by sums over what k carries. With the origin o of k's link, and accelerations a less gravity, these are
+/* Derivatives of inverse dynamics, and the mass matrix, of planar trees. For each joint k and each joint i that carries
+ * it, they are sums over all links that k carries. With the origin o of k's link, and accelerations a less gravity, the
+ * sums are
  *     m,  h = sum m x,  j = sum m x . x,  p = sum m v,  g = sum m x . v,  F = sum m a         x, v, a: relative to o
- * and of external forces f and f . x. J rotates by a right angle, and r is o less the origin of i. What k carries moves
- * as one rigid body with q_k; a joint before it turns the field u of virtual velocities of the other one along, so that
- * no sum but these is needed:
+ * and of external forces f and f . x. J rotates by a right angle, and r is o less the origin of i. The links that k
+ * carries move as one rigid body with q_k. A joint before k turns the other joint's field u of virtual velocities
+ * along, so that no other sums are needed:
  *     i, k revolute         M_ik = j + r . h
  *                           D_ik = f . x + r . F - h . a_k          D_ki = f . x - h . a_i              by positions
  *                           D_ik = 2 (g + r . p)                    D_ki = 2 (g + h . (v_k - v_i))      by velocities
  *     i prismatic along e, k revolute        D_ik = -J e . F, 2 e . J p
  *     k prismatic           the field of i gives it P = sum m u, and turns with w:
  *                           D_ik = w J e . (F + m a_k - f) + P . (alpha J e - omega^2 e),   2 omega J e . P
- * and D_ki has P of k's own field, at rest before k. Relative to o, since trees may travel fast, and as
- * rnea_gradient_planar.c has it for the sum over i. Signs of joints about -n multiply both. */
+ * and D_ki has P of k's own field, at rest before k. All are relative to o, since trees may travel fast, and as in
+ * rnea_gradient_planar.c for the sum over i. Signs of joints about -n multiply both.
+ */
 #include "dynamics/derivative.h"
 #include "dynamics/planar_external.h"
 
-/* Sums over a link and what it carries, and its origin relative to that of the link before. */
+/* Sums over a link and all links that it carries, and its origin relative to that of the link before. */
 typedef struct carried {
     kt_v2 h, p, force, f;      /* h, p, F, f */
     kt_v2 offset, velocity, a; /* r and v from the link before; a, less gravity */
@@ -75,7 +77,7 @@ KT_INLINE void load(const kt_model *model, const kt_planar_motion *motion, const
     }
 }
 
-/* Adds what a link carries to the one before it. */
+/* Adds the sums of a link to those of the link before it. */
 KT_INLINE void pass_on(const carried *x, carried *to) {
     const kt_v2 r = x->offset, first = x->h + scaled(x->m, r), p = x->p + scaled(x->m, x->velocity);
     to->m += x->m;
@@ -100,7 +102,8 @@ KT_INLINE pair revolutes(const carried *x, kt_v2 r, kt_v2 v, kt_v2 a) {
                   .by_v = {2.0 * (x->g + kt_v2_dot(r, x->p)), 2.0 * (x->g + kt_v2_dot(x->h, v))}};
 }
 
-/* A prismatic joint along e on a link with omega and alpha: what its displacement and its rate add to accelerations. */
+/* A prismatic joint along e on a link with omega and alpha: the accelerations due to its displacement and to its
+ * rate. */
 typedef struct prismatic {
     kt_v2 by_q, by_v;
 } prismatic;

@@ -1,5 +1,5 @@
-/* The calls of dynamics.h. They call the kernels of the model's instruction set and sweep, replace inputs that are not
- * given by zeros, and write results only when these are complete. */
+/* The calls of dynamics.h. They call the kernels of the model's instruction set and sweep, replace missing inputs by
+ * zeros, and write results only when these are complete. */
 #include "kinetree/dynamics.h"
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
@@ -22,7 +22,7 @@ const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature) {
 
 kt_isa kt_isa_resolve(kt_isa asked) {
     kt_isa best = KT_ISA_BASE;
-    /* GCOVR_EXCL_BR_START: no input changes what the processor supports */
+    /* GCOVR_EXCL_BR_START: no input changes the features of the processor */
 #ifdef KT_ISAS
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
         best = KT_ISA_V3;

@@ -32,10 +32,10 @@ typedef struct kt_kernels {
     void (*force_links)(const kt_model *model, kt_data *data, const double *q, const double *v);
 } kt_kernels;
 
-/* The kernels of an instruction set: one table each for spatial, planar and mixed models (kt_sweep), the same for
- * models with armature, followed by the functions that they consist of; the planar ones compute the planar links. A
- * mass matrix takes two steps: the composites, of which one may not be finite, and the columns; these set the whole
- * lower triangle if velocity coordinates have the order of the links, otherwise zeros are there already. */
+/* The kernels of an instruction set. There is one table each for spatial, planar and mixed models (kt_sweep), and the
+ * same for models with armature. The functions in the tables follow; the planar ones compute the planar links. A mass
+ * matrix takes two steps: the composites, of which one may not be finite, and the columns. If velocity coordinates have
+ * the order of the links, the columns set the whole lower triangle. Otherwise zeros must be there already. */
 #define KT_KERNELS_DECLARE(isa)                                                                                        \
     extern const kt_kernels kt_kernels_##isa[2 * KT_SWEEP_COUNT];                                                      \
     size_t kt_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau, \
@@ -72,15 +72,15 @@ const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature);
 void kt_link_load(kt_model *model, const kt_body_record *body);
 /* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
 void kt_link_add_inertia(kt_model *model, int32_t index);
-/* The part of a planar link that follows from the inertia of its link. */
+/* Sets the part of a planar link that follows from the inertia of its link. */
 void kt_planar_link_set_inertia(kt_model *model, size_t place);
-/* Gravity along the axes of a plane. */
+/* Sets gravity along the axes of a plane. */
 void kt_plane_set_weights(const kt_model *model, kt_plane *plane);
 
 /* ---- masses that are functions of time (variable_mass.c) ---- */
 
-/* The model with the masses of the time that data->mass_time names: built in the data, and there until the next call. Of
- * a model of constant masses itself. */
+/* Returns the model with the masses at the time data->mass_time. It is built in the data, and valid until the next
+ * call. For a model of constant masses, returns the model itself. */
 const kt_model *kt_model_of_instant(const kt_model *model, const kt_data *data);
 static inline const kt_model *kt_model_now(const kt_model *model, const kt_data *data) {
 #if KT_HAS_VARIABLE_MASS
@@ -91,47 +91,49 @@ static inline const kt_model *kt_model_now(const kt_model *model, const kt_data 
     return model;
 }
 
-/* Makes a model whose masses vary evaluate the one of the instant: its `forward` and `kernels`, which are complete, are
- * replaced. Of others nothing. */
+/* Makes a model whose masses vary evaluate the model of the instant. Replaces its `forward` and `kernels`, which are
+ * complete. Other models do not change. */
 void kt_masses_attach(kt_model *model);
 
-/* Refuses masses that are not above 0 at t, or inertias that are not finite, naming the body. */
+/* Rejects masses that are not above 0 at t, or inertias that are not finite, naming the body. */
 KT_CHECKED kt_status kt_masses_check(const kt_model *model, double t, kt_error *error);
 
-/* What the change of masses adds to the energy at fixed q and v, W: the partial derivative of T + V by time. */
+/* Returns the change of energy due to the masses at fixed q and v, W: the partial derivative of T + V by time. */
 double kt_masses_power(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
 
 /* Adds to the wrenches on bodies those whose joint forces are -(dM/dt a + dh/dt) at t. Errors: as kt_links_update. */
 KT_CHECKED kt_status kt_masses_add_rates(const kt_model *model, kt_data *data, double t, const double *q,
                                          const double *v, const double *a, kt_wrench *wrenches, kt_error *error);
 
-/* Refuses a model of variable masses with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not know them. */
+/* Rejects a model of variable masses with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
+ * them. */
 KT_INNER KT_CHECKED kt_status kt_masses_refuse(const kt_model *model, const char *where, const char *what,
                                                kt_error *error);
 
 /* ---- coordinates that move no mass (massless.c) ---- */
 
-/* Makes inverse dynamics and the mass matrix leave out the armature that takes the place of the mass. Of other models
- * nothing. */
+/* Makes inverse dynamics and the mass matrix leave out the armature that replaces the mass. Other models do not
+ * change. */
 void kt_massless_attach(kt_model *model);
 
-/* Refuses a model with such coordinates with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not know them. */
+/* Rejects a model with such coordinates with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
+ * them. */
 KT_INNER KT_CHECKED kt_status kt_massless_refuse(const kt_model *model, const char *where, const char *what,
                                                  kt_error *error);
 
-/* Brings links, groups and kernels of a model in step with its armatures (model->armature); planar links have been
- * filled. O(links). */
+/* Updates links, groups and kernels of a model for its armatures (model->armature). Planar links have been filled.
+ * Cost: O(links). */
 void kt_armature_note(kt_model *model);
 
-/* The kinetic energy of the rotors, from data->kinematics; J. */
+/* Returns the kinetic energy of the rotors, from data->kinematics; J. */
 double kt_armature_energy(const kt_model *model, const kt_data *data);
 
-/* The instruction set that is used on this processor; KT_ISA_AUTO if it does not have the one asked for. */
+/* Returns the instruction set that is used on this processor, or KT_ISA_AUTO if it does not have the requested one. */
 kt_isa kt_isa_resolve(kt_isa asked);
 
 /* Finds the links that have no inertia along one of their degrees of freedom at q; returns their number. Links whose
- * verdict is KT_INERTIA_UNKNOWN at the call, and those that carry such a link or one without inertia, are not
- * judged. */
+ * verdict is KT_INERTIA_UNKNOWN at the call are not judged. Neither are links that carry such a link or one without
+ * inertia. */
 typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
 size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
 
@@ -142,27 +144,30 @@ typedef struct kt_input {
     const kt_wrench *external;
 } kt_input;
 
-/* KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros, naming the first joint or body at fault. */
+/* Checks the inputs of a call. Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros, naming the
+ * first joint or body at fault. */
 kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error *error);
 
-/* Returns the error of a state at time t that is not finite: it names the number at fault, or says that one is too
- * large. */
+/* Returns the error of a state at time t that is not finite. Its message names the number at fault, or reports that one
+ * is too large. */
 kt_status kt_input_refuse_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
 
-/* A number that tells states of a model from each other, but for one in 2^64; v may be NULL (zero). O(nq). */
+/* Returns a number that distinguishes states of a model; two states share it with a probability of 1 in 2^64. v may be
+ * NULL (zero). Cost: O(nq). */
 uint64_t kt_state_hash(const kt_model *model, const double *q, const double *v);
 
-/* Checks n x columns numbers that a call replaces by a solution: KT_ERROR_ARGUMENT if there are fewer columns than 0 or
- * x is NULL, KT_ERROR_NOT_FINITE if a number is not finite or so large that a solution might not be
- * (KT_COLUMN_MOST). */
+/* Checks n x columns numbers that a call replaces by a solution.
+ *
+ * Errors: KT_ERROR_ARGUMENT if there are fewer columns than 0 or x is NULL. KT_ERROR_NOT_FINITE if a number is not
+ * finite or so large that a solution might not be (KT_COLUMN_MOST). */
 #define KT_COLUMN_MOST 1e150
 KT_CHECKED kt_status kt_columns_check(size_t n, int columns, const double *x, kt_error *error);
 
 /* Whether the wrenches of all bodies except the world are finite. */
 bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external);
 
-/* kt_dynamics_forward and kt_dynamics_inverse without a check of the wrenches, which must be finite: a component normal
- * to a joint's degrees of freedom, or to a plane, does not show in the result. */
+/* kt_dynamics_forward and kt_dynamics_inverse without a check of the wrenches, which must be finite. The result does
+ * not reveal a component normal to a joint's degrees of freedom, or to a plane. */
 kt_forward_call kt_forward_tree; /* t is not used */
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error);
@@ -170,17 +175,17 @@ kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double 
 /* Copies a result of nv numbers if it is finite; otherwise the error names the joint at which it is not. */
 kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);
 
-/* kt_kinematics_update into `links` instead of data->kinematics, or if that is NULL, into data->motion alone. posed:
- * the data already hold the poses of q. Outputs are unchanged on failure. */
+/* Does the same as kt_kinematics_update, but writes to `links` instead of data->kinematics. If links is NULL, writes to
+ * data->motion alone. posed: the data already hold the poses of q. Outputs are unchanged on failure. */
 KT_CHECKED kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q, const double *v,
                                      const double *a, bool posed, kt_link_kinematics *links, kt_error *error);
 
-/* The same without accelerations, and without checking that the numbers are finite. */
+/* Does the same without accelerations, and without checking that the numbers are finite. */
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links);
 
-/* Memory for kinematics other than those of the last kt_kinematics_update: that of the links' motion, which is free
- * when no recursion is under way. kt_links_update and kt_links_sweep replace the one by the other there, link by link:
- * a link's kinematics end before the next link's motion begins. */
+/* Memory for kinematics other than those of the last kt_kinematics_update. It is that of the links' motion, which is
+ * free when no recursion is in progress. kt_links_update and kt_links_sweep replace the motion by the kinematics there,
+ * link by link: a link's kinematics end before the next link's motion begins. */
 _Static_assert(sizeof(kt_link_kinematics) <= sizeof(kt_link_motion), "a link's kinematics fit");
 static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_link_kinematics *)data->motion; }
 
@@ -201,8 +206,8 @@ KT_KERNELS_DECLARE(v4)
 
 #ifdef KT_LANES
 
-/* The recursions of trees in lanes: numbers of all states of a coordinate are neighbours, q[coordinate][lane]. What is
- * refused stands in data->sound. */
+/* The recursions of trees in lanes. The numbers of all states of a coordinate are neighbours, q[coordinate][lane].
+ * data->sound excludes states that are rejected. */
 size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                              const kt_real1 *tau, const kt_external *external, kt_real1 *a);
 size_t KT_KERNEL(kt_planar_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,

@@ -1,12 +1,11 @@
-/* Whether a tree has inertia along all its degrees of freedom at a position: the backward pass of aba.h at
+/* Checks whether a tree has inertia along all its degrees of freedom at a position. It is the backward pass of aba.h at
  * rest, with a sharper pivot test than forward dynamics can afford.
  *
- * Projecting out a degree of freedom leaves rounding errors in J and M that are proportional to what was there. These
- * sizes are carried along: for M the mass carried; for J the sum of the traces of the rigid inertias carried, and the
- * largest among the terms sum s_i^2 J_ii of rotations that were projected out and mass times r^2 of shifts, with the
- * present r where prismatic joints change it. Nothing of J remains behind a spherical or a free joint, whose rows are
- * then exactly zero.
- */
+ * Projecting out a degree of freedom leaves rounding errors in J and M. They are proportional to the previous entries,
+ * whose sizes are passed from link to link. For M the size is the mass carried. For J it has two parts. One is the sum
+ * of the traces of the rigid inertias carried. The other is the largest of two kinds of terms: sum s_i^2 J_ii of
+ * rotations that were projected out, and mass times r^2 of shifts. If prismatic joints change r, it is the present one.
+ * Behind a spherical or a free joint no part of J remains: its rows are then exactly zero. */
 #include "dynamics/aba.h"
 #include "dynamics/dynamics.h"
 
@@ -14,10 +13,11 @@ typedef struct size {
     double mass, trace, largest;
 } size;
 
-/* Where the sizes of a link's children are summed: at set-up the memory of the kinematics is not used yet. */
+/* Returns the memory in which the sizes of a link's children are summed. At set-up that of the kinematics is not used
+ * yet. */
 static size *size_of(kt_data *data, size_t i) { return (size *)&data->kinematics[i]; }
 
-/* Whether there is inertia along all degrees of freedom of a link; adds what is projected out to the size. */
+/* Whether there is inertia along all degrees of freedom of a link. Adds the part that is projected out to the size. */
 static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_articulated *x, size *s) {
     const kt_v4 n = kt_link_axis(link, m);
     kt_v4 unused[3];
@@ -72,7 +72,7 @@ static bool passes_inertia(const kt_link *link) { return kt_motion_facts_of(link
 /* Whether a link can rotate about every axis: nothing of J remains then. */
 static bool rotates_freely(const kt_link *link) { return kt_motion_facts_of(link->motion).quaternions > 0; }
 
-/* Adds the sizes of what link i passes to its parent. */
+/* Adds the sizes of the inertia that link i passes to its parent. */
 static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
     const kt_link *link = &model->link[i];
     const kt_v4 r = data->motion[i].offset;
@@ -86,8 +86,8 @@ static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
     up->largest = fmax(up->largest, fmax(s.largest, s.mass * kt_v4_dot(r, r)));
 }
 
-/* Eliminates a joint that has inertia. Otherwise nothing is passed on, and what carries the link is not judged, unless
- * it is free, which passes no inertia to its parent. */
+/* Eliminates a joint that has inertia. Otherwise nothing is passed on, and the verdict on its parent becomes unknown. A
+ * free link is the exception, because it passes no inertia to its parent. */
 KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
                                void *context) {
     judgement *j = context;

@@ -1,13 +1,13 @@
-/* M = L'DL along the tree (Featherstone 2008, 6.5): no entry becomes non-zero that was zero, so factors, products and
- * solutions cost O(n depth^2), O(n depth) and O(n depth) operations.
+/* M = L'DL along the tree (Featherstone 2008, 6.5). No zero entry becomes non-zero, so factors, products and solutions
+ * cost O(n depth^2), O(n depth) and O(n depth) operations.
  *
  * Factors, from the last degree of freedom k to the first; i, j: of its support:
  *   M_ij -= M_ki M_kj / M_kk,   then   L_ki = M_ki / M_kk
  * Passes over the rows with the path from the root to k, p_i: one number for each i of its support:
  *   down, k ascending:    y_k = x_k +- sum_i L_ki p_i,   p_k = x_k or y_k                    (L x and L^-1 x)
  *   up, k descending:     y_k = x_k +- p_k,   p_i += L_ki (x_k or y_k),   p_k = 0            (L' x and L'^-1 x)
- * Those of the passes up are all zero before and after.
- * In depth-first order, the path is a stack: its entry at a depth belongs to k's support as long as it is needed.
+ * The numbers p_i of the passes up are all zero before and after. In depth-first order, the path is a stack: its entry
+ * at a depth belongs to k's support as long as it is needed.
  */
 #include "dynamics/ltdl.h"
 
@@ -31,8 +31,8 @@ KT_INLINE lane_mask lanes_before(size_t n) {
     return mask;
 }
 
-/* y[0, n) += a x[0, n), and y[n] = 0, whole vectors at a time: no load of a vector waits for numbers that have just
- * been stored one by one. What follows y[n] in its vector is zero before and after; x is read as far. */
+/* Sets y[0, n) += a x[0, n), and y[n] = 0, whole vectors at a time. No load of a vector waits for numbers that have
+ * just been stored one by one. The rest of the vector of y[n] is zero before and after; x is read as far. */
 KT_INLINE void add_multiple(size_t n, double a, const double *x, double *y) {
     const kt_v4 aa = kt_v4_splat(a);
     const size_t whole = n / LANES * LANES;
@@ -63,7 +63,7 @@ KT_INLINE double dot_short(size_t n, const double *x, const double *y, double su
     return sum;
 }
 
-/* x . y: eight sums of what comes in eights, and the rest in its order. */
+/* Returns x . y: eight sums over groups of eight entries, and the rest in its order. */
 KT_INLINE double dot(size_t n, const double *x, const double *y) {
     if (n < 2 * LANES)
         return dot_short(n, x, y, 0.0);
@@ -175,9 +175,9 @@ static size_t compute(kt_mass_factor *f) {
 
 /* ---- passes ------------------------------------------------------------------------------------------------------ */
 
-/* Numbers of the path that the next row needs at once, where that row follows, are handed over in a register as well.
- * Where all rows are short (is_short), numbers are taken one by one. With `scale`, x is multiplied by D after the pass
- * of a product, or divided by D after that of a solution. */
+/* If the next row needs numbers of the path at once, they are also passed in a register. If all rows are short
+ * (is_short), numbers are taken one by one. With `scale`, x is multiplied by D after the pass of a product, or divided
+ * by D after that of a solution. */
 
 KT_INLINE void pass_down(const kt_mass_factor *f, bool is_short, bool solve, bool scale, double *x) {
     const size_t nv = f->model->n.v, *begin = f->row;

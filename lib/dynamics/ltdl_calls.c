@@ -41,7 +41,7 @@ size_t kt_mass_factor_size(const kt_model *model) {
     return lay_out(NULL, &s);
 }
 
-/* Finds where rows begin, how long they are, and what carries what. */
+/* Finds the begin and the length of the rows, and the support of each degree of freedom. */
 static void find_rows(kt_mass_factor *f) {
     const kt_model *model = f->model;
     size_t dof = 0, row = 0;
@@ -92,7 +92,7 @@ void kt_mass_factor_free(kt_mass_factor *factor) { kt_arena_free(factor); }
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-/* The entries of M that are not zero whatever the position, from the columns of its lower triangle. */
+/* Copies the entries of M that are not zero for every position, from the columns of its lower triangle. */
 static void take_mass(kt_mass_factor *f, const double *mass) {
     const int32_t *v = f->model->link_v;
     const size_t nv = f->model->n.v;
@@ -121,7 +121,7 @@ kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_
                         "the mass matrix is not positive definite: its pivot there is %g", factor->diagonal[failed]);
 }
 
-/* Where velocity coordinates have another order than the links. */
+/* Applies a call if velocity coordinates have another order than the links. */
 static void apply_sorted(kt_mass_factor *f, kt_factor_call call, int columns, double *x) {
     const size_t nv = f->model->n.v;
     const int32_t *v = f->model->link_v;

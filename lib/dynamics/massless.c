@@ -1,12 +1,13 @@
 /* Recursions of models in which some coordinates move no mass (mechanism/quasi_static.c).
  *
  * With N the motions that move no mass, M N = 0, the mass matrix M is singular. An armature of 1 on one coordinate w of
- * each such motion makes M + E E' regular, E the unit vectors of these coordinates; N' E = 1. Of the accelerations then
+ * each such motion makes M + E E' regular. E are the unit vectors of these coordinates, and N' E = 1. The accelerations
+ * satisfy
  *
- *     (M + E E') a = tau - h     gives     a_w = N' (tau - h)
+ *     (M + E E') a = tau - h,   so that   a_w = N' (tau - h)
  *
- * as N' M = 0 and N' h = 0: the residual of the balance of forces along N. Where that is zero, M a = tau - h holds exactly.
- * This armature is in forward dynamics alone: inverse dynamics and the mass matrix leave it out.
+ * as N' M = 0 and N' h = 0: the residual of the balance of forces along N. If that is zero, M a = tau - h holds
+ * exactly. Only forward dynamics has this armature: inverse dynamics and the mass matrix leave it out.
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/without_masses.h"

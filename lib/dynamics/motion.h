@@ -1,13 +1,12 @@
-/* What each elementary motion does to a link (model/motion.h), in world axes about the link's own origin: its pose, and
- * its degrees of freedom. Velocities, Jacobians, joint forces and the rows of loops follow from the latter: each is a
- * function that kt_dofs_visit calls for one degree of freedom after the other.
- */
+/* The effect of each elementary motion on a link (model/motion.h), in world axes about the link's own origin: its pose,
+ * and its degrees of freedom. The latter determine velocities, Jacobians, joint forces and the rows of loops. Each of
+ * these is a function that kt_dofs_visit calls for one degree of freedom after the other. */
 #ifndef KT_DYNAMICS_MOTION_H
 #define KT_DYNAMICS_MOTION_H
 
 #include "model/model.h"
 
-/* The motion for which sums leave out what is zero: by far the most frequent. */
+/* The most frequent motion by far. For it sums leave out all zeros. */
 KT_INLINE bool kt_link_is_revolute(const kt_link *link) { return link->motion == KT_MOTION_REVOLUTE; }
 
 KT_INLINE kt_real3 kt_load3(const kt_real1 *x) { return kt_make3(x[0], x[1], x[2]); }
@@ -140,10 +139,10 @@ KT_INLINE kt_real3 kt_dof_linear(const kt_dof *dof) {
     return kt_zero3();
 }
 
-/* What is done with a degree of freedom. */
+/* The function that is called for a degree of freedom. */
 typedef void kt_dof_visit(const kt_dof *dof, void *context);
 
-/* Three of one kind. */
+/* Visits three degrees of freedom of one kind. */
 KT_INLINE void kt_dofs_visit3(kt_dof_kind kind, int first, const kt_real3 u[3], kt_dof_visit *visit, void *context) {
     for (int k = 0; k < 3; k++)
         visit(&(kt_dof){.kind = kind, .index = first + k, .first = k == 0, .u = u[k]}, context);

@@ -26,7 +26,7 @@ KT_INLINE kt_real3 kt_point_accelerate(kt_real3 linear, kt_real3 alpha, kt_real3
     return kt_add3(kt_add3(linear, kt_cross3(alpha, arm)), kt_cross3(w, kt_cross3(w, arm)));
 }
 
-/* Where the columns of a link begin in a Jacobian, and the arm from its origin to the point. */
+/* The begin of the columns of a link in a Jacobian, and the arm from its origin to the point. */
 typedef struct kt_point_columns {
     kt_real1 *first;
     kt_real3 arm;

@@ -1,12 +1,11 @@
-/* The regressor of inverse dynamics. A unit of one parameter of a body needs the wrench (n, f) about the body's origin,
- * with a the acceleration of that origin less gravity, w and alpha the body's angular velocity and acceleration, and e
- * its axes,
+/* The regressor of inverse dynamics. A unit of one parameter of a body needs a wrench (n, f) about the body's origin.
+ * Let a be the acceleration of that origin less gravity, w and alpha the body's angular velocity and acceleration, and
+ * e its axes. The wrenches are
  *     m:       f = a,                                 n = 0
  *     m c_k:   f = alpha x e_k + w x (w x e_k),       n = e_k x a
  *     I_kl:    f = 0,                                 n = E alpha + w x E w,   E = e_k e_l' + e_l e_k' (k = l: e_k e_k')
- * and a degree of freedom that turns the body by s and moves its origin by u at unit rate has the entries s . n + u . f
- * (Atkeson, An & Hollerbach 1986, for one joint of many.)
- */
+ * A degree of freedom that turns the body by s and moves its origin by u at unit rate has the entries s . n + u . f
+ * (Atkeson, An & Hollerbach 1986, for one joint of many.) */
 #include "dynamics/regressor.h"
 
 #include "base/copy.h"

@@ -1,7 +1,7 @@
-/* Inverse dynamics: the recursive Newton-Euler algorithm (Luh, Walker & Paul 1980; Featherstone 2008, 5.3), in world
- * axes about each link's own origin.
+/* Inverse dynamics: the recursive Newton-Euler algorithm, in world axes about each link's own origin (Luh, Walker &
+ * Paul 1980; Featherstone 2008, 5.3).
  *
- * Forward pass: the motion of each link from its parent's (sweep.h), with a_0 = -gravity; then, with J about the
+ * Forward pass: the motion of each link from its parent's (sweep.h), with a_0 = -gravity. Then, with J about the
  * origin, h = m c, and external wrenches subtracted,
  *   n = J alpha + w x J w + h x a
  *   f = m a + alpha x h + w x (w x h)

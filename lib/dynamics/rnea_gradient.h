@@ -1,25 +1,26 @@
 /* The gradient of w . tau, the joint forces of inverse dynamics in a direction w, with respect to positions and
- * velocities at constant accelerations: O(n), where the whole derivatives are O(n depth). It is what the adjoint of
- * forward dynamics needs: da = M^-1 (dtau - d(inverse dynamics)), so that with w = M^-1 mu
+ * velocities at constant accelerations. Its cost is O(n), while that of all derivatives is O(n depth). The adjoint of
+ * forward dynamics needs it: da = M^-1 (dtau - d(inverse dynamics)), so that with w = M^-1 mu
  *     mu . da = w . dtau - (gradient of w . inverse dynamics) . (dq, dv).
  *
- * With the terms and letters of derivative.h, and W_l = sum w_i S_i over the degrees of freedom that carry link l, the
- * columns of d tau / dq and d tau / dv sum up to
+ * The terms and letters are those of derivative.h, and W_l = sum w_i S_i over the degrees of freedom that carry link l.
+ * The columns of d tau / dq and d tau / dv sum up to
  *     w . dtau/dq_k = psi''_k . H + psi'_k . N + s_k . Y + W_b . (S_k x* F^C)
  *     w . dtau/dv_k = phi_k . H + s_k . N
  *     H = sum I_l W_l,   N = sum 2B_l' W_l,   Y = sum X_l' W_l        over the links l that k carries
- * where b is the frame that carries k's node. (Of the terms for i before k's node, W_b . M^C_k x, those for i after it
- * have the opposite, since sum over l of (W_l - W_b)' M_l x has all of them.) H and F are shifted from origin to origin
- * as wrenches, N and Y do not depend on it. About the link's own origin, W = (w', u'),
+ * where b is the frame that carries k's node. (For i before k's node there are the terms W_b . M^C_k x. The terms for i
+ * after it have the opposite, since the sum over l of (W_l - W_b)' M_l x has all of them.) H and F are shifted from
+ * origin to origin as wrenches, N and Y do not depend on it. About the link's own origin, W = (w', u'),
  *     I W    = (J w' + h x u', m u' + w' x h)
  *     2B' W  = 2 ((v . h) w' - h (v . w') - E (w' x w) + p x u'),   E = tr J / 2 1 - J,   p = m v + w x h
- *     X' W   = n x w' + f x (u' + w' x c)                            for a wrench (n, f) at c */
+ *     X' W   = n x w' + f x (u' + w' x c)                            for a wrench (n, f) at c
+ */
 #ifndef KT_DYNAMICS_RNEA_GRADIENT_H
 #define KT_DYNAMICS_RNEA_GRADIENT_H
 
 #include "dynamics/dynamics.h"
 
-/* Of a link: its own motion and terms; in the backward pass those of all that it carries are added. */
+/* The sums of a link: its own motion and terms. The backward pass adds those of all links that it carries. */
 typedef struct kt_gradient_link {
     kt_real3 velocity, linear; /* of the origin; the spatial acceleration's part, minus gravity */
     kt_real3 w[2];             /* W */
@@ -36,14 +37,14 @@ typedef struct kt_planar_gradient_link {
 
 _Static_assert(sizeof(kt_planar_gradient_link) <= sizeof(kt_gradient_link), "one memory holds either");
 
-/* The results, nv numbers each: the gradient, and what the same sums give besides, inverse dynamics and M w without
+/* The results, nv numbers each: the gradient, and two by-products of the same sums, inverse dynamics and M w without
  * armatures. links: scratch, one for each link. */
 typedef struct kt_gradient {
     kt_real1 *by_q, *by_v, *force, *momentum;
     kt_gradient_link *links;
 } kt_gradient;
 
-/* Where it is computed: velocities, accelerations, and wrenches on bodies, or NULL. */
+/* The state of the evaluation: velocities, accelerations, and wrenches on bodies, or NULL. */
 typedef struct kt_gradient_state {
     const kt_real1 *v, *a;
     const kt_external *external;
@@ -51,9 +52,9 @@ typedef struct kt_gradient_state {
 } kt_gradient_state;
 
 /* kt_inverse_gradient: from the motion of all links, accelerations without gravity (kt_links_update), which is in data.
- * kt_planar_gradient: of planar links, from their poses in the plane.
- * kt_planar_respond: x = M^-1 tau of planar trees, and their poses; returns a link without inertia, or 0. x may be tau;
- * zero: as many zeros as velocities.
+ * kt_planar_gradient: of planar links, from their poses in the plane. kt_planar_respond: x = M^-1 tau of planar trees,
+ * and their poses. Returns a link without inertia, or 0. x may be tau;
+ *   zero: as many zeros as velocities.
  */
 #define KT_GRADIENT_DECLARE(isa)                                                                                       \
     void kt_inverse_gradient_##isa(const kt_model *model, const kt_data *data, const kt_gradient_state *at,            \
@@ -69,7 +70,7 @@ KT_GRADIENT_DECLARE(v4)
 
 #ifdef KT_LANES
 
-/* The same in lanes; what is refused stands in data->sound. */
+/* The same in lanes; data->sound excludes states that are rejected. */
 void KT_KERNEL(kt_inverse_gradient)(const kt_model *model, const kt_data *data, const kt_gradient_state *at,
                                     const kt_real1 *w, const kt_gradient *out);
 void KT_KERNEL(kt_planar_gradient)(const kt_model *model, kt_data *data, const kt_gradient_state *at, const kt_real1 *w,
@@ -79,8 +80,10 @@ size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const 
 
 #endif
 
-/* The gradient by the kernel of the model's instruction set and sweep. posed: the data already hold the poses of q, in
- * the plane if the model is planar; weightless: without gravity. Errors: KT_ERROR_NOT_FINITE. */
+/* Evaluates the gradient with the kernel of the model's instruction set and sweep. KT_GRADIENT_POSED: the data already
+ * hold the poses of q, in the plane if the model is planar. KT_GRADIENT_WEIGHTLESS: without gravity.
+ *
+ * Errors: KT_ERROR_NOT_FINITE. */
 typedef enum kt_gradient_choice { KT_GRADIENT_POSED = 1, KT_GRADIENT_WEIGHTLESS = 2 } kt_gradient_choice;
 KT_CHECKED kt_status kt_gradient_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                           const double *a, unsigned choice, const double *w, const kt_gradient *out,

@@ -15,8 +15,8 @@
 
 #include <string.h>
 
-/* Whether a recursion of one state ends because a joint has no inertia. Of several states the others go on: it is noted
- * which are not sound, and what is computed of these means nothing. */
+/* Whether a recursion of one state ends because a joint has no inertia. For several states the recursion goes on.
+ * data->sound excludes those without inertia, whose results are invalid. */
 KT_OPERATOR bool kt_is_refused(void *data, kt_condition has_inertia) {
 #ifdef KT_LANES
     ((kt_data *)data)->sound &= has_inertia;
@@ -27,8 +27,9 @@ KT_OPERATOR bool kt_is_refused(void *data, kt_condition has_inertia) {
 #endif
 }
 
-/* Asks for memory that a sweep comes to a few links later. A mechanism that no cache holds is read and written faster
- * so: processors look ahead along few arrays at a time, and less so backwards. One that a cache holds is not. */
+/* Prefetches memory that a sweep reaches a few links later. This makes a mechanism faster that exceeds the caches:
+ * processors prefetch along few arrays at a time, and less so backwards. It does not help if a cache holds the
+ * mechanism. */
 enum { KT_LINKS_AHEAD = 8, KT_LINKS_NEAR = 3000 };
 
 KT_INLINE bool kt_is_far(const kt_model *model) { return model->n.link > KT_LINKS_NEAR; }
@@ -113,7 +114,7 @@ KT_INLINE void kt_external_subtract(const kt_model *model, kt_data *data, const 
     }
 }
 
-/* No wrenches act on links: that of the ground, zero, stands for all of theirs. */
+/* No wrenches act on links: that of the ground, zero, replaces those of all links. */
 KT_INLINE void kt_external_none(kt_data *data) {
     memset(&data->origin[0], 0, sizeof data->origin[0]);
     data->has_external = false;

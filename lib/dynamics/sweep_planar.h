@@ -1,7 +1,7 @@
-/* Forward pass in a plane: how a link's motion follows from its parent's. As in sweep.h, with two numbers a vector and
- * one a rotation.
+/* Forward pass in a plane: a link's motion from its parent's. As in sweep.h, with two numbers a vector and one a
+ * rotation.
  *
- * Vectors are in the plane's basis, each link about its own origin; p = (-r_y, r_x) is r rotated by a right angle, so
+ * Vectors are in the plane's basis, each link about its own origin. p = (-r_y, r_x) is r rotated by a right angle, so
  * that alpha x r = alpha p. Angles are composed as complex numbers c + i s, which needs no sine of a sum. All axes are
  * parallel, so c_n is zero:
  *   alpha = alpha_p + [acceleration of a revolute joint]
@@ -58,8 +58,8 @@ KT_INLINE kt_real2 kt_planar_pose_after(const kt_planar_link *link, kt_real2 e, 
     return e;
 }
 
-/* Velocity of one link whose pose is known, from its parent's angular velocity w; stores c_f in linear. Returns its own
- * omega. */
+/* Computes the velocity of one link whose pose is set, from its parent's angular velocity w. Stores c_f in linear.
+ * Returns its own omega. */
 KT_INLINE kt_real1 kt_planar_velocity_after(const kt_planar_link *link, kt_real1 w, const kt_real1 *v,
                                             kt_planar_motion *out) {
     const kt_real2 around = kt_scale2(-(w * w), kt_load2(out->offset));

@@ -1,4 +1,4 @@
-/* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order; bodies that are
+/* Energies, momenta, centre of mass, and the wrenches across joints. Bodies are summed in their order. Bodies that are
  * fixed to the world are left out: their potential energy would be a constant, which costs digits if they are far away.
  *
  *   T = sum m v_c^2 / 2 + w . I_c w / 2, and the energy of rotors (armature.c), which have no momentum

@@ -1,21 +1,22 @@
 /* Masses that are functions of time: rockets, leaking vessels, conveyors.
  *
- * A body of mass m(t) and inertia J(t) about its centre of mass, which stays where it is in the body, moves under the
- * equations of a body of constant mass, with the m and J of the instant, since what has left it is no part of it any
+ * A body has mass m(t) and inertia J(t) about its centre of mass, which is fixed in the body. It moves under the
+ * equations of a body of constant mass, with the m and J of the instant. The mass that has left it is no part of it any
  * more [MSD H 3.1]:
  *
  *     m a_c = f + m' u,   J w' + w x J w = moments
  *
- * where u is the velocity, relative to the body, of what leaves (m' < 0) or arrives. The thrust m' u is an effect
- * (effect/thrust.c); without one, what leaves goes on at the velocity that it had. Thus M(q, t) and h(q, v, t) are those
- * of a model whose masses are constant. That model is made in the data in each evaluation, as a copy of all that
- * contains masses, and evaluated by what evaluates any model. Models of constant masses execute nothing of this file.
+ * where u is the velocity, relative to the body, of the mass that leaves (m' < 0) or arrives. The thrust m' u is an
+ * effect (effect/thrust.c). Without one, the mass that leaves keeps its velocity. Thus M(q, t) and h(q, v, t) are those
+ * of a model whose masses are constant. Each evaluation makes that model in the data, as a copy of everything that
+ * contains masses. The functions for any model then evaluate it. Models of constant masses execute nothing of this
+ * file.
  *
- * What leaves takes energy along: at fixed q and v, with v_c and c of the centre of mass,
+ * The mass that leaves takes energy along: at fixed q and v, with v_c and c of the centre of mass,
  *
  *     d(T + V)/dt = sum m' v_c^2 / 2 + w . J' w / 2 - m' g . c
  *
- * which counts as supplied (mechanism/power.c); and where a method asks for da/dt at fixed q and v,
+ * which counts as supplied (mechanism/power.c). If a method needs da/dt at fixed q and v,
  *
  *     M da/dt = d(tau)/dt - sum over bodies of the wrench that m' and J' need in place of m and J.
  */

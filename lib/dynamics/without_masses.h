@@ -1,4 +1,4 @@
-/* The kernels that know no masses, of models whose other kernels are not those of their level of the instruction set. */
+/* The kernels that depend on no masses, for models whose other kernels are not those of their instruction set level. */
 #ifndef KT_DYNAMICS_WITHOUT_MASSES_H
 #define KT_DYNAMICS_WITHOUT_MASSES_H
 
