@@ -40,17 +40,19 @@ typedef struct kt_actuation_work {
 KT_CHECKED kt_status kt_actuation_begin(const kt_model *model, void *memory, size_t size, kt_coordinate_list list,
                                         kt_actuation_work *w, kt_error *error);
 
-/* Computes Z at (t, q), and factors its rows of the coordinates in the list, each times scale[i] (NULL: 1). `lack`
- * describes the fault of a motion in which all of them rest.
+/* Computes Z at (t, q), and factors its rows of the coordinates in the list, each times scale[i] (NULL: 1).
  *
- * Errors: those of kt_loop_nullspace; KT_ERROR_SINGULAR if there is a motion Z z in which all of them rest, naming the
- * joint that moves most. */
+ * lack: text that describes the fault of a motion in which all of these coordinates rest.
+ *
+ * Errors: those of kt_loop_nullspace; KT_ERROR_SINGULAR if there is a motion Z z in which all of them rest. The error
+ * names the joint that moves most. */
 KT_CHECKED kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, const double *q,
                                          kt_coordinate_list list, const double *scale, const char *lack,
                                          kt_error *error);
 
-/* Returns the largest motion of the coordinates, in units, while coordinate i moves by one unit. x (nv): the rates of
- * all for a rate 1 of i. */
+/* Returns the largest motion of the coordinates, in units, while coordinate i moves by one unit.
+ *
+ * x (nv): the rates of all coordinates for a rate 1 of i. */
 double kt_actuation_amplification(const kt_actuation_work *w, const double *x, int i);
 
 #endif

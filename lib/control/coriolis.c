@@ -2,10 +2,12 @@
  * V being that of the node of degree of freedom k,
  *     C_ik = S_i . (I^C S'_k + B^C S_k)                                            (Echeandia & Wensing 2021)
  *     dtau_i / dv_k = S_i . (I^C (S'_k + psi'_k) + 2B^C S_k),   psi'_k = C x S_k
- * S'_k and psi'_k differ only among the rotations of a quaternion, by w x S_k = sum_j S_j (w x e_k)_j, where w is its
- * rate in body axes. Let W be the matrix with w x on the diagonal blocks of such rotations, and zeros elsewhere. Then
+ * S'_k and psi'_k differ only among the rotations of a quaternion. The difference is w x S_k = sum_j S_j (w x e_k)_j,
+ * with w the rate of the quaternion in body axes. Let W be the matrix with w x on the diagonal blocks of such
+ * rotations, and zeros elsewhere. Then
  *     C = (dtau/dv + M W) / 2
- * Armature is no part of this M: it does not change with the position, and belongs to no body that turns. */
+ * Armature is no part of this M: it does not change with the position, and belongs to no body that turns.
+ */
 #include "base/copy.h"
 #include "control/control.h"
 #include "dynamics/derivative.h"

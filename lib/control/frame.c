@@ -1,9 +1,10 @@
 /* Jacobians and bias accelerations of frames. The accelerations at rest of all joint rates are
  *     alpha = sum c_n,i                       c_n,i = w_p x (w_i - w_p)
  *     a     = sum (c_f,i + c_n,i x x_i) + w x (w x x)       c_f,i = w_p x (w_p x r_i) + 2 w_p x u_i
- * over the path to the root (dynamics/sweep.h). The last term is that of the body's own link. w_p is the angular
- * velocity of the link that carries link i. u_i is the linear part of the joint's velocity, r_i the offset between
- * their origins, and x_i leads from link i's origin to the point. */
+ * over the path to the root (dynamics/sweep.h). The last term is that of the body's own link.
+ *
+ * The link that carries link i has the angular velocity w_p. The linear part of the joint's velocity is u_i, and r_i is
+ * the offset between their origins. The vector x_i leads from link i's origin to the point. */
 #include "control/control.h"
 
 void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,

@@ -1,5 +1,5 @@
-/* All velocities or accelerations from those of chosen coordinates. Let Z be the basis of the null space (nv x f), s
- * its rows of the chosen coordinates, and x0 a particular solution of A x = b. Then
+/* All velocities or accelerations from those of chosen coordinates. Z is the basis of the null space (nv x f), and Z_s
+ * are its rows of the chosen coordinates s. With x0 a particular solution of A x = b,
  *     x = x0 + Z z,   Z_s z = x_s - x0_s,      basis B = Z Z_s^-1
  */
 #include "control/control.h"
@@ -68,8 +68,9 @@ double kt_actuation_amplification(const kt_actuation_work *w, const double *x, i
     return most;
 }
 
-/* Returns the least size that a row of the list would have if its coordinate moved as much as the one that moves most,
- * in units. At a dead point of all coordinates in the list all rows are rounding errors. Only this size reveals it. */
+/* Returns a reference size for the rows of the list, in units. It is the least size of a row whose coordinate moves as
+ * much as the one that moves most. At a dead point of all coordinates in the list all rows are rounding errors. Only
+ * this size reveals it. */
 static double could_be(const kt_actuation_work *w, kt_coordinate_list list, const double *scale) {
     const size_t nv = w->model->n.v;
     double most = 0.0, least = list.count > 0 ? HUGE_VAL : 0.0;

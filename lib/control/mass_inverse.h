@@ -6,8 +6,11 @@
 #include "dynamics/aba_inverse.h"
 #include "kinetree/control.h"
 
-/* Every array: type, name, count, meaning. closed: v with loops and dense factors, otherwise 0. along, data: with loops
- * and factors along the tree, the bytes of kkt.h and of its own data. */
+/* Every array: type, name, count, meaning.
+ *
+ * closed: v with loops and dense factors, otherwise 0.
+ *
+ * along, data: with loops and factors along the tree, the bytes of kkt.h and of its own data. */
 #define KT_MASS_INVERSE_FIELDS(X)                                                                                      \
     X(char, terms, s->terms, "of a tree")                                                                              \
     X(char, along, s->along, "of `kkt`")                                                                               \

@@ -1,11 +1,9 @@
 /* Operational-space inertia (Khatib 1987): with X = M^-1 J' and J X = L L',
  *     Lambda = (J M^-1 J')^-1,   consistent inverse of J = X Lambda
  *
- * Three ratios measure the mobility of a row of J:
- *   its size over its largest possible size;
- *   its remainder with the loops over its value without them;
- *   its pivot in L over the value without the rows before it.
- * The reciprocal condition number is the least product of the three over all rows. */
+ * Three ratios measure the mobility of a row of J. The first is its size over its largest possible size. The second is
+ * its remainder with the loops over its value without them. The third is its pivot in L over the value without the rows
+ * before it. The reciprocal condition number is the least product of the three over all rows. */
 #include "closure/levenberg_marquardt.h"
 #include "control/mass_inverse.h"
 #include "linear/cholesky.h"
@@ -28,8 +26,8 @@ static double size_of(const kt_mass_inverse *w, int rows, int r, const double *j
     return most > 8.0 * DBL_EPSILON * could_be ? fmin(1.0, most / could_be) : 0.0;
 }
 
-/* Uses the basis Z of the null space: the largest entry of the row J_r Z compared with the largest sum of the absolute
- * values of its terms. */
+/* Returns the free fraction of a row, using the basis Z of the null space. It is the largest entry of J_r Z over the
+ * largest sum of the absolute values of its terms. */
 static double free_fraction_by_basis(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const size_t nv = w->model->n.v;
     double left = 0.0, whole = 0.0;

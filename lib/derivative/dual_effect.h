@@ -7,16 +7,16 @@
 /* The derivatives of an effect's wrench on its last end; of a joint force with respect to q and v. */
 void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                              kt_effect_jacobian *jacobian);
-/* The derivatives of an effect in a loop, whose links count turns to `counted`. force: the force, and its derivatives
- * by the coordinate and its rate. */
+/* The derivatives of an effect in a loop, whose links count turns to `counted`. The array `force` holds the force, and
+ * its derivatives by the coordinate and its rate. */
 void kt_dual_relative_jacobian(const kt_effect_record *effect, double counted, const double force[3],
                                const kt_effect_end *end, kt_effect_jacobian *jacobian);
 void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                double derivative[2]);
 
-/* Computes the derivatives of a law by differences (law_differences.c). by[j][k] is that of number k by variable j, of
- * its force or of one rate. The call moves `values`, those of its variables, and restores them. It raises *error to the
- * estimated relative error. Returns the code of the callback. */
+/* Computes the derivatives of a law by differences (law_differences.c). The derivative of number k by variable j, of
+ * the law's force or of one rate, is by[j][k]. The call moves `values`, those of the variables, and restores them. It
+ * raises the number at `error` to the estimated relative error. Returns the code of the callback. */
 int kt_law_difference(const kt_effect_record *effect, double *values, double by[KT_FORMULA_VARIABLE_MAX][6],
                       double *error);
 

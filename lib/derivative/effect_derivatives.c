@@ -339,8 +339,8 @@ static void subtract_forces(const state *s, const kt_effect_record *effect, cons
     }
 }
 
-/* Subtracts the terms of a variable u that reads a marker, with x = dW/du. du/dq and du/dv are those of the marker's
- * point, as for the last end of an effect. */
+/* Subtracts the terms of a variable u that reads a marker, with x = dW/du. The derivatives du/dq and du/dv are those of
+ * the marker's point, as for the last end of an effect. */
 static void subtract_marker(const state *s, const kt_effect_record *effect, const target *to, size_t count, pair x,
                             const kt_variable_record *variable) {
     const kt_effect_record marker = marker_of(variable);

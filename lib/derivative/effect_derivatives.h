@@ -24,8 +24,11 @@ typedef struct kt_state_derivatives {
 } kt_state_derivatives;
 
 /* Subtracts the derivatives of the joint forces of all effects that have them (kt_effect_is_differenced) from x->dq and
- * x->dv (nv x nv). Writes those by and of own states, if there are any. x: the terms of the tree at this state, whose
- * poses are in data; path: scratch for kt_effect_path_size.
+ * x->dv (nv x nv). Writes those by and of own states, if there are any.
+ *
+ * x: the terms of the tree at this state, whose poses are in data.
+ *
+ * path: scratch for kt_effect_path_size.
  *
  * Errors: of a caller's own effects KT_ERROR_EFFECT, KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE. */
 KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,

@@ -84,22 +84,30 @@ size_t kt_kkt_init(kt_kkt *w, void *memory, const kt_model *model, kt_data *data
 KT_CHECKED kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, const double *q,
                                    kt_error *error);
 
-/* Overwrites each of so many columns of f (nv) with x; the result is valid until data are used for something else. b:
- * as many columns, with the equations in the order of the loops; NULL: zeros. Dependent equations have no effect.
+/* Overwrites each of so many columns of f (nv) with x. The result is valid until data are used for something else.
+ * Dependent equations have no effect.
+ *
+ * b: as many columns, with the equations in the order of the loops; NULL: zeros.
  *
  * Cost: O(links) a column. */
 void kt_kkt_solve(const kt_kkt *w, size_t columns, double *f, const double *b);
 
-/* These follow a factorisation with the metric of the coordinates (kkt_reduced.c). kt_kkt_apply_mass: columns of x (nv)
- * become M x, M being the mass matrix. kt_kkt_restrict: z = Z' x, with kt_kkt_dofs numbers a column. The columns of Z
- * are orthonormal and span the null space of the equations. z may be x.
+/* Both calls follow a factorisation with the metric of the coordinates (kkt_reduced.c).
+ *
+ * kt_kkt_apply_mass replaces columns of x (nv) by M x, M being the mass matrix.
+ *
+ * kt_kkt_restrict computes z = Z' x, with kt_kkt_dofs numbers a column. The columns of Z are orthonormal and span the
+ * null space of the equations. The result z may overwrite x.
  *
  * Cost: O(links) a column. */
 void kt_kkt_apply_mass(const kt_kkt *w, size_t columns, double *x);
 size_t kt_kkt_dofs(const kt_kkt *w);
 void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z);
 
-/* The kernels. kt_kkt_reduce returns false if there is no inertia along one of the degrees of freedom.
+/* The kernels.
+ *
+ * kt_kkt_reduce returns false if there is no inertia along one of the degrees of freedom.
+ *
  * kt_kkt_reduce_front does this for one group, whose inertia it adds to that of the parent. */
 #define KT_KKT_DECLARE(isa)                                                                                            \
     bool kt_kkt_reduce_##isa(kt_kkt *w);                                                                               \

@@ -27,8 +27,11 @@ KT_CHECKED kt_status kt_loops_derivative_error(const kt_model *model, kt_data *d
 /* Rejects derivatives whose error exceeds KT_KNOWN times the largest of them. */
 KT_CHECKED kt_status kt_derivatives_refuse_unknown(double t, double size, double most, kt_error *error);
 
-/* After kt_loops_factor: finds the least x with J x = right, as `least_step` in kernel.h. right: numbers in the order
- * of the loops' equations; NULL: zeros. force: forces that act in addition. */
+/* After kt_loops_factor: finds the least x with J x = right, as `least_step` in kernel.h.
+ *
+ * right: numbers in the order of the loops' equations; NULL: zeros.
+ *
+ * force: forces that act in addition. */
 KT_CHECKED kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metric, const double *right,
                                       const double *force, double *x, kt_error *error);
 

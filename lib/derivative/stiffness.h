@@ -54,8 +54,9 @@ typedef struct kt_linearized {
     KT_ARENA_DECLARE(KT_STIFFNESS_FIELDS)
 } kt_linearized;
 
-/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. dense: with loops, Q, R and Q' M Z
- * are computed. */
+/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it.
+ *
+ * dense: with loops, Q, R and Q' M Z are computed. */
 size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense);
 
 /* Fills M, D and with loops E at the accelerations a; NULL: those of the motion are evaluated. If w is dense, also

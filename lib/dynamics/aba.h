@@ -340,8 +340,8 @@ KT_OPERATOR void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
 #endif
 }
 
-/* Computes joint accelerations and the link's accelerations from those of its parent. c and the parent's accelerations,
- * shifted to the link's origin, have been added to the link's alpha and linear. */
+/* Computes joint accelerations and the link's accelerations from those of its parent. On entry the link's alpha and
+ * linear contain c and the parent's accelerations, shifted to the link's origin. */
 KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
                                const kt_response *response, kt_real1 *a) {
     const kt_real1 x = kt_response_free(response) -

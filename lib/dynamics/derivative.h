@@ -141,9 +141,10 @@ KT_DERIVATIVES_DECLARE(baseline)
 KT_DERIVATIVES_DECLARE(v3)
 KT_DERIVATIVES_DECLARE(v4)
 
-/* Computes kt_dynamics_inverse_derivatives, and the mass matrix. dq, dv and dtau (the mass matrix) stay in *w, which is
- * initialised in `memory` of kt_derivative_work_size bytes. in_space: also computes the terms and data->motion, which
- * planar models do not need. The matrices may overflow. */
+/* Computes kt_dynamics_inverse_derivatives, and the mass matrix. The results dq, dv and dtau (the mass matrix) stay in
+ * *w, which is initialised in `memory` of kt_derivative_work_size bytes. The matrices may overflow.
+ *
+ * in_space: also computes the terms and data->motion, which planar models do not need. */
 KT_CHECKED kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory,
                                                  const kt_dynamic_state *at, const double *a, bool in_space,
                                                  kt_derivative_work *w, kt_error *error);

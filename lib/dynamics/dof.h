@@ -1,7 +1,7 @@
 /* The motion of a link and all that it carries with the degrees of freedom of the link, for derivatives (derivative.h).
  *
- * Spatial vectors (w, v) are expressed about the link's own origin, or any point fixed in the world. With C and A_C the
- * motion of the frame that carries a degree of freedom S_k, and V the motion of the node that S_k moves,
+ * Spatial vectors (w, v) are expressed about the link's own origin, or any point fixed in the world. The frame that
+ * carries a degree of freedom S_k has the motion C and A_C. The node that S_k moves has the motion V. Then
  *     psi'  = C x S_k
  *     psi'' = A_C x S_k + C x psi'
  *     phi   = psi' + V x S_k
@@ -85,8 +85,8 @@ KT_INLINE void kt_dof_motion_add(const kt_dof *dof, void *context) {
     kt_dof_motion_set(n->c, n->omega, n->velocity, kt_dof_angular(dof), kt_dof_linear(dof), &n->out[dof->index]);
 }
 
-/* Sets all degrees of freedom of a link, in their order. `up` and `m` are its parent's pose and its own. c is the
- * motion of the frame that carries the link; it receives the link's own. */
+/* Sets all degrees of freedom of a link, in their order. `up` and `m` are its parent's pose and its own. The argument c
+ * is the motion of the frame that carries the link; it receives the link's own. */
 KT_INLINE void kt_dof_motions_set(const kt_link *link, const kt_link_motion *up, const kt_link_motion *m,
                                   const kt_real1 *v, const kt_real1 *a, kt_carried *c, kt_dof_motion *out) {
     kt_dof_node n = {.c = c, .out = out};

@@ -184,8 +184,8 @@ KT_CHECKED kt_status kt_links_update(const kt_model *model, kt_data *data, const
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links);
 
 /* Memory for kinematics other than those of the last kt_kinematics_update. It is that of the links' motion, which is
- * free when no recursion is in progress. kt_links_update and kt_links_sweep replace the motion by the kinematics there,
- * link by link: a link's kinematics end before the next link's motion begins. */
+ * free when no recursion is in progress. There kt_links_update and kt_links_sweep replace the motion by the kinematics,
+ * link by link. This is safe because a link's kinematics end before the next link's motion begins. */
 _Static_assert(sizeof(kt_link_kinematics) <= sizeof(kt_link_motion), "a link's kinematics fit");
 static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_link_kinematics *)data->motion; }
 

@@ -1,5 +1,5 @@
-/* The effect of each elementary motion on a link (model/motion.h), in world axes about the link's own origin: its pose,
- * and its degrees of freedom. The latter determine velocities, Jacobians, joint forces and the rows of loops. Each of
+/* The effect of each elementary motion on a link (model/motion.h): its pose, and its degrees of freedom, in world axes
+ * about the link's own origin. The latter determine velocities, Jacobians, joint forces and the rows of loops. Each of
  * these is a function that kt_dofs_visit calls for one degree of freedom after the other. */
 #ifndef KT_DYNAMICS_MOTION_H
 #define KT_DYNAMICS_MOTION_H

@@ -38,7 +38,9 @@ typedef struct kt_planar_gradient_link {
 _Static_assert(sizeof(kt_planar_gradient_link) <= sizeof(kt_gradient_link), "one memory holds either");
 
 /* The results, nv numbers each: the gradient, and two by-products of the same sums, inverse dynamics and M w without
- * armatures. links: scratch, one for each link. */
+ * armatures.
+ *
+ * links: scratch, one for each link. */
 typedef struct kt_gradient {
     kt_real1 *by_q, *by_v, *force, *momentum;
     kt_gradient_link *links;
@@ -51,11 +53,12 @@ typedef struct kt_gradient_state {
     bool weightless; /* without gravity */
 } kt_gradient_state;
 
-/* kt_inverse_gradient: from the motion of all links, accelerations without gravity (kt_links_update), which is in data.
- * kt_planar_gradient: of planar links, from their poses in the plane. kt_planar_respond: x = M^-1 tau of planar trees,
- * and their poses. Returns a link without inertia, or 0. x may be tau;
- *   zero: as many zeros as velocities.
- */
+/* kt_inverse_gradient uses the motion of all links, accelerations without gravity (kt_links_update), which is in data.
+ *
+ * kt_planar_gradient serves planar links, and uses their poses in the plane.
+ *
+ * kt_planar_respond computes x = M^-1 tau of planar trees, and their poses. Returns a link without inertia, or 0. The
+ * result x may overwrite tau. zero: as many zeros as velocities. */
 #define KT_GRADIENT_DECLARE(isa)                                                                                       \
     void kt_inverse_gradient_##isa(const kt_model *model, const kt_data *data, const kt_gradient_state *at,            \
                                    const double *w, const kt_gradient *out);                                           \

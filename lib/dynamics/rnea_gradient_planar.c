@@ -1,13 +1,14 @@
 /* The passes of rnea_gradient.h in a plane.
  *
  * When the position of a joint changes, all links that it carries move as one rigid body. So the gradient needs no more
- * than sums over the particles that it carries. v are the velocities along the motion and u those along w. With
+ * than sums over the particles that it carries. The velocities along the motion are v, and those along w are u. With
  * accelerations a less gravity, and J a rotation by a right angle,
  *     w . tau = sum m u . a - (external forces . u + moments w)
  * A revolute joint at o turns u - u_o, v - v_o and a - a_o, and J u . a + u . J a = 0, so that
  *     F = sum m a - f,   P = sum m u,   N = 2 sum m u . J v,   Y = -sum f . J u
  *     w . dtau/dq = Y - J u_o . F - P . J a_o,   w . dtau/dv = N - 2 P . J v_o        (a changes by 2 J (v - v_o))
- * A prismatic joint along e, carried at omega and alpha, adds w J e to u, alpha J e - omega^2 e and 2 omega J e to a:
+ * A prismatic joint along e is carried at omega and alpha. It adds w J e to u, and alpha J e - omega^2 e and 2 omega J
+ * e to a:
  *     w . dtau/dq = w J e . F + P . (alpha J e - omega^2 e),   w . dtau/dv = 2 omega P . J e
  * The joints' parts of F and P are tau itself and M w.
  */

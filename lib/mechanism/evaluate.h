@@ -55,8 +55,10 @@ const kt_effect_record *kt_effect_record_find(const kt_model *model, int source)
 /* Checks a state for kt_effect_load_find: whether it is finite and, if `has_ends`, whether data hold its kinematics. */
 KT_CHECKED kt_status kt_effect_state_check(const kt_model *model, const kt_data *data, const double *q, const double *v,
                                            bool has_ends, kt_error *error);
-/* kt_effect_ends_find: writes the motion of the ends, from the kinematics of the last update. kt_effect_load_find: does
- * this and finds the load of the effect, as kt_effect_evaluate; returns the code of a callback, otherwise 0. */
+/* kt_effect_ends_find writes the motion of the ends, from the kinematics of the last update.
+ *
+ * kt_effect_load_find does this and finds the load of the effect, as kt_effect_evaluate. Returns the code of a
+ * callback, otherwise 0. */
 void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt_effect_end end[2]);
 int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                         const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load);
@@ -81,7 +83,8 @@ KT_CHECKED kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *
                                                 const double *v, double *rates, kt_error *error);
 
 /* Rejects a model with own states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support them.
- * `what` completes the message "the model has own states, and". It names the part left out and an alternative. */
+ * The argument `what` completes the message "the model has own states, and". It names the part left out and an
+ * alternative. */
 KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what,
                                                    kt_error *error);
 
@@ -90,9 +93,11 @@ KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const 
 kt_forward_call kt_closed_forward;
 
 #if KT_HAS_SWITCHES
-/* kt_slip_forward: kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c).
- * kt_slip_add: adds one such contact to a model that is being compiled. kt_slip_power: returns the power that friction
- * dissipated in the last evaluation. */
+/* kt_slip_forward evaluates kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c).
+ *
+ * kt_slip_add adds one such contact to a model that is being compiled.
+ *
+ * kt_slip_power returns the power that friction dissipated in the last evaluation. */
 kt_forward_call kt_slip_forward;
 void kt_slip_add(kt_model *model);
 double kt_slip_power(const kt_model *model, const kt_data *data);

@@ -5,7 +5,7 @@
 #include "effect/effect.h"
 
 /* Reads the variables of an effect's formulas in a state. Markers are those of `kinematics`, or if it is NULL those of
- * the links that carry forces. end: the ends of an effect that acts between two. */
+ * the links that carry forces. The array `end` holds the ends of an effect that acts between two. */
 void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                                const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
                                double values[KT_FORMULA_VARIABLE_MAX]);

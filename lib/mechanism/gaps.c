@@ -8,8 +8,8 @@
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
-/* The link of a free body that meets a plane on the ground at its centre of mass, if this is the origin of its joint.
- * NULL: any other body. Rotations of such a body do not move the point; only forces do. */
+/* Returns the link of a free body whose centre of mass meets a plane on the ground, if this is the origin of its joint.
+ * Otherwise returns NULL. Rotations of such a body do not move the point; only forces do. */
 static const kt_link *free_link_of(const kt_model *model, const kt_effect_record *effect) {
     const kt_link *link = &model->link[model->force_link[effect->force_link[0]].link];
     const kt_vec3 at = effect->frame[0].position, moment = link->moment;

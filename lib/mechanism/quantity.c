@@ -1,10 +1,13 @@
 /* Recorded quantities of effects: forces, powers, and the motion of their ends or joints.
  *
  * With the wrenches F_k, M_k on the ends k, their points p_k with velocities v_k, and their angular velocities w_k
+ *
  *     power    P = sum (F_k . v_k + M_k . w_k)            for a joint force f: P = f v
  *     length   |d|, d = p_2 - p_1, n = d / |d|            rate: n . (v_2 - v_1); |v_2 - v_1| if d = 0
  *     tension  F_1 . n, which pulls the first end towards the second; |F_1| if d = 0
+ *
  * For a contact with normal n and lowest point l of the sphere, F_1 is the force on the sphere:
+ *
  *     normal   F_1 . n      friction   |F_1 - (F_1 . n) n|      slip   the tangential speed of the sphere in l less
  *                                                                     that of the plane's body there.
  */

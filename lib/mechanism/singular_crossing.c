@@ -136,7 +136,7 @@ static double difference(const kt_model *model, const double *a, const double *b
 
 /* ---- directly ---------------------------------------------------------------------------------------------------- */
 
-/* Moves q to residuals of `off` times what rounding leaves, in one of Newton's steps, from equations filled at q. The
+/* Moves q to residuals of `off` times the rounding errors, in one of Newton's steps, from equations filled at q. The
  * amounts differ from row to row, so that no direction can be orthogonal to them all. */
 static bool move_to(const crossing *c, double off, double *q) {
     const kt_model *model = c->model;
@@ -323,8 +323,8 @@ static bool contradicts(const crossing *c, const double *a) {
     return difference(c->model, a, c->closed) > ERRORS_MOST * (c->rounding + c->interpolated);
 }
 
-/* Halves dt while the interpolations of six and of four states differ by more than APART_MOST, `apart` at first, and
- * come nearer to each other. */
+/* Halves dt while the interpolations of six and of four states approach each other and differ by more than APART_MOST.
+ * `apart` is their difference at first. */
 static void halve_distance(crossing *c, double dt, double apart, double *try, double *a) {
     for (int k = 0; k < HALVINGS_MOST && apart > APART_MOST && !contradicts(c, a); k++) {
         const double before = apart;
@@ -439,7 +439,9 @@ static void remove_power(const crossing *c, double *a) {
 }
 
 /* Computes the acceleration near a singular position again, if a better one than the direct one in data->scratch is
- * available. `lost`: the direct one could not be computed. Returns the result of `forward`. */
+ * available. Returns the result of `forward`.
+ *
+ * lost: the direct acceleration could not be computed. */
 static size_t choose(crossing *c, bool lost) {
     const kt_model *model = c->model;
     kt_data *data = c->data;

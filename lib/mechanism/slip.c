@@ -232,7 +232,8 @@ typedef struct slow_slip {
     double W[9 * SLIPS * SLIPS], unit;
 } slow_slip;
 
-/* tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is set. */
+/* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
+ * set. */
 static double time_ahead(const kt_data *data, size_t k) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
     const double part = 1.0 - hypot(s[0], s[1]) / slow;

@@ -11,7 +11,8 @@
 
 #include <string.h>
 
-/* Defines for numbers, or vectors of them,
+/* Defines two functions for numbers, or vectors of them:
+ *
  *   kt_motion_shift...   the acceleration at the end of r, for an acceleration x at its beginning
  *   kt_wrench_shift...   the wrench x at the end of r, about its beginning
  */

@@ -40,8 +40,8 @@
 /* The most equations: one a lane. */
 enum { KT_DELASSUS_MAX = 4 };
 
-/* Returns the size of the group's arrays, which replace those for the elimination by fronts. They hold the rows of B by
- * coordinates, 1 / D by coordinates, wrenches on links by their first coordinates, C, and flags of the parts in use. */
+/* Returns the size of the group's arrays, which replace those for the elimination by fronts. They hold the rows of B
+ * and 1 / D by coordinates, wrenches on links by their first coordinates, C, and flags of the parts in use. */
 static inline size_t kt_delassus_count(size_t m) {
     return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + m + (m + 7) / 8;
 }
@@ -78,15 +78,19 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
 
 #ifndef KT_LANES
 
-/* kt_delassus_prepare: C of a group whose equations have been filled; false if the group is left to the fronts. Sets
- * the
- *   same data as kt_front_factor.
- * kt_delassus_least: the least step A' (A A')^-1 right in the group's coordinates, of step (nv), after `prepare`.
- * kt_delassus_measure: B B' of a damped step, *size its trace; false if there are more than four equations.
- * kt_delassus_damp: the damped step for violations `gap` (k) in the group's coordinates, of step (nv), after `measure`.
- *   Returns false if the matrix is not positive definite.
- * kt_delassus_solve: adds the multipliers' accelerations to the joints' free ones, between backward and forward pass.
- *   Stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane.
+/* kt_delassus_prepare finds C of a group whose equations have been filled. Returns false if the group is left to the
+ * fronts. Sets the same data as kt_front_factor.
+ *
+ * kt_delassus_least finds the least step A' (A A')^-1 right in the group's coordinates, of step (nv), after `prepare`.
+ *
+ * kt_delassus_measure computes B B' of a damped step, and its trace in *size. Returns false if there are more than four
+ * equations.
+ *
+ * kt_delassus_damp finds the damped step for violations `gap` (k) in the group's coordinates, of step (nv), after
+ * `measure`. Returns false if the matrix is not positive definite.
+ *
+ * kt_delassus_solve adds the multipliers' accelerations to the joints' free ones, between backward and forward pass.
+ * Stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane.
  */
 #define KT_DELASSUS_DECLARE(isa)                                                                                       \
     bool kt_delassus_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);                      \

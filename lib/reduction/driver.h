@@ -1,5 +1,5 @@
-/* Dynamics and closure of mechanisms with loops, in space and in the plane: the recursion over links (links.h), in
- * which each constraint group is one step (groups.h).
+/* Dynamics and closure of mechanisms with loops, in space and in the plane. They are the recursion over links
+ * (links.h), in which each constraint group is one step (groups.h).
  *
  * This file is compiled twice. With KT_PLANAR it yields the kernels for models with planar links (planar_driver.c).
  * Otherwise it yields those that treat all links as spatial (driver.c). Reactions have components out of the plane;
@@ -51,8 +51,8 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-/* With `special`, three kinds of groups have solvers of their own. Groups of one pin are solved in closed form (in the
- * plane), groups of few equations by delassus.h, and fronts of four parameters by front4.h (in the plane). */
+/* With `special`, three kinds of groups have solvers of their own. In the plane, groups of one pin are solved in closed
+ * form, and fronts of four parameters by front4.h. Groups of few equations are solved by delassus.h. */
 KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular,
                              bool special, double *a) {
     const size_t end = spatial_end(model);

@@ -52,18 +52,28 @@ typedef struct kt_front_total {
     double inertia[KT_FRONT_SPACE * KT_FRONT_SPACE], bias[KT_FRONT_SPACE];
 } kt_front_total;
 
-/* kt_front_fill: kt_rows_fill, or if `planar` kt_planar_rows_fill. kt_front_apply: A x for x (nv) into out (k); if size
- * is not NULL, the largest term of each sum. kt_front_factor: factors the equations. Returns the rank, or -1 if a
- * number is not finite. Sets data->last and near. kt_front_measure: the factors of a damped problem, without
- * eliminating any equation. Returns the sum of the squares
- *   of the equations' entries D over their scales.
- * kt_front_reduce: eliminates. Returns false if there is no inertia along one of the degrees of freedom.
- * kt_front_respond: the solution for an acceleration of the parent (NULL: none) into step (nv), only of the group's.
- * kt_front_multipliers: lambda (k), in space, after a reduction with dynamics, for the accelerations a (nv) and those
- *   of the links in data->motion.
- * kt_front_multipliers_of: lambda (k) with A' lambda = the joint forces in the group's `free`, of equations as last
- *   factored.
- * kt_front_nullspace: the column-th vector of a basis of the null space into x (nv), only of the group's.
+/* kt_front_fill calls kt_rows_fill, or if `planar` kt_planar_rows_fill.
+ *
+ * kt_front_apply writes A x for x (nv) into out (k), and if size is not NULL, the largest term of each sum.
+ *
+ * kt_front_factor factors the equations. Returns the rank, or -1 if a number is not finite. Sets data->last and near.
+ *
+ * kt_front_measure computes the factors of a damped problem, without eliminating any equation. Returns the sum of the
+ * squares of the equations' entries D over their scales.
+ *
+ * kt_front_reduce eliminates. Returns false if there is no inertia along one of the degrees of freedom.
+ *
+ * kt_front_respond writes the solution for an acceleration of the parent (NULL: none) into step (nv), only of the
+ * group's coordinates.
+ *
+ * kt_front_multipliers finds lambda (k), in space, after a reduction with dynamics. It is that for the accelerations a
+ * (nv) and those of the links in data->motion.
+ *
+ * kt_front_multipliers_of finds lambda (k) with A' lambda = the joint forces in the group's `free`, of equations as
+ * last factored.
+ *
+ * kt_front_nullspace writes the column-th vector of a basis of the null space into x (nv), only of the group's
+ * coordinates.
  */
 #define KT_FRONT_DECLARE(isa)                                                                                          \
     void kt_front_fill_##isa(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,                 \

@@ -1,12 +1,14 @@
-/* The known parts of a front's slots, step by step (front.h). t is the constant part of the acceleration of a link;
- * relations and delayed equations have constant parts, too. Slots enter and leave here. They determine the right-hand
- * sides of the equations that a step completes:
+/* The constant parts in a front's slots, step by step (front.h). Those of a link are t, the constant part of its
+ * acceleration. Relations and delayed equations have constant parts, too. Slots enter and leave here. They determine
+ * the right-hand sides of the equations that a step completes:
  *   t_i = shift(t_parent)         e = b - W (t_b - t_a)         t += T y
  *
  * This is a template. In front_solve.c a right-hand side is a number. In kkt_solve.c eight of them are a vector, a lane
  * each. The including file defines
+ *
  *   KT_COLUMN              the type of one number, or of a lane each
  *   KT_COLUMN_SHIFT        kt_motion_shift (components.h) for it
+ *
  * `constant` is the array of the slots' constants, f->constant in front_solve.c.
  */
 #include "reduction/front_link.h"

@@ -5,20 +5,27 @@
 #include "constraint/group.h"
 #include "reduction/kernel.h"
 
-/* kt_group_prepare: does the same as kt_group_factor, but leaves groups in a special form to their own code
- *   (data->special_form). With `delassus`, groups in the form of Delassus are prepared for delassus.h. With `front4`,
- *   fronts of four parameters are left to front4.h. Returns false if a number is not finite.
- * kt_groups_refactor: factors the groups in their special forms. Returns false if there are none, or if a number is not
- *   finite.
- * kt_group_factor: factors one group. With `regular`, directions that are about to be lost near a singular position are
- *   left out. Returns -1 if a number is not finite.
- * kt_groups_factor: factors all groups. Returns false if a number is not finite. kt_group_residuals: adds the
- * violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
- *   may be NULL). Coordinates to be held (NULL: none) count as constants from then on.
- * kt_damped_measure, kt_damped_solve: `measure` and `damp` of kernel.h. kt_groups_least_step: the least step in
- * coordinates. Coordinates outside all groups do not change. kt_groups_multipliers_of: the multipliers of all equations
- * as last factored, for given joint forces: A' lambda = force
- *   (nv). They are in the groups' work memory. No group may be in its special form.
+/* kt_group_prepare does the same as kt_group_factor, but leaves groups in a special form to their own code
+ * (data->special_form). With `delassus`, groups in the form of Delassus are prepared for delassus.h. With `front4`,
+ * fronts of four parameters are left to front4.h. Returns false if a number is not finite.
+ *
+ * kt_groups_refactor factors the groups in their special forms. Returns false if there are none, or if a number is not
+ * finite.
+ *
+ * kt_group_factor factors one group. With `regular`, directions that are about to be lost near a singular position are
+ * left out. Returns -1 if a number is not finite.
+ *
+ * kt_groups_factor factors all groups. Returns false if a number is not finite.
+ *
+ * kt_group_residuals adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
+ * may be NULL). Coordinates to be held (NULL: none) count as constants from then on.
+ *
+ * kt_damped_measure and kt_damped_solve are `measure` and `damp` of kernel.h.
+ *
+ * kt_groups_least_step finds the least step in coordinates. Coordinates outside all groups do not change.
+ *
+ * kt_groups_multipliers_of finds the multipliers of all equations as last factored, for given joint forces: A' lambda =
+ * force (nv). They are in the groups' work memory. No group may be in its special form.
  */
 #define KT_GROUPS_DECLARE(isa)                                                                                         \
     int kt_group_factor_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular);             \

@@ -1,19 +1,24 @@
 /* The recursion over links with constraint groups, in space (spatial_links.c) and in the plane (planar_links.c).
  *
- * `end`: the spatial links 1 to end - 1 and the groups among them are treated. end is n.spatial, or n.link if all links
- * are treated as spatial. */
+ * The spatial links 1 to `end` - 1 and the groups among them are treated. The argument is n.spatial, or n.link if all
+ * links are treated as spatial. */
 #ifndef KT_REDUCTION_LINKS_H
 #define KT_REDUCTION_LINKS_H
 
 #include "dynamics/dynamics.h"
 
-/* pose: poses of the links; the ground is at rest without gravity. move: velocities, after poses. clear: sets wrenches
- * and the inertias from children to zero (in the plane `move` does). motion: all of these, then external wrenches (may
- * be NULL); the ground's acceleration is minus gravity. accelerate: backward and forward pass, after the groups'
- * equations have been factored. Returns the link at which the
- *   inertia is singular, or 0. With `delassus`, groups in the form of Delassus are solved by delassus.h, which has
- *   prepared them. In the plane, if v is not NULL, groups of one pin are solved in closed form for these velocities. If
- *   v is NULL, they have been factored like all others. `weightless`: without gravity.
+/* pose computes the poses of the links. The ground is at rest without gravity.
+ *
+ * move computes velocities, after poses.
+ *
+ * clear sets wrenches and the inertias from children to zero (in the plane `move` does).
+ *
+ * motion does all of these, then adds external wrenches (may be NULL). The ground's acceleration is minus gravity.
+ *
+ * accelerate is the backward and forward pass, after the groups' equations have been factored. Returns the link at
+ * which the inertia is singular, or 0. With `delassus`, groups in the form of Delassus are solved by delassus.h, which
+ * has prepared them. In the plane, if v is not NULL, groups of one pin are solved in closed form for these velocities.
+ * If v is NULL, they have been factored like all others. `weightless`: without gravity.
  */
 #define KT_LINKS_DECLARE(isa)                                                                                          \
     void kt_spatial_links_pose_##isa(const kt_model *model, kt_data *data, const double *q, size_t end);               \
@@ -31,7 +36,7 @@
                                             bool weightless, double *a);
 #ifdef KT_LANES
 /* The same in lanes (algebra/real3.h), if the groups are pins, dense matrices or in the form of Delassus
- * (lane_groups.c). data->sound excludes lanes in which a group is near a singular position, or a joint has no
+ * (lane_groups.c). The mask data->sound excludes lanes in which a group is near a singular position, or a joint has no
  * inertia. */
 void KT_KERNEL(kt_spatial_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q, size_t end);
 void KT_KERNEL(kt_spatial_links_move)(const kt_model *model, kt_data *data, const kt_real1 *v, size_t end);

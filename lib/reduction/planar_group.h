@@ -12,9 +12,9 @@
 
 enum { KT_PLANAR_WIDTH = 3 };
 
-/* Computes the accelerations A0 due to the velocities alone, with that of the parent zero (in response->bias_linear),
- * and the corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration, minus
- * gravity. */
+/* Computes the accelerations A0 due to the velocities alone, with that of the parent zero (in response->bias_linear).
+ * Also computes the corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration,
+ * minus gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
                                         kt_real1 ax, kt_real1 ay) {
     const int32_t *index = model->group_link + group->link, count = group->link_count,

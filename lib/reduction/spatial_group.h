@@ -1,16 +1,21 @@
 /* One constraint group inside the articulated-body recursion.
  *
  * The backward pass reaches the group's highest link with the articulated inertias IA_i and bias wrenches of all links
- * of the group, which include all descendants outside the group. The links of the group are then treated together as a
+ * of the group. These include all descendants outside the group. The links of the group are then treated together as a
  * mechanism of m coordinates x on a parent that accelerates by A = (alpha, a):
+ *
  *   M x + F' A + h = tau + A_g' lambda
  *   A_g x = b''                              (b'' does not depend on A: spatial_rows.h)
  *   wrench on the parent = Ic A + F x + W
+ *
  * The composite-body recursion over IA_i yields M, F and the composite Ic. Newton-Euler with the accelerations due to
  * the velocities alone yields h and W. By Maggi-Kane [MSD 7.33, 7.34],
+ *
  *   x = x0 + N z,   A_g x0 = b'',   A_g N = 0
  *   (N' M N) z = N' (tau - h - M x0 - F' A)
+ *
  * so that (maggi_kane.h)
+ *
  *   x = y - K A                              y: free acceleration, K: parent gain
  *   inertia on the parent     Ic - F K       an articulated inertia like any other
  *   bias wrench on the parent W + F y
@@ -29,8 +34,8 @@
 
 #include <string.h>
 
-/* Computes the accelerations A0 due to the velocities alone, with that of the parent zero (in response), and the
- * corresponding wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
+/* Computes the accelerations A0 due to the velocities alone, with that of the parent zero (in response). Also computes
+ * the corresponding wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
 static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_group *group) {
     for (int l = 0; l < group->link_count; l++) {
         const int32_t i = model->group_link[group->link + l], up = model->link[i].parent;

@@ -1,7 +1,7 @@
 /* Symmetric matrices with all their elements, for the links of several states that carry constraint groups in space.
  *
- * For several states algebra/real3.h has only the elements on and below the diagonal. The matrix that a group passes on
- * to a link in space, Ic - F K (spatial_group.h), is symmetric only to rounding, and one state has both halves of it.
+ * For several states algebra/real3.h has only the elements on and below the diagonal. A group passes the matrix Ic - F
+ * K (spatial_group.h) on to a link in space. It is symmetric only to rounding, and one state has both halves of it.
  * This header comes before those of the recursion, which is then compiled with these operations. */
 #ifndef KT_REDUCTION_WHOLE_SYMMETRIC_H
 #define KT_REDUCTION_WHOLE_SYMMETRIC_H
