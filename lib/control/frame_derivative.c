@@ -24,7 +24,7 @@ typedef struct point {
     kt_v4 position, omega, velocity;
 } point;
 
-/* A link on the path, and where its columns begin. */
+/* A link on the path, and the begin of its columns. */
 typedef struct columns {
     const point *p;
     double *first;

@@ -17,8 +17,8 @@
  * The first X is for those i that k of the last end carries, and for those that k of the other end does not carry, on
  * either end. The second is for all others.
  *
- * The rate of an own state is a formula, as the force in a joint is, with a row in matrices of its own. Formulas that
- * read own states add columns by these.
+ * The rate of an auxiliary state is a formula, as the force in a joint is, with a row in matrices of its own. Formulas
+ * that read auxiliary states add columns by these.
  *
  * The poses, S and psi' are those of the terms of the tree (dynamics/derivative.h). Positions are relative to the base
  * of a tree, and velocities to that of its first link, so that nothing cancels far from the world's origin.
@@ -360,7 +360,7 @@ static void subtract_marker(const state *s, const kt_effect_record *effect, cons
     }
 }
 
-/* The wrench on the last end that formulas of these values give; in a joint the force is b[0]. */
+/* Returns the wrench on the last end from formulas with these values; in a joint the force is b[0]. */
 static pair wrench_of(const state *s, const kt_effect_record *effect, const double values[6],
                       const kt_effect_end *end) {
     kt_wrench wrench[2];
@@ -410,7 +410,7 @@ static kt_status subtract_formulas(const state *s, const kt_effect_record *effec
     return KT_OK;
 }
 
-/* The rates of own states. */
+/* The rates of auxiliary states. */
 static kt_status write_rates(const state *s, const kt_state_derivatives *states, kt_error *error) {
     const size_t n = s->model->n.v, x = s->model->n.x;
     target to = {.q = states->rate_q, .v = states->rate_v, .x = states->rate_x, .rows = x};

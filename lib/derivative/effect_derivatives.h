@@ -14,8 +14,8 @@ typedef struct kt_effect_dof {
     int32_t end;
 } kt_effect_dof;
 
-/* The contributions of own states to linearised equations, in arrays of the caller. F are the joint forces of effects,
- * and x' = f the rates of the states. */
+/* The contributions of auxiliary states to linearised equations, in arrays of the caller. F are the joint forces of
+ * effects, and x' = f the rates of the states. */
 typedef struct kt_state_derivatives {
     double *force;  /* -dF/dx, nv x states; its reduction or solution if the equations are reduced or solved */
     double *rate_q; /* -df/dq, states x nv */
@@ -24,7 +24,7 @@ typedef struct kt_state_derivatives {
 } kt_state_derivatives;
 
 /* Subtracts the derivatives of the joint forces of all effects that have them (kt_effect_is_differenced) from x->dq and
- * x->dv (nv x nv). Writes those by and of own states, if there are any.
+ * x->dv (nv x nv). Writes those by and of auxiliary states, if there are any.
  *
  * x: the terms of the tree at this state, whose poses are in data.
  *

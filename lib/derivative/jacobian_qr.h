@@ -1,5 +1,8 @@
-/* The Jacobian A of all loops as one dense matrix, factored: A' P = [Q1 Z] [R1; 0] [MSD 7.33, 7.34]. It serves the
- * linearised equations of few loops, and reductions that have no other factors (stiffness.c,
+/* The Jacobian A of all loops as one dense matrix, factored [MSD 7.33, 7.34]:
+ *
+ *     A' P = [Q1 Z] [R1; 0]
+ *
+ * It serves the linearised equations of few loops, and reductions that have no other factors (stiffness.c,
  * sensitivity/projection.c). */
 #ifndef KT_DERIVATIVE_JACOBIAN_QR_H
 #define KT_DERIVATIVE_JACOBIAN_QR_H
@@ -25,8 +28,10 @@ typedef struct kt_jacobian_qr {
 /* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. */
 size_t kt_jacobian_qr_init(kt_jacobian_qr *w, void *memory, size_t n, size_t p);
 
-/* Factors the equations of one kind among those of A (p x n), with the choice among dependent ones that evaluations and
- * projections make. KT_ERROR_SINGULAR where fewer are independent than at generic positions. O(n^2 p). */
+/* Factors the equations of one kind among those of A (p x n). It chooses among dependent ones as evaluations and
+ * projections do.
+ *
+ * Errors: KT_ERROR_SINGULAR if fewer equations are independent than at generic positions. Cost: O(n^2 p). */
 KT_CHECKED kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_rows rows, const double *a,
                                            kt_error *error);
 

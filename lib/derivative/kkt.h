@@ -1,26 +1,37 @@
 /* The equations of motion with multipliers, for many right-hand sides at one position,
+ *
  *     M x - A' lambda = f
  *     A x = b
+ *
  * a saddle-point system. It serves derivatives of accelerations (acceleration.c) and their response to joint forces.
  *
- * The equations are those of forward dynamics at rest and without gravity, with f in place of the joint forces and b in
- * place of b''. So the recursion is that of spatial_links.c, and the parts that depend on the position alone are kept.
- * From the tips to the ground each link has an articulated inertia I and a wrench P:
- *   outside groups, for each degree of freedom S, the last first,
+ * The equations are those of forward dynamics at rest and without gravity, with f for the joint forces and b for b''.
+ * So the recursion is that of spatial_links.c, and the parts that depend on the position alone are kept. From the tips
+ * to the ground each link has an articulated inertia I and a wrench P.
+ *
+ * Outside groups, for each degree of freedom S, the last first,
+ *
  *     U = I S,   d = 1 / (S.U + armature),   y = d (f - S.P)
  *     P += U y,   I -= d U U',   then the shift to the parent
- *   a group by dense matrices (spatial_group.h), with x0 = W b a solution of its equations, N their null space,
- *   N' M N = L L',
+ *
+ * For a group by dense matrices (spatial_group.h), x0 = W b is a solution of its equations, and N their null space.
+ * With N' M N = L L',
+ *
  *     h = f - F P - M W b,   y = W b + N L^-T (N L^-T)' h,   I = Ic - F K,   P += F y
- *   a group by fronts (front.h): a step with parameters p, of which p_t are kept, is one affine map. H is the energy of
- *   A and p, and g its linear part. The joint force and the wrench I t + P on the link are added, with t the known part
- *   of the link's acceleration. e are the right-hand sides of the step's equations. As for accelerations
+ *
+ * For a group by fronts (front.h), a step with parameters p, of which p_t are kept, is one affine map. H is the energy
+ * of A and p, and g its linear part. The joint force and the wrench I t + P on the link are added. Here t is the known
+ * part of the link's acceleration, and e are the right-hand sides of the step's equations. As for accelerations
+ *
  *     p = Q (y, p2),   R1' y = e,   p2 = Qs (p_t, p_u),   p_u = H_uu^-1 (g_u - H_ut p_t - H_uA A)
- *   so that with W = Q1 R1^-T, C = Q2 Qs, N = C_u L^-T where H_uu = L L', and G = C_t - C_u H_uu^-1 H_ut
+ *
+ * so that with W = Q1 R1^-T, C = Q2 Qs, N = C_u L^-T where H_uu = L L', and G = C_t - C_u H_uu^-1 H_ut
+ *
  *     h = g - H W e,   p0 = W e + N N' h,   t += T W e           of the links in slots
  *     p = p0 + G p_t - G_A A                                    G_A = C_u H_uu^-1 H_uA
  *     g = G' h, and of A  h_A - G_A' h                          for the next step
- * and back to the tips x = y - d U.A or y - K A, A being the acceleration of the parent.
+ *
+ * Back to the tips, x = y - d U.A or y - K A, A being the acceleration of the parent.
  *
  * With the metric of the coordinates M is the matrix 1 (projections onto the loops). Then groups do not interact. Only
  * the maps W, C_t and C_u remain, because all changes of parameters are orthogonal.

@@ -1,10 +1,16 @@
 /* The parts of reduced matrices, after a factorisation with the metric of the coordinates. M x is found by inverse
  * dynamics at rest and without gravity, from the tips to the ground:
+ *
  *     A = shifted A of the parent + S x,   P = I A + shifted P of the children,   M x = S.P + armature x
- * For Z' x, the columns of Z are orthonormal. They are the parameters of fronts that no later step depends on, step by
- * step,
- *     z = C_u' h,   h = C_t' h for the next step                        of the coordinates x in h
- * or those of a group's null space. At last there is one column for each coordinate outside groups. */
+ *
+ * For Z' x, the columns of Z are orthonormal. For a group by fronts they are the parameters that no later step depends
+ * on. With the coordinates x in h, step by step,
+ *
+ *     z = C_u' h,   h = C_t' h for the next step
+ *
+ * For a group by dense matrices they are its null space. At last there is one column for each coordinate outside
+ * groups.
+ */
 #include "derivative/kkt_columns.h"
 
 #include <string.h>

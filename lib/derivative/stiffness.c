@@ -214,7 +214,7 @@ static kt_status refuse_unknown(kt_linearized *w, size_t f, const double *basis,
     return kt_derivatives_refuse_unknown(w->t, size, most, error);
 }
 
-/* Z'x of the joint forces by own states. */
+/* Z'x of the joint forces by auxiliary states. */
 static void write_closed_forces(const kt_linearized *w, double *force) {
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     for (size_t c = 0; c < w->model->n.x; c++)

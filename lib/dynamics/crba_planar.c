@@ -1,8 +1,11 @@
 /* Mass matrix of planar trees: the composite-rigid-body algorithm of crba.c in the plane.
  *
  * A composite has J about the origin, h = m c and m. Shifted by r to the parent's origin these are
+ *
  *   J + r . (2 h + m r),   h + m r,   m
+ *
  * Its wrench for a unit acceleration of its joint is carried to each ancestor j, where M_jk = +-n or u . f:
+ *
  *   revolute            (n, f) = (J, (-h_y, h_x))
  *   prismatic along u   (n, f) = (h x u, m u)
  */

@@ -112,7 +112,8 @@ KT_INLINE void subtract_panel(kt_mass_factor *f, const panel *w, size_t count, s
         subtract_rows(w, 0, count, p, &f->diagonal[i], f->number + f->row[i]);
 }
 
-/* The factors of a panel that begins at row k; returns false with *failed where a pivot is not positive. */
+/* Computes the factors of a panel that begins at row k. Returns false if a pivot is not positive, with its row in
+ * *failed. */
 KT_INLINE bool factor_panel(kt_mass_factor *f, size_t k, panel *w, size_t *failed) {
     for (w->count = 0; w->count < PANEL; w->count++) {
         const size_t m = k - w->count;

@@ -1,6 +1,6 @@
 /* Inverse dynamics: the recursive Newton-Euler algorithm, in world axes about each link's own origin.
  *
- * Source: Luh, Walker & Paul 1980; Featherstone 2008, 5.3.
+ * Source: Luh, Walker & Paul 1980. See also Featherstone 2008, 5.3.
  *
  * Forward pass: the motion of each link from its parent's (sweep.h), with a_0 = -gravity. Then, with J about the
  * origin, h = m c, and external wrenches subtracted,

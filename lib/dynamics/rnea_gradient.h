@@ -5,12 +5,15 @@
  *
  * The terms and letters are those of derivative.h, and W_l = sum w_i S_i over the degrees of freedom that carry link l.
  * The columns of d tau / dq and d tau / dv sum up to
+ *
  *     w . dtau/dq_k = psi''_k . H + psi'_k . N + s_k . Y + W_b . (S_k x* F^C)
  *     w . dtau/dv_k = phi_k . H + s_k . N
  *     H = sum I_l W_l,   N = sum 2B_l' W_l,   Y = sum X_l' W_l        over the links l that k carries
- * where b is the frame that carries k's node. (For i before k's node there are the terms W_b . M^C_k x. The terms for i
- * after it have the opposite, since the sum over l of (W_l - W_b)' M_l x has all of them.) H and F are shifted from
- * origin to origin as wrenches, N and Y do not depend on it. About the link's own origin, W = (w', u'),
+ *
+ * where b is the frame that carries k's node. (The terms for i before k's node are W_b . M^C_k x. Those for i in k's
+ * node or after it are the sum over l of (W_l - W_b)' M_l x. So the terms M x with W_b cancel.) H and F are shifted
+ * from origin to origin as wrenches. N and Y do not depend on the origin. About the link's own origin, W = (w', u'),
+ *
  *     I W    = (J w' + h x u', m u' + w' x h)
  *     2B' W  = 2 ((v . h) w' - h (v . w') - E (w' x w) + p x u'),   E = tr J / 2 1 - J,   p = m v + w x h
  *     X' W   = n x w' + f x (u' + w' x c)                            for a wrench (n, f) at c

@@ -210,7 +210,7 @@ KT_INLINE bool sum_all(sum *s) {
 static void name_effect(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
     const char *type = kt_effect_type_name((kt_effect_type)effect->type);
     char own[56], on[72];
-    if (KT_HAS_FORMULAS && effect->law_rate > 0) { /* of an own state */
+    if (KT_HAS_FORMULAS && effect->law_rate > 0) { /* of an auxiliary state */
         (void)snprintf(where, KT_WHERE_SIZE, "the law of state '%.60s', t = %.9g s", s->model->text + effect->name,
                        s->at->t);
         return;
@@ -324,7 +324,7 @@ kt_status kt_effects_apply(const kt_model *model, kt_data *data, kt_dynamic_stat
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* The derivatives by time that a caller's own effect gives. Returns the code of its callback. */
+/* Adds the derivatives by time that a caller's own effect provides. Returns the code of its callback. */
 static int differentiate_own(sum *s, const kt_effect_record *effect) {
     const kt_link *link = &s->model->link[effect->link[0]];
     kt_effect_derivatives of_ends = {.by_time = {{.force = {0.0, 0.0, 0.0}}}};

@@ -66,8 +66,8 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
 /* Points at->tau and at->external at the sums that kt_effects_apply left in data, if there was something to add. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at);
 
-/* Writes the partial derivatives by time of the rates of own states (kt_own_state_count). Returns the code of a law's
- * callback, otherwise 0. */
+/* Writes the partial derivatives by time of the rates of auxiliary states (kt_own_state_count). Returns the code of a
+ * law's callback, otherwise 0. */
 int kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                   double *derivatives);
 
@@ -82,8 +82,8 @@ KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, con
 KT_CHECKED kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
                                                 const double *v, double *rates, kt_error *error);
 
-/* Rejects a model with own states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support them.
- * The argument `what` completes the message "the model has own states, and". It names the part left out and an
+/* Rejects a model with auxiliary states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
+ * them. The argument `what` completes the message "the model has own states, and". It names the part left out and an
  * alternative. */
 KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what,
                                                    kt_error *error);

@@ -8,9 +8,9 @@
  * N is constant. N B has two kinds of columns: dampers resist along N_d = N B_d, and none resists along N_s = N B_s. If
  * a state (q, v) is right up to a part along N, the balance determines that part:
  *
- *     B_s' r(q + N_s y, v) = 0              positions y that springs alone hold
- *     B_d' r(q, v + N_d s) = 0              speeds s that dampers resist: equations of first order for q
- *     d/dt B_s' r = 0 along v + N_s u       and then the speeds u of the coordinates that springs alone hold
+ *     B_s' r(q + N_s y, v) = 0              for y, positions of coordinates that springs alone hold
+ *     B_d' r(q, v + N_d s) = 0              for s, speeds of those that dampers resist: of first order for q
+ *     d/dt B_s' r = 0 along v + N_s u       then for u, the speeds of those that springs alone hold
  *
  * They are solved by Newton's method with differences. If forces are linear, this takes a step or two, and the
  * remaining error is rounding. The accelerations a of M a = tau - h at that state are those of all masses. Along N they

@@ -42,7 +42,7 @@ void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_
  * equations of the last evaluation unless it was planar or interpolated from neighbouring states. */
 static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
-    if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also where own states alone read markers */
+    if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also if only auxiliary states read markers */
         kt_effects_recall(model, data, &loaded);
     if (KT_HAS_SWITCHES && model->family) /* no reactions of loops that are off */
         memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);

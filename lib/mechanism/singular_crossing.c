@@ -13,51 +13,62 @@
  * acceleration is the error. A stage of a step violates the loops by more than rounding. This part is the error of the
  * step, which the method estimates itself, because the acceleration is smooth next to the loops, too. It is no reason
  * to interpolate. Errors of the neighbouring states have one sign throughout a step, and no difference of stages shows
- * them. (For Sarrus' linkage, flat, with d = 2.15e-4, the error was a gain of 3.4e-6 of the energy, 113 J. It arose
- * within 1 ms, and a tolerance of 1e-10 did not reduce it.)
+ * them. (An example is Sarrus' linkage, flat, with d = 2.15e-4. Within 1 ms it gained energy. The gain was 3.4e-6 of
+ * 113 J, and a tolerance of 1e-10 did not reduce it.)
  *
  * Interpolated along the motion. Let (q, v)(s) be any smooth family of states on the manifold, with the given state at
- * s = 0. Then a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3, -2, -1,
- * 1, 2 and 3 times h:
+ * s = 0. Then a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3 h to 3 h
+ * in steps of h, without 0:
+ *
  *     a(0) = (15 (a_1 + a_-1) - 6 (a_2 + a_-2) + (a_3 + a_-3)) / 20 + h^6 a6 / 20      a6: the sixth derivative
- * The distance h moves the fastest coordinate by 0.02 of its unit. Then the error is 3e-12 a6, and rounding errors at
- * the nearest of these states are about 3e-11 v^2. The error is estimated with the interpolation of the inner four
- * states:
+ *
+ * The distance h moves the fastest coordinate by 0.02 of its unit. Then the error is 3e-12 a6. Rounding errors at the
+ * nearest of these states are about 3e-11 v^2. The error is estimated with the interpolation of the inner four states:
+ *
  *     a(0) = (4 (a_1 + a_-1) - (a_2 + a_-2)) / 6 + h^4 a4 / 6
+ *
  * While both differ, h is halved, because a mechanism may change its shape within less than its units. If loops are
  * driven, time varies with s. Otherwise only those groups move that are near a singular position. Forces are those of
  * the given state throughout. If nothing moves, the acceleration computed without interpolation is used.
  *
  * If more than one degree of freedom is left at the position, the branches form a cone. A motion of curvature k at the
- * distance s from the apex misses the apex by e = k s^2. On x^2 + e^2 = z^2 its acceleration has a part e^2 v^2 / s^3 =
- * k^2 s v^2. The neighbouring states, farther away on both sides, do not have this part. However, accelerations follow
- * different curves on the two sides of the apex. Let o_k = (a_k - a_-k) / 2 be the odd parts. For a smooth family their
+ * distance s from the apex misses the apex by e = k s^2. On the cone x^2 + e^2 = z^2 its acceleration has a part
+ *
+ *     e^2 v^2 / s^3 = k^2 s v^2
+ *
+ * The neighbouring states, farther away on both sides, do not have this part. However, accelerations follow different
+ * curves on the two sides of the apex. Let o_k = (a_k - a_-k) / 2 be the odd parts. For a smooth family their
  * extrapolation to 0 vanishes:
+ *
  *     (5 o_1 - 4 o_2 + o_3) / 2 = h^5 a5 / 2                                   a5: the fifth derivative
+ *
  * For other families it is half the jump between the sides. This is a lower bound of the interpolation's error. If it
- * is not small compared with s v^2, the error is at least s v^2 (k = 1 in the mechanism's units).
+ * is not small compared with s v^2, the error is at least s v^2. (In the mechanism's units k = 1.)
  *
  * The difference of the two interpolations does not show a bend between the inner states, because all states lie on the
  * branches outside it. The closed state shows it. If its acceleration differs from the interpolated one by more than
- * both errors explain, the path bends, and the direct acceleration is right. (The difference is d v^2 / s^3 and the
- * error c v^2 / s^3: their ratio is d / c at every s.) Otherwise d does not exceed the rounding errors, and the
- * acceleration with the smaller error is taken. If s is below the root of ROUNDING, the steps that close a state, c /
- * s, are longer than s, and the closed state may be any. A motion that misses by more than rounding does not come so
- * near.
+ * both errors explain, the path bends, and the direct acceleration is right. (The difference is proportional to d, and
+ * the error to c. Both grow as v^2 / s^3, so their ratio is d / c at every s.) Otherwise d does not exceed the rounding
+ * errors, and the acceleration with the smaller error is taken. If s is below the root of ROUNDING, the steps that
+ * close a state, c / s, are longer than s. Then the closed state may be any. A motion that misses by more than rounding
+ * does not come so near.
  *
  * If two loops fold at the same time, one of them swings through. The coordinates of the other move by only d times as
  * much, and may meet a singular position of their own. At a distance x from that position s is only d x, and a residual
- * c bends the path as x y = c / d does. The direct error is about (c / d) v^2 / x^3 = c v^2 / (s x^2). The interpolated
- * states have this error, too. It decreases with their distance, until the error of the interpolation itself prevails.
- * Of several distances the one with the smallest total error is taken. A velocity w along the other branch cannot be
- * determined there. With it, the forces of the loops, which do no work along the motion, would do work. So this power
- * is removed from such accelerations (remove_power). A scissor lift with d = 1e-9 lost 26 of 33 J before, and now keeps
- * its energy to 4e-7 J.
+ * c bends the path as x y = c / d does. The direct error is about
  *
- * The effect of an error e of an acceleration is reported (kt_data_crossings) as the drift while the motion is there, e
- * T^2 / 2. T is the time h, or the time in which s would vanish, s / speed. For the direct acceleration the drift is c
- * / s. If two loops fold at the same time, a motion may stay for longer. Then the drift within a step is e / 2 times
- * the square of the step.
+ *     (c / d) v^2 / x^3 = c v^2 / (s x^2)
+ *
+ * The interpolated states have this error, too. It decreases with their distance, until the error of the interpolation
+ * itself prevails. Among several distances, the program takes the one with the smallest total error. A velocity w along
+ * the other branch cannot be determined there. With it, the forces of the loops, which do no work along the motion,
+ * would do work. So this power is removed from such accelerations (remove_power). Without the removal, a scissor lift
+ * with d = 1e-9 lost 26 of 33 J. With it, the energy is kept to 4e-7 J.
+ *
+ * The effect of an error e of an acceleration is reported (kt_data_crossings) as the drift while the motion is near the
+ * position, e T^2 / 2. T is the time h, or the time in which s would vanish, s / speed. For the direct acceleration the
+ * drift is c / s. If two loops fold at the same time, a motion may stay for longer. Then the drift within a step is e /
+ * 2 times the square of the step.
  */
 #include "closure/refused_loops.h"
 #include "mechanism/evaluate.h"
@@ -77,19 +88,23 @@
 #define FARTHER 4.0
 #define UNCLEAR_MOST 1e-2
 /* The largest difference of the interpolations of six and of four states, relative to the largest acceleration. If a
- * varies within R units, the difference is 4 (0.02 / R)^4, and the error is 36 (0.02 / R)^6. Below it, the largest
- * number of times that h is halved. Each time the error falls to 1/64, and that of rounding grows eightfold. */
+ * varies within R units,
+ *
+ *     difference = 4 (0.02 / R)^4,   error = 36 (0.02 / R)^6
+ *
+ * HALVINGS_MOST is the largest number of times that h is halved. Each time the error falls to 1/64, and that of
+ * rounding grows eightfold. */
 #define APART_MOST 2e-6
 enum { HALVINGS_MOST = 3 };
-/* The largest residual due to rounding, relative to its scale. Below it, the largest difference of two right
- * accelerations, relative to their estimated errors. */
+/* ROUNDING is the largest residual due to rounding, relative to its scale. ERRORS_MOST is the largest difference of two
+ * right accelerations, relative to their estimated errors. */
 #define ROUNDING (2.0 * KT_CLOSED)
 #define ERRORS_MOST 4.0
 /* The path counts as bent, without further states, under two conditions. The direct acceleration differs from the mean
  * of the inner two by more than half of itself, and its own error is at most this part of the difference. */
 #define BENT 1e-3
 /* The least jump between the two sides, relative to s v^2, of a motion that misses an apex. Jumps of 2e-3 to 3e-2 were
- * observed at cones, and less than 1e-4 elsewhere. */
+ * observed at cones. Elsewhere they were below 1e-4. */
 #define JUMP_LEAST 1e-3
 /* The error of a direct acceleration, relative to the largest acceleration, up to which no interpolation is
  * computed. */
@@ -121,7 +136,7 @@ typedef struct crossing {
     bool cone;               /* more than one degree of freedom is left at the position */
     bool folded;             /* two loops fold at the same time: s is small at the neighbouring states, too */
     double least, slope;     /* s at the nearest of the states, and that of those adopted over their dt */
-    double between, jump;    /* half the jump between the two sides: as last interpolated, and of what was adopted */
+    double between, jump;    /* half the jump between the two sides: as last interpolated, and of the adopted one */
 } crossing;
 
 /* The largest |a_i - b_i| (b: NULL for zero) of the groups' coordinates, over their units. */
@@ -300,8 +315,8 @@ static double choose_direction(crossing *c, const double *a, double *direction, 
     return speed;
 }
 
-/* The error of an interpolation, 36 x^6, from `apart`, 4 x^4. If two loops fold at the same time, rounding errors
- * add. */
+/* Returns the error of an interpolation, 36 x^6, from `apart`, which is 4 x^4. If two loops fold at the same time,
+ * rounding errors are added. */
 static double error_of(const crossing *c, double dt, double apart, const double *try) {
     const double own = fmin(apart, 4.5 * apart * sqrt(apart)) * difference(c->model, try, NULL);
     return c->least < CLEAR ? own + ROUNDING / (c->least * dt * dt) : own;

@@ -8,9 +8,9 @@
  *
  *     (1 - G) N = N0
  *
- * With these N the accelerations are evaluated once more. If k contacts slip, this takes k + 2 evaluations, or 2 k + 2
- * if slip is slow (below). If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip.
- * Then the force has no value, or two (Painleve 1895), and this is an error.
+ * With these N the accelerations are evaluated once more. If k contacts slip, this takes k + 2 evaluations. If slip is
+ * slow (below), it takes 2 k + 2. If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of
+ * slip. Then the force has no value, or two (Painleve 1895), and this is an error.
  *
  * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contact.c). The steps before
  * must see no jump. So e is -s / |s| if s . d < 0, and d if s = 0. Here d is the direction in which the contact began
@@ -25,16 +25,17 @@
  *     s + tau s' = sigma e,   sigma >= 0
  *
  * which is an implicit step of length tau. At s = 0 it yields the direction in which slip begins. While |s| grows, tau
- * = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction could hold the contact if a part x of its force would be left. Then
- * slip comes to rest at a rate of x a, with a the deceleration by friction alone, and tau is no more than
+ * = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction may be able to hold the contact with a part x of its force to spare.
+ * Then slip comes to rest at a rate of x a, with a the deceleration by friction alone, and tau is no more than
  *
  *     |s| / (2 x a) (1 - 10 x)^2,   x <= 1 / 10
  *
  * so that sigma is half of |s|. Next to the limit slip follows its forces for much longer than it turns. For larger x
  * it comes to rest before the equations become stiff. Across e this makes an error of the acceleration. The error is
  * tau times the acceleration of s along e, times the rate at which e turns. In total the velocity is off by tau0 s0
- * times this rate. s' is affine in the forces at all contacts that slip, and linear/coulomb.h has the iteration for the
- * directions. If it does not converge, e is the direction of s, which is counted (kt_contact_counts.unconverged).
+ * times this rate. The rate s' is affine in the forces at all contacts that slip. The iteration for the directions is
+ * in linear/coulomb.h. If it does not converge, e is the direction of s, which is counted
+ * (kt_contact_counts.unconverged).
  *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
  * on Painleve paradoxes, Eur. J. Mech. A 18, 1999.

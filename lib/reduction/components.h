@@ -13,8 +13,8 @@
 
 /* Defines two functions for numbers, or vectors of them:
  *
- *   kt_motion_shift...   the acceleration at the end of r, for an acceleration x at its beginning
- *   kt_wrench_shift...   the wrench x at the end of r, about its beginning
+ *   kt_motion_shift...   shifts an acceleration x from the beginning of r to its end
+ *   kt_wrench_shift...   shifts a wrench x from the end of r to its beginning
  */
 #define KT_SHIFTS(number, suffix)                                                                                      \
     KT_INLINE void kt_motion_shift##suffix(int components, kt_real3 r, number *x) {                                    \

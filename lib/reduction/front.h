@@ -4,20 +4,24 @@
  * The front is the part of the group that the links taken so far form, with the group's parent at rest. Links are taken
  * parents first (compile/front_order.c). The motions of the front are x = x0 + X p with parameters p. There are no more
  * parameters than the links still to come can distinguish. A link i is active as long as one of these links or an
- * incomplete loop depends on it. Then a slot holds its acceleration (alpha, a)_i = T_i p + t_i. A step
- *   takes a link        T_i = [shift(T_parent) S_i], its coordinates x_i being new parameters; the energy
- *                       V(p) = p'H p / 2 - g'p of the front (Gauss' principle) receives T_i' IA_i T_i and the forces
+ * incomplete loop depends on it. Then a slot holds its acceleration (alpha, a)_i = T_i p + t_i. A step has three parts:
+ *
+ *   takes a link        T_i = [shift(T_parent) S_i], its coordinates x_i being new parameters. The energy
+ *                       V(p) = p'H p / 2 - g'p of the front (Gauss' principle) receives T_i' IA_i T_i and the forces.
+ *
  *   completes loops     D p = e, where D = W (T_b - T_a): with D' Pi = Q [R1; 0], as for dense matrices,
- *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on
+ *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on.
+ *
  *   keeps coupled ones  with T' = Q [R; 0] of all active links, the last parameters of Q'p are free: no link or loop
  *                       still to come depends on them. They are those of least energy, p_u = H_uu^-1 (g_u - H_ut p_t).
- *                       If they are few, Q is replaced by as few reflectors that separate the same spaces
+ *                       If they are few, Q is replaced by as few reflectors that separate the same spaces.
+ *
  * After the last link nothing is kept, and a backward pass through the steps yields x. If the parent accelerates, the
  * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
  *
  * An equation can be small at a step although it usually is not. If a later step completes redundant equations, such an
- * equation becomes a delayed row, whose slot holds D and the constant part like T and t. The later step may determine
- * the same motion far better. An example are three wheels joined by three rods, with one wheel at its dead centre.
+ * equation becomes a delayed row. Its slot holds D and the constant part like T and t. The later step may determine the
+ * same motion far better. An example are three wheels joined by three rods, with one wheel at its dead centre.
  *
  * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
  * orthogonal factors. The rank of each loop's equations is that among motions which close all loops before it. Only the
@@ -125,7 +129,8 @@ typedef struct kt_front {
     int components;              /* of an acceleration: 3 or 6 */
     int width, stride;           /* from one vector to the next: in slots, in H */
     kt_real1 *link_acceleration; /* T': the acceleration in a slot for each parameter, a vector a component */
-    kt_real1 *constant;          /* t: its known part, a number a component; in multipliers, the wrench on the link */
+    kt_real1 *constant;          /* t: its constant part, a number a component; in multipliers, the wrench on the
+                                  * link */
     kt_real1 *copy;              /* the vectors of T' that are not zero, while coupled parameters are found */
     kt_real1 *speed;             /* the largest angular and linear speed of a slot's link, for sizes of terms */
     kt_real1 *energy, *pull;     /* H by columns, and g */
