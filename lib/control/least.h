@@ -11,8 +11,8 @@ typedef struct kt_least {
     int rank;
 } kt_least;
 
-/* Factors w->qr.factor; a direction counts above KT_RANK_TOLERANCE of the largest, or of `could_be`, the size that a row
- * could have. */
+/* Factors w->qr.factor. A direction counts above KT_RANK_TOLERANCE of the largest, or of `could_be`, the size that a
+ * row could have. */
 void kt_least_factor(kt_least *w, double could_be);
 
 /* The least x (m) with A' x = b (k); the rank is k. */

@@ -84,7 +84,7 @@ void kt_mass_inverse_free(kt_mass_inverse *inverse) { kt_arena_free(inverse); }
 
 /* ---- terms ------------------------------------------------------------------------------------------------------- */
 
-/* Z and the factors of Z' M Z, whose entries' rounding errors are proportional to sum z_i^2 M_ii. */
+/* Computes Z and the factors of Z' M Z. The rounding errors of its entries are proportional to sum z_i^2 M_ii. */
 static kt_status compute_closed(kt_mass_inverse *w, kt_data *data, double t, const double *q, kt_error *error) {
     const kt_model *model = w->model;
     const int nv = (int)model->n.v;

@@ -14,7 +14,7 @@
 /* The part of a row of J X that must be independent of the rows before it, as in cholesky.h. It is a square. */
 #define KT_TASK_RANK 1e-14
 
-/* ---- what is left of a row --------------------------------------------------------------------------------------- */
+/* ---- the free fraction of a row ---------------------------------------------------------------------------------- */
 
 /* Returns the size of a row, which is the largest motion of the task while a coordinate moves by one unit. It is
  * relative to the smaller of a radian and a length of the mechanism, and at most 1. Sizes within rounding become 0. */
@@ -44,7 +44,8 @@ static double free_fraction_by_basis(const kt_mass_inverse *w, int rows, int r, 
     return left > KT_RANK_TOLERANCE * whole ? left / whole : 0.0;
 }
 
-/* Without a basis: J_r M^-1 J_r' compared with that of a row whose entries are as large, in other proportions; squares. */
+/* Returns the free fraction without a basis: J_r M^-1 J_r' compared with that of a row whose entries are as large, in
+ * other proportions. Both are squares. */
 static double free_fraction_by_generic(kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const size_t nv = w->model->n.v;
     double left = 0.0, whole = 0.0;

@@ -67,7 +67,7 @@ static kt_status sample(kt_linearized *w, const column *c, double moved, double 
     return status;
 }
 
-/* w->change = d8 with the step h, and *bound = its error relative to the largest of it; 0 where this is rounding. */
+/* Sets w->change = d8 with the step h, and *bound to its error relative to the largest of it; 0 if this is rounding. */
 static kt_status difference(kt_linearized *w, const column *c, double h, double *bound, kt_error *error) {
     const size_t n = w->n;
     double largest = 0.0, most = 0.0, apart = 0.0;

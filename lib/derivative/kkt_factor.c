@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-/* ---- inertias as components x components numbers ------------------------------------------------------------------ */
+/* ---- inertias as components x components numbers ----------------------------------------------------------------- */
 
 static double *inertia_of(const kt_kkt *w, size_t i) {
     return w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
@@ -58,7 +58,7 @@ static void pass_on(const kt_kkt *w, size_t i, int c) {
     }
 }
 
-/* ---- links outside groups ----------------------------------------------------------------------------------------- */
+/* ---- links outside groups ---------------------------------------------------------------------------------------- */
 
 static int set_axes(const kt_kkt *w, size_t i, int c) {
     const kt_link *link = &w->model->link[i];
@@ -110,9 +110,9 @@ static bool eliminate(const kt_kkt *w, size_t i, int c, int dofs) {
     return true;
 }
 
-/* ---- groups ------------------------------------------------------------------------------------------------------- */
+/* ---- groups ------------------------------------------------------------------------------------------------------ */
 
-/* The map of a group whose energy has been reduced, or whose null space is in its work memory. */
+/* Sets the map of a group whose energy has been reduced, or whose null space is in its work memory. */
 static void set_map(kt_kkt *w, size_t g, const kt_group_work *of) {
     const int m = of->m, rank = w->data->rank[g], dofs = m - rank;
     double *at = w->map + w->mapped, *unit = of->multiplier;
@@ -126,7 +126,7 @@ static void set_map(kt_kkt *w, size_t g, const kt_group_work *of) {
         unit[r] = 0.0;
         if (w->metric == KT_METRIC_MASS)
             kt_group_apply_mass(of, map.close + r * m, map.pull + r * m);
-        else /* of which N' takes nothing */
+        else /* N' times this part is zero */
             memset(map.pull + r * m, 0, (size_t)m * sizeof *map.pull);
     }
     if (w->metric != KT_METRIC_MASS) {

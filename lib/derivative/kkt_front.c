@@ -28,7 +28,7 @@ static void find_step(const kt_front *f, int s, int base, const double **kept, d
     *kept += (size_t)o->free * (size_t)o->free;
 }
 
-/* As kt_front_reflect, of exactly so many numbers. */
+/* Does the same as kt_front_reflect, for exactly n numbers. */
 static void reflect(const double *u, double t, int n, double *x) {
     const double sum = t * kt_dense_dot(u, x, n);
     for (int i = 0; i < n; i++)
@@ -79,7 +79,7 @@ static void set_back(const step *o) {
     }
 }
 
-/* X R1^-T of so many rows, X by columns. */
+/* Replaces X by X R1^-T; X has `rows` rows and is stored by columns. */
 static void divide_columns(const step *o, int rows, double *x) {
     const int n = o->params;
     for (int i = o->rank - 1; i >= 0; i--) {
@@ -89,7 +89,7 @@ static void divide_columns(const step *o, int rows, double *x) {
     }
 }
 
-/* W = Q1 R1^-T, H W and T W. With H = 1, whose G' W and N' W are zero, H W counts as zero. */
+/* Sets W = Q1 R1^-T, H W and T W. With H = 1, G' W and N' W are zero, and H W counts as zero. */
 static void set_close(const step *o) {
     const int n = o->params, all = o->base + n;
     memset(o->map.close, 0, (size_t)(n * o->rank) * sizeof(double));

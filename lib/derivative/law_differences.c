@@ -9,10 +9,10 @@
 /* The differences by one variable. */
 typedef struct difference {
     double eight[6], six[6];
-    double bound; /* of the error of `eight`, relative to the largest of them; 0 where it is rounding */
+    double bound; /* of the error of `eight`, relative to the largest of them; 0 if it is rounding */
 } difference;
 
-/* values: those of the variables, of which the j-th is moved and put back. */
+/* values: those of the variables. The j-th is moved and restored. */
 static int find(const kt_effect_record *effect, double *values, int j, double h, difference *d) {
     const double at = values[j];
     double out[6], largest = 0.0, most = 0.0, apart = 0.0;
@@ -45,7 +45,7 @@ int kt_law_difference(const kt_effect_record *effect, double *values, double by[
                       double *error) {
     int code = 0;
     for (int j = 0; j < effect->variable_count && code == 0; j++) {
-        /* Variables may be pressures or currents, of which the step is a part. */
+        /* Variables may be pressures or currents, so the step is relative to large values. */
         const double step = KT_DIFFERENCE_STEP * fmax(1.0, fabs(values[j]));
         double least = HUGE_VAL;
         for (int k = 0; k < KT_DIFFERENCE_STEPS && least > KT_DIFFERENCE_COARSE && code == 0; k++) {

@@ -426,7 +426,7 @@ static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_
 }
 
 /* ---- the recursion -----------------------------------------------------------------------------------------------
- * It treats the links 1 to end - 1; end is n.link, or n.spatial where the others are planar. */
+ * It treats the links 1 to end - 1; end is n.link, or n.spatial if the others are planar. */
 
 /* Forward pass: poses and velocities, and zeros for the sums over children; no external wrenches. */
 KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,

@@ -86,7 +86,7 @@ KT_INLINE kt_condition kt_planar_project_prismatic(const kt_planar_link *link, c
     return has_inertia;
 }
 
-/* The same of any joint with armature, which adds to S . U alone; U = [J; h] or (n, M u). */
+/* The same for any joint with armature, which adds only to S . U; U = [J; h] or (n, M u). */
 KT_INLINE kt_condition kt_planar_project_armature(const kt_planar_link *link, const kt_planar_motion *m, kt_real1 tau,
                                                   kt_planar_inertia *x, kt_planar_response *response) {
     kt_condition has_inertia = kt_condition_true();
@@ -126,7 +126,7 @@ KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_plan
     kt_store2(m->linear, *linear);
 }
 
-/* ---- what is passed from link to link ---------------------------------------------------------------------------- */
+/* ---- numbers that pass from link to link ------------------------------------------------------------------------- */
 
 /* kt_planar_inertia as it is passed from link to link: M = [xx xy; xy yy] as (xx, yy) and xy. */
 typedef struct kt_planar_carried {

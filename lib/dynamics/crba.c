@@ -256,7 +256,7 @@ void KT_KERNEL(kt_mass_columns)(const kt_model *model, const kt_data *data, doub
     }
 }
 
-/* ---- the upper triangle ------------------------------------------------------------------------------------------- */
+/* ---- the upper triangle ------------------------------------------------------------------------------------------ */
 
 /* Two numbers each of two columns. */
 KT_INLINE kt_v4 load_pairs(const double *x, const double *y) {

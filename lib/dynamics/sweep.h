@@ -43,7 +43,7 @@ KT_INLINE void kt_fetch(const void *memory, size_t size) {
 #endif
 }
 
-/* The link so many ones ahead of link i, of those before `end`; backwards, of those from 0 on. */
+/* Returns the link KT_LINKS_AHEAD links after link i, among those before `end`; backwards, among those from 0 on. */
 KT_INLINE size_t kt_ahead(size_t i, size_t end) { return i + KT_LINKS_AHEAD < end ? i + KT_LINKS_AHEAD : i; }
 KT_INLINE size_t kt_ahead_down(size_t i) { return i > KT_LINKS_AHEAD ? i - KT_LINKS_AHEAD : 0; }
 
@@ -120,7 +120,7 @@ KT_INLINE void kt_external_none(kt_data *data) {
     data->has_external = false;
 }
 
-/* The wrenches of links on which these alone act. */
+/* Sets the wrenches of links if only external wrenches act. */
 KT_INLINE void kt_external_set(const kt_model *model, kt_data *data, const kt_external *external) {
     memset(data->origin, 0, model->n.link * sizeof *data->origin);
     kt_external_subtract(model, data, external);

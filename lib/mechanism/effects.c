@@ -19,10 +19,10 @@ typedef struct sum {
     kt_data *data;
     const kt_dynamic_state *at;
     kt_power *power;                /* NULL: powers are not summed */
-    bool differenced;               /* a caller's own effects without derivatives alone */
+    bool differenced;               /* only a caller's own effects without derivatives */
     double excess;                  /* the sum of x - x over all forces: 0 if finite, otherwise NaN */
-    const kt_effect_record *failed; /* whose callback did not return 0 */
-    int code;                       /* what it returned */
+    const kt_effect_record *failed; /* the effect whose callback did not return 0 */
+    int code;                       /* the code that the callback returned */
 } sum;
 
 /* ---- one effect -------------------------------------------------------------------------------------------------- */
@@ -81,8 +81,8 @@ KT_INLINE int evaluate_joint_force(const kt_model *model, const surroundings *in
     return effect->joint_force(effect->user, in->at->t, x.position, x.rate, force, balance);
 }
 
-/* Computes the force of an effect in a coordinate of a loop, and its wrenches. Returns the code of a callback, otherwise
- * 0. */
+/* Computes the force of an effect in a coordinate of a loop, and its wrenches. Returns the code of a callback,
+ * otherwise 0. */
 static int evaluate_in_loop(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
                             const kt_effect_end *end, double *force, kt_wrench wrench[2], kt_effect_balance *balance) {
     const kt_relative_motion motion = kt_relative_motion_of(model, effect, in->at->q, end);

@@ -23,8 +23,7 @@ typedef struct kt_gap_source {
     kt_gap_form form;
     int32_t count;   /* of the first one of a row, how many there are (goes_on in gaps.c) */
     double farthest; /* distance of a point from its link's origin; of the first one of a row, the largest of all; m */
-    double
-        offset; /* of the plane from its link's origin, or from that of a free body's coordinates, along its normal, m */
+    double offset;   /* distance of the plane along its normal, from the origin of its link or of free coordinates; m */
 } kt_gap_source;
 
 /* Returns the height of a free body's centre above the plane of a contact. */

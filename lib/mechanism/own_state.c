@@ -1,5 +1,5 @@
-/* Own states x of a model: x' = f(t, q, v, x) by formulas (kt_state) or laws of effects. Their values are an input that data
- * hold. */
+/* Auxiliary states x of a model: x' = f(t, q, v, x) by formulas (kt_state) or laws of effects. Their values are an
+ * input that data hold. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"

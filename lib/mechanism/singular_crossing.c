@@ -67,8 +67,8 @@
  *
  * The effect of an error e of an acceleration is reported (kt_data_crossings) as the drift while the motion is near the
  * position, e T^2 / 2. T is the time h, or the time in which s would vanish, s / speed. For the direct acceleration the
- * drift is c / s. If two loops fold at the same time, a motion may stay for longer. Then the drift within a step is e /
- * 2 times the square of the step.
+ * drift is c / s. If two loops fold at the same time, a motion may stay for longer. Then the drift within a step is
+ * e / 2 times the square of the step.
  */
 #include "closure/refused_loops.h"
 #include "mechanism/evaluate.h"
@@ -405,8 +405,8 @@ static bool is_direct_better(crossing *c, const double *a) {
     return c->bent || (!settled && c->rounding < (smooth ? c->interpolated : error_of_sides(c)));
 }
 
-/* Adds to the record of kt_data_crossings. If errors cannot be measured, the position itself is uncertain within x y =
- * ROUNDING. */
+/* Adds to the record of kt_data_crossings. If errors cannot be measured, the position itself is uncertain within
+ * ROUNDING of x y. */
 static void count_crossing(const crossing *c, bool interpolated) {
     const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->at.v, NULL), s = c->s;
     const double error = interpolated ? c->interpolated : c->rounding, time = interpolated ? c->dt : s / speed;
@@ -428,8 +428,11 @@ static void count_crossing(const crossing *c, bool interpolated) {
     seen->error = fmax(seen->error, led_off);
 }
 
-/* Corrects an acceleration along the motion of the groups, so that the forces that hold the loops closed do no work: v
- * . (M a + h - tau - J' external) = 0 if the loops do not change with time. */
+/* Corrects an acceleration along the motion of the groups, so that the forces that hold the loops closed do no work. If
+ * the loops do not change with time, the condition is
+ *
+ *     v . (M a + h - tau - J' external) = 0
+ */
 static void remove_power(const crossing *c, double *a) {
     const kt_model *model = c->model;
     const double *v = c->at.v;

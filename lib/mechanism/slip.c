@@ -226,7 +226,8 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
 
 enum { SLIPS = KT_COULOMB_ITEMS / 2, RATES = 2 * SLIPS };
 
-/* Directions of slip and normal forces of all contacts. Rows of each: N, in `unit`, and (s + tau s') / tau along both axes. */
+/* Directions of slip and normal forces of all contacts. Rows of each: N, in `unit`, and (s + tau s') / tau along both
+ * axes. */
 typedef struct slow_slip {
     kt_coulomb c;
     kt_coulomb_solution to;

@@ -81,7 +81,7 @@ KT_INLINE kt_real1 dot4(int n, kt_real4 a, kt_real4 b) {
 
 #endif
 
-/* square += weight u u'; of several states the elements on and above the diagonal alone. */
+/* Adds weight u u' to square; for several states only the elements on and above the diagonal. */
 KT_INLINE void add_square(int n, kt_real4 u, kt_real1 weight, kt_real4 *square) {
     for (int r = 0; r < n; r++) {
 #ifndef KT_LANES
@@ -643,7 +643,7 @@ static kt_condition solve_multipliers(kt_real4 *a, int k, kt_real4 *b) {
     return positive;
 }
 
-/* Adds the accelerations that B mu gives to the joints' free ones. */
+/* Adds the accelerations due to B mu to the joints' free ones. */
 KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     const int n = shape_of(s, 0).equations;

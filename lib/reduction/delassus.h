@@ -105,8 +105,8 @@ KT_DELASSUS_DECLARE(v4)
 
 #else
 
-/* In lanes (algebra/real3.h): `prepare` returns the states that are not left to the fronts, and `solve` those of which S
- * is positive definite. Each state has its own order of the equations. */
+/* In lanes (algebra/real3.h), `prepare` returns the states that are not left to the fronts. `solve` returns the states
+ * with a positive definite S. Each state has its own order of the equations. */
 kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows);
 void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step);
 kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity);

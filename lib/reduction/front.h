@@ -98,7 +98,7 @@ KT_FRONT_DECLARE(v4)
 
 #else
 
-/* In lanes (algebra/real3.h), for groups in the form of Delassus: the same two, of which no coordinate counts as a
+/* In lanes (algebra/real3.h), for groups in the form of Delassus: the first two calls. No coordinate counts as a
  * constant. */
 void KT_KERNEL(kt_front_fill)(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,
                               const kt_real1 *q, const kt_real1 *v, kt_real1 t);

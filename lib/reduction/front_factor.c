@@ -228,7 +228,8 @@ KT_INLINE int copy_coupled(const kt_front *f, int n) {
     return count;
 }
 
-/* T' = Q [R; 0] of so many vectors, which are replaced by the reflectors of Q; their scales. Returns the rank. */
+/* Factors T' = Q [R; 0] of `count` vectors, and replaces them by the reflectors of Q; scale: their scales. Returns the
+ * rank. */
 KT_INLINE int factor_coupled(const kt_front *f, int count, int n, double *scale) {
     const int end = kt_front_padded(n);
     int rank = 0;
@@ -264,8 +265,7 @@ KT_INLINE void reflect_free(const kt_front *f, const double *scale, int rank, in
     }
 }
 
-/* Reflects the parameters such that all but the first of them, whose number is returned, change nothing that slots
- * hold. */
+/* Reflects the parameters so that only the first of them change the vectors in slots. Returns the number of these. */
 KT_INLINE int keep_coupled(const kt_front *f, kt_front_count *count, int s) {
     const int n = count->left, vectors = copy_coupled(f, n), end = kt_front_padded(n);
     double *scale = f->z;

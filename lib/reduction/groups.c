@@ -127,7 +127,7 @@ void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, c
     }
 }
 
-/* If the group is in the form of Delassus, `special` is set from here on if only its few equations have been
+/* For a group in the form of Delassus, data->special_form records from here on whether only its few equations have been
  * measured. */
 double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     double size = 0.0;

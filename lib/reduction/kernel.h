@@ -19,14 +19,15 @@ typedef struct kt_reduction_kernels {
                       const bool *held, kt_violation *violation);
     /* Factors the equations that have been filled; returns false if a number is not finite. `regular`: as above. */
     bool (*factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
-    /* As `factor`, for `least_step` alone: groups are left to their own forms at regular positions. */
+    /* As `factor`, for `least_step` only: at regular positions groups are left to their own forms. */
     bool (*prepare)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
     /* Computes the least step (nv) with A step = right, as last factored. It is the least in coordinates (then only
      * those of groups change), or in kinetic energy less force . step. Returns false if the inertia is singular. */
     bool (*least_step)(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step);
-    /* A x of a group that is reduced by fronts (front.h), into out (k); if size is not NULL, the largest terms. */
+    /* Writes A x of a group that is reduced by fronts (front.h) into out (k); if size is not NULL, also the largest
+     * terms. */
     void (*apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *x, double *out,
                   double *size);
     /* Prepares the damped steps of such a group; returns the sum of the squares of B's entries (kt_damped_step). */
