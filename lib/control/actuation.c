@@ -24,9 +24,8 @@ static double residual_of(const kt_actuation_work *w, const double *a, size_t ro
     return fabs(sum);
 }
 
-/* The largest term that an equation could have: an entry of A times the largest acceleration or the square of the
- * largest velocity. In a loop that is locked, and in directions that a plane leaves out, all terms are rounding
- * errors. */
+/* The largest possible term of an equation: an entry of A times the largest acceleration or the square of the largest
+ * velocity. In a loop that is locked, and in directions that a plane leaves out, all terms are rounding errors. */
 static double largest_term(const kt_actuation_work *w, const double *v, const double *a) {
     const kt_counts *n = &w->model->n;
     double entry = 0.0, rate = 0.0;

@@ -1,11 +1,9 @@
-/* Momentum of the whole as a function of the joint rates, about the centre of mass (Orin, Goswami, Lee 2013), from
- * composite inertias. With m, h = m c and J those of all that a degree of freedom (w, u) carries, about its link's
- * origin o,
+/* Momentum of the whole as a function of the joint rates, about the centre of mass, from composite inertias (Orin,
+ * Goswami, Lee 2013). A degree of freedom (w, u) carries a composite with m, h = m c and J about its link's origin o:
  *     p = m u + w x h,   l = J w + h x u + (o - g) x p
- * and the rates at rest of all joint accelerations are sums over links of
+ * The rates at rest of all joint accelerations are sums over links of
  *     F = m a + alpha x h + w x (w x h),   N = h x a + J alpha + w x J w + (o - g) x F
- * with the accelerations that the velocities alone give (frame.c).
- */
+ * with the accelerations due to the velocities alone (frame.c). */
 #include "control/control.h"
 #include "dynamics/motion.h"
 

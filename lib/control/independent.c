@@ -163,7 +163,8 @@ void kt_loop_jacobian(const kt_model *model, int rows, const double *jacobian, i
 
 /* ---- completion -------------------------------------------------------------------------------------------------- */
 
-/* A particular solution of A x = b', or at velocities v of A x = b'', into w->force; zeros in no loop. */
+/* Writes a particular solution of A x = b' into w->force, or if v is given that of A x = b''. Coordinates that are in
+ * no loop become zero. */
 static kt_status solve_loops(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
                              kt_error *error) {
     const kt_model *model = w->model;

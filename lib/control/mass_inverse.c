@@ -110,7 +110,8 @@ static kt_status compute_closed(kt_mass_inverse *w, kt_data *data, double t, con
         "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
 }
 
-/* The factors along the tree, in data of their own: those of the caller may be used for something else meanwhile. */
+/* Computes the factors along the tree. They have data of their own, because the caller may use its data for other calls
+ * meanwhile. */
 static kt_status compute_along(kt_mass_inverse *w, double t, const double *q, kt_error *error) {
     const kt_input input = {.q = q};
     const kt_status status = kt_input_check(w->model, &input, error);

@@ -60,8 +60,8 @@ static double free_fraction_by_generic(kt_mass_inverse *w, int rows, int r, cons
     return left > KT_TASK_RANK * whole ? fmin(1.0, sqrt(left / whole)) : 0.0;
 }
 
-/* Factors J X, whose lower triangle is in w->task. Returns the row whose pivot vanishes, or `rows`; *rcond receives the
- * least part of a row. */
+/* Factors J X, whose lower triangle is in w->task. Returns the row whose pivot vanishes, or `rows`. *rcond receives the
+ * reciprocal condition number. */
 static int factor_task_inertia(kt_mass_inverse *w, int rows, double *rcond) {
     double *l = w->task;
     *rcond = 1.0;

@@ -5,8 +5,8 @@
 #include "kinetree/mechanism.h"
 #include "reduction/method.h"
 
-/* From this number of coordinates on, dense factors take longer than fronts or groups that each have few of them (rows
- * of windows, ropes). */
+/* From this number of coordinates on, dense factors take longer than fronts. They also take longer than groups with few
+ * coordinates each (rows of windows, ropes). */
 enum { COORDINATES_FEW = 28 };
 
 bool kt_linearized_is_dense(const kt_model *model) {
@@ -20,7 +20,8 @@ bool kt_linearized_is_dense(const kt_model *model) {
     return dense && model->structure != KT_STRUCTURE_FRONTS;
 }
 
-/* From about so many products on, dense factors take longer than those along the tree, whose columns take longer. */
+/* Above this number of products, dense factors take longer than factors along the tree. A column takes longer along the
+ * tree. */
 #define PRODUCTS_FEW 5e4
 
 bool kt_mass_inverse_is_along(const kt_model *model) {

@@ -40,7 +40,7 @@ static kt_loop_end loop_end_of(const kt_effect_frame *frame) {
                          .linear = kt_vector_zero()};
 }
 
-/* On the last end, of an effect in a loop: Q = Q_0 + Q_c dc + Q_c' dc'. */
+/* Returns the wrench on the last end, of an effect in a loop: Q = Q_0 + Q_c dc + Q_c' dc'. */
 static kt_effect_wrench wrench_in_loop(const dependence *on, const kt_effect_frame frames[2]) {
     const kt_loop_end end[2] = {loop_end_of(&frames[0]), loop_end_of(&frames[1])};
     const kt_relative_coordinate c = kt_relative_coordinate_of(&on->effect->relative, on->counted, end);

@@ -61,7 +61,8 @@ static int32_t carrier_of(const kt_model *model, int32_t a, int32_t b) {
     return a;
 }
 
-/* Position and velocity of the origin that those of a link's tree are relative to; of the ground zero. */
+/* Returns position and velocity of the reference of a link's tree; its positions and velocities are relative to these.
+ * For the ground both are zero. */
 static pair base_of(const state *s, int32_t link) {
     pair base = {kt_v4_splat(0.0), kt_v4_splat(0.0)};
     if (link == 0)
@@ -146,7 +147,7 @@ static inline pair apply(const kt_effect_jacobian *of, const kt_mat3 matrix[2][2
     return y;
 }
 
-/* The columns of one degree of freedom: C S, and the X of those that it carries on its end and of the others. */
+/* The columns of one degree of freedom: C S, X of those that it carries on its end, and X of the others. */
 typedef struct columns {
     pair rate, carried, others;
 } columns;
@@ -254,7 +255,7 @@ static void subtract_wrench(const state *s, const kt_effect_record *effect, doub
 
 /* The formulas of an effect in a state: values, and partial derivatives by each variable. */
 typedef struct formulas {
-    double value[8]; /* of six, and the derivatives of the first by the distance of the ends and by its rate */
+    double value[8]; /* of six formulas, and the derivatives of the first by the distance of the ends and by its rate */
     double by[KT_FORMULA_VARIABLE_MAX][6];
 } formulas;
 
@@ -265,7 +266,7 @@ static kt_effect_record marker_of(const kt_variable_record *variable) {
     return marker;
 }
 
-/* The variables are those that kt_formula_variables_read finds, with the poses of the terms of the tree. */
+/* Reads the same variables as kt_formula_variables_read, with the poses of the terms of the tree. */
 static void read_variables(const state *s, const kt_effect_record *effect, const kt_effect_end *end, double *values) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_formula_variables_read(s->model, s->data, s->data->kinematics, effect, s->at, end, values);

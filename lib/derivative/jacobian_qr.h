@@ -35,10 +35,11 @@ size_t kt_jacobian_qr_init(kt_jacobian_qr *w, void *memory, size_t n, size_t p);
 KT_CHECKED kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_rows rows, const double *a,
                                            kt_error *error);
 
-/* y = R1^-T e of the p numbers e: those of the independent equations in the order of the pivots. */
+/* Computes y = R1^-T e from p numbers e. It uses those of the independent equations, in the order of the pivots. */
 void kt_jacobian_qr_solve_lower(const kt_jacobian_qr *w, const double *e, double *y);
 
-/* The p multipliers with A' lambda = f of the independent equations, zeros of others: R1 lambda = Q1' f. */
+/* Computes the p multipliers with A' lambda = f. Those of the independent equations follow from R1 lambda = Q1' f; the
+ * others are zero. */
 void kt_jacobian_qr_multipliers(const kt_jacobian_qr *w, const double *f, double *lambda);
 
 /* The error of kt_jacobian_qr_factor. */

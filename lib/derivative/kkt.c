@@ -7,8 +7,8 @@ KT_ARENA_ARRAYS(place_arrays, kt_kkt, KT_KKT_FIELDS, const kt_kkt_sizes *s)
 
 static size_t larger(size_t a, size_t b) { return a > b ? a : b; }
 
-/* The most that a step with n parameters keeps: its rank times n + KT_FRONT_SPACE, and the square of those that it
- * minimises out. */
+/* Returns the most numbers that the steps of a group keep. A step with n parameters keeps its rank times n +
+ * KT_FRONT_SPACE, and the square of the number of parameters that it minimises out. */
 static size_t kept_of(const kt_group *group) {
     const size_t width = (size_t)group->front.width;
     return (size_t)group->link_count * width * (width + KT_FRONT_SPACE);

@@ -7,8 +7,8 @@
 /* Projects the degrees of freedom of a link with armature out of x, the last one first. With A the acceleration before
  * the joint's own, c included, and k ascending,
  *   U = I S,  d = 1 / (S.U + a),  y = (tau - S.p) d:     x_k = y_k - d U.(A + sum_{j<k} S_j x_j)
- * Stores y and d U: of one degree of freedom as kt_articulated_project_axis does, of several with d in the link's
- * articulated inertia (kt_armature_gain). */
+ * Stores y and d U. For one degree of freedom their places are those of kt_articulated_project_axis. For several, they
+ * are in the link's articulated inertia, with d (kt_armature_gain). */
 kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                             kt_articulated *x) {
     const kt_link *link = &model->link[i];

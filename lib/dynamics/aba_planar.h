@@ -219,7 +219,8 @@ KT_INLINE void kt_planar_add_others(const kt_planar_inertia *others, kt_planar_c
 
 /* ---- memory ahead of use ----------------------------------------------------------------------------------------- */
 
-/* How many links further on a sweep fetches memory (sweep.h): towards `last`, which is past the end, or to `first`. */
+/* A sweep prefetches the memory of the link so many links further on (sweep.h): towards `last`, which is past the end,
+ * or to `first`. */
 enum { KT_PLANAR_AHEAD = 16 };
 
 KT_INLINE ptrdiff_t kt_planar_ahead(const kt_planar_link *link, const kt_planar_link *last) {

@@ -89,7 +89,7 @@ KT_INLINE void add_wrench(const kt_dof *dof, void *context) {
     }
 }
 
-/* The axes of the link before are at hand in registers for the link that follows it. */
+/* The axes of the previous link are still in registers for the link that follows it. */
 KT_INLINE void poses(const kt_model *model, kt_data *data, const double *q) {
     kt_link_motion *motion = data->motion;
     kt_sincos_gather(q, model->angle, model->n.spatial_angle, data->sine, data->cosine);

@@ -48,7 +48,7 @@ typedef struct kt_mass_block {
     double *rows;      /* then those of column 0 */
 } kt_mass_block;
 
-/* The block that ends before degree of freedom `end`; v: the velocity coordinate of the first of all. */
+/* Returns the block that ends before degree of freedom `end`. v: the velocity coordinate of the first of all. */
 KT_INLINE kt_mass_block kt_mass_block_before(const kt_model *model, const int32_t *v, size_t end, double *mass) {
     const size_t first = end > KT_MASS_LANES ? end - KT_MASS_LANES : 0;
     return (kt_mass_block){.mass = mass,

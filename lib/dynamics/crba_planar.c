@@ -38,7 +38,7 @@ KT_INLINE void shift(composite *c, const double r[2]) {
     c->h[1] = hy;
 }
 
-/* The wrench of a unit acceleration of the link's joint: n, f_x and f_y, `stride` apart. */
+/* Sets the wrench of a unit acceleration of the link's joint: n, f_x and f_y, `stride` apart. */
 KT_INLINE void set_wrench(const kt_planar_link *link, const kt_planar_motion *m, const composite *c, double *w,
                           size_t stride) {
     if (link->revolute) {
@@ -116,7 +116,7 @@ KT_INLINE void pass_link(const kt_model *model, const kt_data *data, size_t k, w
     w->n += kt_mass_part_of(p, r[0] * w->f[1] - r[1] * w->f[0]);
 }
 
-/* As pass_block of crba.c; the planar index of a link is its degree of freedom plus one. */
+/* The same as pass_block of crba.c. The planar index of a link is its degree of freedom plus one. */
 KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_mass_block *b, bool together) {
     const kt_planar_link *link = model->planar;
     const size_t stride = kt_lanes8(model->n.v);

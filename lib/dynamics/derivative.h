@@ -118,7 +118,8 @@ typedef struct kt_derivative_work {
     KT_ARENA_DECLARE(KT_DERIVATIVE_FIELDS)
 } kt_derivative_work;
 
-/* Which accelerations data->motion holds: minus gravity, as dynamics leaves them, or without it, as kinematics does. */
+/* The accelerations that data->motion holds: minus gravity, as dynamics leaves them, or without it, as kinematics
+ * does. */
 typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_kept;
 
 /* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a. Its flag

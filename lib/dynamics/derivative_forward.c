@@ -53,7 +53,8 @@ KT_INLINE strip dot3(const double *x, const strip *y) {
     return splat(x[0]) * y[0] + splat(x[1]) * y[1] + splat(x[2]) * y[2];
 }
 
-/* Loops over six registers are written out: not every compiler unrolls them, and otherwise they go to memory. */
+/* Writes out loops over six registers. Not every compiler unrolls such loops, and otherwise the registers go to
+ * memory. */
 #define SIX(statement)                                                                                                 \
     do {                                                                                                               \
         statement(0);                                                                                                  \

@@ -61,7 +61,7 @@ kt_status kt_commit(const kt_model *model, const double *from, double *to, const
                         what, from[i]);
 }
 
-/* Copies a result; if it is not finite, the inputs are checked, and blamed if they are at fault. */
+/* Copies a result. If it is not finite, checks the inputs, and reports them if they are at fault. */
 static kt_status commit_or_blame(const kt_model *model, const kt_input *input, const double *from, double *to,
                                  const char *what, kt_error *error) {
     if (kt_all_finite(from, model->n.v)) {

@@ -21,7 +21,7 @@ typedef struct kt_kernels {
     /* Composite bodies: the lower triangle of the mass matrix. Above the diagonal some entries become zero, others
      * stay. Returns a link that carries an inertia which is not finite; the matrix is then unchanged. */
     size_t (*mass)(const kt_model *model, kt_data *data, const double *q, double *mass);
-    /* The upper triangle of an n x n matrix from the lower one. */
+    /* Copies the lower triangle of an n x n matrix to the upper one. */
     void (*mirror)(size_t n, double *mass);
     /* Motion of all links into data->motion, with positions and velocities; accelerations without gravity. Returns 0 if
      * all of it is finite, otherwise the first link whose motion is not. */

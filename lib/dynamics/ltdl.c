@@ -42,8 +42,8 @@ KT_INLINE void add_multiple(size_t n, double a, const double *x, double *y) {
     store(y + whole, (kt_v4)((lane_mask)rest & lanes_before(n % LANES)));
 }
 
-/* The same, one by one; n < 2 LANES. A loop that compilers unroll, where they would make vectors of one to n, and wait
- * for numbers that have just been stored. */
+/* The same, one by one; n < 2 LANES. Compilers unroll this loop. They would vectorise a loop from one to n, which would
+ * wait for numbers that have just been stored. */
 KT_INLINE void add_short(size_t n, double a, const double *x, double *y) {
     for (size_t p = 0; p < 2 * LANES; p++) {
         if (p == n)
@@ -79,8 +79,8 @@ KT_INLINE double dot(size_t n, const double *x, const double *y) {
 
 /* ---- factors ----------------------------------------------------------------------------------------------------- */
 
-/* Rows k, k - 1, ..., each of which carries the one before it, are subtracted from the rows of their support
- * together. */
+/* The number of rows k, k - 1, ... that are subtracted together from the rows of their support. Each of them carries
+ * the one before it. */
 enum { PANEL = 4 };
 
 typedef struct panel {
@@ -89,8 +89,8 @@ typedef struct panel {
     double inverse[PANEL]; /* of the pivots */
 } panel;
 
-/* M_ij -= M_ki M_kj / M_kk for i, the p-th of the support of the rows [first, end) of a panel, and all j <= i. The last
- * vector of a row may receive anything after its last number. */
+/* Subtracts M_ki M_kj / M_kk from M_ij for i, the p-th of the support of the rows [first, end) of a panel, and all j <=
+ * i. The last vector of a row may receive anything after its last number. */
 KT_INLINE void subtract_rows(const panel *w, size_t first, size_t end, size_t p, double *diagonal, double *row) {
     double a[PANEL];
     for (size_t s = first; s < end; s++) {
@@ -133,7 +133,7 @@ KT_INLINE bool factor_panel(kt_mass_factor *f, size_t k, panel *w, size_t *faile
     return true;
 }
 
-/* The factors of a row of at most LANES numbers, one by one: they may have just been stored so. */
+/* Computes the factors of a row of at most LANES numbers, one by one, because they may have just been stored so. */
 KT_INLINE bool factor_short(kt_mass_factor *f, size_t k) {
     double *number = f->number, *diagonal = f->diagonal, *row = number + f->row[k];
     const double pivot = diagonal[k], inverse = 1.0 / pivot;

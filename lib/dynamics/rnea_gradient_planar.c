@@ -76,7 +76,7 @@ KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane
     }
 }
 
-/* Subtracts external wrenches, whose components out of the plane move nothing. */
+/* Subtracts external wrenches. Their components out of the plane move nothing. */
 KT_INLINE void load(const kt_model *model, const kt_planar_motion *motion, const kt_external *external,
                     kt_planar_gradient_link *links) {
     for (size_t b = 1; b < model->n.body; b++) {

@@ -1,7 +1,7 @@
-/* Forward pass from the ground to the tips: how a link's motion follows from its parent's.
+/* Forward pass from the ground to the tips: a link's motion from its parent's.
  *
  * Vectors are in world axes, each link about its own origin; r = origin minus the parent's origin. Accelerations are
- * classical (not spatial) ones of the origins, so that the shift from parent to child is
+ * classical (not spatial) ones of the origins. So the shift from parent to child is
  *   alpha = alpha_p + c_n + [alpha of the joint]
  *   a     = a_p + alpha_p x r + c_f + [a of the joint]
  *   c_n   = w_p x (joint's angular velocity)

@@ -5,8 +5,8 @@
 
 #include "effect/effect.h"
 
-/* The point that both ends' positions are relative to: the base of the tree of a moving end. A caller's effect is given
- * world coordinates. */
+/* Returns the point to which the positions of both ends are relative: the base of the tree of a moving end. A caller's
+ * effect receives world coordinates. */
 KT_INLINE kt_real3 kt_effect_origin(const kt_data *data, const kt_effect_record *effect) {
     if (effect->type == KT_EFFECT_CUSTOM)
         return kt_zero3();

@@ -308,7 +308,7 @@ static kt_status blame(const sum *s, kt_error *error) {
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-/* Ends a sum: at->tau and at->external become the sums, or the effect at fault is named. */
+/* Ends a sum: at->tau and at->external become the sums. Otherwise the error names the effect at fault. */
 KT_INLINE kt_status conclude(const sum *s, bool done, kt_dynamic_state *at, kt_error *error) {
     if (!done)
         return refuse_code(s, error);

@@ -26,7 +26,7 @@ static void write_row(const kt_model *model, const kt_group *group, const kt_gro
         out->drift[row] = w->right[r];
 }
 
-/* The columns of A, one by one, of a group that is reduced by fronts; data->delta is zero. */
+/* Writes the columns of A, one by one, of a group that is reduced by fronts; data->delta is zero. */
 static void write_columns(const kt_model *model, kt_data *data, size_t g, double *jacobian) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);

@@ -32,7 +32,7 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
 }
 
 #if KT_HAS_VARIABLE_MASS
-/* Points at->external at the same wrenches and those of masses that change (dynamics/variable_mass.c). */
+/* Points at->external at the sum of its wrenches and those of masses that change (dynamics/variable_mass.c). */
 static kt_status add_mass_rates(const kt_model *model, kt_data *data, kt_dynamic_state *at, const double *a,
                                 kt_error *error) {
     if (at->external)

@@ -205,7 +205,7 @@ static kt_status follow(const balance *b, const double *a, kt_error *error) {
 static balance begin(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
     const size_t nq = model->n.q, nv = model->n.v;
     balance b = {.model = model, .data = data, .at = *at, .q = data->balanced_q, .v = data->balanced_v};
-    b.near_q = data->balance; /* two of these */
+    b.near_q = data->balance; /* memory for two arrays of nq numbers */
     b.near_v = b.near_q + 2 * nq;
     b.step = b.near_v + nv;
     b.a = b.step + nv;

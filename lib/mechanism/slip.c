@@ -250,7 +250,7 @@ static void find_rates(const kt_model *model, kt_data *data, const double *q, co
         find_slip(model, links, k, s + 2 * k, NULL);
 }
 
-/* The part of s' that is not due to accelerations: s' = J a + J' v. `step` is for nv numbers. */
+/* Finds the part of s' that is not due to accelerations: s' = J a + J' v. `step` is for nv numbers. */
 static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step, double *drift) {
     for (size_t i = 0; i < model->n.v; i++)
         step[i] = ahead * at->v[i];
@@ -269,7 +269,7 @@ static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_
     return status;
 }
 
-/* W and b: without friction, and for a unit of force along each axis of each contact. */
+/* Finds W and b from accelerations without friction, and for a unit of force along each axis of each contact. */
 static kt_status find_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                slow_slip *p, kt_error *error) {
     const size_t n = model->n.slip, rows = 3 * n;

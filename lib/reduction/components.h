@@ -1,7 +1,6 @@
-/* Accelerations, wrenches and inertias of links as plain numbers: three components in a plane, (alpha, a) and (n, f_x,
- * f_y), six in space. Fronts, Delassus and the KKT system write their recursions once for both; a component may also be
- * a vector with a column a lane.
- */
+/* Accelerations, wrenches and inertias of links as plain numbers. In a plane they have three components, (alpha, a) and
+ * (n, f_x, f_y), and in space six. Fronts, Delassus and the KKT system write their recursions once for both. A
+ * component may also be a vector with a column a lane. */
 #ifndef KT_REDUCTION_COMPONENTS_H
 #define KT_REDUCTION_COMPONENTS_H
 

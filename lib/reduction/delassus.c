@@ -5,9 +5,9 @@
 
 #include <float.h>
 
-/* The part of a row that is orthogonal to those before it, relative to its length, above which C is found from A A'.
- * That squares the condition: C then is exact to 1e-10. The rows' own lengths do not matter: scaling them changes no
- * digit of A A'. */
+/* C is found from A A' if each row has a part orthogonal to the rows before it that exceeds this fraction of its
+ * length. A A' squares the condition, and C then is exact to 1e-10. The rows' own lengths do not matter: scaling them
+ * changes no digit of A A'. */
 #define SMALL 1e-3
 
 /* ---- a number of each equation ----------------------------------------------------------------------------------- */
@@ -139,8 +139,9 @@ static bool is_wanted(const sweep *s, int32_t slot, bool independent) {
     return !s->f.w.weight || s->f.w.weight[slot] != 1.0;
 }
 
-/* The equations: of all that are not void, or of the independent ones, which are all or those that have been chosen at
- * generic positions. Returns false if they are more than that, or the independent ones fewer. */
+/* Finds the equations: all that are not void, or only the independent ones. The latter are all, or those chosen at
+ * generic positions. Returns false if there are more than KT_DELASSUS_MAX. For independent ones, returns false unless
+ * their number is the rank. */
 static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool independent, sweep *s) {
     s->model = model;
     s->data = data;
@@ -224,7 +225,7 @@ static void place_forces(const sweep *s, int r) {
     }
 }
 
-/* sign times W C on the loops' links, and the joint forces of relations in the columns. */
+/* Stores sign times W C on the loops' links, and the joint forces of relations in the columns. */
 static void place_loads(const sweep *s, double sign) {
     memset(s->d.given, 0, (size_t)s->f.w.m);
     for (int r = 0; r < s->count; r++)

@@ -1,4 +1,4 @@
-/* The driver for all links as spatial ones, and the reactions of loops, which it alone computes. */
+/* The driver that treats all links as spatial ones. It also computes the reactions of loops for all models. */
 #define KT_PLANAR false
 #include "reduction/driver.h"
 

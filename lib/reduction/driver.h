@@ -116,8 +116,8 @@ KT_INLINE bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool 
     return fine;
 }
 
-/* min dv' M dv / 2 - force' dv with A dv = right: the equations of motion at rest without gravity, with dv in place of
- * the accelerations. */
+/* Minimises dv' M dv / 2 - force' dv with A dv = right. These are the equations of motion at rest without gravity, with
+ * dv for the accelerations. */
 KT_INLINE bool try_step_of_mass(const kt_model *model, kt_data *data, const double *force, double *step) {
     const size_t end = spatial_end(model);
     if (KT_PLANAR)

@@ -109,7 +109,7 @@ KT_INLINE void pass_delayed(kt_front *f, KT_COLUMN *constant, int s) {
     }
 }
 
-/* t += T y for the slots in use: `rows` has `rank` numbers for each of their vectors. */
+/* Adds T y to t for the slots in use: `rows` has `rank` numbers for each of their vectors. */
 KT_INLINE void add_y(const kt_front *f, KT_COLUMN *constant, const double *rows, int rank, const KT_COLUMN *y) {
     for (int32_t l = 0; l < f->live_count; l++) {
         KT_COLUMN *t = constant_at(f, constant, f->live[l]);

@@ -15,8 +15,8 @@ KT_INLINE kt_real3 kt_front_offset(const kt_front *f, int32_t i) {
     return kt_make3(r[0], r[1], kt_real1_splat(0.0));
 }
 
-/* S: the accelerations for unit ones of the link's coordinates, one after the other; zero for coordinates that count as
- * constants. Returns their number. */
+/* Writes S: the accelerations for unit values of the link's coordinates, one after the other. Coordinates that count as
+ * constants have zeros. Returns their number. */
 KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, kt_real1 *s) {
     const kt_link *link = &f->model->link[i];
     const kt_real1 zero = kt_real1_splat(0.0);

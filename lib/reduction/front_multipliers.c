@@ -1,9 +1,10 @@
 /* The multipliers of a constraint group that is reduced by fronts (front.h).
  *
  * The forces r = M x + F' A - (tau - h) that the loops have to exert on the coordinates are A' lambda. As a linear
- * function of the parameters they are c = (c of the step before, r_i), and Q' c = (c_y, c of the next step). An
- * equation that is completed later depends on y as well, by the acceleration T Q1 y of a link in a slot, so that with
- * the wrenches w that the equations completed later exert on these links
+ * function of the parameters they are c = (c of the step before, r_i), and Q' c = (c_y, c of the next step). Equations
+ * that are completed later depend on y as well, by the acceleration T Q1 y of a link in a slot. Let w be the wrenches
+ * that these equations exert on such links. Then
+ *
  *     R1 lambda = c_y - (T Q1)' w
  */
 #include "reduction/front.h"
@@ -14,7 +15,7 @@
 
 #include <string.h>
 
-/* x += the wrench w on a link of the group, about its origin, expressed about the parent's: r is the offset. */
+/* Adds to x the wrench w on a link of the group, about its origin, expressed about the parent's: r is the offset. */
 static void add_shifted(int components, kt_v4 r, const double *w, double *x) {
     double shifted[KT_FRONT_SPACE];
     memcpy(shifted, w, sizeof shifted);
@@ -114,7 +115,8 @@ static void solve_multipliers(const kt_front_count *count, const kt_front_factor
     }
 }
 
-/* Before the step the slots hold the equations that it has taken, and not those that it has delayed. */
+/* Restores the slots of delayed equations as before the step: the slots hold those that it received, and not those that
+ * it delayed. */
 static void return_delayed(kt_front *f, const kt_front_count *count, const double *lambda) {
     for (int d = 0; d < count->delayed; d++)
         kt_front_release(f, kt_front_delayed(f, d));
@@ -124,8 +126,8 @@ static void return_delayed(kt_front *f, const kt_front_count *count, const doubl
     }
 }
 
-/* Before the step the slots in use are those after it, with those that it has released and without those it has taken.
- * The wrench on its link goes to the parent. */
+/* Restores the slots in use as before the step: adds those that it released and removes those that it took. The wrench
+ * on its link passes to the parent. */
 static void undo_step(kt_front *f, int s) {
     const kt_front_step *step = &f->step[s];
     double *w = kt_front_constant(f, s);

@@ -4,8 +4,8 @@
 #include "linear/qr.h"
 #include "reduction/front_link.h"
 
-/* The parameters that nothing sees, one after the other, at unit rate, are a basis: the changes of parameters are
- * orthogonal. */
+/* The parameters on which no later step depends are a basis, one after the other, at unit rate. This holds because the
+ * changes of parameters are orthogonal. */
 void KT_KERNEL(kt_front_nullspace)(const kt_model *model, kt_data *data, size_t g, int column, double *x) {
     kt_front f;
     int s = 0, n = 0;

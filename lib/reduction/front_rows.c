@@ -17,7 +17,8 @@ static kt_front_motion *motion_of(const kt_front *f, int32_t link) {
     return &f->data->front_motion[f->group->v + f->model->link[link].local];
 }
 
-/* The point to which positions are relative, in the axes of the parent: of the first loop that has one. */
+/* Returns the point to which positions are relative, in the axes of the parent. It is that of the first loop that has
+ * one. */
 static kt_real3 origin_of(const kt_front *f, bool planar) {
     for (int i = 0; i < f->group->loop_count && f->group->parent == 0; i++) {
         const int32_t index = f->model->group_loop[f->group->loop + i];

@@ -350,8 +350,8 @@ bool KT_KERNEL(kt_front_reduce)(const kt_model *model, kt_data *data, size_t g, 
 
 /* ---- the backward pass ------------------------------------------------------------------------------------------- */
 
-/* p of a step before its changes of parameters, from those after them; the parent's acceleration, of `base` components,
- * comes first. */
+/* Computes p of a step before its changes of parameters, from those after them. The parent's acceleration, of `base`
+ * components, comes first. */
 KT_INLINE void substitute(const kt_front *f, int s, int base, double *z) {
     const kt_front_count *count = &f->count[s];
     const int kept = count->kept, left = count->left, rank = count->rank, n = count->params, u = left - kept;

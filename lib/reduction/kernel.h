@@ -32,8 +32,8 @@ typedef struct kt_reduction_kernels {
                   double *size);
     /* Prepares the damped steps of such a group; returns the sum of the squares of B's entries (kt_damped_step). */
     double (*measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows);
-    /* The step (nv, only of the group's coordinates) that is least in |B dy + gap|^2 + damping |dy|^2. Returns false if
-     * it cannot be computed. */
+    /* Computes the step (nv, only of the group's coordinates) that minimises |B dy + gap|^2 + damping |dy|^2. Returns
+     * false if it cannot be computed. */
     bool (*damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping, double *step);
     /* A vector of the basis of such a group's null space (nv, only of its coordinates). */
     void (*nullspace)(const kt_model *model, kt_data *data, size_t g, int column, double *x);

@@ -15,7 +15,7 @@ typedef void kt_basis(const kt_group_work *w, int rank);
 /* A method of solving A x = b for the coordinates (qr_method.c; others in lib/study). `cap` is the structural rank. */
 typedef struct kt_reduction_kind {
     bool least;   /* `particular` is the least solution */
-    bool chooses; /* rank is less than the number of equations: some of them are chosen, and the others not solved */
+    bool chooses; /* rank is below the number of equations: some are chosen, and the others are not solved */
     bool pins;    /* a group that one pin in a plane closes may be solved in closed form instead (pin.h) */
     bool fronts;  /* large groups may be eliminated link by link instead (front.h) */
     int large;    /* groups with this number of coordinates and more need the memory that `open` provides */

@@ -89,8 +89,8 @@ KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data
     coupling[2] = fy;
 }
 
-/* Computes M, F and tau - h; if the parent accelerates, `total` is the inertia and bias wrench on it while x = 0: (Ic,
- * W). */
+/* Computes M, F and tau - h. If the parent accelerates, `total` becomes the inertia and bias wrench on it while x = 0:
+ * (Ic, W). */
 static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data, const kt_group *group,
                                             const kt_group_work *w, int32_t top, const kt_real1 *tau,
                                             kt_planar_inertia *total) {

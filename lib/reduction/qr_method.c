@@ -37,7 +37,7 @@ static void unweight(const kt_group_work *w, int rank) {
 }
 
 /* Copies A' with the columns' weights, and factors it. Returns the rank, at most cap, or -1 if a number is not finite.
- * In lanes, where *full becomes the states whose rank is cap, it is cap. */
+ * In lanes, *full becomes the states whose rank is cap, and the result is cap. */
 KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
     const int m = w->m;
     kt_real1 first = kt_real1_splat(0.0), all, *norm = w->work;

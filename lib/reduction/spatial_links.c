@@ -126,7 +126,8 @@ KT_INLINE kt_real1 inertia_along(const kt_link *link, kt_real3 s, const kt_artic
     return kt_dots3(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f));
 }
 
-/* A link of a group in the form of Delassus is one of the tree: its inverse inertia is stored for delassus.c. */
+/* Stores the inverse inertia of a link in a group of the form of Delassus, for delassus.c. Such a link is a link of the
+ * tree. */
 KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
                             double armature) {
     const kt_link *link = &model->link[i];
