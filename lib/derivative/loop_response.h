@@ -35,7 +35,7 @@ KT_CHECKED kt_status kt_derivatives_refuse_unknown(double t, double size, double
 KT_CHECKED kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metric, const double *right,
                                       const double *force, double *x, kt_error *error);
 
-/* After kt_loops_factor: find lambda with J' lambda = force, phi, and J x, in the order of the loops' equations. */
+/* After kt_loops_factor, these find lambda with J' lambda = force, phi, and J x, in the order of the equations. */
 KT_CHECKED kt_status kt_loops_multipliers_of(const kt_model *model, kt_data *data, const double *force, double *lambda,
                                              kt_error *error);
 void kt_loops_residuals(const kt_model *model, const kt_data *data, double *phi);
