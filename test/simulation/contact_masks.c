@@ -354,8 +354,8 @@ KT_TEST(models_of_masks_grow_with_the_number_of_contacts) {
         kt_model_free(model);
     }
     kt_check_below("8 feet over 6", (double)size[2] / (double)size[0], 8.0 / 6.0);
-    kt_check_below("growth by a foot, over that by the one before", (double)(size[2] - size[1]) / (double)(size[1] - size[0]),
-                   1.1);
+    kt_check_below("growth by a foot, over that by the one before",
+                   (double)(size[2] - size[1]) / (double)(size[1] - size[0]), 1.1);
     scene s;
     kt_model *model = NULL;
     kt_error error = {0};
