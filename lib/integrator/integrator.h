@@ -8,7 +8,7 @@
  *     list.c         the list of methods
  *     method.c       the properties of a method that its family determines
  *     table.c        the properties of a method that its table determines
- *     tables/*.c     coefficients, one const struct per method
+ *     tables/        coefficients, one const struct per method
  *     order.c        rooted trees and order conditions
  *     stability.c    linear stability: growth of modes, and the longest stable step
  *     region.c       regions of stability
