@@ -18,8 +18,8 @@
  * Grammar, weakest operators first:
  *
  *     comparison   sum [(< | <= | > | >= | == | !=) sum]                   1 if it holds, else 0
- *     sum          product {(+ | -) product}
- *     product      factor {(* | /) factor}
+ *     sum          product {(+ | -) product}                               from left to right
+ *     product      factor {(* | /) factor}                                 from left to right
  *     factor       (- | +) factor | primary [^ factor]                     -2^2 is -4, 2^3^2 is 2^9
  *     primary      number [deg | rad] | name | function(arguments) | (comparison)
  *
