@@ -1,7 +1,7 @@
 /* Attaches loops and effects to a compiled tree.
  *
- * A loop acts between two links; the links from below their common ancestor down to each are its paths, and only their
- * coordinates enter its equations. Loops whose paths share a link form a constraint group (gather.c).
+ * A loop acts between two links. The links from below their common ancestor down to each are its paths. Only the
+ * coordinates of the paths enter its equations. Loops whose paths share a link form a constraint group (gather.c).
  */
 #include "compile/attach.h"
 
@@ -28,7 +28,8 @@ static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, 
                            kt_error *error) {
     *body = body_named(m, end->body);
     const kt_body_record *b = &m->body[*body];
-    const kt_pose *on[] = {&b->in_link, &b->in_link}; /* what the end is on, and what this is on */
+    const kt_pose *on[] = {&b->in_link,
+                           &b->in_link}; /* the frame that carries the end, and the carrier of that frame */
     const int count = end->marker ? 2 : 1;
     *link = b->link;
     frame->position = end->at;
@@ -318,8 +319,8 @@ static bool gives(const kt_model *m, size_t from, size_t count, unsigned what) {
 }
 
 /* Marks the coordinates of a joint named by `hold`, which assembly fixes: those that the description gives. If it gives
- * no position of this joint, all its positions are fixed. If it gives no velocity of any joint, the joint's velocities,
- * which the caller of kt_state_assemble then sets, are kept as given ones are: until the loops need another. */
+ * no position of this joint, all its positions are fixed. If it gives no velocity of any joint, the caller of
+ * kt_state_assemble sets the joint's velocities. Assembly keeps them like given ones, unless the loops need others. */
 void kt_joint_hold(kt_model *m, const kt_body_record *body, bool held) {
     const size_t count = (size_t)kt_joint_sizes[body->type].nv, first = (size_t)body->v;
     const bool has_position = gives(m, first, count, KT_POSITION_GIVEN);

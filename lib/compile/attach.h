@@ -92,7 +92,7 @@ kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number,
 void kt_attach_count_masses(const kt_description *description, kt_counts *n);
 void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_t *number);
 
-/* Prepares what follows for links whose depth and pose are in the arrays. */
+/* Prepares the functions below for links whose depth and pose are in the arrays. */
 void kt_attach_measure_links(kt_attach *a, size_t count);
 
 /* Returns the deepest link that carries both or is one of them. */
@@ -107,17 +107,18 @@ void kt_attach_place_paths(kt_attach *a, kt_counts *n);
 /* Fills model->path. */
 void kt_paths_fill(kt_model *m);
 
-/* Finds the point to which the positions of a loop on the ground are relative, as it may lie far from the world's
- * origin. If its paths begin with links that only rotate, the origins of these links are fixed in the world, and one of
- * them is this point. Returns false if a path begins with a prismatic, screw or free motion: its coordinate contains
- * the distance, so that nothing would be gained. Needs the paths. */
+/* Finds the point to which the positions of a loop on the ground are relative, as the loop may lie far from the world's
+ * origin. If its paths begin with links that only rotate, the origins of these links are fixed in the world. One of
+ * these origins is the point. Returns false if a path begins with a prismatic, screw or free motion: its coordinate
+ * contains the distance, so that nothing would be gained. Needs the paths. */
 bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *origin);
 
-/* Stores the length of the longest loop, once around, at the initial positions, and the rounding errors that the
- * lengths as given bring with them (closure/rounding.h). Points on the ground count by their distance from one origin
- * common to all loops for which kt_attach_find_origin finds one, that of the first such loop; as given, from the
- * world's. If all loops are shorter than rounding, as that of a hinge on a joint, the lengths as given count, or those
- * of the tree; 1 if there are none. Needs the paths. */
+/* Stores the length of the longest loop, once around, at the initial positions. Also stores the rounding errors that
+ * result from the lengths as given (closure/rounding.h). In the first length, points on the ground count by their
+ * distance from one common origin. This is the origin of the first loop for which kt_attach_find_origin finds one. In
+ * the lengths as given, points count by their distance from the world's origin. If all loops are shorter than rounding,
+ * as that of a hinge on a joint, the lengths as given count, or those of the tree. The length is 1 if there are none.
+ * Needs the paths. */
 void kt_attach_measure_loops(const kt_attach *a, kt_model *m);
 
 /* Unites the sets of i and j. */
@@ -126,7 +127,7 @@ void kt_attach_join(kt_attach *a, int32_t i, int32_t j);
 /* Numbers the sets of links that loops have joined, in the order of the loops, and counts them. */
 void kt_attach_number_groups(kt_attach *a, kt_counts *n);
 
-/* Counts what effects add to a model: batches, links that carry forces and their angles, names. */
+/* Counts the parts that effects add to a model: batches, links that carry forces and their angles, names. */
 KT_CHECKED kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error);
 
 /* Fills batches, effects and links that carry forces of a model whose effects are in a->effect. */

@@ -1,10 +1,10 @@
 /* Attaches effects to a tree: batches of effects of one type, which are evaluated together, and the links that carry
  * their ends.
  *
- * Effects on joints come first, then those with one end, then those with two; within these, types are in the order of
- * their list, with the caller's own effects last, and effects of one type are in the description's order. Effects on
- * joints need no motion of links; the others need that of the links on which they have an end, and of the links towards
- * the ground.
+ * Effects on joints come first, then those with one end, then those with two. Within these, types are in the order of
+ * their list, with the caller's own effects last. Effects of one type are in the description's order. Effects on joints
+ * need no motion of links. The other effects need the motion of the links with their ends, and of all links from these
+ * towards the ground.
  */
 #include "compile/attach.h"
 #include "effect/effect.h"

@@ -214,7 +214,8 @@ static bool is_same(kt_mat3 a, kt_mat3 b) {
            a.y.z == b.y.z && a.z.x == b.z.x && a.z.y == b.z.y;
 }
 
-/* Stores the axes at rest and the pitch of the last link, unless these are what other links have. */
+/* Stores the axes at rest and the pitch of the last link. Unrotated axes with a pitch of 0 are the default and need no
+ * entry. */
 static void keep_rest(kt_model *m, kt_link *link, kt_mat3 axes, double pitch) {
     link->rest_is_rotated = !is_same(axes, kt_mat3_identity());
     if (!link->rest_is_rotated && pitch == 0.0)
@@ -264,8 +265,8 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     kt_link_load(m, body);
 }
 
-/* Creates the links of a body and of all that it carries, depth first. If `stop`, only the links of bodies that are
- * part of the ground: the bodies that carry trees are stored in b->tree, and their number is returned. */
+/* Creates the links of a body and of all that it carries, depth first. If `stop`, creates only the links of bodies that
+ * are part of the ground. The bodies that carry trees are then stored in b->tree, and their number is returned. */
 static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size_t *angle) {
     size_t trees = 0;
     int depth = 0;
@@ -341,7 +342,8 @@ static void count_carried(kt_model *m) {
     }
 }
 
-/* Links know by themselves whether their joint has armature: every evaluation goes through them. */
+/* Copies the armature of the joints, and marks the links that have armature, because every evaluation traverses the
+ * links. */
 static void gear_links(build *b) {
     kt_model *m = b->model;
     for (size_t i = 1; i < m->n.body; i++) {
@@ -352,8 +354,8 @@ static void gear_links(build *b) {
     kt_armature_note(m);
 }
 
-/* link->size has the order of magnitude of the rigid inertia that a link carries, without its growth with the cube of a
- * chain's length, which is mostly in directions in which no joint moves. */
+/* link->size has the order of magnitude of the rigid inertia that a link carries. It leaves out the growth of that
+ * inertia with the cube of a chain's length, which is mostly in directions in which no joint moves. */
 static void size_links(build *b) {
     kt_model *m = b->model;
     for (size_t i = m->n.link - 1; i > 0; i--) {
@@ -379,7 +381,7 @@ static kt_status compile(build *b, const kt_model_options *options, kt_error *er
         return kt_error_set(error, KT_ERROR_MEMORY, "",
                             "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
                             n.marker, n.text);
-    n.rest = n.link; /* at most, as long as the axes at rest are not known */
+    n.rest = n.link; /* at most: the axes at rest are found later */
     const size_t bytes = kt_model_layout(NULL, &n);
     kt_model *m = kt_arena_allocate(bytes, "the model", error);
     if (!m)
@@ -440,7 +442,7 @@ static void add_names(kt_names *names, const kt_description *d) {
     }
 }
 
-/* Builds the model; the description, and what is to be done, are in b. */
+/* Builds the model from the description in b; b also selects a trial, which only finds faults. */
 static kt_status build_all(build *b, const kt_model_options *options, kt_error *error) {
     const kt_description *d = b->description;
     const size_t n = (size_t)d->body_count, loops = (size_t)d->loop_count, names = name_count(d);

@@ -1,12 +1,12 @@
-/* The check of a description: what is checked, and in which order.
+/* Checks a description.
  *
- * First every name is entered in one table, then every parent is looked up and the cycles are found; after that the
- * items are checked one by one, so that faults are reported in the order of the items. All of it is linear in the size
- * of the description (names are looked up by hash, and suggestions have a fixed budget), and no function is recursive.
+ * First every name is entered in one table. Then every parent is looked up, and cycles are found. After that the items
+ * are checked one by one, so that faults are reported in the order of the items. The cost is linear in the size of the
+ * description: names are looked up by hash, and suggestions have a fixed budget. No function is recursive.
  *
  * Cycles: from each body a walk goes towards the world, and marks the path with the walk's own number. A walk that
- * meets its own mark has found a cycle; a walk that meets another mark joins a path that is known already. Every body
- * is marked once.
+ * meets its own mark has found a cycle; a walk that meets another mark joins a path of an earlier walk. Every body is
+ * marked once.
  */
 #include "compile/compile.h"
 #include "effect/effect.h"
@@ -200,7 +200,7 @@ static void check_switching(kt_checker *checker, kt_switching switching) {
         kt_checker_fault(checker, "switching", -1, "switching is %d; take one of kt_switching", (int)switching);
 }
 
-/* Of loops that bound a side. */
+/* Checks a loop that bounds one side. */
 static void check_side(kt_checker *checker, const kt_loop *loop) {
     const bool may = loop->type == KT_LOOP_DISTANCE || loop->type == KT_LOOP_INPLANE || loop->type == KT_LOOP_SURFACE ||
                      loop->type == KT_LOOP_COUPLING;

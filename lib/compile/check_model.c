@@ -1,7 +1,7 @@
 /* kt_model_check: the faults that only the mechanism as a whole shows (inertia_check.c), of any description.
  *
- * If the description has other faults as well, bodies with faults are replaced by sound ones, so that no fault is
- * reported that is only the consequence of another.
+ * If the description has other faults as well, bodies with faults are replaced by sound ones. No fault is then reported
+ * only because of another.
  */
 #include "compile/compile.h"
 
@@ -11,7 +11,7 @@
 typedef struct others {
     const kt_description *description;
     kt_body *bodies;   /* a copy in which bodies with faults are sound; NULL: no body has faults */
-    bool unknown;      /* a fault leaves open what the mechanism is */
+    bool unknown;      /* a fault leaves the mechanism undefined */
     bool hides_joints; /* a joint has a fault */
     kt_report *report; /* of the caller; NULL: none */
     kt_error first;    /* passed to it */
@@ -19,7 +19,7 @@ typedef struct others {
     bool no_memory;
 } others;
 
-/* A joint with a fault becomes fixed, so that what carries it has its inertia. */
+/* A joint with a fault becomes fixed, so that the body that carries it gets the inertia of this one. */
 static void make_sound(kt_body *body, bool is_joint_sound) {
     kt_body sound = kt_body_default();
     if (is_joint_sound)
@@ -56,7 +56,7 @@ static void note_fault(void *user, const kt_place *place, const kt_error *error)
     make_sound(&o->bodies[place->index], !is_of_joint);
 }
 
-/* Which parts are rigid is not known where a joint has a fault. */
+/* A fault in a joint leaves open which parts are rigid. */
 static void pass_fault(void *user, const kt_place *place, const kt_error *error) {
     others *o = user;
     if (o->hides_joints && place->item == KT_ITEM_LOOP)
@@ -89,7 +89,7 @@ kt_status kt_model_check(const kt_description *description, kt_report *report, v
         if (status != KT_OK && error)
             *error = found;
     } else if (status == KT_ERROR_MODEL) {
-        status = KT_OK; /* nothing is known about the mechanism as a whole */
+        status = KT_OK; /* the mechanism as a whole cannot be checked */
     }
     free(o.bodies);
     return status;

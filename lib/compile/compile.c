@@ -1,9 +1,10 @@
-/* From a description to a model: the options and the description are checked, and the model is built (build.c), or one for
- * each set of what is switched (family.c); springs that start unstretched are measured (measure.c). */
+/* Compiles a description: checks the options and the description, and builds the model (build.c). If loops or effects
+ * are switched, one model is built for each set of these (family.c). At the end springs that start unstretched are
+ * measured (measure.c). */
 #include "compile/compile.h"
 #include "base/options.h"
 
-/* Refuses what a library that was built without loops cannot do. */
+/* Rejects descriptions with loops if the library was built without them. */
 static kt_status refuse_loops(const kt_description *description, kt_error *error) {
 #ifdef KT_NO_LOOPS
     if (description && description->loop_count)
@@ -33,7 +34,7 @@ static kt_status check_options(const kt_model_options *options, kt_error *error)
     return KT_OK;
 }
 
-/* The model of one set of what is switched: the others are off (KT_SWITCHED_OFF). */
+/* Builds the model of one set of switched loops and effects: all others are off (KT_SWITCHED_OFF). */
 static kt_status compile_one(const kt_description *description, const kt_model_options *options, kt_model **model,
                              kt_error *error) {
     kt_model *tree = NULL;

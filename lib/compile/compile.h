@@ -11,16 +11,17 @@
 KT_INNER kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
 
-/* family.c: how many loops and effects are switched; the models of all sets of them, in one block: *model is the one of
- * the description's. `compile` makes one of a checked description, in which the others are off: KT_SWITCHED_OFF. */
+/* family.c: counts the switched loops and effects, and builds the models of all their sets in one block. *model is the
+ * model of the description itself. `compile` makes one model of a checked description, in which the other loops and
+ * effects are off: KT_SWITCHED_OFF. */
 typedef kt_status kt_compile_call(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
 #if KT_HAS_SWITCHES
 int kt_switches_count(const kt_description *description);
 kt_status kt_family_compile(const kt_description *description, const kt_model_options *options,
                             kt_compile_call *compile, kt_model **model, kt_error *error);
-/* hard.c: how many loops bound one side, and hard stops and contacts; the models of a description in which all of these are
- * such loops, switched, and the effects off. */
+/* hard.c: counts the loops that bound one side, the hard stops and the contacts. Builds the models of a description in
+ * which all of these are switched loops, and their effects are off. */
 int kt_contacts_count(const kt_description *description);
 kt_status kt_contacts_compile(const kt_description *description, const kt_model_options *options,
                               kt_compile_call *compile, kt_model **model, kt_error *error);
@@ -31,8 +32,8 @@ static inline bool kt_loop_is_rope(const kt_loop *loop) { return loop->type == K
 /* Builds the tree of a description that has been checked, only for kt_tree_check. */
 kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error);
 
-/* Reports the faults that only the whole tree shows, in the order of the description; report may be NULL. Joints without
- * inertia on which effects act are none: they are given an armature of 1 and counted (massless.c). */
+/* Reports the faults that only the whole tree shows, in the order of the description; report may be NULL. If effects
+ * act on a joint without inertia, this is no fault: the joint is given an armature of 1 and counted (massless.c). */
 kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_report *report, void *user,
                         kt_error *error);
 
@@ -43,25 +44,28 @@ void kt_checker_state(kt_checker *checker, const kt_state *state);
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
                           kt_error *error);
 
-/* Gives entries among the articulated inertias to the links that use one: of trees, those that branch, and those whose
- * joint has more degrees of freedom than one; where there are constraint groups, all, under their own indices. */
+/* Gives entries among the articulated inertias to the links that use one. In trees these are the links that branch, and
+ * links whose joint has more than one degree of freedom. If there are constraint groups, all links have an entry, under
+ * their own indices. */
 void kt_articulated_number(kt_model *model);
 
 /* Determines the structural ranks of all constraint groups (rank.c). */
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
-/* What decides between dense matrices and fronts: operations of both, and whether a special form of fronts would serve
- * if all equations were independent. */
+/* The estimate that decides between dense matrices and fronts. It has the operations of both, and whether a special
+ * form of fronts would serve if all equations were independent. */
 typedef struct kt_form_estimate {
     double front_flops, dense_flops;
     bool fits_delassus, is_front4;
 } kt_form_estimate;
 
-/* form.c: the form of a group before anything is known of it; whether it has fronts; the form of its damped steps. */
+/* form.c: the first form of a group, before its ranks are found; whether it has fronts; the form of its damped steps.
+ */
 void kt_form_begin(const kt_model *model, kt_group *group);
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of);
 void kt_form_choose_damped(const kt_model *model, kt_group *group);
-/* The forms of all groups, when ranks are known and after what they depend on has changed. */
+/* Chooses the forms of all groups. Call it when ranks have been found, and again after a change of the choice's inputs.
+ */
 void kt_forms_choose(kt_model *model);
 /* A group of few equations is left to the fronts. */
 void kt_form_refuse_inexact(kt_group *group);
@@ -72,17 +76,19 @@ kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error);
 /* Gives the groups' matrices their places in the data (gather.c). */
 void kt_groups_place_matrices(kt_model *model);
 
-/* Determines from the ranks at which steps of fronts equations may be delayed, and how much
- * memory the groups need then (front_order.c); kt_groups_place_matrices has to follow. */
+/* Determines from the ranks at which steps of fronts equations may be delayed, and how much memory the groups need then
+ * (front_order.c). Call kt_groups_place_matrices afterwards. */
 void kt_fronts_find_delays(kt_model *model);
 
 /* Sets the lengths of springs that start unstretched. Errors: KT_ERROR_MEMORY. */
 kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
 
 #if KT_HAS_QUASI_STATICS
-/* massless.c: whether effects act on what a link carries; gives the coordinates of a link that move no mass an armature
- * of 1; and finds, in a complete model, the motions of these that move no mass. Errors of the last: KT_ERROR_MODEL where
- * there are none, or no force holds them, naming the body; KT_ERROR_MEMORY. */
+/* massless.c: `is_carried` returns whether effects act on the parts that a link carries. `mark` gives an armature of 1
+ * to the coordinates of a link that move no mass. `find` finds the motions of these coordinates that move no mass, in a
+ * complete model.
+ * Errors of `find`: KT_ERROR_MODEL if there are no such motions, or no force holds them (it names the body);
+ * KT_ERROR_MEMORY. */
 bool kt_massless_is_carried(const kt_model *tree, const kt_description *description, size_t link);
 void kt_massless_mark(kt_model *tree, size_t link);
 KT_CHECKED kt_status kt_massless_find(kt_model *model, const kt_description *description, kt_error *error);
@@ -104,8 +110,8 @@ KT_CHECKED kt_status kt_parameter_check(const kt_model *model, const kt_paramete
 
 /* Sets a parameter without a check: for differences, in which a mass may be negative. */
 void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const double *values);
-/* Whether the numbers of kt_parameter_get describe what the model has now: false of a function of time that is neither
- * constant nor set by a parameter. */
+/* Whether the numbers of kt_parameter_get describe the current model. Returns false for a function of time that is
+ * neither constant nor set by a parameter. */
 bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter);
 
 /* ---- the rules of the items -------------------------------------------------------------------------------------- */

@@ -1,14 +1,20 @@
-/* Groups of few equations whose form loses digits are left to the fronts.
+/* Finds the groups of few equations whose form loses digits; the fronts reduce them instead.
  *
- * A group on the ground with up to four equations takes its accelerations from those of the free tree and a matrix of
- * the multipliers (reduction/delassus.h): the loops' equations hold as far as rounding lets both cancel. Where heavy
- * links hang on light ones, the light ones would fall away much faster than the loops let them. With 40 bars held at
- * both ends, of masses 1 and x in turn, the equations are off, relative to their largest term, by
- *     x              1        1e3      1e6      1e9
- *     few equations  2e-16    1e-14    7e-12    6e-9
- *     fronts         2e-16    2e-16    2e-16    2e-16
- * and the multipliers by some 400 times as much. So both sides of the equations are compared once, at the initial
- * positions with velocities that move all joints, with and without joint forces.
+ * A group on the ground with up to four equations takes its accelerations from the free tree and from a matrix of the
+ * multipliers (reduction/delassus.h). Both contributions cancel in the loops' equations, so rounding limits their
+ * accuracy. If heavy links hang on light ones, the accelerations of the light links in the free tree are much larger
+ * than those that the loops permit. The table shows the errors of the equations, relative to their largest term, of 40
+ * bars that are held at both ends. Their masses are 1 and x in turn.
+ *
+ * | x   | few equations | fronts |
+ * | 1   | 2e-16         | 2e-16  |
+ * | 1e3 | 1e-14         | 2e-16  |
+ * | 1e6 | 7e-12         | 2e-16  |
+ * | 1e9 | 6e-9          | 2e-16  |
+ *
+ * The errors of the multipliers are larger by a factor of some 400. Therefore both sides of the equations are compared
+ * once, at the initial positions. The velocities move all joints; the joint forces are zero in the first comparison,
+ * and not in the second.
  */
 #include "compile/compile.h"
 #include "reduction/kernel.h"
@@ -16,12 +22,17 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* What the equations may be off by, of their largest term, a link: ropes of 10 to 10,000 like rods are off by 1e-17 to
- * 2e-15 a link, one with a driven joint and a gear by 3e-13, the one above with masses of 1 and 1e6 by 1e-11. */
+/* The largest accepted error of the equations for each link of the group, relative to their largest term. Errors for
+ * each link were measured:
+ *
+ * | ropes, 10 to 1e4 like rods | 1e-17..2e-15 |
+ * | rope, driven joint, gear   | 3e-13    |
+ * | bars above, masses 1, 1e6  | 1e-11    | */
 #define OFF_MOST 1e-12
 
-/* The largest difference of both sides of A a = b of a group that has been solved by its few equations, relative to the
- * largest term or what velocities of 1 rad/s make; equations that depend on others do not count. */
+/* Returns the largest difference between the two sides of A a = b, for a group that is solved by its few equations. It
+ * is relative to the largest term, or to the terms of velocities of 1 rad/s if these are larger. Equations that depend
+ * on others do not count. */
 static double off_by(const kt_model *model, kt_data *data, size_t g, const double *a) {
     kt_group_work w;
     double off = 0.0, terms = 1.0;

@@ -1,14 +1,16 @@
 /* The models of a description whose loops or effects are switched: one for each set of those that are on.
  *
- * These are 2^n models. From KT_SWITCH_MAX switches on, contacts are masked: for each set of the other switches there is a model with all
- * contacts open, and one with all of them closed. The time and the memory of both grow with the number of contacts. A simulation makes the
- * models of the sets between from the second one (simulation/mask.h), whose groups are dense.
+ * These are 2^n models. From KT_SWITCH_MAX switches on, contacts are masked. For each set of the other switches there
+ * is then a model with all contacts open, and one with all of them closed. The time and the memory of both grow with
+ * the number of contacts. A simulation makes the models of the sets between from the second one (simulation/mask.h),
+ * whose groups are dense.
  *
- * Each is compiled by itself, from the description in which the others are off. Constraint groups, their ranks and forms,
- * and the planes of trees follow from the loops that are on, so that a model is as fast as one that never had the others:
- * apps/embed/standing.c, of 18 coordinates, takes 25,000 instructions an evaluation with all feet off the ground, as a
- * tree, and 120,000 with four feet down, which are one dense group. Were they one group throughout, whose rows are left
- * out, its matrices of 18 coordinates would be filled and factored in flight, too. All are copied into one block.
+ * Each model is compiled separately, from the description in which the others are off. Constraint groups, their ranks
+ * and forms, and the planes of trees follow from the loops that are on. A model is therefore as fast as one that never
+ * had the others. For example, apps/embed/standing.c has 18 coordinates. With all feet off the ground, as a tree, an
+ * evaluation takes 25,000 instructions. With all four feet down, as one dense group, an evaluation takes 120,000. A
+ * single group whose rows were left out would fill and factor its matrices of 18 coordinates in flight, too. All models
+ * are copied into one block.
  */
 #include "compile/compile.h"
 
@@ -21,9 +23,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Hard stops and contacts (hard.c) are off in all models. Friction that sticks has two switches: that of its loop, and that of
- * the effect, which says that it slips backwards. The loop's alone: it sticks, and the effect is off; both: it is released, and the
- * loop is off, too. */
+/* Hard stops and contacts (hard.c) are off in all models. Friction that sticks has two switches: that of its loop, and
+ * that of the effect, which means that the joint slips backwards. If only the loop's switch is on, friction sticks, and
+ * the effect is off. If both are on, friction is released, and the loop is off, too. */
 static kt_switching switching_of(const kt_effect *effect) {
     if (kt_effect_sticks(effect))
         return effect->switching == KT_SWITCHED_OFF ? KT_SWITCHED_ON : KT_SWITCHED_OFF;
@@ -67,7 +69,8 @@ static void add_switch(compilation *c, kt_switch item, kt_switching switching) {
     c->switches.item[c->switches.count++] = item;
 }
 
-/* Whether a switch is that of a contact: of a loop that bounds a side, or of a contact's friction that sticks (hard.c). */
+/* Whether a switch belongs to a contact: to a loop that bounds a side, or to a contact's friction that sticks (hard.c).
+ */
 static bool is_contact(const compilation *c, int k) {
     const kt_loop *loop = c->switches.item[k].loop >= 0 ? &c->loops[c->switches.item[k].loop] : NULL;
     return loop && (loop->side != KT_SIDE_NONE || (loop->type == KT_LOOP_ROLLING && effect_of_stick(c, k) >= 0));
@@ -132,7 +135,7 @@ static const char *name_of(const compilation *c, int k) {
     return name ? name : "";
 }
 
-/* Adds to an error what is off in the model that it is about. */
+/* Adds to an error the names of the items that are switched off in the model that it concerns. */
 static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from, kt_error *error) {
     char text[256] = "";
     size_t used = 0;
@@ -158,8 +161,8 @@ static void set_contact(const compilation *c, int32_t stick, int effect, kt_mode
     }
 }
 
-/* Of such a switch: the effect is off while its loop is on, and where it is released; in the model it knows in which direction it
- * slips. */
+/* Applies a switch of friction that sticks. The effect is off while its loop is on, and when the friction is released.
+ * The model stores the direction of slipping. */
 static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     const int effect = effect_of_stick(c, k);
     if (effect < 0)
@@ -211,7 +214,7 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     return status == KT_OK ? KT_OK : refuse(c, set, &from, error);
 }
 
-/* Springs that start unstretched do so with what is on at the start: the other models take their lengths over. */
+/* Springs that start unstretched take their lengths from the model of the initial set; the other models copy them. */
 static void share_lengths(const compilation *c, kt_model *to) {
     const kt_model *from = c->model[kt_switches_index(&c->switches, c->initial)];
     const size_t count = from->n.effect + from->n.effect_off;

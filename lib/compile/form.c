@@ -1,8 +1,9 @@
-/* The form in which each constraint group is eliminated (kt_group_form): it is chosen here, and asked everywhere else.
+/* Chooses the form in which each constraint group is eliminated (kt_group_form). All other code reads the choice.
  *
- * The first choice, before anything is laid out, is between dense matrices and fronts; the second, when ranks are known
- * (rank.c), whether one of the special forms serves. It is made again where a parameter gives a joint armature, and
- * where few equations turn out to lose digits (delassus_accuracy.c). Thresholds are measured: bench/run forms.
+ * The first choice, before any array is placed, is between dense matrices and fronts. The second choice follows when
+ * the ranks have been found (rank.c): whether one of the special forms serves. The second choice is repeated if a
+ * parameter gives a joint armature, and if few equations lose digits (delassus_accuracy.c). Thresholds are measured:
+ * bench/run forms.
  */
 #include "compile/compile.h"
 #include "constraint/formula_row.h"
@@ -12,9 +13,12 @@
 
 #include <float.h>
 
-/* The ratio of operations below which fronts take less time than dense matrices, in the plane and in space. Fronts in
- * registers (reduction/front4.h) always do: three windows take 0.69 us by them, 0.83 by dense matrices, ten 2.1 and
- * 6.4.
+/* Below this ratio of operations fronts take less time than dense matrices, in the plane and in space. Fronts in
+ * registers (reduction/front4.h) are always faster. Measured times in microseconds:
+ *
+ * | windows | registers | dense |
+ * | 3       | 0.69      | 0.83  |
+ * | 10      | 2.1       | 6.4   |
  */
 #define WORTH_PLANAR 0.25
 #define WORTH_SPATIAL 0.125
@@ -58,7 +62,8 @@ bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_esti
 /* ---- the special forms ------------------------------------------------------------------------------------------- */
 
 /* Whether a group consists of three links of a plane and is closed by one pin alone, whose rows are two directions at
- * right angles. Only the QR reduction uses this special form: a caller who asks for another reduction gets that one. */
+ * right angles. Only the QR reduction uses this special form; if the caller selects another reduction, the group gets
+ * that reduction. */
 static bool is_pin(const kt_model *model, const kt_group *group) {
     if (kt_group_has_fronts(group) || !model->reduction->pins || !kt_group_is_planar(model, group) ||
         group->loop_count != 1 || group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
@@ -84,15 +89,15 @@ void kt_form_choose_damped(const kt_model *model, kt_group *group) {
     group->damped_form = fits ? KT_FORM_DELASSUS : kt_group_has_fronts(group) ? KT_FORM_FRONT : KT_FORM_DENSE;
 }
 
-/* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). Where rows may be
- * delayed, the fronts do that. */
+/* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). If rows may be
+ * delayed, the fronts solve the group. */
 static bool is_delassus(const kt_group *group) {
     return group->damped_form == KT_FORM_DELASSUS && !group->front.delayed_most && group->rank[KT_ROWS_ALL] > 0 &&
            group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX;
 }
 
-/* Whether a group is reduced by reduction/front4.h: a planar group on the ground with fronts of few parameters,
- * each step with at most two equations, all of them independent. */
+/* Whether a group is reduced by reduction/front4.h. Such a group is planar, lies on the ground and has fronts of few
+ * parameters; each step has at most two equations, and all equations are independent. */
 static bool is_front4(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;

@@ -28,7 +28,7 @@ static void count_part(void *user, const kt_expression_term *term, size_t count)
     n->number += numbers_of_part(count);
 }
 
-/* Where the next part goes. */
+/* The position at which the next part is stored. */
 typedef struct kt_part_place {
     kt_model *model;
     size_t *number, part;
@@ -44,7 +44,7 @@ static void fill_part(void *user, const kt_expression_term *term, size_t count) 
 
 /* ---- formulas ----------------------------------------------------------------------------------------------------- */
 
-/* Counts what the formulas of an effect take. */
+/* Counts the memory that the formulas of an effect need. */
 kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
                                    kt_counts *n, kt_error *error) {
     kt_status status = KT_OK;

@@ -1,10 +1,11 @@
-/* The plan of the groups that are reduced by fronts (reduction/front.h): in which order a front takes their links, what
- * is complete after each of them, and how much memory that needs.
+/* Plans the groups that are reduced by fronts (reduction/front.h): the order in which a front takes their links, the
+ * parts that are complete after each link, and the memory.
  *
- * A link may be taken when its parent has been. It is then open until all its children have been taken and all loops
- * on it are complete; the front holds the accelerations of the active links as functions of its parameters. The cost
- * grows with the cube of their number, so several orders are tried and compared by their operations: one that
- * keeps the number of active links low link by link, that of the model, and one by depth.
+ * A link may be taken when its parent has been taken. The link is then active until all its children have been taken
+ * and all loops on it are complete. The front holds the accelerations of the active links as functions of its
+ * parameters. The cost grows with the cube of their number, so several orders are tried and compared by their
+ * operations. The first order keeps the number of active links low at each link, the second is that of the model, the
+ * third is by depth.
  */
 #include "compile/attach.h"
 #include "constraint/group.h"
@@ -16,9 +17,14 @@
 /* Operations that a step of the elimination costs besides those that are counted. */
 #define STEP_FLOPS 300.0
 
-/* From so many coordinates on, few equations are solved faster with their links in the tree: ropes of 10 rods take 1.0
- * us an evaluation by these and 1.9 by dense matrices in a plane, 1.5 and 2.5 in space, 1.9 and 19 with spherical
- * joints; 5 rods in a plane 0.8 both. */
+/* From this number of coordinates on, few equations are solved faster with their links in the tree
+ * (reduction/delassus.h). Microseconds for one evaluation of a rope:
+ *
+ * | rods, joints    | few eq. | dense |
+ * | 10, in a plane  | 1.0     | 1.9   |
+ * | 10, in space    | 1.5     | 2.5   |
+ * | 10, spherical   | 1.9     | 19    |
+ * | 5, in a plane   | 0.8     | 0.8   | */
 #define DELASSUS_COORDINATES 10
 
 typedef struct planner {
@@ -66,7 +72,7 @@ static void gather(const planner *p) {
 
 static void order_as_in_model(const planner *p) { memcpy(p->a->order, p->link, (size_t)p->count * sizeof *p->link); }
 
-/* By depth, and where that is equal as in the model. */
+/* Orders links by depth; links of equal depth keep the order of the model. */
 static void order_by_depth(const planner *p) {
     kt_attach *a = p->a;
     const int32_t top = a->depth[p->group->parent] + 1;
@@ -139,10 +145,10 @@ static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
         *best = c;
 }
 
-/* Of the links that are next to the active ones, that after which the fewest are active. If several are equal, that
- * which the fewest others need, then that next to the link activated last: where a row forks, one branch is ended
- * before the other is begun, and the active links are as many as there are forks above each other, not as there are
- * branches. */
+/* Among the links next to the active ones, takes the link after which the fewest links are active. If several are
+ * equal, the link that the fewest other links need is taken, then the link next to that activated last. If a row forks,
+ * one branch is thus ended before the other is begun. The number of active links is then the number of forks above each
+ * other, not the number of branches. */
 static void order_by_width(const planner *p) {
     kt_attach *a = p->a;
     int32_t active = 0, lowest = 0, *live = a->last_use;
@@ -378,9 +384,11 @@ static void write_terms(const planner *p, kt_front_plan *plan, int32_t first_ter
     }
 }
 
-/* The arrays that all steps of a group share: what slots hold, by parameters and constant, and a copy of what is
- * coupled of it; the energy, its linear part, and the size of its terms; a solution; the sizes of speeds; what else is
- * computed on the way. */
+/* Counts the arrays that all steps of a group share:
+ *   - the contents of the slots, by parameters and constant, and a copy of their coupled part;
+ *   - the energy, its linear part, and the size of its terms;
+ *   - a solution, and the sizes of speeds;
+ *   - intermediate results. */
 static size_t shared_count(const kt_front_plan *plan) {
     const size_t stride = (size_t)plan->stride, width = (size_t)plan->width;
     return plan->vectors * (width + 1) + width * width + 2 * (size_t)plan->slots + stride * stride +

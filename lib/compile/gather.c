@@ -1,7 +1,7 @@
 /* Constraint groups: loops whose paths share a link form a group. Sets of links are joined by union-find.
  *
- * The paths of a group are connected: if two paths share a link, their ancestors lie on one support (path to the
- * ground), and the lower ancestor lies on the other loop's path. Therefore a group has one parent link, which carries
+ * The paths of a group are connected. If two paths share a link, their ancestors lie on one support (path to the
+ * ground). The lower ancestor then lies on the other loop's path. Therefore a group has one parent link, which carries
  * all of it, and different groups have no coordinate in common.
  */
 #include "compile/attach.h"

@@ -5,11 +5,12 @@
  *                    n . (c - p) - r |n x a| >= 0              of a disc with the axle a: the third row of rolling
  *
  *     joint_friction q' = 0, that sticks                     rates of one joint
- *     contact        s = 0, whose friction sticks              rolling of a ball, or of the disc, without its contact equation
+ *     contact        s = 0, whose friction sticks              rolling of a ball, or of the disc without its contact row
  *
- * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and keeps its index.
- * One that is switched off in its description is released at first: it says so by `holonomic`, which its type does not read;
- * friction of a joint by both of its switches (family.c).
+ * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and
+ * keeps its index. If the effect is switched off in its description, the loop is released at first. The member
+ * `holonomic` marks this, since the loop's type does not read it. For friction of a joint, both of its switches mark it
+ * (family.c).
  */
 #include "compile/compile.h"
 
@@ -22,7 +23,7 @@
 
 enum { NAME_SIZE = 200 };
 
-/* What is allocated: one block. */
+/* The allocated arrays, in one block. */
 typedef struct hard_parts {
     kt_loop *loop;
     kt_effect *effect;
@@ -111,7 +112,8 @@ static kt_vec3 point_of(const kt_description *d, const kt_end *end) {
     return end->at;
 }
 
-/* A loop of a contact that is a rolling one: of a ball, which its type knows by a surface that a disc does not have, or of a disc. */
+/* Adds a rolling loop of a contact, of a ball or of a disc. The loop's type recognises a ball by a surface; a disc has
+ * none. */
 static kt_loop *add_rolling(hard_parts *p, const kt_effect *effect, const char *of, const char *suffix) {
     kt_loop *loop = add_loop(p, effect, of, suffix);
     loop->type = KT_LOOP_ROLLING;
@@ -126,8 +128,9 @@ static kt_loop *add_rolling(hard_parts *p, const kt_effect *effect, const char *
     return loop;
 }
 
-/* The loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. It and the loop of
- * the contact know their effect, from 1, by a member that their types do not read (family.c). */
+/* Adds the loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. This
+ * loop and the loop of the contact store the index of their effect, from 1. They use a member that their types do not
+ * read (family.c). */
 static void add_contact_stick(hard_parts *p, const kt_effect *effect, const char *of, int index) {
     kt_loop *loop = add_rolling(p, effect, of, ".stick");
     loop->holonomic = false;

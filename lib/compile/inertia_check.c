@@ -4,9 +4,9 @@
  * If a degree of freedom has no inertia at the initial and at generic positions, its acceleration can never be
  * computed. Links are judged from the tips of the tree to the ground. A link that carries a link without inertia is not
  * judged: the inertia of the latter may be all that is missing there. A link that carries an end of a loop is not
- * judged either: the loop may constrain or drive it, and an inertia that is then still missing is found when the
- * mechanism moves. A link without inertia on which effects act follows from the balance of their forces (massless.c):
- * it is given armature, and the tree is judged again.
+ * judged either, as the loop may constrain or drive it. An inertia that is then still missing is found when the
+ * mechanism moves. If effects act on a link without inertia, its motion follows from the balance of their forces
+ * (massless.c). Such a link is given armature, and the tree is judged again.
  */
 #include "compile/attach.h"
 #include "dynamics/dynamics.h"
@@ -104,8 +104,8 @@ static void judge(trial *t, const kt_model *m, const kt_description *d) {
     }
 }
 
-/* Gives armature to the links that have no inertia and follow from the balance of forces; whether there are some. Next to
- * a mass of 1e16 even that is nothing. */
+/* Gives armature to the links that have no inertia and follow from the balance of forces. Returns whether there are
+ * some. Next to a mass of 1e16 even that armature is negligible. */
 static bool mark_massless(const trial *t, kt_model *m, const kt_description *d) {
     bool any = false;
 #if KT_HAS_QUASI_STATICS

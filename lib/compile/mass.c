@@ -1,13 +1,13 @@
-/* Mass properties of a body: the rules for mass, centre of mass, inertia and shape, and what a shape gives of them. The
- * solids are uniform; their inertias are about their own centre.
+/* Mass properties of a body: the rules for mass, centre of mass, inertia and shape, and the mass properties of shapes.
+ * The solids are uniform; their inertias are about their own centre.
  *
  *   point      I = 0
  *   sphere     I = 2/5 m r^2 1
  *   box        I = R diag(m/12 (b^2 + c^2), m/12 (c^2 + a^2), m/12 (a^2 + b^2)) R'
  *   cylinder   I = T 1 + (J - T) u u',  J = m r^2 / 2,  T = m (3 r^2 + l^2) / 12,  u the unit axis
  *   rod        the cylinder from one end to the other; slender: r = 0
- *   polygon    I = R m [[yy + e, -xy, 0], [-xy, xx + e, 0], [0, 0, xx + yy]] R',  e = d^2 / 12, with the means of
- *              polygon.h and the thickness d
+ *   polygon    I = R m [[yy + e, -xy, 0], [-xy, xx + e, 0], [0, 0, xx + yy]] R'
+ *              e = d^2 / 12, d the thickness, and the means of polygon.h
  */
 #include "base/require.h"
 #include "compile/compile.h"
@@ -19,8 +19,8 @@
 
 /* ---- descriptors ------------------------------------------------------------------------------------------------- */
 
-/* A sphere has a rotation, although the rotation has no effect: an invalid one is still a fault, since a scene file
- * could not contain it. */
+/* A sphere has a rotation, although the rotation has no effect. An invalid rotation is still a fault, since a scene
+ * file could not contain it. */
 static const kt_key point_keys[] = {
     {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("where it is, body frame"), .needed = false},
 };

@@ -1,14 +1,15 @@
-/* Coordinates that move no mass and are held by springs and dampers: which they are, and what moves with them.
+/* Coordinates that move no mass and are held by springs and dampers, and the motions that belong to them.
  *
  * A joint whose articulated inertia is zero is found by inertia_check.c; its coordinates w are given an armature of 1
- * (dynamics/massless.c). The motion in which w moves by 1 and no mass does is the response to a unit force in w of that
- * mechanism at rest without gravity,
+ * (dynamics/massless.c). In one motion w moves by 1 and no mass does. This is the response of that mechanism to a unit
+ * force in w, at rest without gravity,
  *
  *     (M + E E') n_w = e_w     as    M n_w = 0,  E' n_w = e_w
  *
- * the unit vector e_w itself where w carries no mass at all, (1, -1) of two sliders in a row of which the first has none.
- * It must be the same in all positions, or the balance of forces would contain accelerations. How the forces along these
- * motions depend on their speeds s, r(s) - r(0) = -C s, is found at unit speeds. Congruence makes C diagonal,
+ * It is the unit vector e_w itself if w carries no mass at all. It is (1, -1) for two sliders in a row of which the
+ * first has none. It must be the same in all positions, or the balance of forces would contain accelerations. How the
+ * forces along these motions depend on their speeds s, r(s) - r(0) = -C s, is found at unit speeds. Congruence makes C
+ * diagonal,
  *
  *     B' C B = diag(C_d, 0)
  *
@@ -79,7 +80,7 @@ typedef struct finder {
     kt_model *model;
     kt_data *data;
     double *q, *v, *a, *motion; /* nq, nv, nv, nv */
-    double *c;                  /* massless x massless, column-major: C, and what is left of it */
+    double *c;                  /* massless x massless, column-major: C, and its remainder */
     double stiffest;            /* the largest derivative of a force by a position */
     bool *used;                 /* of the coordinates: a pivot */
 } finder;

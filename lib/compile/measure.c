@@ -1,5 +1,5 @@
-/* Measures springs that start unstretched: their lengths in the assembled initial state, or in the given one if the
- * loops do not close (a simulation reports that). */
+/* Measures the lengths of springs that start unstretched, in the assembled initial state. If the loops do not close,
+ * the given state is used; a simulation reports that. */
 #include "compile/compile.h"
 #include "effect/effect.h"
 #include "mechanism/evaluate.h"

@@ -1,4 +1,4 @@
-/* Own states: their check, and what they add to a model: a formula each, as that of an effect in a joint, or the law of
+/* Checks auxiliary states and adds them to a model. Each adds a formula, as that of an effect in a joint, or the law of
  * an effect. */
 #include "compile/attach.h"
 #include "compile/compile.h"
@@ -41,8 +41,9 @@ void kt_checker_state(kt_checker *checker, const kt_state *state) {
         (void)kt_checker_formula(checker, "rate", state->rate, &names);
 }
 
-/* The rate as the force of an effect in a joint: it has the same variables, and is compiled by the same code. Of a law it is
- * that of the effect; *law: which, and *rate: which of its rates; -1: none. */
+/* Returns the rate as the force of an effect in a joint: it has the same variables, and is compiled by the same code.
+ * If the rate belongs to a law, the result is the effect of that law. *law: which law, and *rate: which of its rates;
+ * -1: none. */
 static kt_effect effect_of(const kt_description *d, const kt_state *state, int *law, int *rate) {
     kt_effect effect = kt_effect_default();
     *rate = *law = -1;

@@ -17,7 +17,7 @@
 
 /* ---- numbers of effects ------------------------------------------------------------------------------------------ */
 
-/* Where a number of kt_effect is in its record. */
+/* Returns the address of a number of kt_effect in its record. */
 static double *number_of(kt_effect_record *r, const kt_key *key) {
 #define PARAMETER_NUMBER(member)                                                                                       \
     if (key->offset == offsetof(kt_effect, member))                                                                    \
@@ -33,7 +33,7 @@ static bool is_of_hard(const kt_key *key) {
            (key->offset == offsetof(kt_effect, restitution) || key->offset == offsetof(kt_effect, rest_velocity));
 }
 
-/* What kind of parameter a key is; false: none. */
+/* Finds the kind of parameter of a key; false: none. */
 static bool classify(const kt_key *key, bool of_loop, kt_parameter *parameter) {
     parameter->key = key;
     parameter->count = 1;

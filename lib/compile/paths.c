@@ -1,10 +1,10 @@
 /* The paths of the loops: from below the common ancestor of its ends down to each.
  *
- * The paths of a net of n rows have up to n links each, n^2 in all. Its groups are found in O(n log n) all the same:
- * common ancestors by jumps (Myers 1983: each link has one to a higher link, and log n of them and of steps to parents
- * lead anywhere up), and links that a path has joined are skipped by the next. Of paths down from the same link, one
- * that is the beginning of another is stored with it: the net's take O(n) memory. (Not so where the links at their ends
- * are all different, as of a ladder whose rungs are bodies.)
+ * The paths of a net of n rows have up to n links each, n^2 in all. Its groups are still found in O(n log n). Common
+ * ancestors are found with jumps [Myers 1983]: each link has one to a higher link, and log n of jumps and steps to
+ * parents reach any higher link. Links that a path has joined are skipped by the next path. If a path is the beginning
+ * of another path down from the same link, both are stored once. The paths of the net then take O(n) memory. (Not so if
+ * the links at their ends are all different, as in a ladder whose rungs are bodies.)
  */
 #include "closure/rounding.h"
 #include "compile/attach.h"
@@ -54,8 +54,8 @@ int32_t kt_attach_join_path(kt_attach *a, int32_t i, int32_t ancestor) {
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
-/* Places the path of an end: with a stored one from the same ancestor that leads through its link, or at the end of the
- * list. Longer paths have been placed before. */
+/* Places the path of an end. The path is stored together with an earlier one from the same ancestor that leads through
+ * its link, or else at the end of the list. Longer paths have been placed before. */
 static void place_path(kt_attach *a, kt_loop_record *r, int k, kt_counts *n) {
     const int32_t i = r->link[k];
     if (a->from[i] == r->ancestor) {
@@ -99,7 +99,7 @@ void kt_paths_fill(kt_model *m) {
             const kt_loop_record *r = &m->loop[i];
             int32_t *path = m->path + r->path[k], j = r->link[k], at = r->length[k];
             for (; at > 0 && path[at - 1] != j;
-                 j = m->link[j].parent) /* what is above a link that is there is there, too */
+                 j = m->link[j].parent) /* the links above a stored link are stored, too */
                 path[--at] = j;
         }
 }
@@ -121,8 +121,8 @@ bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *
 
 /* ---- lengths ----------------------------------------------------------------------------------------------------- */
 
-/* The length of a loop, once around, at the initial positions, points on the ground counting by their distance from
- * `origin`: summed link by link, or within rounding errors of that. */
+/* Returns the length of a loop, once around, at the initial positions. Points on the ground count by their distance
+ * from `origin`. If `exactly`, the length is summed link by link; if not, it may differ by rounding errors. */
 static double length_of_loop(const kt_attach *a, const kt_loop_record *r, kt_vec3 origin, bool exactly) {
     double length = fabs(r->curve.a); /* of a distance loop */
     for (int k = 0; k < 2; k++) {

@@ -1,12 +1,14 @@
 /* Finds the trees that move in a plane, and fills their planar links. Trees that loops connect are treated as one.
  *
- * Axes are compared joint by joint, not with one distant normal: n is passed from body to body in the body's own axes,
- * transformed only by the rotation of the joint frame between them, and every revolute joint replaces n by its own
- * axis. Thus a thousand unrotated joints about one oblique axis agree to the last bit, and in a chain of rotated joints
- * each need only agree with the revolute joint before it. Differences within rounding are allowed: a rotation from
- * Euler angles or a quaternion has errors of up to 4 eps in an entry, its product with n of 3 eps more, a unit axis of
- * 2 eps, and there may be a few fixed or prismatic joints between two revolute ones. An axis that is oblique by more
- * than PARALLEL = 32 eps (1.5e-9 arc seconds) is taken as oblique on purpose.
+ * Axes are compared joint by joint, not with one distant normal. The normal n is passed from body to body in the body's
+ * own axes, transformed only by the rotation of the joint frame between them. Every revolute joint replaces n by its
+ * own axis. Thus a thousand unrotated joints about one oblique axis agree to the last bit. In a chain of rotated joints
+ * each need only agree with the revolute joint before it.
+ *
+ * Differences within rounding are allowed. A rotation from Euler angles or a quaternion has errors of up to 4 eps in an
+ * entry. Its product with n adds 3 eps, and a unit axis 2 eps. There may be a few fixed or prismatic joints between two
+ * revolute ones. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc seconds) is taken as oblique on
+ * purpose.
  */
 #include "compile/planar.h"
 
@@ -26,7 +28,7 @@ enum {
     UNDECIDED = -2
 };
 
-/* The joints from which the normal of a tree is known so far: none, two prismatic ones, or a revolute one. */
+/* The joints that determine the normal of a tree so far: none, two prismatic ones, or a revolute one. */
 enum { NORMAL_OPEN = 0, NORMAL_OF_SLIDES, NORMAL_OF_TURN };
 
 static kt_vec3 component(kt_mat3 m, int k) { return k == 0 ? m.x : k == 1 ? m.y : m.z; }
@@ -54,8 +56,8 @@ static int elements_of(const kt_joint *joint, kt_element *elements) {
 
 /* ---- normals ----------------------------------------------------------------------------------------------------- */
 
-/* Considers one more joint of a tree. The first revolute motion gives the normal (in basis.z); before there is one, two
- * prismatic motions that are not parallel give it (the first is kept in basis.x). */
+/* Considers one more joint of a tree. The first revolute motion gives the normal (in basis.z). Before there is one, two
+ * prismatic motions that are not parallel give the normal (the first is kept in basis.x). */
 static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane *tree) {
     kt_element elements[KT_ELEMENT_MAX];
     const int count = elements_of(joint, elements);

@@ -16,7 +16,7 @@ typedef struct kt_body_plane {
     int32_t tree;      /* the body whose joint on the ground carries it; 0: it is part of the ground */
     int32_t component; /* of a tree: one of the trees with which loops connect it, the same for all of them */
     int32_t plane;     /* of the tree whose joint on the ground is this body's; -1: none, or the tree is spatial */
-    int32_t known;     /* of that tree: from which joints its normal is known (planar.c) */
+    int32_t known;     /* of that tree: the joints that determine its normal (planar.c) */
 } kt_body_plane;
 
 /* The scope of the names of bodies; that of the markers of a body is its index in the description. */
@@ -30,11 +30,12 @@ typedef struct kt_ordered {
     size_t count;           /* of bodies, without the ground */
 } kt_ordered;
 
-/* Finds the planar trees: fills all members of body[0] to body[count] except source and parent, which are given (a
- * parent precedes its children), and the bases of the planes, which have room for count; returns their number. Trees
- * that loops connect are planar together or not at all. flat (one for each loop): the planar forms of the loops of
- * planar trees, without what kt_planar_ends fills. Nearly linear in bodies and loops: a tree is compared with the last
- * few planes only, so that a normal may get a second plane if there are many. */
+/* Finds the planar trees and returns the number of planes. Fills all members of body[0] to body[count] except source
+ * and parent, which are given (a parent precedes its children). Fills the bases of the planes, which have room for
+ * count. Trees that loops connect are planar together or not at all. flat (one for each loop): the planar forms of the
+ * loops of planar trees, except the members that kt_planar_ends fills.
+ * Cost: nearly linear in bodies and loops.
+ * A tree is compared with the last few planes only, so that a normal may get a second plane if there are many. */
 size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane, kt_planar_loop *flat);
 
 /* Gives trees that loops connect the same component. */

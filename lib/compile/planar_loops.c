@@ -1,9 +1,10 @@
-/* Loops between planar trees: what they connect, and their equations in the plane.
+/* Loops between planar trees: the trees that they connect, and their equations in the plane.
  *
  * Planar motion does not change the equations of a loop out of the plane, so they must hold at q = 0 already, within
- * rounding: the directions of the ends' axes relative to n, which are transformed by one rotation more than those of
- * joints (planar.c), and heights relative to the distance from the world's origin along the joints (reach). If they do
- * not hold, the loop may not close at all; the spatial kernels, which then compute the trees, report that.
+ * rounding. The directions of the ends' axes are compared relative to n; they are transformed by one rotation more than
+ * those of joints (planar.c). Heights are compared relative to the distance from the world's origin along the joints
+ * (reach). If these equations do not hold, the loop may not close at all. The spatial kernels, which then compute the
+ * trees, report that.
  */
 #include "compile/attach.h"
 #include "compile/planar.h"
@@ -77,8 +78,8 @@ static bool frame_of(const kt_ordered *o, const kt_end *end, const kt_body_plane
     return true;
 }
 
-/* Finds the pose of an end in the plane's basis at q = 0: its axes, and its height along n (in position.z); adds its
- * distance along the joints to *reach. Returns false if its rotation cannot be evaluated. */
+/* Finds the pose of an end in the plane's basis at q = 0: its axes, and its height along n (in position.z). Adds the
+ * end's distance along the joints to *reach. Returns false if its rotation cannot be evaluated. */
 static bool lay_end(const kt_ordered *o, const kt_loop *loop, int k, const kt_body_plane *b, const kt_plane *plane,
                     kt_pose *pose, double *reach) {
     const kt_end *end = &loop->between[k];

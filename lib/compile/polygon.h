@@ -1,4 +1,4 @@
-/* Flat polygons: what they measure (polygon.c). */
+/* Flat polygons: area, centroid and second moments (polygon.c). */
 #ifndef KT_COMPILE_POLYGON_H
 #define KT_COMPILE_POLYGON_H
 

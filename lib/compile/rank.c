@@ -1,11 +1,11 @@
 /* The structural rank of each constraint group: how many of its equations are independent at generic positions.
  *
- * Off the manifold redundant equations seem independent (Bricard's five of rank four), and at singular positions
- * independent ones seem redundant; therefore ranks are determined at several generic positions on the manifold, and the
- * largest counts. Equations whose rows and residuals vanish at all of them (the out-of-plane ones of a planar loop) are
- * void and are not evaluated again. If some of the others are redundant, those that were chosen at the position with
- * the largest last direction get a weight by which they are chosen everywhere, unless they are much shorter there
- * (group.h).
+ * Off the manifold redundant equations seem independent (Bricard's five of rank four). At singular positions
+ * independent equations seem redundant. Therefore ranks are determined at several generic positions on the manifold,
+ * and the largest counts. Equations whose rows and residuals vanish at all of them (the out-of-plane ones of a planar
+ * loop) are void and are not evaluated again. If some of the other equations are redundant, a choice is made at the
+ * position with the largest last direction. The chosen equations get a weight, by which they are chosen everywhere,
+ * unless they are much shorter there (group.h).
  */
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
@@ -124,8 +124,9 @@ static bool note_rank(int32_t rank, double last, int32_t *most, double *usual) {
     return true;
 }
 
-/* The same of a group that is reduced by fronts; and for its steps the rank up to there if this sample has the `best`
- * rank of all so far, and the size of the last direction, the largest seen. */
+/* Stores the results of a sample for a group that is reduced by fronts. If this sample has the `best` rank of all so
+ * far, the rank up to each step and the chosen equations are stored. The size of each step's last direction is the
+ * largest of all samples. */
 static void note_steps(const kt_model *model, const kt_data *data, const kt_group *group, int rows, bool best,
                        samples *found) {
     const size_t first = (size_t)rows * model->n.front + (size_t)group->front.step;
@@ -181,14 +182,14 @@ static bool factor_all_groups(const kt_model *model, kt_data *data, int rows) {
     return (rows == KT_ROWS_ALL && all_close(model)) || model->group_kernels->factor(model, data, (kt_rows)rows, false);
 }
 
-/* Whether a group is closed as last filled, to what rounding leaves where the description puts it: coordinates that have
- * run away round to more. */
+/* Whether a group is closed as last filled, except for rounding at the positions of the description. Coordinates that
+ * have run away would permit larger rounding errors. */
 static bool is_closed(const kt_model *model, const kt_data *data, size_t g) {
     return kt_group_is_closed(model, data, g, model->q0, KT_CLOSED_STEP);
 }
 
 /* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed: they do
- * not close, which assembly reports later, and the given position is all that is known of them. */
+ * not close, which assembly reports later, and only the given position is available for them. */
 static void sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
@@ -250,12 +251,13 @@ static void take_sample(const kt_model *model, kt_data *data, double size, size_
 
 /* ---- rounded data ------------------------------------------------------------------------------------------------ */
 
-/* What motion may make of a disagreement that samples show. */
+/* The factor by which motion may increase a disagreement that samples show. */
 #define DISAGREEMENT_GROWTH 30.0
 
-/* Whether a displacement of a group that its equations allow at the base, by a share of their units, stays when the
- * loops are closed after it. Equations that repeat each other leave the motion; those of a linkage that is stretched
- * and out of reach by a little allow it to first order alone, and closing takes it back. */
+/* Whether a displacement of a group stays when the loops are closed after it. The displacement is one that the
+ * equations allow at the base, by a share of their units. Equations that repeat each other leave the motion. The
+ * equations of a linkage that is stretched and out of reach by a little allow it to first order alone; closing then
+ * undoes it. */
 static bool motion_stays(const kt_model *model, kt_data *data, size_t g, const double *base, samples *found) {
     static const double share = 0.03;
     const kt_reduction_kernels *kernels = model->group_kernels;
@@ -320,9 +322,10 @@ static bool is_bounded(const kt_model *model, size_t g) {
     return any;
 }
 
-/* Evaluates the groups that no sample found closed at generic positions next to the given one, if a loop that bounds one side is among
- * them. Drives may bring within its reach what it does not reach yet, as a rope that hangs straight down on a cart which moves away. The
- * given position may be singular, and each one that comes nearest to closing it is: there A' g = 0, with g the gaps. */
+/* Evaluates the groups that no sample found closed at generic positions next to the given one, if a loop that bounds
+ * one side is among them. A drive may close a loop that is open at first: a rope that hangs straight down on a cart is
+ * stretched when the cart moves away. The given position may be singular, and so may every position that comes nearest
+ * to closing the loop: there A' g = 0, with g the gaps. */
 static void sample_bounds(kt_model *model, kt_data *data, samples *found) {
     double *q = found->q + model->n.q;
     memcpy(found->seen, found->sampled, model->n.group * sizeof *found->seen);
@@ -391,7 +394,7 @@ static void forget_disagreement(kt_model *model, size_t g) {
     }
 }
 
-/* Forgets what samples have shown of a group. */
+/* Deletes the results of samples for a group. */
 static void forget(kt_model *model, const kt_data *data, size_t g, samples *found) {
     found->sampled[g] = false;
     found->rank[KT_ROWS_COUNT * g] = found->rank[KT_ROWS_COUNT * g + 1] = 0;
@@ -415,8 +418,8 @@ static bool is_locked(const kt_model *model, size_t g, const samples *found) {
            group->count[KT_ROWS_CLOSED] == group->count[KT_ROWS_ALL];
 }
 
-/* Corrects the ends of a group's loops so that their equations repeat each other to the last digit, if such corrections
- * are found and the mechanism then moves: *done. It may be given where bars lie in line; that is tried at a sample.
+/* Corrects the ends of a group's loops so that their equations repeat each other to the last digit. *done: such
+ * corrections are found and the mechanism then moves. The given position may have bars in line; then a sample is tried.
  * Returns KT_OK or KT_ERROR_MEMORY. */
 static kt_status undo_rounding(kt_model *model, kt_data *data, size_t g, samples *found, bool *done) {
     const double rounding = model->rounding;
@@ -445,9 +448,10 @@ static kt_status undo_rounding(kt_model *model, kt_data *data, size_t g, samples
     return status;
 }
 
-/* Where groups close at no position but for a disagreement below the tolerance: equations that repeat each other, of
- * rounded data. Where no correction of these is found, they count as closed to what motion may make of it, and
- * directions that are not larger do not count. Returns KT_OK or KT_ERROR_MEMORY. */
+/* Treats groups that close at no position, except for a disagreement below the tolerance: their equations repeat each
+ * other, but their data are rounded. If no correction of the data is found, the groups count as closed up to the
+ * disagreement that motion may cause. Directions that are not larger than this do not count. Returns KT_OK or
+ * KT_ERROR_MEMORY. */
 static kt_status accept_disagreement(kt_model *model, kt_data *data, samples *found) {
     const double rounding = model->rounding;
     kt_status status = KT_OK;
@@ -485,10 +489,10 @@ static kt_status accept_disagreement(kt_model *model, kt_data *data, samples *fo
     return KT_OK;
 }
 
-/* The least size that the largest direction counts as: KT_RANK_FLOOR of what it could be, or more where the rounding of
- * lengths as given is more, so that no direction of rounding counts. An entry of A can be as large as the ratio of its
- * row's unit to its coordinate's unit, except that angles between bodies do not depend on lengths. Needs the equations'
- * scales. */
+/* Returns a lower bound of the size that the largest direction counts as. It is KT_RANK_FLOOR of the possible size, or
+ * more if the rounding of the given lengths is larger, so that no direction of rounding counts. An entry of A can be as
+ * large as the ratio of its row's unit to its coordinate's unit. Angles between bodies, however, do not depend on
+ * lengths. Needs the equations' scales. */
 static double least_of(const kt_model *model, const kt_group *group, const kt_group_work *w) {
     double longest = 0.0, of_lengths = 0.0, angles = 0.0;
     for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)
@@ -507,7 +511,7 @@ static double least_of(const kt_model *model, const kt_group *group, const kt_gr
     return fmax(KT_RANK_FLOOR * sqrt(longest), model->rounding / KT_RANK_TOLERANCE * sqrt(of_lengths));
 }
 
-/* Lets directions count down to `tolerance` of the largest; what counts at all, `least` times KT_RANK_TOLERANCE,
+/* Lets directions count down to `tolerance` of the largest. The absolute bound, `least` times KT_RANK_TOLERANCE,
  * remains. */
 static void resolve(kt_group *group, int rows, double least, double tolerance) {
     group->least[rows] = least * (KT_RANK_TOLERANCE / tolerance);
@@ -572,9 +576,9 @@ static void finish(kt_model *model, const kt_data *data, const samples *found) {
     kt_forms_choose(model);
 }
 
-/* Fronts choose among the equations of a step, and those which earlier ones have delayed. Without weights all are
- * delayed as far as they can be, so that equations that depend on each other are compared at the same step; those
- * chosen there get the weight. */
+/* Fronts choose among the equations of a step and the delayed equations of earlier steps. Without weights all equations
+ * are delayed as far as possible, so that dependent equations are compared at the same step. The equations chosen there
+ * get the weight. */
 static kt_status choose_among_delayed(kt_model *model, samples *found, kt_error *error) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     const double *q = found->q + 2 * model->n.q;

@@ -69,8 +69,8 @@ static double cosine_of(const kt_attach *a, int32_t link, kt_vec3 axis) {
     return kt_vec3_dot(k == 0 ? axes.x : k == 1 ? axes.y : axes.z, axis);
 }
 
-/* How a link's angle counts in one about an axis: 1 or -1 where it is parallel, 0 of a link that does not rotate, NAN of
- * one that rotates otherwise. */
+/* Returns the factor with which a link's angle counts in an angle about an axis. The factor is 1 or -1 if the link's
+ * axis is parallel. It is 0 if the link does not rotate, and NAN if it rotates otherwise. */
 static double turns_of(const kt_attach *a, int32_t link, kt_vec3 axis) {
     const kt_motion motion = (kt_motion)a->tree->link[link].motion;
     if (motion == KT_MOTION_PRISMATIC)

@@ -1,21 +1,21 @@
 /* Redundant equations are a property of lengths and directions: a parallelogram with a second coupler moves because
- * three pairs of lengths are equal. Where the data are rounded they are not, and its loops close nowhere. Left as
- * they are, some of their equations would have to be dropped and others kept; where the bars lie in line and
- * another motion branches off, those that are kept lead into it, and those that were dropped forbid it.
+ * three pairs of lengths are equal. If the data are rounded, the lengths differ and the loops close nowhere. If the
+ * data stayed as they are, some of the equations would have to be dropped. This fails when the bars lie in line and
+ * another motion branches off: the kept equations lead into this motion, and the dropped ones forbid it.
  *
  * So the data are corrected instead, below the tolerance: the ends x of the loops are moved by p so that
  *     W_s' phi(q_s, x + p) = 0     at many positions q_s
- * where W spans the directions that no motion closes: W' A = 0, A = phi_q. With B = phi_x, p is found by
+ * where W spans the directions that no motion closes: W' A = 0, A = phi_q. With B = phi_x, p is found from
  *     W_s' (phi_s + B_s p) = 0,
- * in the sense of least squares and damped, so that p is the least such correction; then the q_s close again as far
- * as they can, and so on. There are more equations than corrections: that they have a solution tells that the
- * mechanism is redundant but for its data.
+ * in the sense of least squares and damped, so that p is the least such correction. Then the q_s close again as far as
+ * they can, and the two steps are repeated. There are more equations than corrections. If they still have a solution,
+ * the mechanism is redundant except for its data.
  *
- * Generic positions do not suffice. With angles a, b of the cranks, u = a - b, s = a + b, a parallelogram whose
- * lengths are off by d asks u (s - k u) = d. Two of them agree to first order in d where d is the same in both: u =
- * d / s closes both but for d^2. Only where the bars lie in line, s = 0, it shows. Such a position is one more q_s:
- * it is followed along the motion until the smallest direction of A is lost, and is where its rows vanish; W has
- * one direction more there.
+ * Generic positions do not suffice. Let a, b be the angles of the cranks, u = a - b, s = a + b. A parallelogram whose
+ * lengths are off by d requires u (s - k u) = d. Two of them agree to first order in d if d is equal in both: u = d / s
+ * closes both but for d^2. Only a position with the bars in line, s = 0, shows the difference. Such a position is one
+ * more q_s. It is found along the motion: the smallest direction of A is lost there, and the rows of that direction
+ * vanish. W has one direction more at this position.
  */
 #include "compile/rounded.h"
 
@@ -41,7 +41,7 @@ enum {
     SIZE_MAX_OF_GROUP = 64, /* equations and coordinates */
 };
 
-#define NO_DIRECTION 1e-4 /* of the largest singular value: what is smaller is closed by no motion */
+#define NO_DIRECTION 1e-4 /* of the largest singular value: no motion closes smaller directions */
 #define DAMPING 1e-9
 #define EXACT                                                                                                          \
     1e-13 /* the gap, relative to the scales, at which corrections are found; they go on as long as it shrinks */
@@ -74,7 +74,7 @@ static kt_mat3 turned(kt_mat3 rotation, const double *by) {
     return kt_mat3_multiply(rotation, change);
 }
 
-/* Computes what depends on the ends of a loop. */
+/* Computes the numbers of a loop that depend on its ends. */
 static void note_ends(kt_model *model, kt_loop_record *loop) {
     if (model->n.planar_loop > 0 && kt_group_is_planar(model, &model->group[loop->group]))
         kt_planar_ends(model, loop, &model->planar_loop[loop - model->loop]);
@@ -91,7 +91,7 @@ void kt_loops_place_ends(kt_model *model, const kt_pose *ends) {
     }
 }
 
-/* Puts the ends of a group's loop where its corrections say. */
+/* Places the ends of a group's loop according to its corrections. */
 static void place_ends(const unrounding *u, int l) {
     const int32_t i = u->model->group_loop[u->model->group[u->g].loop + l];
     kt_loop_record *loop = &u->model->loop[i];
@@ -141,8 +141,8 @@ static bool fill(const unrounding *u, const double *q, double *a, double *phi) {
     return true;
 }
 
-/* Turns the n columns of x (each of m numbers) until they are orthogonal, in order of their lengths, which are
- * stored in size: x <- x V (one-sided Jacobi iteration: Hestenes 1958). */
+/* Turns the n columns of x (each of m numbers) until they are orthogonal: x <- x V. They are then in order of their
+ * lengths, which are stored in size. Source: one-sided Jacobi iteration [Hestenes 1958]. */
 static void orthogonalise(double *x, int m, int n, double *v, double *size) {
     enum { SWEEPS = 40 };
     memset(v, 0, (size_t)n * (size_t)n * sizeof *v);
@@ -306,8 +306,9 @@ static void restrict_rows(const unrounding *u, const double *a, const double *le
         }
 }
 
-/* Newton's method for the position near q at which a direction is lost: the rows of W' A vanish along the Z that the
- * other directions leave, G(z) = 0, and those are closed. Returns false if it is not found. */
+/* Finds the position near q at which a direction is lost, with Newton's method. The rows of W' A vanish along the Z
+ * that the other directions leave, G(z) = 0, and the other directions are closed. Returns false if no such position is
+ * found. */
 static bool find_flat(const unrounding *u, double *q) {
     enum { NEWTON_STEPS = 25 };
     const int first = u->rank - 1, free = u->m - first, rows = u->k - first, n = rows * free;
@@ -357,7 +358,7 @@ static bool find_flat(const unrounding *u, double *q) {
     return false;
 }
 
-/* Whether the loops close but for less than the tolerance, and what motions do not close is nearly no direction. */
+/* Whether the loops close up to the tolerance, and the directions that motions do not close are nearly singular. */
 static bool is_redundant(const unrounding *u) {
     bool closed = u->k <= u->rank || u->size[u->rank] <= NO_DIRECTION * u->size[0];
     for (int r = 0; r < u->k; r++)
@@ -365,8 +366,9 @@ static bool is_redundant(const unrounding *u) {
     return closed;
 }
 
-/* A position that closes but for what loops disagree by, in which no direction is small: the best of some around
- * the base, from which a search leads there. Returns false if there is none, or the degrees of freedom are not one. */
+/* Finds a position at which the loops close except for their disagreement, and no direction is small. The best of some
+ * positions around the base is taken, from which a search leads there. Returns false if there is none, or the degrees
+ * of freedom are not one. */
 static bool find_start(const unrounding *u, const double *base, double *q) {
     static const double size[] = {0.0, 0.15, 0.3, 0.6, 1.2};
     double best = 10.0 * NO_DIRECTION;
@@ -386,8 +388,8 @@ static bool find_start(const unrounding *u, const double *base, double *q) {
     return best > 10.0 * NO_DIRECTION;
 }
 
-/* Follows the motion from q, in one sense, and takes positions for generic ones until there are `most`; goes on
- * until a direction is lost, whose position is left in q. Returns whether it is. */
+/* Follows the motion from q, in one sense, and takes positions for generic ones until there are `most`. Goes on until a
+ * direction is lost; that position is left in q. Returns whether a direction is lost. */
 static bool follow(unrounding *u, double sense, int most, double *q) {
     double usual = 0.0, *before = u->before;
     for (int step = 0; step < STEPS; step++) {
