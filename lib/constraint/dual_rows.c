@@ -1,11 +1,12 @@
 /* Derivatives of the forces and of the equations of loops with respect to the state, one direction at a time
  * (support.h).
  *
- * A loop's equations depend only on the motion of its second end relative to the first: on the degrees of freedom
- * between the link that carries both, taken to be at rest, and the ends. The derivatives of its rows give those of
+ * A loop's equations depend only on the motion of its second end relative to the first. They thus depend on the degrees
+ * of freedom between the link that carries both, taken to be at rest, and the ends. The derivatives of its rows give
+ * those of
  *     phi'' = A a - b''
  *     W = sum lambda_r (moment_r + x_2 x force_r, force_r)
- * where W is the wrench on the second end; the first end receives the opposite. Those of
+ * where W is the wrench on the second end; the first end receives the opposite. The derivatives of
  *     phi' = A v - b'
  * give the change of the velocities that a change of the positions requires.
  */
@@ -136,8 +137,9 @@ static double differentiate_power(const kt_support *w, int32_t k, const kt_end_w
     return sum;
 }
 
-/* One evaluation along a position has everything: the sum with p_0 by its wrenches, and that with p_1 as velocities or
- * that of accelerations; with all three there are two. */
+/* Adds the derivatives of a sum. One evaluation along a position serves two terms: the sum with p_0, from its wrenches,
+ * and either the sum with p_1 as velocities or the sum of accelerations. If a sum has all three terms, two evaluations
+ * are needed. */
 static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum *sum, bool moving, double *by_q,
                     double *by_v) {
     const double *lambda = moving || !sum->pi ? weights_of(sum->lambda[0], loop) : NULL;

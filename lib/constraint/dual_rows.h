@@ -5,8 +5,8 @@
 #include "dynamics/dof.h"
 #include "model/model.h"
 
-/* A degree of freedom on the path from the link that carries both ends of a loop or an effect to one of them, expressed
- * about a point near to them. */
+/* A degree of freedom on the path to one end of a loop or an effect. The path begins at the link that carries both
+ * ends. The motion is expressed about a point near to the ends. */
 typedef struct kt_support_dof {
     kt_dof_motion motion;
     int32_t v;     /* its coordinate */
@@ -24,8 +24,8 @@ typedef struct kt_dual_motion {
     int32_t *chain;      /* links */
 } kt_dual_motion;
 
-/* Loops, with the multipliers lambda of all equations: subtracts d(A' lambda)/dq from d_q (nv x nv), and writes the
- * derivatives of b'' - A a with respect to q and v (equations x nv). */
+/* Differentiates loops, with the multipliers lambda of all equations. Subtracts d(A' lambda)/dq from d_q (nv x nv).
+ * Writes the derivatives of b'' - A a with respect to q and v (equations x nv). */
 void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, double *e_q, double *e_v);
 
 /* Writes the derivative of A v - b' with respect to q (equations x nv) to c_q. */

@@ -1,4 +1,4 @@
-/* What the formula of a coupling adds to its equation: phi = c . q + f(q) - offset. */
+/* The contribution of a coupling's formula to its equation: phi = c . q + f(q) - offset. */
 #ifndef KT_CONSTRAINT_FORMULA_ROW_H
 #define KT_CONSTRAINT_FORMULA_ROW_H
 
@@ -19,8 +19,8 @@ static inline bool kt_has_formula_row(const kt_loop_record *loop) {
 void kt_formula_row_evaluate(const kt_model *model, const kt_loop_record *loop, const double *q, const double *v,
                              kt_formula_row *row);
 
-/* One loop's part of kt_loop_gradient, of kt_loop_linearize if `moving`, and otherwise of kt_loop_matrices, where d_q may
- * be NULL. Requires at->q. O(terms^2 * length of the formula). */
+/* Adds one loop's part of kt_loop_gradient, of kt_loop_linearize if `moving`, and otherwise of kt_loop_matrices, where
+ * d_q may be NULL. Requires at->q. O(terms^2 * length of the formula). */
 void kt_formula_row_gradient(const kt_dual_motion *at, const kt_loop_record *loop, const kt_loop_sum *sum, double *by_q,
                              double *by_v);
 void kt_formula_row_matrices(const kt_dual_motion *at, const kt_loop_record *loop, const double *lambda, bool moving,

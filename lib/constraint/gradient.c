@@ -1,5 +1,5 @@
-/* The gradient of sums of the loops' equations at a state: planar loops by their own forms, others by dual numbers; all
- * by dual numbers if one of them has equations without a form in the plane. */
+/* The gradient of sums of the loops' equations at a state. Planar loops use their own forms, and others dual numbers.
+ * If one loop has equations without a form in the plane, all loops use dual numbers. */
 #include "constraint/formula_row.h"
 
 #include <string.h>

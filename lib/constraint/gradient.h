@@ -5,22 +5,23 @@
 #include "constraint/dual_rows.h"
 #include "constraint/group.h"
 
-/* The sum  lambda_0 . J p_0 + lambda_1 . J p_1 + pi . (J a - b''(v))  of the equations in the order of the loops; what
- * is NULL is left out. */
+/* The sum  lambda_0 . J p_0 + lambda_1 . J p_1 + pi . (J a - b''(v))  of the equations in the order of the loops. Terms
+ * with a NULL member are left out. */
 typedef struct kt_loop_sum {
     const double *lambda[2], *p[2];
     const double *pi, *v, *a;
 } kt_loop_sum;
 
-/* Whether the gradients below read the links' poses in space (data->motion), which planar kernels leave out. O(loops). */
+/* Whether the gradients below read the links' poses in space (data->motion), which planar kernels leave out. O(loops).
+ */
 bool kt_loop_gradient_reads_space(const kt_model *model);
 
 /* Adds the gradient of the sum with respect to positions and velocities, at the poses in data. Velocities and
  * accelerations are those of the sum. */
 void kt_loop_gradient(const kt_dual_motion *at, const kt_loop_sum *sum, double *by_q, double *by_v);
 
-/* Matrices along velocities z, those of the motion `at`: subtracts d(J' lambda)/dq from d_q (nv x nv), and writes d(J
- * z)/dq (equations x nv) to c_q. */
+/* Computes matrices along the velocities z of the motion `at`. Subtracts d(J' lambda)/dq from d_q (nv x nv), and writes
+ * d(J z)/dq (equations x nv) to c_q. */
 void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, double *d_q, double *c_q);
 
 /* The same of a motion with accelerations: kt_dual_loops, or by the planar loops' own forms. */

@@ -13,8 +13,8 @@
 
 #include <math.h>
 
-/* Every matrix of a group: name, count, meaning. m: coordinates, k: equations; n: coordinates if the group is reduced
- * by dense matrices, 0 if by fronts; s: the lesser of n and k. */
+/* Every matrix of a group: name, count, meaning. m is the number of coordinates and k that of equations. n is the
+ * number of coordinates if the group is reduced by dense matrices, 0 if by fronts. s is the lesser of n and k. */
 #define KT_GROUP_FIELDS(X)                                                                                             \
     X(a, n *k, "A', m x k")                                                                                            \
     X(factor, n *k, "A' factored")                                                                                     \
@@ -42,8 +42,9 @@ typedef struct kt_group_work {
     int m, k;
     kt_index1 *pivot;
     /* Among redundant equations those with the larger weights are chosen (k; NULL if there are none), so that the
-     * choice is the same at all stages of a step: at stages, off the manifold, each choice gives another acceleration,
-     * and a method of any order would fall to the second. The weights are powers of two, so that nothing is rounded. */
+     * choice is the same at all stages of a step. Off the manifold, as at stages, each choice gives another
+     * acceleration; a method of any order would fall to the second. The weights are powers of two, so that nothing is
+     * rounded. */
     const double *weight;
     double least;     /* lower bound of the size that the largest direction counts as */
     double tolerance; /* the size, relative to the largest, below which a direction counts as lost (linear/qr.h) */
@@ -55,8 +56,8 @@ typedef struct kt_group_work {
 /* From this number of coordinates on LAPACK factors faster than a plain loop (bench/scaling). */
 enum { KT_LARGE = 40 };
 
-/* The number of doubles that LAPACK needs as workspace for an m x k matrix: enough for dgeqp3, dgesvd and dormqr (which
- * needs 65 x 64 more where it works in blocks) in blocks of 32. */
+/* Returns the number of doubles that LAPACK needs as workspace for an m x k matrix. It suffices for dgeqp3, dgesvd and
+ * dormqr in blocks of 32. (When dormqr works in blocks, it needs 65 x 64 more.) */
 static inline size_t kt_group_work_count(size_t m, size_t k) {
     return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
 }
@@ -84,9 +85,10 @@ static inline kt_group_work kt_group_matrices(const kt_model *model, const kt_da
     return w;
 }
 
-/* Second purposes of arrays that their first ones have left: after the elimination, accelerations (m) and the forces on
- * the coordinates that multipliers are computed from (m); sums A x (k) where there are no multipliers; singular values
- * (s) where the method has no reflectors (lib/study); of a pin, p / D (3) and its null vector n (m). */
+/* Second purposes of arrays whose first contents are no longer needed. After the elimination they contain the
+ * accelerations (m), and the forces on the coordinates from which multipliers are computed (m). Without multipliers
+ * they contain the sums A x (k). If the method has no reflectors (lib/study), they contain the singular values (s). For
+ * a pin they contain p / D (3) and its null vector n (m). */
 KT_INLINE kt_real1 *kt_group_accelerations(const kt_group_work *w) { return w->gain; }
 KT_INLINE kt_real1 *kt_group_forces(const kt_group_work *w) { return w->half; }
 KT_INLINE kt_real1 *kt_front_forces(const kt_group_work *w) { return w->free; }
@@ -119,8 +121,8 @@ static inline bool kt_group_is_planar(const kt_model *model, const kt_group *gro
 
 #ifndef KT_LANES
 
-/* How large the entries of an equation of a group that is reduced by fronts may be, over its scale, for coordinates
- * that change by a radian or the mechanism's length: its wrenches' components. */
+/* Returns a bound of the entries of an equation, over its scale, for a group that is reduced by fronts: its wrenches'
+ * components. The coordinates change by a radian or by the mechanism's length. */
 static inline double kt_front_reach(const kt_model *model, bool planar, const kt_group_work *w, int r) {
     const int all = planar ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE, angular = planar ? 1 : 3;
     double most = 0.0;
@@ -143,9 +145,10 @@ typedef struct kt_violation {
     kt_real1 speed;    /* the largest term in it, or KT_SPEED_LEAST: `slip` is relative to this */
 } kt_violation;
 
-/* Speeds, relative to their units (a radian, the mechanism's length), that count as rest: in all the time that a
+/* Speeds, relative to their units (a radian, the mechanism's length), that count as rest. During any time that a
  * simulation could span they move nothing. Without this floor the remainder of a velocity that the loops forbid falls
- * by 1e-16 with each projection, until 5e-324 is compared with a bound that underflows to 0. */
+ * by 1e-16 with each projection. The remainder would reach 5e-324 and be compared with a bound that underflows to zero.
+ */
 #define KT_SPEED_LEAST 1e-100
 
 #ifndef KT_LANES

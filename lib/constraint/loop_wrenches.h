@@ -4,8 +4,8 @@
 
 #include "constraint/group.h"
 
-/* Requires the multipliers and the links' poses. Adds to bodies (one wrench for each body, about its origin); writes
- * loops (one wrench for each loop, on the second end about the first end's point). */
+/* Computes the wrenches of loops from the multipliers and the links' poses. Adds to bodies (one wrench for each body,
+ * about its origin). Writes loops (one wrench for each loop, on the second end about the first end's point). */
 #define KT_REACT_DECLARE(isa)                                                                                          \
     void kt_react_##isa(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
 KT_REACT_DECLARE(baseline)

@@ -1,16 +1,18 @@
 /* The gradient of a sum of a loop's equations in a plane (model/planar_loop.h), with respect to positions and
  * velocities:
  *     S = sum_f lambda_f . phi'(p_f) + pi . phi''(v, a)
- * where phi'(p) is the rate of phi along the velocities p. The ancestor is at rest. With d from point 1 to point 2,
- * d'_f its rate along p_f, d' and d'' those along the motion (v, a), and J a rotation by a right angle, for a row
+ * where phi'(p) is the rate of phi along the velocities p. The ancestor is at rest. Let d lead from point 1 to point 2.
+ * Its rate along p_f is d'_f, and its rates along the motion (v, a) are d' and d''. J is a rotation by a right angle.
+ * For a row
  *   along e      phi' = e . d' + w1 J e . d,   phi'' = e . d'' + 2 w1 J e . d' + (alpha1 J e - w1^2 e) . d
  *   of theta     phi' = s w,   phi'' = s alpha + s' w^2          w, alpha: of end 2 against end 1; s = d phi / d theta
  *   distance     phi' = n . d',   phi'' = n . d'' + (d'^2 - (n . d')^2) / r
  * these give the gradients by d, d'_f, d', d'', by the angles and by the rates of the ends. A revolute joint at o then
- * turns what it carries,
+ * turns the parts that it carries,
  *     dP = J (P - o),   dP'_f = J (P' - o')_f,   dP'' = J (P'' - o'')     by q
  *     dP' = J (P - o),  dP'' = 2 J (P' - o')                              by v
- * and a prismatic one along e, which turns with w and alpha, adds e, w_f J e and alpha J e - w^2 e; e and 2 w J e. */
+ * A prismatic joint along e turns with w and alpha. It adds e, w_f J e and alpha J e - w^2 e by q; by v it adds e and 2
+ * w J e. */
 #include "constraint/gradient.h"
 #include "constraint/planar_rows.h"
 
@@ -22,7 +24,7 @@ typedef struct point {
     double w[FIELDS], alpha;
 } point;
 
-/* A loop, and the gradients by what joins its ends: d, d'_f, d'' and for each end its angle and rate. */
+/* A loop, and the gradients by the motion between its ends: d, d'_f, d'' and for each end its angle and rate. */
 typedef struct gradient {
     const kt_model *model;
     const kt_data *data;
@@ -90,7 +92,7 @@ static void follow(gradient *g, int k) {
 
 /* ---- rows -------------------------------------------------------------------------------------------------------- */
 
-/* Of rows along an axis: `sum` are the axes times lambda_f, and last times pi. */
+/* Adds rows along an axis: `sum` are the axes times lambda_f, and last times pi. */
 static void add_along(gradient *g, const kt_v2 sum[FIELDS]) {
     const point *one = &g->end[0], *two = &g->end[1];
     const kt_v2 d = two->at - one->at, rate = two->rate[MOTION] - one->rate[MOTION];
@@ -110,7 +112,7 @@ static void add_along(gradient *g, const kt_v2 sum[FIELDS]) {
     g->by_w[0] += 2.0 * (kt_v2_dot(turned, rate) - w * kt_v2_dot(pi, d));
 }
 
-/* Of a row that is a function of theta; s: its first three derivatives. */
+/* Adds a row that is a function of theta; s: its first three derivatives. */
 static void add_turn(gradient *g, const double s[3], const double weight[FIELDS]) {
     const point *one = &g->end[0], *two = &g->end[1];
     const double w = two->w[MOTION] - one->w[MOTION], alpha = two->alpha - one->alpha;
@@ -260,12 +262,15 @@ void KT_KERNEL(kt_planar_loop_gradient)(const kt_model *model, const kt_data *da
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
 
-/* The joints of both paths one by one, and their derivatives, so that all equations and the sum of their second
- * derivatives need the paths once. A joint that carries another one turns its D along. With D_j = dd/dq_j, t_j the angle
- * by which joint j turns its end and theta_j that of end 2 against end 1,
+/* The joints of both paths one by one, and their derivatives. All equations and the sum of their second derivatives
+ * thus need the paths once. A joint that carries another one turns its D along. D_j = dd/dq_j; t_j is the angle by
+ * which joint j turns its end, and theta_j the angle by which it turns end 2 against end 1.
  *     d^2(lambda . phi)/dq_j dq_k = (N + E) . t_j J D_k + J E . (t1_j D_k + t1_k D_j) - E . d t1_j t1_k
- *                                   + s' theta_j theta_k + D_j . B D_k                   j = k or before it on its path
- * E: sum lambda e; N, B: sum lambda n and lambda (1 - n n') / r of distances; s': sum lambda d^2 phi / d theta^2. */
+ *                                   + s' theta_j theta_k + D_j . B D_k
+ * with j = k or j before k on its path.
+ *     E = sum lambda e
+ *     N, B: sum lambda n and lambda (1 - n n') / r of distances
+ *     s' = sum lambda d^2 phi / d theta^2 */
 typedef struct joint {
     kt_v2 d, rate, linear; /* derivatives of d, d' and d'' by its position */
     kt_v2 by_v;            /* of d'' by its rate, which changes d' as the position does d */

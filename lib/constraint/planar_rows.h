@@ -2,8 +2,9 @@
  * components.
  *
  * J u = (-u_y, u_x) is u rotated by a right angle, so that w x u = w J u. The velocities alone give no angular
- * acceleration in a plane. Let d = p2 - p1 be the vector between the ends' points, w1 and w2 the ends' angular
- * velocities, a1 and a2 the accelerations of the points that the velocities alone give, and u = d' - w1 J d. For a row
+ * acceleration in a plane. Let d = p2 - p1 be the vector between the ends' points. The ends have the angular velocities
+ * w1 and w2. Their points have the accelerations a1 and a2 that the velocities alone give. Let u = d' - w1 J d. For a
+ * row
  *   along e       phi   = e . d + constant
  *                 phi'' = e . (a2 - a1 - 2 w1 J u + w1^2 d)
  *   rotation      phi   = k p,  p = 4 tan(theta / 4)
@@ -14,8 +15,8 @@
  *                 phi'' = 2 c / (1 + |s|)^2 (w2 - w1)^2
  *   distance      phi   = |D| - L(t),  D = (d, height),  n = D / |D|
  *                 phi'' = n . (a2 - a1) + |n x d'|^2 / |D| - L''
- *   spatial       as the loop's type has it in space (loop/loop.h), for ends in the basis (e1, e2, n) of the plane; of
- *                 the wrench, the moment about n and the force in the plane
+ * A spatial row is the row of the loop's type in space (loop/loop.h), for ends in the basis (e1, e2, n) of the plane.
+ * Only the moment about n and the force in the plane are taken from its wrench.
  */
 #ifndef KT_CONSTRAINT_PLANAR_ROWS_H
 #define KT_CONSTRAINT_PLANAR_ROWS_H
@@ -131,7 +132,8 @@ KT_OPERATOR kt_real1 kt_planar_signed(kt_real1 x, kt_real1 sign) {
 #endif
 }
 
-/* 4 tan(theta / 4), with sin and cos of theta / 2 from the larger of the two, so that neither loses digits. */
+/* Returns 4 tan(theta / 4). The larger of sin and cos of theta / 2 is computed first, and the other from it, so that
+ * neither loses digits. */
 KT_INLINE kt_real1 kt_planar_turn(kt_real1 c, kt_real1 s) {
     const kt_real1 large = kt_sqrt1(0.5 * (1.0 + kt_abs1(c))), small = 0.5 * kt_abs1(s) / large;
     const kt_real1 cosine = KT_CHOOSE(c >= 0.0, large, small),
@@ -198,7 +200,8 @@ typedef struct kt_loop_in_plane {
 } kt_loop_in_plane;
 
 #ifndef KT_LANES
-/* Evaluates those rows of a loop that are as in space and not left out (planar_rows_in_space.c). Returns their number. */
+/* Evaluates those rows of a loop that are as in space and not left out (planar_rows_in_space.c). Returns their number.
+ */
 #define KT_ROWS_IN_SPACE_DECLARE(isa)                                                                                  \
     int kt_planar_rows_in_space_##isa(const kt_model *model, const kt_data *data, const kt_group_work *w,              \
                                       const kt_loop_in_plane *x, const kt_planar_end end[2], double t,                 \
@@ -268,7 +271,7 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
     return count;
 }
 
-/* Before ranks are known, void rows have indices, too: either all void rows of a loop have one, or none has. */
+/* As long as ranks are unknown, void rows have indices, too: either all void rows of a loop have one, or none has. */
 KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
     if (!flat->void_count || slot[flat->row[flat->count].row] < 0)
         return;

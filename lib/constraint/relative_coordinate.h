@@ -1,15 +1,16 @@
-/* A relative coordinate of a loop (d_i, theta_i of [MSD 6.2]): its value c, its rate, and the wrench on the second end
- * that a unit force along it exerts,
+/* A relative coordinate of a loop (d_i, theta_i of [MSD 6.2]): its value c and its rate. The file also has the wrench
+ * on the second end that a unit force along the coordinate exerts,
  *     c' = m . w + f . u            w, u of loop/relative.h
- * so that the power of a force Q is Q c' in every state, whether the loop is closed or not. With e = e_z and f = f_z, the
- * z axes of the first and of the second end, and d from the first point to the second:
+ * so that the power of a force Q is Q c' in every state, whether the loop is closed or not. The z axes of the first and
+ * of the second end are e = e_z and f = f_z; d leads from the first point to the second.
  *     displacements    c = e_k . d                                     f = e_k
  *     angle            theta of loop/orientation.h                     m = (e + f) / (1 + e . f)
- *     universal: of f about e from e_x                                 m = f x h / |h|^2,  h = (e_x . f) e_y - (e_y . f) e_x
- *                of the frame about f, less that of e from f_x:        m = e x h / |h|^2,  h = (f_x . e) f_y - (f_y . e) f_x
- * An angle is one of those that differ by whole turns, the one nearest to
+ *     universal 1      m = f x h / |h|^2,  h = (e_x . f) e_y - (e_y . f) e_x
+ *     universal 2      m = e x h / |h|^2,  h = (f_x . e) f_y - (f_y . e) f_x
+ * The first universal angle is that of f about e from e_x. The second is the angle of the frame about f, less that of e
+ * from f_x. An angle is one of those that differ by whole turns, the one nearest to
  *     angle + sum of coefficient * position + d_z / pitch
- * in which the links of the loop whose axes stay parallel to e count turns, and screws, too.
+ * In this sum the links of the loop whose axes stay parallel to e count turns; screws count them, too.
  */
 #ifndef KT_CONSTRAINT_RELATIVE_COORDINATE_H
 #define KT_CONSTRAINT_RELATIVE_COORDINATE_H

@@ -1,9 +1,9 @@
 /* The equations of a group's loops in its coordinates: A', phi, phi_t and b''.
  *
- * The ends are computed from the loop's ancestor along its two paths, so that no digits are lost far from the world's
- * origin, and motions of the loop as a whole do not enter. The entry of a row with the wrench (n, f) on the second end,
- * about its point, for a degree of freedom with angular velocity s and velocity u of that point is n . s + f . u, with
- * the opposite sign on the first path.
+ * The ends are computed from the loop's ancestor along its two paths. No digits are lost far from the world's origin,
+ * and motions of the loop as a whole do not enter. A row has the wrench (n, f) on the second end, about its point. For
+ * a degree of freedom let s be its angular velocity, and u the velocity it gives to that point. The entry of the row is
+ * n . s + f . u, with the opposite sign on the first path.
  */
 #ifndef KT_CONSTRAINT_SPATIAL_ROWS_H
 #define KT_CONSTRAINT_SPATIAL_ROWS_H
@@ -148,8 +148,8 @@ KT_INLINE void kt_rows_relation_value(const kt_model *model, const kt_group *gro
 }
 
 #ifndef KT_LANES
-/* Adds what the formula of a coupling adds to the equation. The scale is what a displacement of a unit changes it by,
- * also where the slopes vanish. */
+/* Adds the contribution of a coupling's formula to the equation. The scale is the change of the equation for a unit
+ * displacement, also if the slopes vanish. */
 static inline void kt_rows_add_formula(const kt_model *model, const kt_group *group, const kt_group_work *w,
                                        const kt_loop_record *loop, int32_t slot, const double *q, const double *v) {
     kt_formula_row f;
