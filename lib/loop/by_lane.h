@@ -1,6 +1,6 @@
-/* The equations of one loop, for code that is compiled for one state or for several (algebra/real3.h). Types are compiled
- * for one state alone. Of several, by_lane.c evaluates one after the other: some 30 numbers go in and 50 come out, of the
- * thousands that an evaluation of a mechanism computes. */
+/* The equations of one loop, for code that is compiled for one state or for several (algebra/real3.h). Types are
+ * compiled for one state alone. If there are several states, by_lane.c evaluates one after the other. Some 30 numbers
+ * go in and 50 come out, of the thousands that an evaluation of a mechanism computes. */
 #ifndef KT_LOOP_BY_LANE_H
 #define KT_LOOP_BY_LANE_H
 
@@ -13,7 +13,7 @@ typedef kt_real3 kt_vector; /* of which loop.h makes ends and rows of several st
 
 #include "loop/loop.h"
 
-/* What several states read and write: x[number * width + lane]. */
+/* The arrays that several states read and write: x[number * width + lane]. */
 typedef struct kt_loop_lanes {
     size_t width;
     const double *t;
@@ -22,7 +22,7 @@ typedef struct kt_loop_lanes {
     size_t row_stride;    /* from a row to the next one */
 } kt_loop_lanes;
 
-/* As kt_loop_kind's functions. *flags: of each row a bit that says whether it is holonomic. */
+/* Like the functions of kt_loop_kind. *flags: for each row a bit, set if the row is holonomic. */
 #define KT_LOOP_BY_LANE_DECLARE(isa)                                                                                   \
     int kt_loop_evaluate_by_lane_##isa(const kt_loop_record *loop, const double *numbers, const kt_loop_lanes *at,     \
                                        unsigned *flags);                                                               \

@@ -1,5 +1,5 @@
-/* Coupling: sum of coefficient * position + formula = offset; gears, pulleys, mimic joints, cams. What the formula adds to
- * the equation depends on all of its positions and is evaluated by constraint/formula_row.c. */
+/* Coupling: sum of coefficient * position + formula = offset; gears, pulleys, mimic joints, cams. The contribution of
+ * the formula depends on all positions of the equation and is evaluated by constraint/formula_row.c. */
 #include "loop/loop.h"
 
 #include "model/formula.h"

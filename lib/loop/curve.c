@@ -1,23 +1,25 @@
 /* Curve: the second point stays on a curve c(s) of the first end's frame, and its arc length may be given.
  *
- * The foot of the point p (d in that frame) is the nearest point of the curve, (p - c) . c' = 0. With c1, c2, c3 the
- * derivatives of c by s, delta = p - c, u the velocity and a the acceleration of p as seen in that frame,
+ * The foot of the point p (d in that frame) is the nearest point of the curve, (p - c) . c' = 0. The derivatives of c
+ * by s are c1, c2 and c3, and delta = p - c. u is the velocity and a the acceleration of p as seen in that frame,
  *     s'  = c1 . u / D,                 D = c1 . c1 - delta . c2
  *     s'' = (c1 . a + b) / D,           b = 2 s' c2 . u + s'^2 (delta . c3 - 3 c1 . c2)
- * The rows across the curve are along its normals N_1 = w / |w|, w = g x c1 for a fixed direction g, and N_2 = T x N_1,
- * T = c1 / |c1|, which turn about T by tau for each unit of s,
+ * The rows across the curve are along its normals N_1 and N_2, for a fixed direction g:
+ *     N_1 = w / |w|,  w = g x c1,       N_2 = T x N_1,  T = c1 / |c1|
+ * The normals turn about T by tau for each unit of s,
  *     tau   = N_2 . w' / |w|,           w' = g x c2, w'' = g x c3
  *     tau'  = (N_2 . w'' - (N_2 . c2) (T . w') / |c1| - 2 tau N_1 . w') / |w|
  *     N_1'  = tau N_2 - (N_1 . c2) c1 / c1^2,   N_2' = -tau N_1 - (N_2 . c2) c1 / c1^2
- * So with phi_k = N_k . delta, the other row's k* and its sign e = 1 for k = 1, -1 for k = 2,
+ * Let phi_k = N_k . delta, and k* the index of the other row. With the sign e = 1 for k = 1 and e = -1 for k = 2,
  *     phi'  = N_k . u + e tau s' phi_k*
- *     phi'' = N_k . a + s' (e tau N_k* . u - (N_k . c2) (c1 . u) / c1^2) + e (tau s'' + tau' s'^2) phi_k* + e tau s' phi_k*'
+ *     phi'' = N_k . a + s' (e tau N_k* . u - (N_k . c2) (c1 . u) / c1^2)
+ *             + e (tau s'' + tau' s'^2) phi_k* + e tau s' phi_k*'
  * With the arc length, sigma' = |c1| s',
  *     phi   = sigma - f(t)
  *     phi'  = |c1| / D c1 . u - f'
  *     phi'' = |c1| s'' + (c1 . c2) s'^2 / |c1| - f''
- * Lines, circles and helices have their arc length as the parameter. A spline is natural, its parameter the sum of the
- * points' distances; its arc length is the sum of Gauss's quadrature of |c1| over its pieces.
+ * Lines, circles and helices have their arc length as the parameter. A spline is natural, and its parameter is the sum
+ * of the points' distances. Its arc length is the sum of Gauss's quadrature of |c1| over its pieces.
  */
 #include "loop/relative.h"
 
@@ -26,8 +28,10 @@
 
 #ifndef KT_NO_LOOPS
 
-/* ---- the numbers of a spline: parameters and arc lengths at the points, a reference direction, and of each piece the
- * coefficients of 1, x, x^2, x^3 in three components -------------------------------------------------------------------
+/* ---- the numbers of a spline ----------------------------------------------------------------------------------------
+ *
+ * Parameters and arc lengths at the points, a reference direction, and for each piece the coefficients of 1, x, x^2 and
+ * x^3 in three components.
  */
 enum { PIECE = 12 };
 
@@ -146,7 +150,7 @@ static double nearest_sample(const double *spline, int points, const double p[3]
     return found;
 }
 
-/* Where the search for the foot begins: on a helix in the turn whose height is nearest. */
+/* Returns the start of the search for the foot: on a helix in the turn whose height is nearest. */
 static double foot_near(const kt_loop_record *loop, const double *numbers, const double p[3]) {
     if (loop->form == KT_TRACK_SPLINE)
         return nearest_sample(numbers + loop->number, loop->count, p);

@@ -1,13 +1,14 @@
-/* A caller's own loop: its record has a callback, which writes the equations of the second end's motion as seen from the
- * first (kinetree/loop.h), and what it does not write is differenced here.
+/* A caller's own loop. Its record has a callback, which writes the equations of the second end's motion as seen from
+ * the first (kinetree/loop.h). Terms that the callback does not write are differenced here.
  *
  * In the first end's frame, with d the second point, R the second end's axes, u = d' and R' = w x R,
  *     phi'  = moment . w  + force . u  + rate
  *     phi'' = moment . w' + force . u' + drift
  * so that along the motion (d + s u, exp(s w) R, t + s) at constant u and w
  *     drift = d/ds phi' = d^2/ds^2 phi
- * and moment, force and rate are the derivatives of phi by rotations, translations and time. First derivatives are central
- * differences of order four, second ones of order six; steps are parts of a radian, and of the arm of the motion.
+ * and moment, force and rate are the derivatives of phi by rotations, translations and time. First derivatives are
+ * central differences of order four, and second derivatives of order six. Steps are parts of a radian, and of the arm
+ * of the motion.
  *
  * Compiled for dual numbers, all is differenced once more, along the direction of the derivative.
  *

@@ -2,9 +2,9 @@
  *     phi   = |d| - L
  *     phi'  = n . d' - L'
  *     phi'' = n . d'' + (|d'|^2 - (n . d')^2) / |d| - L''
- * and n . (w1 x d) = n . (alpha1 x d) = 0, so that n . d' = n . u and n . d'' = n . u'. Where the points coincide n is
- * undefined; the first end's x axis is taken, so that an iteration towards |d| = L has a direction, and the curvature
- * is set to zero.
+ * and n . (w1 x d) = n . (alpha1 x d) = 0, so that n . d' = n . u and n . d'' = n . u'. If the points coincide, n is
+ * undefined. The first end's x axis is taken, so that an iteration towards |d| = L has a direction. The curvature is
+ * set to zero.
  */
 #include "loop/relative.h"
 

@@ -1,11 +1,12 @@
-/* Homokinetic (constant-velocity joint): the points coincide, and both ends turn alike about their z axes, whatever the
- * angle between these. With theta of orientation.h, theta0 that at the start, and p = 4 tan((theta - theta0) / 4),
+/* Homokinetic (constant-velocity joint): the points coincide, and both ends turn alike about their z axes, at any angle
+ * between these. With theta of orientation.h, theta0 that at the start, and p = 4 tan((theta - theta0) / 4),
  *     phi   = p
  *     phi'  = (1 + p^2 / 16) theta'
  *     phi'' = (1 + p^2 / 16) (theta'' + p theta'^2 / 8)
- * theta' = k . w, and k lies along the bisector e + f of the axes: the relative angular velocity stays in the plane that
- * bisects the joint. For shafts that turn in place, w = W2 f - W1 e, so that (e + f) . w = (1 + e . f) (W2 - W1) = 0
- * [Masarati and Morandini 2008, Multibody System Dynamics 20].
+ * theta' = k . w, and k lies along the bisector e + f of the axes. The relative angular velocity thus stays in the
+ * plane that bisects the joint. Shafts that turn in place have equal rates [Masarati and Morandini 2008, Multibody
+ * System Dynamics 20]:
+ *     w = W2 f - W1 e,  (e + f) . w = (1 + e . f) (W2 - W1) = 0
  */
 #include "loop/orientation.h"
 

@@ -10,9 +10,9 @@
 enum { KT_LOOP_ROW_MAX = 6 };
 
 /* One end of a loop, in world axes. Positions and velocities are relative to the origin of the nearest common ancestor
- * of both ends, as if that origin were at rest; the ancestor's angular velocity is included, its accelerations are not
- * (a motion of both ends together changes no loop). alpha and linear are the accelerations for zero joint
- * accelerations; the equations do not read them, the reduction does. */
+ * of both ends, as if that origin were at rest. The ancestor's angular velocity is included. Its accelerations are not,
+ * as a motion of both ends together changes no loop. alpha and linear are the accelerations for zero joint
+ * accelerations. Only the reduction reads these; the equations do not. */
 typedef struct kt_loop_end {
     kt_vector axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
     kt_vector point;
@@ -26,7 +26,7 @@ typedef struct kt_loop_end {
  * it is
  *     phi'  = moment . w  + force . u  + rate
  *     phi'' = moment . w' + force . u' + drift
- * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point; the opposite wrench acts
+ * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point. The opposite wrench acts
  * on the first end at the same point. A row that is not holonomic has no phi; its equation is phi' = 0. */
 typedef struct kt_loop_row {
     kt_vector moment, force;
@@ -42,9 +42,10 @@ typedef struct kt_relation_row {
     double closes;                /* 1 where there is a residual, 0 of a relation of rates */
 } kt_relation_row;
 
-/* The kind of a row, for loops in a plane (planar_rows.c): d along an axis of end 1; the component along that axis of
- * the relative rotation (orientation.h: of equal orientation; of one axis); axes at right angles; distance; any other,
- * which is evaluated in the plane as it is in space. */
+/* The kind of a row, for loops in a plane (planar_rows.c). The first three are d along an axis of end 1. Then come the
+ * components along that axis of the relative rotation (orientation.h): of equal orientation, and of one axis. The
+ * others are axes at right angles, distance, and any other row. This last is evaluated in the plane as it is in space.
+ */
 typedef enum kt_loop_part {
     KT_PART_NONE = 0, /* the type has no form in a plane */
     KT_PART_X,
@@ -60,9 +61,9 @@ typedef enum kt_loop_part {
     KT_PART_SPATIAL
 } kt_loop_part;
 
-/* A type is one file, compiled for every instruction set, const kt_loop_kind KT_KERNEL(kt_loop_spherical), and once
- * more for derivatives (algebra/real.h), as if for one more instruction set. Its descriptor, which is compiled once,
- * has its keys; which ends, axes and joints it reads follows from them. */
+/* A type is one file, compiled for every instruction set, const kt_loop_kind KT_KERNEL(kt_loop_spherical). It is
+ * compiled once more for derivatives (algebra/real.h), as if for one more instruction set. Its descriptor, which is
+ * compiled once, has its keys. The ends, axes and joints that a type reads follow from the keys. */
 typedef struct kt_loop_kind {
     int rows; /* the most that evaluate writes; 0: a relation of joint positions, which is one row */
     unsigned char part[KT_LOOP_ROW_MAX]; /* kt_loop_part of each row, or none at all */
@@ -71,8 +72,8 @@ typedef struct kt_loop_kind {
     /* How many rows a loop has; NULL: all. Numbers of its own that it needs; NULL: none. Both of a checked loop. */
     int (*row_count)(const kt_loop *loop);
     size_t (*number_count)(const kt_loop *loop);
-    /* Copies what it reads of the loop, which is not read later, into the record, and fills its numbers from
-     * record->number on; NULL: pitch, radius and holonomic are enough. */
+    /* Copies the members of the loop that the type needs into the record; the loop is not read later. Fills the type's
+     * numbers from record->number on. NULL: pitch, radius and holonomic are enough. */
     void (*prepare)(const kt_loop *loop, double *numbers, kt_loop_record *record);
     /* The arc length of the point of a curve that is nearest to p, in the first end's frame; NULL: no curve. */
     double (*arc_length)(const kt_loop_record *loop, const double *numbers, const double p[3]);
@@ -86,7 +87,8 @@ typedef struct kt_loop_kind {
 /* The list of kinds: those of scene files by their types, and the caller's own. */
 enum { KT_LOOP_KIND_CUSTOM = KT_LOOP_TYPE_COUNT, KT_LOOP_KIND_COUNT };
 
-/* What rolls (kt_loop_record.form): a thin disc; a ball, or a disc that may leave its plane, of hard contacts. */
+/* The bodies that roll (kt_loop_record.form): a thin disc; a ball, or a disc that may leave its plane, of hard
+ * contacts. */
 enum { KT_ROLLING_DISC, KT_ROLLING_BALL, KT_ROLLING_RIM };
 
 static inline int32_t kt_loop_kind_index(kt_loop_type type) {
@@ -110,16 +112,16 @@ static inline bool kt_loop_type_exists(kt_loop_type type) {
     "    markers: {corner: [0.1, 0.15, 0.2]}\n"                                                                        \
     "loops:\n"
 
-/* Of a loop whose type exists: whether it is a relation of joint positions, not one of frames; the terms of a relation;
- * and the axis of an end. */
+/* For a loop whose type exists: whether it is a relation of joint positions, not one of frames. Then the terms of a
+ * relation, and the axis of an end. */
 bool kt_loop_is_relation(kt_loop_type type);
 int kt_loop_term_count(const kt_loop *loop);
 kt_term kt_loop_term(const kt_loop *loop, int k);
 kt_vec3 kt_loop_axis(const kt_loop *loop, int end);
 
-/* The planar form of a loop: fills all but arms and places from the poses of its ends in the plane's basis (e1, e2, n)
- * at q = 0; false if the type, or its equations out of the plane, have no planar form. `direction` and `length` are the
- * bounds below which a number counts as zero. Of relations it is true, and nothing is filled. */
+/* Computes the planar form of a loop from the poses of its ends in the plane's basis (e1, e2, n) at q = 0. Fills all
+ * but arms and places. Returns false if the type, or its equations out of the plane, have no planar form. For relations
+ * it returns true and fills nothing. `direction` and `length` are the bounds below which a number counts as zero. */
 bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direction, double length,
                          kt_planar_loop *flat);
 

@@ -1,13 +1,17 @@
 /* Rows for orientations: of first order in the error, and regular up to an error of half a turn.
  *
  * The skew part of the relative rotation [MSD 6.51] is sin(theta) n. It is of first order, but beyond a quarter turn it
- * decreases again: there an iteration diverges, and at half a turn the residual is zero. 2 sin(theta / 2) n has zero
- * slope at half a turn. The residuals here are 4 tan(theta / 4) n (modified Rodrigues parameters: Wiener 1962; Schaub
- * and Junkins 1996, J. Astronautical Sciences 44): at half a turn they are 4 and have the slope 2. Newton's step
- * rotates back by 2 sin(theta / 2), never too far.
+ * decreases again. There an iteration diverges, and at half a turn the residual is zero. Another candidate, 2 sin(theta
+ * / 2) n, has zero slope at half a turn. The residuals here are the modified Rodrigues parameters [Wiener 1962; Schaub
+ * and Junkins 1996, J. Astronautical Sciences 44],
+ *     p = 4 tan(theta / 4) n
+ * At half a turn their size is 4 and their slope is 2. Newton's step rotates back by 2 sin(theta / 2), never too far.
  *
- * Frame 1 has the axes e_k, frame 2 the axes f_k; w = w2 - w1; x' is the rate seen in frame 1, where f_k' = w x f_k and
- * the rate of w is (w2' - w1') - g, g = w1 x w2 (relative.h). So a row with moment m has -m . g in its drift.
+ * Frame 1 has the axes e_k, frame 2 the axes f_k, and
+ *     w = w2 - w1
+ * Rates x' are seen in frame 1. There f_k' = w x f_k, and the rate of w is (w2' - w1') - g (relative.h) with
+ *     g = w1 x w2
+ * So a row with moment m has -m . g in its drift.
  */
 #ifndef KT_LOOP_ORIENTATION_H
 #define KT_LOOP_ORIENTATION_H
@@ -16,18 +20,20 @@
 
 #include <math.h>
 
-/* Least sine of the angle between an axis and a direction at which the equations are singular. Nearer to it, where
- * their slopes grow without bound, the slopes are those of an axis at this distance; the residual is that of the axis
- * itself, so that a step away from there decreases it. */
+/* Least sine of the angle between an axis and a direction at which the equations are singular. Nearer to the direction
+ * the slopes of the equations would grow without bound. There the slopes are those of an axis at this distance. The
+ * residual is that of the axis itself, so that a step away from there decreases it. */
 #define KT_AXIS_CLEARANCE 1e-3
 
 /* ---- equal orientation ---------------------------------------------------------------------------------------------
  *
- * q = (c, e), c >= 0, turns frame 1's axes into frame 2's; p = 4 e / (1 + c), |p| = 4 tan(theta / 4), s = |p|^2 / 16.
+ * q = (c, e), c >= 0, turns frame 1's axes into frame 2's;
+ *     p = 4 e / (1 + c),  |p| = 4 tan(theta / 4),  s = |p|^2 / 16
  * From c' = -(w . e) / 2 and e' = (c w + w x e) / 2:
  *     p'  = (1 - s) w + w x p / 2 + (p . w) p / 8 =: B w,       B'B = (1 + s)^2 1
  *     p'' = B w' + (p . w) p' / 4 - (1 + s) |w|^2 p / 8
- * and row k is the component along e_k: phi = e_k . p, moment B' e_k = (1 - s) e_k + p x e_k / 2 + (e_k . p) p / 8.
+ * and row k is the component along e_k:
+ *     phi = e_k . p,  moment B' e_k = (1 - s) e_k + p x e_k / 2 + (e_k . p) p / 8
  */
 KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[3]) {
     const kt_vector *e = end[0].axes, *f = end[1].axes;
@@ -54,8 +60,8 @@ KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative 
 /* ---- one axis ------------------------------------------------------------------------------------------------------
  */
 
-/* f; or if its sine against e is below the clearance, f moved to that distance from the line of e (towards `aside`,
- * normal to e, if f lies on that line). *sine: that of f itself. */
+/* Returns f. If the sine of f against e is below the clearance, f is moved to that distance from the line of e. If f
+ * lies on that line, it is moved towards `aside`, normal to e. *sine: that of f itself. */
 KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_real *sine) {
     const kt_vector across = kt_cross(kt_cross(e, f), e); /* f's part normal to e */
     *sine = kt_sqrt(kt_dot(across, across));
@@ -79,14 +85,15 @@ KT_INLINE kt_real kt_axis_gap(kt_real sine) {
     return 4.0 * kt_sqrt(1.0 - half) / (1.0 + kt_sqrt(half));
 }
 
-/* Axis f = f_z along e = e_z. The least rotation that takes e to f is theta about h = e x f, |h| = sin(theta); with
- * c = e . f, b = cos(theta / 2) = sqrt((1 + c) / 2),
+/* Axis f = f_z along e = e_z. The least rotation that takes e to f is theta about h = e x f, |h| = sin(theta); with c =
+ * e . f, b = cos(theta / 2) = sqrt((1 + c) / 2),
  *     phi = F h in the directions e_x and e_y,  F = 4 tan(theta / 4) / sin(theta) = 2 / (b (1 + b))
  *     F' = dF/dc = -(1 + 2 b) / (2 b^3 (1 + b)^2),  F'' = (3 + 9 b + 8 b^2) / (8 b^5 (1 + b)^3)
- * h_x = -e_y . f, h_y = e_x . f. For a direction k of frame 1, (k . f)' = w . (f x k) and (k . f)'' = w' . (f x k) +
- * k . (w x (w x f)); then the chain rule. The moments' part along h, 2 / (1 + b), is near half a turn the difference of
- * two large terms: b and e x f are computed from the same h, so that their roundings cancel. At c = -1 the direction is
- * undefined, and h along e_y is taken. */
+ *     h_x = -e_y . f,  h_y = e_x . f
+ *     (k . f)' = w . (f x k),  (k . f)'' = w' . (f x k) + k . (w x (w x f))
+ * for a direction k of frame 1; then the chain rule. The moments' part along h is 2 / (1 + b). Near half a turn it is
+ * the difference of two large terms. b and e x f are computed from the same h, so that their roundings cancel. At c =
+ * -1 the direction is undefined, and h along e_y is taken. */
 KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[2]) {
     kt_real sine;
     const kt_vector e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine), w = r->w;
@@ -117,13 +124,13 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
 
 /* ---- the angle about one axis --------------------------------------------------------------------------------------
  *
- * theta is the angle of the rotation about z that, with the least rotation that takes z to the second end's z, makes up
- * the relative rotation (q = (w, x, y, z): theta = 2 atan2(z, w)):
+ * The relative rotation consists of a rotation about z by theta, and of the least rotation that takes z to the second
+ * end's z (q = (w, x, y, z): theta = 2 atan2(z, w)):
  *     theta   = atan2(e_y . f_x - e_x . f_y, e_x . f_x + e_y . f_y)
- * With e = e_z, f = f_z, c = e . f and w the relative angular velocity,
+ * With e = e_z, f = f_z, c = e . f and w the relative angular velocity, for any angle between the axes,
  *     theta'  = k . w,                               k = (e + f) / (1 + c)
  *     theta'' = k . w' - (k . w) c' / (1 + c),       c' = w . (f x e)        (w . f' = w . (w x f) = 0)
- * whatever the angle between the axes. (Differentiate tan(theta / 2) = z / w of q and insert
+ * (Differentiate tan(theta / 2) = z / w of q and insert
  * f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1).) */
 typedef struct kt_axis_turn {
     kt_real theta, bias; /* bias: theta'' but for k . (w2' - w1') */
@@ -146,8 +153,9 @@ KT_INLINE kt_axis_turn kt_axis_turn_of(const kt_loop_end end[2], const kt_loop_r
 
 /* ---- two axes at right angles ------------------------------------------------------------------------------------ */
 
-/* Axis f = f_z normal to e = e_z. With eps the angle by which they miss it, c = e . f = sin(eps) and s = |e x f| =
- * cos(eps), whose slope would vanish at a quarter turn, the most that can be missed. So
+/* Axis f = f_z normal to e = e_z. The axes miss the right angle by eps:
+ *     c = e . f = sin(eps),  s = |e x f| = cos(eps)
+ * The slope of c would vanish at a quarter turn, the largest possible eps. So
  *     phi = 2 tan(eps / 2) = 2 c / (1 + s) =: G(c),  G' = 2 / (s (1 + s)),  G'' = 2 c (1 + 2 s) / (s^3 (1 + s)^2)
  * with the slope 1 to 2, and Newton's step is sin(eps). At s = 0 any direction leads back: f moves towards e_x. */
 KT_INLINE kt_loop_row kt_row_orthogonal(const kt_loop_end end[2], const kt_loop_relative *r) {

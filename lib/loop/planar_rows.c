@@ -1,11 +1,17 @@
 /* The rows of a loop in a plane (model/planar_loop.h), from the parts that its type consists of (loop.h).
  *
  * The ends are given in the plane's basis, with its normal n last. With e_k the axes of end 1 and f_k those of end 2:
+ *
  *   x, y, z            phi = e_k . d: the part of e_k in the plane, and e_k . n times the height
- *   rotation about k   phi = e_k . p, p = 4 tan(theta / 4) n: a rotation with the factor e_k . n, if n has the same
- *                      components in both ends
- *   tilt about k       the same, where theta is the angle from e_z to f_z, if both lie in the plane; void if both are n
+ *
+ *   rotation about k   phi = e_k . p, p = 4 tan(theta / 4) n: a rotation with the factor e_k . n. It requires that n
+ *                      has the same components in both ends.
+ *
+ *   tilt about k       like a rotation, where theta is the angle from e_z to f_z. Both axes lie in the plane. The row
+ *                      is void if both are n in the same sense.
+ *
  *   normal             if both e_z and f_z lie in the plane; void if one is n and the other lies in the plane
+ *
  *   spatial            always
  */
 #include "loop/loop.h"
@@ -48,7 +54,7 @@ static void lay_turn(const sheet *s, int k, kt_planar_row *row) {
         row->kind = KT_PLANAR_ROW_ROTATION;
 }
 
-/* Both ends' axes z are n (1), lie in the plane (2), or neither (0). */
+/* Returns 1 if both ends' axes z are n, 2 if they lie in the plane, and 0 otherwise. */
 static int lie_of_axes(const sheet *s) {
     const kt_vec3 e = s->end[0].rotation.z, f = s->end[1].rotation.z;
     if (across(e) <= s->direction && across(f) <= s->direction)

@@ -1,4 +1,4 @@
-/* What follows from the descriptors of loop types, and queries of the loops of a model. */
+/* Properties that follow from the descriptors of loop types, and queries of the loops of a model. */
 #include "kinetree/loop.h"
 
 #include "loop/loop.h"
@@ -7,7 +7,7 @@
 #include <string.h>
 
 #if defined(KT_NO_LOOPS) && defined(KT_NO_WORDS)
-/* A machine without an operating system has no descriptors of what its library cannot do. */
+/* A machine without an operating system has no descriptors of features that its library lacks. */
 const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
     (void)type;
     return NULL;

@@ -1,5 +1,5 @@
 /* Rates: a linear relation of joint rates, sum of coefficient * rate = f(t): A v = b' with b' = f [MSD 4.17]. It has no
- * phi; positions are what they become. phi' = A v - f and phi'' = A a - f'. */
+ * phi, and leaves the positions free. phi' = A v - f and phi'' = A a - f'. */
 #include "loop/loop.h"
 
 #ifndef KT_NO_LOOPS

@@ -1,5 +1,6 @@
-/* Rolling: a thin disc rolls on a plane without slip. End 1 is the disc's centre C with z along its axle a; end 2 is a
- * point S of the plane with x and y in the plane and z its normal n. rho is the radius, c = n . a, s = |n x a|.
+/* Rolling: a thin disc rolls on a plane without slip. End 1 is the disc's centre C with z along its axle a. End 2 is a
+ * point S of the plane with x and y in the plane and z its normal n. The radius is rho, and
+ *     c = n . a,  s = |n x a|
  *
  * The lowest direction in the disc, -t, and the contact point P, seen from S:
  *     t = (n - c a) / s = a x (n x a) / s
@@ -12,16 +13,17 @@
  *     y . x = 0,  y . y = 0                 non-holonomic
  *     y . n = 0                             with contact: the rate of the gap phi = n . r - rho s
  *                                           (its rate is n . U - rho s', and s' = W . (t x n) = n . (W x t))
- * Each row is a velocity of end 1 relative to end 2 at P along k = x, y or n; in the terms of the loop descriptors its
+ *
+ * Each row is a velocity of end 1 relative to end 2 at P along k = x, y or n. In the terms of the loop descriptors its
  * force is -k and its moment -(P - S) x k. Differentiated in the plane's frame:
  *     a' = W x a,   c' = n . a',   s' = -c c' / s,   t' = -(c' a + c a' + s' t) / s
  *     y' = U' - rho (W' x t + W x t')
  *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r)
  *     W' = alpha1 - alpha2 - w2 x W
  *     drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t'))
- * A ball that rolls, of a hard contact with friction (compile/hard.c), has t = n, s = 1 and t' = 0 in place of these. Of a disc that
- * may leave the plane the rim alone, the third row, is the loop that bounds a side.
- * A disc that lies flat (s = 0) touches everywhere: t is then taken along its x axis, and t' as that of s = 1e-6.
+ * A ball that rolls, of a hard contact with friction (compile/hard.c), has t = n, s = 1 and t' = 0 in place of these.
+ * If a disc may leave the plane, its rim alone, the third row, is the loop that bounds a side. A disc that lies flat (s
+ * = 0) touches everywhere. Then t is taken along its x axis, and t' as that of s = 1e-6.
  */
 #include "loop/relative.h"
 

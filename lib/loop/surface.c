@@ -1,15 +1,20 @@
 /* Surface: the second point stays on a surface of the first end's frame; phi is its distance from it, outside positive.
- * For a point at d that moves at u as seen in that frame (relative.h), with the unit normal n of the surface through it
+ * The point lies at d and moves at u as seen in that frame (relative.h). With the unit normal n of the surface through
+ * it
  *     phi'  = n . u
- *     phi'' = n . (u' + coriolis) + bias,      bias = u . H u, H the second derivatives of phi
- * About the axis z with m = h / rho, h the part of d normal to z, rho = |h|, g = m x (the part of u normal to z):
+ *     phi'' = n . (u' + coriolis) + bias,      bias = u . H u
+ *
+ * H contains the second derivatives of phi. About the axis z let h be the part of d normal to z, with rho = |h| and m =
+ * h / rho; g = m x (the part of u normal to z):
  *     plane     phi = z . d                    n = z                        bias = 0
  *     cylinder  phi = rho - R                  n = m                        bias = g^2 / rho
  *     sphere    phi = |d| - R                  n = d / |d|                  bias = |n x u|^2 / |d|
- *     torus     phi = tau - r                  n = (s m + y z) / tau        bias = (s' y - y' s)^2 / tau^3 + s g^2 / (rho tau)
+ *     torus     phi = tau - r                  n = (s m + y z) / tau
+ *               bias = (s' y - y' s)^2 / tau^3 + s g^2 / (rho tau)
  *               s = rho - R, y = z . d, tau = |(s, y)|
- * Where no normal is defined (on the axis, at the centre, on the circle in the tube), the first end's x axis is taken, or
- * m, and the curvature there is set to zero.
+ *
+ * On the axis, at the centre and on the circle in the tube no normal is defined. There the first end's x axis is taken,
+ * or m, and the curvature is set to zero.
  */
 #include "loop/relative.h"
 
