@@ -1,5 +1,5 @@
-/* What the joint types share: axes, elementary joints about or along an axis, and angles and quaternions measured from
- * a rotation. */
+/* Shared by the joint types: axes, elementary joints about or along an axis, and angles and quaternions measured from a
+ * rotation. */
 #include "joint/joint.h"
 
 static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }
@@ -18,8 +18,8 @@ kt_element kt_element_about(kt_motion motion, kt_vec3 axis) {
     return (kt_element){.motion = motion, .axis = 2, .frame = kt_triad_from_axis(n, 2)};
 }
 
-/* By default the second axis is the one after the first: x after z, y after x, z after y, and the x axis of the triad
- * of any other axis. */
+/* The default second axis follows the first one: x follows z, y follows x, and z follows y. For any other axis the
+ * second is the x axis of its triad. */
 kt_vec3 kt_joint_second_axis(const kt_joint *joint) {
     if (joint->axis2.x != 0.0 || joint->axis2.y != 0.0 || joint->axis2.z != 0.0)
         return joint->axis2;

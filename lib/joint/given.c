@@ -8,7 +8,7 @@ static bool is_zero(const double *x, int count) {
     return memcmp(x, zero, (size_t)count * sizeof *x) == 0; /* -0 is written as such, and so it is given */
 }
 
-/* Where a quaternion follows other positions, linear and angular velocity are given each by itself; a joint without
+/* If a quaternion follows other positions, linear and angular velocity are given each by itself. A joint without
  * coordinates has nothing to give. */
 unsigned kt_joint_given(const kt_joint *joint) {
     if (!joint)

@@ -1,4 +1,4 @@
-/* A joint type, and what the files of the types share. */
+/* A joint type, and the code that the files of the types share. */
 #ifndef KT_JOINT_JOINT_H
 #define KT_JOINT_JOINT_H
 
@@ -29,18 +29,18 @@ typedef struct kt_joint_motion {
 typedef struct kt_joint_kind {
     kt_descriptor descriptor;
     unsigned char coordinate[KT_JOINT_NV_MAX]; /* kt_coordinate_kind of each velocity coordinate */
-    /* Reports what the ranges of the keys do not cover; NULL: nothing. */
+    /* Reports the faults that the ranges of the keys do not cover; NULL: none. */
     void (*check)(kt_checker *checker, const kt_joint *joint);
     /* Writes up to KT_ELEMENT_MAX elements and returns their number. */
     int (*elements)(const kt_joint *joint, kt_element *elements);
     /* The loop type that leaves the same motion free, for the absolute formulation; KT_LOOP_TYPE_COUNT: no equation. */
     kt_loop_type loop;
-    /* Coordinates of a body that moves as the joint allows, and their first and second rates. Of the numbers that
-     * describe the same rotation those nearest to `near` (nq) are taken. NULL if there are no coordinates. */
+    /* Computes the coordinates of a body that moves as the joint allows, and their first and second rates. If several
+     * numbers describe the same rotation, those nearest to `near` (nq) are taken. NULL if there are no coordinates. */
     void (*measure)(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a);
-    /* A wrench on the body (about its origin), and opposite on its parent, whose power is tau . v in every motion that
-     * the joint allows; axes of the joint frame. */
+    /* Returns a wrench on the body (about its origin), and opposite on its parent, in the axes of the joint frame. Its
+     * power is tau . v in every motion that the joint allows. */
     kt_wrench (*wrench)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
 } kt_joint_kind;
 
@@ -85,11 +85,11 @@ void kt_joint_check(kt_checker *checker, const kt_joint *joint);
 KT_JOINT_LIST(KT_JOINT_EXTERN)
 #undef KT_JOINT_EXTERN
 
-/* The unit vector along `axis`; exact along coordinate axes, whatever the length. */
+/* Returns the unit vector along `axis`; exact along coordinate axes, for any length. */
 kt_vec3 kt_joint_unit(kt_vec3 axis);
 
-/* A one-axis motion about or along `axis`. The link's frame is turned so that the motion is about or along one of its
- * coordinate axes; where `axis` is x, y or z already, it is not turned at all. */
+/* Returns a one-axis motion about or along `axis`. The link's frame is turned so that the motion is about or along one
+ * of its coordinate axes. If `axis` is x, y or z already, the frame is not turned at all. */
 kt_element kt_element_about(kt_motion motion, kt_vec3 axis);
 
 /* The second axis of a universal joint, given or not. */
@@ -129,7 +129,7 @@ static inline void kt_measure_prismatic(kt_vec3 along, const kt_joint_motion *mo
  * with q unchanged, if one is zero or not finite. */
 bool kt_position_make_units(const kt_model *model, double *q);
 
-/* out = q (+) dv, except that a link that does not move, or a part that is held (NULL: none), keeps its bits: the
+/* Computes out = q (+) dv. A link that does not move, or a part that is held (NULL: none), keeps its bits; the
  * exponential map would round its quaternion. out may be q. */
 void kt_position_move(const kt_model *model, const bool *held, const double *q, const double *dv, double *out);
 

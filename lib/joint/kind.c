@@ -1,4 +1,5 @@
-/* The list of joint types, and what follows from their descriptors. What the types share is in axes.c. */
+/* The list of joint types, and the functions that follow from their descriptors. Shared code of the types is in axes.c.
+ */
 #include "joint/joint.h"
 
 #define KT_JOINT_ENTRY(id, name, nq, nv) [id] = &kt_joint_##name,

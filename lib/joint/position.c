@@ -1,10 +1,11 @@
 /* The joints' algebra on positions. Every position but a quaternion is a plain number; a quaternion p moves by
- *   p' = 1/2 p (0, w) [MSD A.36],   p (+) d = p exp(d / 2),   w and d in the body frame.
- * The quaternion of a joint, where it has one, follows its plain numbers.
+ *   p' = 1/2 p (0, w) [MSD A.36],   p (+) d = p exp(d / 2)
+ *
+ * with w and d in the body frame. If a joint has a quaternion, it follows the joint's plain numbers.
  *
  * An output may be any of the inputs. A body has no fewer positions than velocities, and both follow each other in the
- * order of the bodies: its first position is not before its first velocity. So positions are written from the last one
- * to the first, velocities from the first one to the last, and nothing is overwritten before it has been read. */
+ * order of the bodies. Its first position is thus not before its first velocity. So positions are written from the last
+ * one to the first, and velocities from the first one to the last. Nothing is overwritten before it has been read. */
 #include "joint/joint.h"
 #include "kinetree/joint.h"
 

@@ -22,8 +22,8 @@ static int elements(const kt_joint *joint, kt_element *out) {
     return 2;
 }
 
-/* The numbers y with x = y1 e1 + y2 e2 for a vector x in the plane of the axes e1 and e2 (carried along), c = e1 . e2;
- * a part of x normal to that plane does not count. */
+/* Computes the numbers y with x = y1 e1 + y2 e2, for the axes e1 and e2 (carried along), with c = e1 . e2. The vector x
+ * lies in the plane of the axes; a part of x normal to that plane does not count. */
 static void split(kt_vec3 e1, kt_vec3 e2, kt_vec3 x, double *y) {
     const double c = kt_vec3_dot(e1, e2), x1 = kt_vec3_dot(e1, x), x2 = kt_vec3_dot(e2, x);
     const kt_vec3 n = kt_vec3_cross(e1, e2);
@@ -32,8 +32,8 @@ static void split(kt_vec3 e1, kt_vec3 e2, kt_vec3 x, double *y) {
     y[1] = (x2 - c * x1) / s2;
 }
 
-/* R = R1(q1) R2(q2): R2 does not move e2, so R e2 = R1 e2, and q1 is the angle about e1 from e2 to R e2; R1' R = R2 is
- * the rotation about e2. Rates:
+/* R = R1(q1) R2(q2). R2 does not move e2, so R e2 = R1 e2, and q1 is the angle about e1 from e2 to R e2. Then R1' R =
+ * R2 is the rotation about e2. Rates:
  *     w  = v1 e1 + v2 e2
  *     w' = a1 e1 + a2 e2 + v1 v2 e1 x e2 */
 static void measure_universal(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
