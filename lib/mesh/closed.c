@@ -1,5 +1,6 @@
-/* Whether a surface is closed and its triangles all have one sense: each edge that one triangle passes from a to b
- * another one passes from b to a. Vertices at one place are one vertex, whatever their number in the file.
+/* Whether a surface is closed and its triangles all have one sense. Then for each edge that one triangle passes from a
+ * to b, another triangle passes it from b to a. Vertices with equal positions are one vertex, for any number of copies
+ * in the file.
  *
  * Edges are sorted by their two ends, so that those of one pair follow each other. O(n log n).
  */

@@ -1,7 +1,7 @@
-/* Surfaces with fewer triangles, by clusters of vertices (Rossignac and Borrel, "Multi-resolution 3D approximations for
- * rendering complex scenes", 1993): space is divided into cubes, all vertices in a cube become their mean, and triangles
- * with two corners in one cube vanish. Of cubes as fine as rounding what remains is the surface with its vertices
- * shared. */
+/* Surfaces with fewer triangles, by clusters of vertices. Source: Rossignac and Borrel, "Multi-resolution 3D
+ * approximations for rendering complex scenes", 1993. Space is divided into cubes. All vertices in a cube become their
+ * mean, and triangles with two corners in one cube vanish. With cubes as fine as rounding, the result is the surface
+ * with its vertices shared. */
 #include "mesh/mesh.h"
 
 #include <math.h>

@@ -1,13 +1,14 @@
 /* The convex hull of vertices, for files of vertices without faces and for masses of hulls.
  *
- * Points are added one after another (Edelsbrunner, "Algorithms in Combinatorial Geometry", 1987, ch. 8): a new point p
- * replaces the triangles (a, b, c) that it sees, (b - a) x (c - a) . (p - a) > 0, by triangles between p and the edges
- * around them.
+ * Points are added one after another (Edelsbrunner, "Algorithms in Combinatorial Geometry", 1987, ch. 8). A new point p
+ * sees the triangles (a, b, c) with
+ *     (b - a) x (c - a) . (p - a) > 0
+ * These are replaced by triangles between p and the edges around them.
  *
- * Many points of a box or a cylinder are in one plane, where rounding decides what p sees. So all decisions are those of
- * moved points: each coordinate, as a part of its range, is moved by up to MOVE, at random, and points nearer than NEAR
- * are one. The triangles then have the vertices of the file: what they enclose differs from the hull by the part MOVE of
- * its area times its size. */
+ * Many points of a box or a cylinder are in one plane, where rounding decides which triangles p sees. So all decisions
+ * are those of moved points. Each coordinate, as a part of its range, is moved by up to MOVE, at random. Points nearer
+ * than NEAR are one. The triangles then have the vertices of the file. The volume that they enclose differs from the
+ * hull by the part MOVE of its area times its size. */
 #include "mesh/mesh.h"
 
 #include <math.h>
@@ -46,7 +47,7 @@ static int compare_spots(const void *a, const void *b) {
     return (s->vertex > t->vertex) - (s->vertex < t->vertex);
 }
 
-/* Between -1 and 1, by the generator of Numerical Recipes for 64 bits. */
+/* Returns a number between -1 and 1, from the generator of Numerical Recipes for 64 bits. */
 static double next_random(uint64_t *state) {
     *state = *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (double)(*state >> 11) * 0x1p-52 - 1.0;
@@ -168,7 +169,7 @@ static bool add_point(hull *h, int point) {
 
 /* ---- the hull ---------------------------------------------------------------------------------------------------- */
 
-/* How far a point is from what the first `count` of a simplex span. */
+/* Returns the distance of a point from the span of the first `count` points of a simplex. */
 static double distance_from(const hull *h, const int first[4], int count, int point) {
     const kt_vec3 d = kt_vec3_sub(h->points[point], h->points[first[0]]);
     if (count == 1)

@@ -165,7 +165,8 @@ static void read_text_stl(maker *m, const char *text) {
     }
 }
 
-/* By the shorter diagonal, as MuJoCo does: where the corners are in no plane, volumes depend on it. */
+/* Divides a quadrilateral along the shorter diagonal, as MuJoCo does. If the corners are in no plane, volumes depend on
+ * the choice. */
 static bool add_quadrilateral(maker *m, const long c[4]) {
     const kt_vec3 *x = m->mesh.vertices;
     const kt_vec3 d02 = kt_vec3_sub(x[c[2]], x[c[0]]), d13 = kt_vec3_sub(x[c[3]], x[c[1]]);

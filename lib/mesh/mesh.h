@@ -1,4 +1,4 @@
-/* Surfaces of triangles, from files as robots bring them, and the mass of what they enclose. */
+/* Surfaces of triangles, from the files of robots, and the mass of the enclosed bodies. */
 #ifndef KT_MESH_MESH_H
 #define KT_MESH_MESH_H
 
@@ -19,10 +19,12 @@ typedef struct kt_triangles {
 
 enum { KT_TRIANGLES_MOST = 1 << 24 };
 
-/* Reads STL (binary or text), OBJ, or MuJoCo's MSH. Text is of the format that its contents show; what is neither a
- * solid of STL nor has the length of a binary STL or MSH is read as OBJ, whose polygons are divided into triangles and
- * whose materials, normals and textures are passed over. Vertices without triangles are their convex hull. On success
- * *mesh is released with kt_triangles_free; on failure it is untouched. Errors: KT_ERROR_SCENE (what is wrong, in words), KT_ERROR_MEMORY. O(size). */
+/* Reads STL (binary or text), OBJ, or MuJoCo's MSH. Text is read in the format that its contents show. If it is neither
+ * a solid of STL nor has the length of a binary STL or MSH, it is read as OBJ. Polygons of OBJ are divided into
+ * triangles; materials, normals and textures are passed over. Vertices without triangles are their convex hull.
+ * Ownership: on success *mesh is released with kt_triangles_free; on failure it is untouched.
+ * Errors: KT_ERROR_SCENE (with the fault in words), KT_ERROR_MEMORY.
+ * Cost: O(size). */
 kt_status kt_triangles_parse(const char *text, size_t size, kt_triangles *mesh, kt_error *error);
 
 /* Vertices and triangles from lists of numbers, three each; vertices are shared. Without triangles: the convex hull. */
@@ -40,13 +42,15 @@ void kt_triangles_turn_over(kt_triangles *mesh);
  * those without area vanish. On failure the mesh is as it was. Errors: KT_ERROR_MEMORY. O(size) some fifteen times. */
 kt_status kt_triangles_decimate(kt_triangles *mesh, int most, kt_error *error);
 
-/* Whether the surface is closed, and its triangles all face outwards or all inwards. Errors: KT_ERROR_SCENE, with the number of
- * edges where it is not and the place of one; KT_ERROR_MEMORY. O(n log n). */
+/* Whether the surface is closed, and its triangles all face outwards or all inwards.
+ * Errors: KT_ERROR_SCENE, with the number of edges at which it is not closed, and the place of one; KT_ERROR_MEMORY.
+ * Cost: O(n log n). */
 kt_status kt_triangles_check_closed(const kt_triangles *mesh, kt_error *error);
 
-/* Makes the triangles those of the convex hull of all vertices. Coordinates that differ by less than 1e-9 of their range are
- * the same. On failure the mesh is as it was. Errors: KT_ERROR_SCENE where all vertices are in a plane; KT_ERROR_MEMORY.
- * O(vertices times triangles of the hull). */
+/* Replaces the triangles by those of the convex hull of all vertices. Coordinates that differ by less than 1e-9 of
+ * their range are the same. On failure the mesh is as it was.
+ * Errors: KT_ERROR_SCENE if all vertices are in a plane; KT_ERROR_MEMORY.
+ * Cost: O(vertices times triangles of the hull). */
 kt_status kt_triangles_hull(kt_triangles *mesh, kt_error *error);
 
 /* How the tetrahedra under triangles are summed. */
@@ -56,15 +60,15 @@ typedef enum kt_volume_rule {
     KT_VOLUME_SURFACE,  /* none: the mass is that of the triangles, by their areas */
 } kt_volume_rule;
 
-/* What a surface encloses, at density 1. */
+/* The mass properties of the body that a surface encloses, at density 1. */
 typedef struct kt_enclosed {
     double volume; /* of KT_VOLUME_SURFACE the area */
     kt_vec3 com;
     kt_sym3 inertia; /* about com */
 } kt_enclosed;
 
-/* Volume, centroid and inertia of the enclosed, or of the surface itself. The volume may not be above zero: then the surface encloses nothing.
- * O(triangles). */
+/* Computes volume, centroid and inertia of the enclosed body, or of the surface itself. If the volume is not above
+ * zero, the surface encloses nothing. O(triangles). */
 kt_enclosed kt_triangles_enclosed(const kt_triangles *mesh, kt_volume_rule rule);
 
 #endif

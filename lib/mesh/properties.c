@@ -1,12 +1,15 @@
-/* Volume, centroid and inertia of what a surface of triangles encloses.
+/* Volume, centroid and inertia of the body that a surface of triangles encloses.
  *
- * Each triangle (a, b, c) and a point p make a tetrahedron of the volume V = (a - p) . (b - p) x (c - p) / 6 and the
- * centroid (p + a + b + c) / 4. Seen from its vertex p, with a, b, c from there, its second moments are
- *     integral of x x' = V / 20 (a a' + b b' + c c' + (a + b + c)(a + b + c)').
- * Where the surface is closed the sums over all triangles do not depend on p. MuJoCo's `legacy` takes each V as
- * positive, with p the centroid of the surface for the centre of mass, and p the centre of mass for the second moments.
+ * A triangle (a, b, c) and a point p make a tetrahedron with the volume and the centroid
+ *     V = (a - p) . (b - p) x (c - p) / 6
+ *     (p + a + b + c) / 4
+ * Seen from its vertex p, with a, b, c from there, its second moments are
+ *     integral of x x' = V / 20 (a a' + b b' + c c' + (a + b + c)(a + b + c)')
+ * If the surface is closed, the sums over all triangles do not depend on p. MuJoCo's `legacy` takes each V as positive.
+ * It uses the centroid of the surface as p for the centre of mass, and the centre of mass as p for the second moments.
  *
- * A shell has the area A of each triangle, the centroid (a + b + c) / 3 and A / 12 in place of V / 20.
+ * A shell has the area A of each triangle in place of V, and the centroid (a + b + c) / 3. Its second moments have A /
+ * 12 in place of V / 20.
  */
 #include "mesh/mesh.h"
 
@@ -32,7 +35,7 @@ static double area_of(const corners *t) {
     return 0.5 * kt_vec3_norm(kt_vec3_cross(kt_vec3_sub(t->b, t->a), kt_vec3_sub(t->c, t->a)));
 }
 
-/* Of a shell the area. */
+/* Returns the volume of a tetrahedron, or the area for a shell. */
 static double volume_under(const corners *t, kt_volume_rule rule) {
     if (rule == KT_VOLUME_SURFACE)
         return area_of(t);
