@@ -11,9 +11,9 @@
 KT_INNER kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
 
-/* family.c: counts the switched loops and effects, and builds the models of all their sets in one block. *model is the
- * model of the description itself. `compile` makes one model of a checked description, in which the other loops and
- * effects are off: KT_SWITCHED_OFF. */
+/* family.c: counts the switched loops and effects, and builds the models of all their sets in one block. The result
+ * *model is the model of the description itself. The function `compile` makes one model of a checked description, in
+ * which the other loops and effects are off: KT_SWITCHED_OFF. */
 typedef kt_status kt_compile_call(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
 #if KT_HAS_SWITCHES
@@ -37,7 +37,7 @@ kt_status kt_model_try(const kt_description *description, kt_report *report, voi
 kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_report *report, void *user,
                         kt_error *error);
 
-/* Checks an own state of the checker's description. */
+/* Checks an auxiliary state of the checker's description. */
 void kt_checker_state(kt_checker *checker, const kt_state *state);
 
 /* Attaches loops and effects to a model that has bodies and links; replaces *model by a larger one. */
@@ -84,11 +84,10 @@ void kt_fronts_find_delays(kt_model *model);
 kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
 
 #if KT_HAS_QUASI_STATICS
-/* massless.c: `is_carried` returns whether effects act on the parts that a link carries. `mark` gives an armature of 1
- * to the coordinates of a link that move no mass. `find` finds the motions of these coordinates that move no mass, in a
- * complete model.
- * Errors of `find`: KT_ERROR_MODEL if there are no such motions, or no force holds them (it names the body);
- * KT_ERROR_MEMORY. */
+/* massless.c: kt_massless_is_carried returns whether effects act on the parts that a link carries. The second
+ * function gives an armature of 1 to the coordinates of a link that move no mass. The last one finds the motions of
+ * these coordinates that move no mass, in a complete model. Its errors: KT_ERROR_MODEL if there are no such motions,
+ * or no force holds them (it names the body); KT_ERROR_MEMORY. */
 bool kt_massless_is_carried(const kt_model *tree, const kt_description *description, size_t link);
 void kt_massless_mark(kt_model *tree, size_t link);
 KT_CHECKED kt_status kt_massless_find(kt_model *model, const kt_description *description, kt_error *error);

@@ -97,7 +97,7 @@ static bool is_delassus(const kt_group *group) {
 }
 
 /* Whether a group is reduced by reduction/front4.h. Such a group is planar, lies on the ground and has fronts of few
- * parameters; each step has at most two equations, and all equations are independent. */
+ * parameters. Each step has at most two equations, and all equations are independent. */
 static bool is_front4(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;

@@ -7,7 +7,7 @@
 /* The numbers that the terms of a formula take at most. */
 static size_t numbers_of(const char *text) { return (kt_expression_size(text) + sizeof(double) - 1) / sizeof(double); }
 
-/* ---- parts that depend on time alone ------------------------------------------------------------------------------- */
+/* ---- parts that depend on time alone ----------------------------------------------------------------------------- */
 
 /* The index of t among the variables of formulas; -1: none reads it. */
 static int32_t time_of(const kt_formula_names *names) {
@@ -42,7 +42,7 @@ static void fill_part(void *user, const kt_expression_term *term, size_t count) 
     *to->number += numbers_of_part(count);
 }
 
-/* ---- formulas ----------------------------------------------------------------------------------------------------- */
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
 /* Counts the memory that the formulas of an effect need. */
 kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,

@@ -4,13 +4,13 @@
  *     contact        n . (c - p - r n) >= 0                    inplane, its plane moved by the sphere's radius r
  *                    n . (c - p) - r |n x a| >= 0              of a disc with the axle a: the third row of rolling
  *
- *     joint_friction q' = 0, that sticks                     rates of one joint
- *     contact        s = 0, whose friction sticks              rolling of a ball, or of the disc without its contact row
+ *     joint_friction q' = 0, that sticks                       rates of one joint
+ *     contact        s = 0, whose friction sticks              rolling of a ball, or of a disc without its contact row
  *
  * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and
- * keeps its index. If the effect is switched off in its description, the loop is released at first. The member
- * `holonomic` marks this, since the loop's type does not read it. For friction of a joint, both of its switches mark it
- * (family.c).
+ * keeps its index. If the loop or its effect is switched off, the loop is released at first. The member
+ * `holonomic` is then false; the loop's type does not read this member. Friction of a joint is released with both of
+ * its switches (family.c).
  */
 #include "compile/compile.h"
 

@@ -29,7 +29,7 @@
 
 #if KT_HAS_QUASI_STATICS
 
-/* ---- in a tree ---------------------------------------------------------------------------------------------------- */
+/* ---- in a tree --------------------------------------------------------------------------------------------------- */
 
 static bool carries(const kt_model *m, size_t link, int body) {
     int32_t at = body > 0 ? m->body[body].link : 0;
@@ -72,7 +72,7 @@ void kt_massless_mark(kt_model *tree, size_t link) {
     kt_armature_note(tree);
 }
 
-/* ---- in a complete model ------------------------------------------------------------------------------------------- */
+/* ---- in a complete model ----------------------------------------------------------------------------------------- */
 
 enum { VARIANTS = 4 }; /* positions at which motions are compared */
 

@@ -54,8 +54,8 @@ int32_t kt_attach_join_path(kt_attach *a, int32_t i, int32_t ancestor) {
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
-/* Places the path of an end. The path is stored together with an earlier one from the same ancestor that leads through
- * its link, or else at the end of the list. Longer paths have been placed before. */
+/* Places the path of an end. If an earlier path from the same ancestor leads through its link, both are stored
+ * together. If not, the path is stored at the end of the list. Longer paths have been placed before. */
 static void place_path(kt_attach *a, kt_loop_record *r, int k, kt_counts *n) {
     const int32_t i = r->link[k];
     if (a->from[i] == r->ancestor) {

@@ -43,7 +43,7 @@ static bool is_identity(const kt_mat3 *r) {
            r->y.x == 0.0 && r->y.z == 0.0 && r->z.x == 0.0 && r->z.y == 0.0;
 }
 
-/* The joint frame's rotation on the parent's body. If it cannot be evaluated, it is refused when bodies are stored. */
+/* The joint frame's rotation on the parent's body. If it cannot be evaluated, it is rejected when bodies are stored. */
 static kt_mat3 joint_rotation(const kt_joint *joint) {
     kt_mat3 r;
     kt_error ignored;

@@ -66,7 +66,7 @@ void kt_trees_join(const kt_ordered *o, kt_body_plane *body) {
 
 /* The frame of an end in its body's. Returns false if a rotation cannot be evaluated. */
 static bool frame_of(const kt_ordered *o, const kt_end *end, const kt_body_plane *b, kt_pose *frame) {
-    kt_error ignored; /* such a rotation is refused when loops are attached */
+    kt_error ignored; /* such a rotation is rejected when loops are attached */
     kt_mat3 on = kt_mat3_identity();
     const int index = end->marker ? kt_names_find(o->names, b->source, end->marker) : -1;
     const kt_marker *marker = index < 0 ? NULL : &o->description->bodies[b->source].markers[index];

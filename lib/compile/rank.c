@@ -25,14 +25,14 @@ enum { SAMPLES = 7 };
 
 #define FRACTION_LEAST 1e-3 /* of a displacement; a smaller one is not reduced any more */
 
-/* The results of the samples: for each equation, whether it is alive (not void); for each group, whether any position
- * was closed, and its ranks. */
+/* The results of the samples: for each equation, whether it is nontrivial (not void); for each group, whether any
+ * position was closed, and its ranks. */
 typedef struct samples {
     double *q;        /* three positions; the third of each group's links where its rank was found */
     double *fraction; /* of the displacements, from which a group closes */
     double *near;     /* a displacement that the equations allow */
     bool *alive, *sampled;
-    bool *open, *seen; /* groups that no sample closes; those of them that one closes but for a disagreement */
+    bool *open, *seen; /* groups that no sample closes; those of them that one closes except for a disagreement */
     bool *chosen;      /* KT_ROWS_COUNT times the equations: at the best position of each group */
     int32_t *rank;     /* KT_ROWS_COUNT a group */
     int32_t *cap;      /* KT_ROWS_COUNT times the steps of fronts: independent equations up to there */
@@ -50,7 +50,7 @@ static void scatter(const kt_model *model, double size, const double *fraction, 
 /* The entries and residuals of a void equation, relative to its scale. */
 static double void_size(const kt_model *model) { return fmax(1e-12, model->rounding); }
 
-/* Marks the equations of a group that are alive as last filled: the row or the residual is not zero. */
+/* Marks the equations of a group that are nontrivial as last filled: the row or the residual is not zero. */
 static void note_alive(const kt_model *model, const kt_group *group, const kt_group_work *w, bool *alive) {
     for (int32_t row = 0; row < group->row_count; row++) {
         const int32_t r = model->slot[group->row + row];
@@ -92,7 +92,7 @@ static void note_driven(const kt_model *model, const kt_group *group, bool *aliv
     }
 }
 
-/* Assigns slots to the equations of a group that are alive, in their order, those with a residual first; the others get
+/* Assigns slots to the nontrivial equations of a group, in their order, those with a residual first. The others get
  * -1. */
 static void place_rows(kt_model *model, const kt_data *data, size_t g, const bool *alive) {
     kt_group *group = &model->group[g];
@@ -188,8 +188,8 @@ static bool is_closed(const kt_model *model, const kt_data *data, size_t g) {
     return kt_group_is_closed(model, data, g, model->q0, KT_CLOSED_STEP);
 }
 
-/* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed: they do
- * not close, which assembly reports later, and only the given position is available for them. */
+/* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed.
+ * These do not close, which assembly reports later; only the given position is available for them. */
 static void sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, samples *found) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
@@ -322,10 +322,10 @@ static bool is_bounded(const kt_model *model, size_t g) {
     return any;
 }
 
-/* Evaluates the groups that no sample found closed at generic positions next to the given one, if a loop that bounds
- * one side is among them. A drive may close a loop that is open at first: a rope that hangs straight down on a cart is
- * stretched when the cart moves away. The given position may be singular, and so may every position that comes nearest
- * to closing the loop: there A' g = 0, with g the gaps. */
+/* Evaluates the groups that no sample found closed at generic positions next to the given one. Only groups with a
+ * loop that bounds one side are evaluated. A drive may bring such a loop to its bound later. For example, a rope
+ * hangs straight down on a cart and is stretched when the cart moves away. The given position may be singular, and
+ * so may every position that comes nearest to closing the loop: there A' g = 0, with g the gaps. */
 static void sample_bounds(kt_model *model, kt_data *data, samples *found) {
     double *q = found->q + model->n.q;
     memcpy(found->seen, found->sampled, model->n.group * sizeof *found->seen);
@@ -408,7 +408,7 @@ static bool group_moves(kt_model *model, kt_data *data, size_t g, const double *
 }
 
 /* Whether a group that nothing drives closes in places where it does not move, as one does whose equations repeat each
- * other but for rounding. */
+ * other except for rounding. */
 static bool is_locked(const kt_model *model, size_t g, const samples *found) {
     const kt_group *group = &model->group[g];
     for (int i = 0; i < group->loop_count; i++)
@@ -418,9 +418,9 @@ static bool is_locked(const kt_model *model, size_t g, const samples *found) {
            group->count[KT_ROWS_CLOSED] == group->count[KT_ROWS_ALL];
 }
 
-/* Corrects the ends of a group's loops so that their equations repeat each other to the last digit. *done: such
- * corrections are found and the mechanism then moves. The given position may have bars in line; then a sample is tried.
- * Returns KT_OK or KT_ERROR_MEMORY. */
+/* Corrects the ends of a group's loops so that their equations repeat each other to the last digit. Sets *done if
+ * such corrections are found and the mechanism then moves. The motion is tried at a sample, since bars may lie in
+ * line at the given position. Returns KT_OK or KT_ERROR_MEMORY. */
 static kt_status undo_rounding(kt_model *model, kt_data *data, size_t g, samples *found, bool *done) {
     const double rounding = model->rounding;
     kt_pose *given = malloc(2 * model->n.loop * sizeof *given);

@@ -13,8 +13,8 @@
  *
  * Generic positions do not suffice. Let a, b be the angles of the cranks, u = a - b, s = a + b. A parallelogram whose
  * lengths are off by d requires u (s - k u) = d. Two of them agree to first order in d if d is equal in both: u = d / s
- * closes both but for d^2. Only a position with the bars in line, s = 0, shows the difference. Such a position is one
- * more q_s. It is found along the motion: the smallest direction of A is lost there, and the rows of that direction
+ * closes both except for d^2. Only a position with the bars in line, s = 0, shows the difference. Such a position is
+ * one more q_s. It is found along the motion: the smallest direction of A is lost there, and the rows of that direction
  * vanish. W has one direction more at this position.
  */
 #include "compile/rounded.h"
@@ -272,8 +272,8 @@ static void least_step(const unrounding *u, int count, double *x) {
     }
 }
 
-/* Closes the directions that motions close, as far as rounding lets them, and decomposes A there. A search would
- * follow the motion to where the loops disagree least. */
+/* Closes the directions that motions close, as far as rounding permits, and decomposes A there. A search would
+ * follow the motion to the position at which the loops disagree least. */
 static bool close_at(const unrounding *u, double *q) {
     enum { STEPS_OF_CLOSING = 12 };
     double before = (double)INFINITY, *x = u->row;

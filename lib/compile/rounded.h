@@ -1,4 +1,4 @@
-/* Loops whose equations repeat each other but for the rounding of the data. */
+/* Loops whose equations repeat each other except for the rounding of the data. */
 #ifndef KT_COMPILE_ROUNDED_H
 #define KT_COMPILE_ROUNDED_H
 

@@ -13,8 +13,8 @@
 
 #include <math.h>
 
-/* Every matrix of a group: name, count, meaning. m is the number of coordinates and k that of equations. n is the
- * number of coordinates if the group is reduced by dense matrices, 0 if by fronts. s is the lesser of n and k. */
+/* Every matrix of a group: name, count, meaning. A group has m coordinates and k equations. The number n is that of
+ * the coordinates if the group is reduced by dense matrices, 0 if by fronts. The lesser of n and k is s. */
 #define KT_GROUP_FIELDS(X)                                                                                             \
     X(a, n *k, "A', m x k")                                                                                            \
     X(factor, n *k, "A' factored")                                                                                     \

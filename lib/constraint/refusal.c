@@ -1,4 +1,4 @@
-/* Which of a caller's own loops refuses a state: its callback is called once more there. */
+/* Finds the caller's own loop that rejects a state: its callback is called once more there. */
 #include "constraint/refusal.h"
 
 #include "constraint/spatial_rows.h"

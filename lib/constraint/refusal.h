@@ -1,4 +1,4 @@
-/* Callers' own loops whose callbacks refuse a state. */
+/* Callers' own loops whose callbacks reject a state. */
 #ifndef KT_CONSTRAINT_REFUSAL_H
 #define KT_CONSTRAINT_REFUSAL_H
 

@@ -5,8 +5,8 @@
  *     with q_k, as it is carried along S_k:   dV = S x V + psi',   dA = S x A + psi'' - V x psi'   [derivative.h]
  *     with v_k:                               dV = S,              dA = phi - V x S
  * and those of its point x follow from
- *     velocity =      v + w x x
- *     acceleration =  a + alpha x x + w x (v + w x x)
+ *     velocity      v + w x x
+ *     acceleration  a + alpha x x + w x (v + w x x)
  * The ends with these derivatives, as dual numbers, are given to the loop's or the effect's own code (algebra/real.h).
  *
  * Degree of freedom i moves a part. A wrench W about O on this part has the joint force S_i . W. S_i itself is carried

@@ -53,7 +53,7 @@ static kt_loop_motion moved(const kt_loop_motion *m, const direction *by, double
                             .omega = plus(m->omega, s, by->w)};
 }
 
-/* ---- what the callback does not write ---------------------------------------------------------------------------- */
+/* ---- terms that callbacks do not write --------------------------------------------------------------------------- */
 
 #define STEP 1e-3       /* of first differences */
 #define STEP_TWICE 1e-2 /* of second ones */
@@ -141,7 +141,7 @@ static bool difference_drift_twice(const kt_loop_record *loop, double t, const k
     return fine;
 }
 
-/* All of the equations; not a number where the callback refuses. */
+/* All equations; not a number if the callback rejects the state. */
 static void find_equations(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows) {
     bool fine = call(loop, t, m, rows);
     for (int r = 0; r < loop->row_count; r++) {

@@ -1,9 +1,9 @@
 /* Rows for orientations: of first order in the error, and regular up to an error of half a turn.
  *
  * The skew part of the relative rotation [MSD 6.51] is sin(theta) n. It is of first order, but beyond a quarter turn it
- * decreases again. There an iteration diverges, and at half a turn the residual is zero. Another candidate, 2 sin(theta
- * / 2) n, has zero slope at half a turn. The residuals here are the modified Rodrigues parameters [Wiener 1962; Schaub
- * and Junkins 1996, J. Astronautical Sciences 44],
+ * decreases again. There an iteration diverges, and at half a turn the residual is zero. Another candidate,
+ * 2 sin(theta / 2) n, has zero slope at half a turn. The residuals here are the modified Rodrigues parameters
+ * [Wiener 1962; Schaub and Junkins 1996, J. Astronautical Sciences 44],
  *     p = 4 tan(theta / 4) n
  * At half a turn their size is 4 and their slope is 2. Newton's step rotates back by 2 sin(theta / 2), never too far.
  *
@@ -85,15 +85,15 @@ KT_INLINE kt_real kt_axis_gap(kt_real sine) {
     return 4.0 * kt_sqrt(1.0 - half) / (1.0 + kt_sqrt(half));
 }
 
-/* Axis f = f_z along e = e_z. The least rotation that takes e to f is theta about h = e x f, |h| = sin(theta); with c =
- * e . f, b = cos(theta / 2) = sqrt((1 + c) / 2),
+/* Axis f = f_z along e = e_z. The least rotation that takes e to f is theta about h = e x f, |h| = sin(theta); with
+ * c = e . f, b = cos(theta / 2) = sqrt((1 + c) / 2),
  *     phi = F h in the directions e_x and e_y,  F = 4 tan(theta / 4) / sin(theta) = 2 / (b (1 + b))
  *     F' = dF/dc = -(1 + 2 b) / (2 b^3 (1 + b)^2),  F'' = (3 + 9 b + 8 b^2) / (8 b^5 (1 + b)^3)
  *     h_x = -e_y . f,  h_y = e_x . f
  *     (k . f)' = w . (f x k),  (k . f)'' = w' . (f x k) + k . (w x (w x f))
  * for a direction k of frame 1; then the chain rule. The moments' part along h is 2 / (1 + b). Near half a turn it is
- * the difference of two large terms. b and e x f are computed from the same h, so that their roundings cancel. At c =
- * -1 the direction is undefined, and h along e_y is taken. */
+ * the difference of two large terms. Both b and e x f are computed from the same h, so that their roundings cancel.
+ * At c = -1 the direction is undefined, and h along e_y is taken. */
 KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[2]) {
     kt_real sine;
     const kt_vector e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine), w = r->w;
@@ -133,7 +133,7 @@ KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *
  * (Differentiate tan(theta / 2) = z / w of q and insert
  * f = (2 (x z + w y), 2 (y z - w x), 2 (w^2 + z^2) - 1).) */
 typedef struct kt_axis_turn {
-    kt_real theta, bias; /* bias: theta'' but for k . (w2' - w1') */
+    kt_real theta, bias; /* bias: theta'' except for k . (w2' - w1') */
     kt_vector k;
 } kt_axis_turn;
 
