@@ -1,10 +1,10 @@
 /* Finds the groups of few equations whose form loses digits; the fronts reduce them instead.
  *
- * A group on the ground with up to four equations takes its accelerations from the free tree and from a matrix of the
- * multipliers (reduction/delassus.h). Both contributions cancel in the loops' equations, so rounding limits their
- * accuracy. If heavy links hang on light ones, the accelerations of the light links in the free tree are much larger
- * than those that the loops permit. The table shows the errors of the equations, relative to their largest term, of 40
- * bars that are held at both ends. Their masses are 1 and x in turn.
+ * A group on the ground with up to four equations takes its accelerations from two parts: those of the free tree, and
+ * those due to the multipliers (reduction/delassus.h). Both parts cancel in the loops' equations, so rounding limits
+ * their accuracy. In the free tree a light link that carries heavy ones has much larger accelerations than the loops
+ * permit. The table shows the errors of the equations, relative to their largest term, of 40 bars that are held at both
+ * ends. Their masses are 1 and x in turn.
  *
  * | x   | few equations | fronts |
  * | 1   | 2e-16         | 2e-16  |

@@ -1,7 +1,7 @@
 /* The formula f of a coupling: phi = c . q + f(q) - offset, with
  *     phi' = (c_k + f_k) v_k,   phi'' = (c_k + f_k) a_k + f_kl v_k v_l
- * so that f_kl v_k v_l is the drift. Derivatives along a line q + s x are exact (kt_expression_taylor); of two lines they
- * give the mixed ones,
+ * so that f_kl v_k v_l is the drift. Derivatives along a line q + s x are exact (kt_expression_taylor); of two lines
+ * they give the mixed ones,
  *     2 f_kl = D2(e_k + e_l) - D2(e_k) - D2(e_l),   D2(x) = f_kl x_k x_l
  * and third derivatives likewise (kt_expression_third) those of the drift, with any s,
  *     6 s f_jkl v_k v_l = D3(v + s e_j) - D3(v - s e_j) - 2 D3(s e_j)

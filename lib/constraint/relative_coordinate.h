@@ -8,8 +8,9 @@
  *     universal 1      m = f x h / |h|^2,  h = (e_x . f) e_y - (e_y . f) e_x
  *     universal 2      m = e x h / |h|^2,  h = (f_x . e) f_y - (f_y . e) f_x
  * The first universal angle is that of f about e from e_x. The second is the angle of the frame about f, less that of e
- * from f_x. An angle is one of those that differ by whole turns, the one nearest to
+ * from f_x. Angles that differ by whole turns are equivalent; the angle is the one nearest to
  *     angle + sum of coefficient * position + d_z / pitch
+ *
  * In this sum the links of the loop whose axes stay parallel to e count turns; screws count them, too.
  */
 #ifndef KT_CONSTRAINT_RELATIVE_COORDINATE_H

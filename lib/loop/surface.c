@@ -4,8 +4,8 @@
  *     phi'  = n . u
  *     phi'' = n . (u' + coriolis) + bias,      bias = u . H u
  *
- * H contains the second derivatives of phi. About the axis z let h be the part of d normal to z, with rho = |h| and
- * m = h / rho; g = m x (the part of u normal to z):
+ * H contains the second derivatives of phi. Let h be the part of d normal to the axis z, with rho = |h|.
+ * Let m = h / rho. With u_n the part of u normal to z, g = m x u_n:
  *     plane     phi = z . d                    n = z                        bias = 0
  *     cylinder  phi = rho - R                  n = m                        bias = g^2 / rho
  *     sphere    phi = |d| - R                  n = d / |d|                  bias = |n x u|^2 / |d|
