@@ -1,8 +1,7 @@
 /* Collects the faults of a description, and checks the rules that items of all kinds have in common: those of numbers,
  * functions, names and ends. The check itself is the compiler's (compile/check.c), and types add rules of their own.
  *
- * Every rule reports through kt_checker_fault and continues; what only follows from a reported fault is not reported as
- * well.
+ * Every rule reports through kt_checker_fault and continues. A mere consequence of a reported fault is not reported.
  */
 #ifndef KT_MODEL_CHECK_H
 #define KT_MODEL_CHECK_H
@@ -20,9 +19,9 @@ enum { KT_SCOPE_BODY = -1, KT_SCOPE_LOOP = -2, KT_SCOPE_EFFECT = -3, KT_SCOPE_ST
 /* Special values of a body's index in the description. */
 enum { KT_BODY_WORLD = -1, KT_BODY_UNKNOWN = -2 };
 
-/* The range of numbers is wide enough for any mechanism, and such that no product that the equations form of them (m
- * l^2 w^2, and twice m l^2) overflows. Smaller masses and inertias would make products subnormal, without a correct
- * digit. */
+/* The range of numbers is wide enough for any mechanism. The products that the equations form, such as m l^2 w^2, do
+ * not overflow, nor does twice m l^2. Smaller masses and inertias would make products subnormal, without a
+ * correct digit. */
 #define KT_NUMBER_MOST 1e50
 #define KT_MASS_LEAST 1e-50
 #define KT_INERTIA_MOST 1e150
@@ -37,7 +36,7 @@ typedef struct kt_checker {
     void *user;
     kt_item item; /* the item being checked */
     int index;
-    bool set;       /* a number of an item that exists is set: what is zero or infinite was not forgotten */
+    bool set;       /* a number of an existing item is being set: a zero or infinite value is intended, not forgotten */
     kt_error first; /* the first fault; code KT_OK: none yet */
     kt_names names;
     int *parent;    /* of each body: index, KT_BODY_WORLD or KT_BODY_UNKNOWN */
@@ -87,14 +86,14 @@ void kt_checker_rotation(kt_checker *checker, const char *field, int sub, const 
 
 /* `field` is the key of the function. KT_FUNCTION_NONE is valid. */
 bool kt_checker_function(kt_checker *checker, const char *field, const kt_function *function);
-/* The same, and the function must be > 0 at all times, as far as that is known without evaluating it: of a polynomial
- * the value at t = 0 is checked, of a table the values of its rows. */
+/* The same, and the function must be > 0 at all times. The check uses a lower bound that needs no evaluation: the value
+ * at t = 0 for a polynomial, the values of the rows for a table. */
 void kt_checker_positive_function(kt_checker *checker, const char *field, const kt_function *function);
 
 /* ---- check_name.c ------------------------------------------------------------------------------------------------ */
 
-/* Checks the name of an item, which must be unique in its scope; `list` is the key of the list in messages. `name` may
- * be NULL if `optional`. */
+/* Checks the name of an item, which must be unique in its scope. Messages name the list with its key, `list`. `name`
+ * may be NULL if `optional`. */
 void kt_checker_name(kt_checker *checker, int scope, const char *list, const char *name, bool optional);
 /* Returns the index of the body of that name, KT_BODY_WORLD, or KT_BODY_UNKNOWN after reporting that there is none.
  * NULL is the world. */
@@ -105,8 +104,8 @@ int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char
 int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, const char *name);
 /* Checks the name of the coordinate in which an effect acts (model/relative.h). */
 void kt_checker_coordinate(kt_checker *checker, const char *field, const char *text);
-/* Checks an end; returns the index of its body, KT_BODY_WORLD, or KT_BODY_UNKNOWN after reporting that there is none.
- * `sub`: 0 or 1 in a list of two ends, else -1. */
+/* Checks an end. Returns the index of its body, KT_BODY_WORLD, or KT_BODY_UNKNOWN after reporting that there is none.
+ * For an end in a list of two, `sub` is its index, otherwise -1. */
 int kt_checker_end(kt_checker *checker, const char *field, int sub, const kt_end *end);
 
 /* ---- check_key.c ------------------------------------------------------------------------------------------------- */

@@ -1,4 +1,4 @@
-/* Reports of faults in a description: each says what is wrong, and in which item. */
+/* Reports of faults in a description. Each report names the fault and the item. */
 #include "model/check.h"
 #include "model/function.h"
 
@@ -49,7 +49,7 @@ static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
 void kt_checker_fault(kt_checker *checker, const char *field, int sub, const char *format, ...) {
     if (kt_checker_is_done(checker))
         return;
-    char where[KT_WHERE_SIZE], message[2 * KT_MESSAGE_SIZE]; /* kt_error_set marks what it cuts */
+    char where[KT_WHERE_SIZE], message[2 * KT_MESSAGE_SIZE]; /* kt_error_set shortens long texts, and marks the cut */
     write_where(checker, where);
     va_list arguments;
     va_start(arguments, format);

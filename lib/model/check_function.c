@@ -18,7 +18,7 @@ static bool check_sine(kt_checker *checker, const char *field, const kt_function
     return kt_checker_value(checker, field, -1, ".sine.offset", -1, f->offset) && fine;
 }
 
-/* Of a ramp or a bump, `form`, which start and end. */
+/* Checks the times of a ramp or a bump, which start and end; `form` is its key. */
 static bool check_times(kt_checker *checker, const char *field, const char *form, const kt_function *f) {
     char start[16], end[16];
     snprintf(start, sizeof start, ".%s.start", form);
@@ -173,8 +173,8 @@ bool kt_checker_function(kt_checker *checker, const char *field, const kt_functi
     return check_any(checker, field, function, 0);
 }
 
-/* Returns the least value that the function is known to take: of a polynomial the value at t = 0, of a table the least
- * value of its rows. */
+/* Returns the least value that the function takes, as far as it follows without evaluation. For a polynomial it is the
+ * value at t = 0, for a table the least value of its rows. */
 static double least_value(const kt_function *f) {
     double least = KT_NUMBER_MOST;
     switch (f->type) {
@@ -193,7 +193,7 @@ static double least_value(const kt_function *f) {
         for (int k = 1; k < f->number_count; k += 2)
             least = fmin(least, f->numbers[k]);
         break;
-    case KT_FUNCTION_BUMP: /* known at each time alone */
+    case KT_FUNCTION_BUMP: /* these have values only by evaluation at a time */
     case KT_FUNCTION_SUM:
     case KT_FUNCTION_PRODUCT:
     case KT_FUNCTION_EXPRESSION:

@@ -1,4 +1,4 @@
-/* The check of an item by the keys of its type: the kind of a key decides how the member to which it refers is checked.
+/* Checks an item using the keys of its type. The kind of a key selects the check of the member to which it refers.
  */
 #include "model/check.h"
 #include "model/describe.h"
@@ -17,7 +17,7 @@ typedef struct kt_checked {
 
 static const void *member(const void *object, const kt_key *key) { return (const char *)object + key->offset; }
 
-/* An infinite default stands for "none". */
+/* An infinite default means "none". */
 static void check_number(kt_checked *c, const kt_key *key) {
     const double *x = member(c->object, key), *standard = member(c->standard, key);
     if (isinf(*standard) && *x == *standard)
@@ -37,7 +37,7 @@ static void check_six(kt_checked *c, const kt_key *key) {
         (void)kt_checker_not_negative(c->checker, key->name, place[i], x[i]);
 }
 
-/* A default of zero stands for an axis that is not given. */
+/* A default of zero means that no axis is given. */
 static void check_axis(kt_checked *c, const kt_key *key) {
     const kt_vec3 *axis = member(c->object, key), *standard = member(c->standard, key);
     const bool is_zero = axis->x == 0.0 && axis->y == 0.0 && axis->z == 0.0;
@@ -104,7 +104,7 @@ static void check_terms(kt_checked *c, const kt_key *key) {
         kt_checker_fault(checker, key->name, -1, "%s are all zero, or next to it; give one that is not", key->name);
 }
 
-/* Of a coupling; other formulas are functions of time. */
+/* Checks the formula of a coupling; other formulas are functions of time. */
 static void check_formula(kt_checked *c, const kt_key *key) {
     const kt_loop *loop = c->object;
     if (loop->formula == NULL)
@@ -136,7 +136,7 @@ static void check_functions(kt_checked *c, const kt_key *key) {
     }
 }
 
-/* The quaternion among the initial coordinates must be a unit quaternion; four zeros stand for no rotation. */
+/* The quaternion among the initial coordinates must be a unit quaternion; four zeros mean no rotation. */
 static void check_quaternion(kt_checked *c, const kt_key *key, const double *q) {
     const kt_quat quat = {q[0], q[1], q[2], q[3]};
     const double norm = sqrt(kt_quat_norm_squared(quat)); /* no overflow: magnitudes are at most 1e50 */
@@ -221,7 +221,7 @@ static void check_track(kt_checked *c, const kt_key *key) {
 /* A library for trees alone that is small, too, leaves them to the one that will have loops. */
 #define KT_CHECKS_FORMS (KT_IS_FULL || KT_HAS_LOOPS)
 
-/* Of loops on surfaces and curves. */
+/* Checks the surface, curve or points of a loop on surfaces and curves. */
 static void check_form(kt_checked *c, const kt_key *key) {
     if (key->kind == KT_KEY_SURFACE)
         check_surface(c, key);

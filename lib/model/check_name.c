@@ -35,8 +35,8 @@ void kt_checker_name(kt_checker *checker, int scope, const char *list, const cha
                          kt_name_quote(name).text, list, first);
 }
 
-/* Returns the name of a body or joint that is nearest to one that does not exist, except those of the body being
- * checked; NULL if none is near. */
+/* Returns the name of a body or joint that is nearest to a name that does not exist; NULL if none is near. The names of
+ * the body being checked are excluded. */
 static const char *nearest_body(kt_checker *checker, const char *name, int scope) {
     const kt_description *d = checker->description;
     kt_nearest search = kt_nearest_make(name, &checker->effort);
@@ -116,7 +116,7 @@ int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, con
 
 /* ---- coordinates in which effects act ---------------------------------------------------------------------------- */
 
-/* Reports what is wrong with the number of a coordinate of `what`, a joint or loop of `count` coordinates. */
+/* Reports an invalid or missing index of a coordinate of a joint or loop, `what`, that has `count` coordinates. */
 static void check_component(kt_checker *checker, const char *field, const char *what, const char *type, int count,
                             const char *text, kt_coordinate_name name) {
     if (count == 0)
@@ -140,7 +140,7 @@ static int indexed_body(const kt_checker *checker, const char *text, kt_coordina
     return -1;
 }
 
-/* Of a joint with a quaternion no coordinate has a force of its own. */
+/* In a joint with a quaternion, no coordinate has a force of its own. */
 static void check_joint_component(kt_checker *checker, const char *field, int body, const char *text,
                                   kt_coordinate_name name) {
     const kt_joint_type type = checker->description->bodies[body].joint.type;

@@ -2,8 +2,8 @@
  *
  * A model is one block: the struct, then the arrays of KT_MODEL_FIELDS, each at an offset that follows from the counts
  * alone. A copy therefore has the block's bytes, and the function that laid out the original sets the pointers of the
- * copy to its own arrays. Arrays contain indices and offsets but no pointers, with two exceptions: the table of names,
- * which is made again, and the user pointers of custom effects, which are kept.
+ * copy to its own arrays. Arrays contain indices and offsets but no pointers, with two exceptions. The table of names
+ * is built again. The user pointers of custom effects are kept.
  */
 #include "base/arena.h"
 #include "model/model.h"
@@ -27,7 +27,7 @@ void kt_model_copy_one(const kt_model *model, void *memory) {
 }
 
 #if KT_HAS_SWITCHES
-/* Of a model that is one of a family the block of all of them. */
+/* Copies the block of a whole family. Returns the copy of the given member. */
 static kt_model *copy_family(const kt_model *model, void *memory) {
     const kt_family *from = model->family;
     kt_family *to = memory;
@@ -41,7 +41,7 @@ static kt_model *copy_family(const kt_model *model, void *memory) {
     const int64_t index = kt_switches_index(&to->switches, model->set);
     if (index >= 0)
         return kt_family_model(to, (uint64_t)index);
-    /* of a mask the model without contacts */
+    /* a set within a mask: the model without contacts */
     return kt_family_model(to, (uint64_t)kt_switches_index(&to->switches, model->set & ~to->switches.masked));
 }
 #endif

@@ -1,8 +1,8 @@
 /* Shared by the files of joints, loops, effects, shapes and functions, which define the descriptors of their types
  * (kinetree/descriptor.h).
  *
- * A file that is compiled several times, for instruction sets, derivatives and lanes, defines its descriptor in one of
- * these compilations only: within #if KT_DESCRIBES.
+ * Some files are compiled several times, for instruction sets, derivatives and lanes. Such a file defines its
+ * descriptor in one of these compilations only, within #if KT_DESCRIBES.
  */
 #ifndef KT_MODEL_DESCRIBE_H
 #define KT_MODEL_DESCRIBE_H
@@ -28,7 +28,7 @@
 /* Members of a descriptor: the array `keys` of its file. */
 #define KT_DESCRIPTOR_KEYS .keys = keys, .key_count = (int)(sizeof keys / sizeof *keys)
 
-/* Members of an effect's descriptor: what can be recorded of it. */
+/* Members of an effect's descriptor: the quantities that can be recorded. */
 #ifdef KT_NO_WORDS
 #define KT_QUANTITIES(...) .quantities = NULL
 #else
@@ -45,7 +45,7 @@
 
 /* Keys that several types have. */
 
-/* The rule of impacts of what bounds one side. */
+/* The rule of impacts for a one-sided constraint. */
 #define KT_POISSON_KEY(offset, of)                                                                                     \
     {"poisson",                                                                                                        \
      KT_KEY_FLAG,                                                                                                      \
@@ -61,7 +61,8 @@
 /* Whether a key of the type refers to the member at this offset; false if the type does not exist (NULL). */
 bool kt_descriptor_reads(const kt_descriptor *descriptor, size_t offset);
 
-/* Returns the number of ends of a type: 0, 1 or 2; and its number of functions of time. */
+/* The first call returns the number of ends of a type, at most 2. The second one returns its number of functions of
+ * time. */
 int kt_descriptor_end_count(const kt_descriptor *descriptor);
 int kt_descriptor_function_count(const kt_descriptor *descriptor);
 

@@ -15,7 +15,7 @@ static bool joins(const char *text, const char *before, const char *name) {
     return strncmp(text, before, length) == 0 && strcmp(text + length, name) == 0;
 }
 
-/* Whether it is the name of what the effect's own ends do; *is_speed: of a rate. */
+/* Whether a name is that of the effect's own length or coordinate, or of its rate. Sets *variable if so. */
 static bool is_own(const kt_formula_names *names, const char *name, kt_variable *variable) {
     bool is_length = names->ends == 2 && strcmp(name, "length") == 0;
     bool is_speed = names->ends == 2 && strcmp(name, "speed") == 0;

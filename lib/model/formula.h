@@ -7,8 +7,8 @@
 #include "model/check.h"
 #include "model/record.h"
 
-/* The variables of an effect's formulas, in the order in which they are first met. `length` and `speed` are known to those
- * between two ends; `position.NAME` and `velocity.NAME` of the coordinate to those in a loop. */
+/* The variables of an effect's formulas, in the order of their first use. An effect between two ends also has `length`
+ * and `speed`. An effect in a loop also has `position.NAME` and `velocity.NAME` of its coordinate. */
 typedef struct kt_formula_names {
     const kt_description *description;
     int ends;
@@ -20,7 +20,7 @@ typedef struct kt_formula_names {
     char shown[600]; /* the name that was listed last */
 } kt_formula_names;
 
-/* Of an effect, without variables. */
+/* Returns the names for the formulas of an effect, without variables. */
 KT_INNER kt_formula_names kt_formula_names_of(const kt_description *description, const kt_effect *effect);
 
 /* The symbols of kt_expression_parse whose indices are those of `variable`. */

@@ -1,5 +1,5 @@
-/* The plan of a constraint group that is reduced front by front (reduction/front.h): one step a link, and which loops
- * are complete after it. */
+/* The plan of a constraint group that is reduced front by front (reduction/front.h). Each link has one step, which
+ * lists the loops that are complete after it. */
 #ifndef KT_MODEL_FRONT_H
 #define KT_MODEL_FRONT_H
 
@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A link is added to the front. Its acceleration per unit of each parameter is kept in a slot for as long as links or
- * loops that are added later depend on it. */
+/* A link is added to the front. A slot keeps its acceleration per unit of each parameter, as long as links or loops
+ * that are added later depend on it. */
 typedef struct kt_front_step {
     int32_t link;
     int32_t up; /* the step of its parent, or -1 if that is the group's parent */
@@ -41,8 +41,8 @@ typedef struct kt_front_plan {
  * can be delayed at a time. */
 enum { KT_FRONT_SPACE = 6, KT_FRONT_DELAYED_MOST = 6 };
 
-/* The most that a step can have: parameters, the new ones included; equations that it closes; parameters that are kept;
- * vectors in slots, an upper bound of that. */
+/* The largest numbers of a step. The parameters, `params`, include the new ones, and `kept` of them are kept. The step
+ * closes `rows` equations. An upper bound of the vectors in slots is `vectors`. */
 typedef struct kt_front_size {
     size_t params, rows, kept, vectors;
 } kt_front_size;

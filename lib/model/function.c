@@ -2,8 +2,8 @@
  *
  *   constant    y = a
  *   sine        y = a + b sin(c t + d),  c = 2 pi frequency
- *   ramp        y = a + (b - a) s^2 (3 - 2 s),  s = (t - c) / (d - c) limited to [0, 1]: the cubic whose slope is zero
- *               at both ends, so that y and y' are continuous and y'' jumps at both
+ *   ramp        y = a + (b - a) s^2 (3 - 2 s),  s = (t - c) / (d - c) limited to [0, 1].
+ *               The slope of this cubic is zero at both ends: y and y' are continuous, and y'' jumps there.
  *   polynomial  y = c0 + c1 t + c2 t^2 + ..., by Horner's rule for y, y' and y''/2
  *   bump        y = a (4 s (1 - s))^3,  s = (t - c) / (d - c) limited to [0, 1]
  *   table       between two rows, with h_k = t_{k+1} - t_k and s = t - t_k,
@@ -15,8 +15,8 @@
  * parts' numbers: none is a pointer, so that a model can be copied.
  *
  * Outside its rows a table keeps its first or last value, with zero slope. The first and the last row belong to the
- * inside: a motion whose table begins at the start of the simulation has the table's slope there, and likewise at the
- * end.
+ * inside. A motion whose table begins at the start of the simulation therefore has the table's slope there. The same is
+ * true at the end.
  *
  * linear: b_k = (y_{k+1} - y_k) / h_k, c_k = d_k = 0.
  *
@@ -28,7 +28,7 @@
  *
  * monotone: Hermite's cubic whose slopes p_k keep each piece within the range of its two rows. With the secants
  *   e_k = (y_{k+1} - y_k) / h_k,
- * p_k is 0 where e_{k-1} e_k <= 0, and otherwise the weighted harmonic mean (Brodlie 1980; Fritsch & Butland, SIAM
+ * p_k is 0 if e_{k-1} e_k <= 0. Otherwise it is the weighted harmonic mean (Brodlie 1980; Fritsch & Butland, SIAM
  * J. Sci. Stat. Comput. 5, 1984)
  *   p_k = (w1 + w2) / (w1 / e_{k-1} + w2 / e_k),  w1 = 2 h_k + h_{k-1},  w2 = h_k + 2 h_{k-1}.
  * At the first row (likewise at the last) it is the slope of the parabola through three rows,
@@ -549,7 +549,7 @@ double kt_curve_longest_step(const kt_curve *curve, const double *numbers) {
 
 /* ---- descriptors ------------------------------------------------------------------------------------------------- */
 
-/* The unit y stands for that of the function's value. */
+/* In the keys, y denotes the unit of the function's value. */
 #define AT(member) offsetof(kt_function, member)
 static const kt_key constant_keys[] = {
     {"value", KT_KEY_NUMBER, AT(value), "y", KT_WORDS("a; a plain number is this function, too"), .needed = true},

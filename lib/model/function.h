@@ -8,8 +8,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* A compiled function. Its numbers lie in an array that the caller keeps for all functions (`numbers` below), from
- * numbers[first] on, so that a curve contains no pointer. */
+/* A compiled function. The caller keeps one array for the numbers of all functions (`numbers` below). Those of this
+ * function begin at numbers[first], so that a curve contains no pointer. */
 typedef struct kt_curve {
     kt_function_type type;
     int count;         /* polynomial: coefficients; table: rows; sum, product: parts */
@@ -38,29 +38,29 @@ static inline bool kt_curve_rests(const kt_curve *curve) {
  * function that is not given (KT_FUNCTION_NONE) is zero. */
 void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);
 
-/* The size of the terms that the first derivative at t consists of: its rounding error is a small part of this, even
- * where they cancel, as at the crest of a sine. */
+/* The size of the terms whose sum is the first derivative at t. Its rounding error is a small part of this size, even
+ * if the terms cancel, as at the crest of a sine. */
 double kt_curve_speed(const kt_curve *curve, const double *numbers, double t);
 
 /* A corner: a time at which a derivative jumps. */
 typedef struct kt_corner {
     double time; /* HUGE_VAL: there is none */
-    int order;   /* the lowest derivative that jumps: 0 the value, 1 the slope; above 2: a higher one, or none */
+    int order;   /* of the lowest derivative that jumps, from 0 for the value; above 2: a higher one, or none */
 } kt_corner;
 
-/* At corners above this order nothing jumps: they are where steps end so that they see what a formula does. */
+/* At corners above this order nothing jumps. Steps end there to resolve the shape of a formula. */
 enum { KT_CORNER_ORDER_MAX = 3 };
 
 /* Whether the function has corners: a ramp's start and end, and rows of a table at which its pieces differ. Between two
  * corners it is one polynomial, one sine, or a formula that is monotone with its first two derivatives. */
 bool kt_curve_has_corners(const kt_curve *curve);
 
-/* The first corner after t; those of formulas are sought up to `until`. O(1); of a table O(log rows), and 1 for each row
- * without a corner; of a formula some hundred evaluations. */
+/* Returns the first corner after t; those of formulas are sought up to `until`.
+ * Cost: O(1); for a table O(log rows), plus 1 for each row without a corner; for a formula some hundred evaluations. */
 kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until);
 
-/* The longest step whose stages cannot miss what the function does between two corners: a quarter of a sine's period,
- * of a product of sines that of the sum of their frequencies; HUGE_VAL for all others. */
+/* The longest step whose stages resolve the function between two corners. It is a quarter of a sine's period. A product
+ * of sines counts as a sine with the sum of their frequencies. HUGE_VAL for all others. */
 double kt_curve_longest_step(const kt_curve *curve, const double *numbers);
 
 #endif

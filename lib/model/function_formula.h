@@ -1,4 +1,4 @@
-/* Functions of time that are bumps or formulas: what function.c calls for them. */
+/* The functions that function.c calls for bumps and formulas of time. */
 #ifndef KT_MODEL_FUNCTION_FORMULA_H
 #define KT_MODEL_FUNCTION_FORMULA_H
 
@@ -11,7 +11,7 @@ static inline bool kt_curve_is_formula(const kt_curve *curve) {
     return curve->type >= KT_FUNCTION_BUMP && curve->type <= KT_FUNCTION_EXPRESSION;
 }
 
-/* Of bumps and expressions; sums and products are in function.c. */
+/* The parts of kt_curve_* for bumps and expressions; sums and products are in function.c. */
 size_t kt_curve_formula_numbers(const kt_function *function);
 void kt_curve_formula_compile(const kt_function *function, double *numbers, kt_curve *curve);
 void kt_curve_formula_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);

@@ -1,4 +1,4 @@
-/* Joints by their names, and what they were built for. */
+/* Finds joints by their names, and returns their design limits. */
 #include "base/require.h"
 #include "model/model.h"
 

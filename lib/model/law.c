@@ -61,7 +61,7 @@ static void check_variable(kt_checker *checker, kt_formula_names *names, const c
                              kt_name_quote(name).text);
         else if (names->count == before)
             kt_checker_fault(checker, "variables", k, "%s is listed twice; name it once", kt_name_quote(name).text);
-    } else if (kt_checker_formula(checker, "variables", name, names)) { /* which says what is unknown in it */
+    } else if (kt_checker_formula(checker, "variables", name, names)) { /* its report names the unknown variable */
         kt_checker_fault(checker, "variables", k, "%s is a formula; give the name of a variable",
                          kt_name_quote(name).text);
     }

@@ -30,8 +30,9 @@ typedef struct kt_counts {
     size_t varying;  /* bodies whose mass is a function of time */
     size_t massless; /* velocity coordinates that follow from the balance of forces */
     size_t front;    /* links of groups, if any group is large enough for fronts */
-    /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. spatial_v: velocities of the
-     * others. planar: the length of the planar arrays, whose first entry is the ground; 0 if no link is planar. */
+    /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. The other links have `spatial_v`
+     * velocities. The planar arrays have the length `planar`, with the ground as first entry; 0 if no link is planar.
+     */
     size_t rest;        /* room for those that are rotated at rest, and screws */
     size_t articulated; /* links that have an entry among the articulated inertias, and the ground */
     size_t spatial, spatial_angle, spatial_v, planar, plane, planar_loop;
@@ -43,8 +44,8 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
 /* A small library has no own states. */
 #define KT_OWN_STATES(n) (KT_HAS_FORMULAS ? (n)->x : 0)
 
-/* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), which begin at any index: seven entries
- * are added at the end. */
+/* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), from any index on. Seven entries are
+ * therefore added at the end. */
 #define KT_ANGLES(count) ((count) + 7)
 
 /* Arrays of models and data that have bodies of variable mass; others, and libraries without, have none. */
@@ -141,7 +142,7 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
 /* In `given`. A velocity is kept if its joint is held and the description gives no velocity at all. */
 enum { KT_POSITION_GIVEN = 1, KT_VELOCITY_GIVEN = 2, KT_VELOCITY_KEPT = 4 };
 
-/* A state of a mechanism and what acts on it. */
+/* A state of a mechanism, with the joint forces and wrenches that act on it. */
 typedef struct kt_dynamic_state {
     double t;
     const double *q, *v;       /* nq, nv */
@@ -176,14 +177,14 @@ struct kt_model {
     kt_sweep sweep;      /* which links there are: spatial, planar or both */
     double length;       /* of the longest loop, once around: the scale of lengths */
     double tolerance;    /* that of the description: by which loops may contradict each other (compile/rank.c) */
-    double disagreement; /* by which they do, and what motion may add to it; 0: they do not */
+    double disagreement; /* by which they do, with the increase that motion may cause; 0: they do not */
     double rounding;     /* relative gaps that given lengths leave by their rounding (closure/rounding.h) */
     bool ordered;        /* velocity coordinates have the order of the links */
     bool driven;         /* some loop depends on time, or drives at a constant speed */
     bool has_delassus;   /* some group is solved by reduction/delassus.h */
     bool has_armature;   /* some joint has armature */
     bool placed;         /* in the caller's memory (kt_model_copy) */
-    bool settable;       /* as its options say */
+    bool settable;       /* from the options of the compilation */
     uint32_t name;       /* offset in text */
     kt_names
         names; /* bodies (scope 0), joints with names of their own (KT_NAMES_OF_JOINTS) and the markers of body b (scope
@@ -213,8 +214,8 @@ static inline bool kt_link_is_planar(const kt_model *model, size_t link) {
     return KT_HAS_PLANE && link >= model->n.spatial;
 }
 
-/* Whether a velocity coordinate is one of those that move no mass. Its armature in the model is 1, which is none of a
- * rotor: it takes the place of the mass that is missing (mechanism/quasi_static.c). */
+/* Whether a velocity coordinate is one of those that move no mass. Its armature in the model is 1. This is no rotor's
+ * armature, but replaces the missing mass (mechanism/quasi_static.c). */
 static inline bool kt_is_massless(const kt_model *model, size_t v) {
 #if KT_HAS_QUASI_STATICS
     for (size_t k = 0; k < model->n.massless; k++)
@@ -269,7 +270,7 @@ typedef struct kt_external {
 KT_OPERATOR kt_real3 kt_of_external3(kt_external3 x) { return x; }
 #endif
 
-/* What only some recursions have of a link: in dynamics a wrench, in kinematics where its origin is. */
+/* Data of a link that only some recursions have: a wrench in dynamics, the motion of its origin in kinematics. */
 typedef union kt_link_origin {
     struct {
         kt_real3 moment, force;
@@ -279,22 +280,22 @@ typedef union kt_link_origin {
     };
 } kt_link_origin;
 
-/* The motion of a link for queries. Only kt_kinematics_update writes it, so that queries answer for the state of the
- * last update, whatever has been computed at other states since. */
+/* The motion of a link for queries. Only kt_kinematics_update writes it. Queries therefore refer to the state of the
+ * last update, even after computations at other states. */
 typedef struct kt_link_kinematics {
     kt_mat3 axes;
     kt_vec3 offset, omega, alpha, linear, position, velocity; /* as in kt_link_motion, without gravity */
 } kt_link_kinematics;
 
 /* The motion of a link that carries forces. Its position is base + local: from the world's origin to the origin of its
- * tree, and from there to the link, so that distances within a tree keep their digits far from the world's origin. */
+ * tree, and from there to the link. Distances within a tree thereby keep their digits far from the world's origin. */
 typedef struct kt_force_frame {
     kt_link_motion link; /* poses and angular velocity only */
     kt_real3 base, local, velocity;
 } kt_force_frame;
 
-/* An articulated inertia, which maps (alpha, a) to (moment, force): [J G'; G M], by columns, J and M symmetric as in
- * algebra/real3.h; and its bias wrench. */
+/* An articulated inertia and its bias wrench. The inertia [J G'; G M] maps (alpha, a) to (moment, force). It is stored
+ * by columns, with J and M symmetric as in algebra/real3.h. */
 typedef struct kt_articulated {
     union {
         struct {
@@ -322,15 +323,16 @@ typedef struct kt_response {
 
 static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
 
-/* The motion of a link relative to the origin of its group's parent, as if that were at rest, in the numbers of the
- * planar kernels or of the spatial ones; alpha and linear are the accelerations that the velocities alone give. */
+/* The motion of a link relative to the origin of its group's parent, as if the parent were at rest. The numbers are
+ * those of the planar kernels or of the spatial ones. alpha and linear are the accelerations that the velocities alone
+ * cause. */
 typedef struct kt_front_motion {
     kt_real3 point, velocity, alpha, linear;
 } kt_front_motion;
 
-/* What the last factorisation found at a step: parameters, the new ones included; equations, those that earlier steps
- * have delayed included; of them, independent ones; parameters afterwards, and of these those that are kept;
- * reflectors that part these from the others; vectors in slots. */
+/* The counts of a step in the last factorisation. The parameters, `params`, include the new ones. The equations,
+ * `rows`, include those that earlier steps have delayed; `rank` of them are independent. Afterwards `left` parameters
+ * remain, of which `kept` are kept. They are separated from the others with `reflectors`. The slots hold `vectors`. */
 typedef struct kt_front_count {
     int32_t params, rows, rank, left, kept, reflectors, vectors;
     int32_t first;             /* the equations' place among the group's pivots */
@@ -356,7 +358,8 @@ typedef struct kt_front_count {
     X(kt_real1, cosine, kt_lanes8(n->angle), "of all angles")                                                          \
     X(kt_real1, sine, kt_lanes8(n->angle), "of all angles")
 
-/* Where friction of a hard contact acts: the plane's axes, and the point from the origins of the sphere's body and the plane's. */
+/* The frame in which friction of a hard contact acts. It has the plane's axes, and the point relative to the origins of
+ * the sphere's body and the plane's. */
 typedef struct kt_slip_frame {
     kt_vec3 axis[2], arm[2];
 } kt_slip_frame;
@@ -418,10 +421,10 @@ typedef struct kt_slip_frame {
     X(kt_wrench, loaded, kt_where(n->group, n->body), "wrenches on bodies: those and the loops'")                      \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")
 
-/* The motion next to a singular position, since the start of the last step or the last call of kt_data_crossings: the
- * largest estimated error of an acceleration, over its unit, the least time in which the position would be reached,
- * kt_crossings.error, and by how much interpolated accelerations differ from direct ones that may be right, too; all 0 if
- * there is none. */
+/* The motion next to a singular position, since the start of the last step or the last call of kt_data_crossings. The
+ * number `acceleration` is the largest estimated error of an acceleration, over its unit. The least time in which the
+ * position would be reached is `time`. The number `error` is kt_crossings.error. Interpolated accelerations differ by
+ * `jump` from direct ones that may be right, too. All are 0 if there is no such motion. */
 typedef struct kt_passage {
     double acceleration, time, error, jump;
 } kt_passage;
@@ -447,7 +450,7 @@ typedef struct kt_passage {
     X(kt_real1, delta, kt_where(n->group, n->v), "a step in positions or velocities")                                  \
     X(kt_real1, rest, kt_where(n->group, n->v), "velocities or forces of zero")
 
-/* What the recursions write, in code that is compiled for lanes: there these are the data. */
+/* The data in code that is compiled for lanes: the arrays that the recursions write. */
 struct kt_data {
     bool has_external;    /* as below */
     kt_condition sound;   /* of each lane: no joint is without inertia */
@@ -479,8 +482,8 @@ struct kt_data {
     size_t bytes; /* of its memory */
 };
 
-/* Whether there is no model, or no data that serve it: its own, or those of a model of the same shape (a copy, or the
- * original of one). *error is then filled. */
+/* Whether the model or data are missing, or the data do not serve the model. Data serve the models of their shape:
+ * their own, its copies, and the original of a copy. *error is then filled. */
 #define KT_IS_OTHER_DATA(error, model, data)                                                                           \
     (KT_IS_MISSING(error, model, data) || kt_is_other_data(error, __func__, model, data))
 

@@ -1,8 +1,8 @@
 /* The elementary motions, one of which each link has relative to its parent.
  *
- * A degree of freedom is a rotation about a unit vector, a translation along it, or both. With s the link's axis, p its
- * pitch, x, y, z the axes of the link, and x0, y0, z0 these axes at rest (q = 0), the degrees of freedom (angular,
- * linear) are
+ * A degree of freedom is a rotation about a unit vector, a translation along it, or both. Let s be the link's axis and
+ * p its pitch. Let x, y, z be the axes of the link, and x0, y0, z0 these axes at rest (q = 0). The degrees of freedom
+ * (angular, linear) are
  *
  *   revolute    (s, 0)
  *   prismatic   (0, s)
@@ -10,11 +10,11 @@
  *   spherical   (x, 0)   (y, 0)   (z, 0)
  *   free        (0, x0)  (0, y0)  (0, z0)  (x, 0)  (y, 0)  (z, 0)
  *
- * A motion is a row of this list: the number of its velocities; how many of these are rates of lengths; whether it has
- * an angle, whose sine and cosine are computed; whether its positions end with a quaternion, four numbers for the last
- * three velocities; and whether it exists in a plane: about the normal, or along the plane. Lengths come first among
- * the coordinates. All other properties of a motion are a function or a case for each row (dynamics/motion.h,
- * dynamics/aba.h, dynamics/inertia_check.c): the compiler reports a row for which one is missing.
+ * Each motion is a row of KT_MOTION_LIST. It has `velocities`, of which the first `lengths` are rates of lengths. If it
+ * has an angle (`angles` is 1), its sine and cosine are computed. If `quaternions` is 1, the positions end with a
+ * quaternion: four numbers for the last three velocities. A motion that is `planar` exists in a plane, about the normal
+ * or along the plane. Lengths come first among the coordinates. All other properties of a motion are a function or a
+ * case for each row (dynamics/motion.h, dynamics/aba.h, dynamics/inertia_check.c). The compiler reports a missing one.
  */
 #ifndef KT_MODEL_MOTION_H
 #define KT_MODEL_MOTION_H
@@ -58,7 +58,7 @@ enum { KT_DOF_MAX = 6 }; /* velocities of a motion */
 KT_MOTION_LIST(KT_MOTION_FITS)
 #undef KT_MOTION_FITS
 
-/* kt_planar_link tells two motions apart. */
+/* kt_planar_link distinguishes two motions. */
 #define KT_MOTION_FITS_PLANE(id, name, v, l, a, q, planar)                                                             \
     _Static_assert(!(planar) || ((v) == 1 && (l) + (a) == 1), #name " is neither a rotation nor a translation");
 KT_MOTION_LIST(KT_MOTION_FITS_PLANE)

@@ -1,15 +1,15 @@
 /* Trees that move in a plane, and the data of the planar kernels.
  *
- * A tree (a joint on the ground and all that it carries) is planar if all its joints are revolute about one direction n
- * or prismatic along a normal to it. Masses and forces may have any direction and position: their components out of the
- * plane appear in reactions only. Trees with the same n share a *plane*: a right-handed basis (e1, e2, n) in the world.
- * Links are ordered so that planar ones come last, plane by plane: links [n.spatial, n.link) are planar, and link i has
+ * A tree is a joint on the ground with all links that it carries. It is planar if all its joints are revolute about one
+ * direction n, or prismatic along a normal to n. Masses and forces may have any direction and position: their
+ * components out of the plane appear in reactions only. Trees with the same n share a *plane*: a right-handed basis
+ * (e1, e2, n) in the world. Planar links come last, plane by plane: they are the links [n.spatial, n.link). Link i has
  * the *planar index* i - n.spatial + 1. Planar index 0 is the ground, with the gravity of the plane that is being
  * swept.
  *
- * At q = 0 every planar link has the angle 0, so there are no rotations at rest: a link's offset, prismatic direction
- * and first moment are constant two-vectors in (e1, e2), which its angle phi relative to q = 0 rotates; it is stored as
- * c = cos phi, s = sin phi. Heights along n are constant.
+ * The angle phi of a planar link is relative to q = 0, so there are no rotations at rest. A link's offset, prismatic
+ * direction and first moment at q = 0 are constant two-vectors in (e1, e2), which phi rotates. It is stored as its
+ * cosine c and its sine s. Heights along n are constant.
  */
 #ifndef KT_MODEL_PLANAR_H
 #define KT_MODEL_PLANAR_H
@@ -69,7 +69,7 @@ typedef struct kt_planar_motion {
     kt_real1 offset[2];        /* r: own origin minus the parent's */
     kt_real1 omega;            /* angular velocity about n */
     kt_real1 alpha;            /* angular acceleration */
-    kt_real1 linear[2];        /* acceleration of the origin (in dynamics: minus gravity); c_f before it is known */
+    kt_real1 linear[2];        /* acceleration of the origin (in dynamics: minus gravity); until it is computed, c_f */
     kt_real1 moment, force[2]; /* wrench */
     kt_real1 first[2];         /* m c, rotated; by forward dynamics only */
 } kt_planar_motion;
@@ -82,9 +82,9 @@ typedef struct kt_planar_inertia {
     kt_real1 moment, force[2];
 } kt_planar_inertia;
 
-/* The acceleration of a joint is y - K (alpha, a) of its parent: y is the free acceleration, K the parent gain. (`free`
- * and `gain_angular`, a product minus a number and a product plus one, must not be neighbours: gcc 12 would make one
- * fused instruction of the two, also without contraction.) */
+/* The acceleration of a joint is y - K (alpha, a) of its parent: y is the free acceleration, K the parent gain. The
+ * member `free` is a product minus a number, and `gain_angular` a product plus a number. They must not be neighbours:
+ * gcc 12 would make one fused instruction of the two, even without contraction. */
 typedef struct kt_planar_response {
     kt_real1 free;
     union {

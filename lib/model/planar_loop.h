@@ -1,14 +1,16 @@
 /* A loop between links of one plane, with its equations in that plane.
  *
  * Rotations about n and translations normal to it change no height along n and no angle to n. So an equation of the
- * loop is either constant (a void row, which no motion changes and whose residual must be zero), or one equation in the
- * plane, with the same phi:
- *   along       phi = e . d + constant, e fixed in end 1's frame, d from point 1 to point 2
- *   rotation    phi = factor 4 tan(theta / 4), theta from end 1's direction to end 2's
+ * loop is either constant or one equation in the plane with the same phi. A constant equation is a void row: no motion
+ * changes it, and its residual must be zero. The equations in the plane are as follows.
+ *
+ *   along       phi = e . d + constant. The vector e is fixed in end 1's frame, d leads from point 1 to point 2.
+ *   rotation    phi = factor 4 tan(theta / 4). The angle theta leads from end 1's direction to end 2's.
  *   orthogonal  phi = 2 tan(eps / 2), sin(eps) = cos(theta)
  *   distance    phi = sqrt(d^2 + height^2) - L(t)
- *   spatial     as in space, of ends that move in the plane; no motion may change such an equation either
- * Each row has its index among the loop's equations, by which equations are counted and reported.
+ *   spatial     as in space, of ends that move in the plane. No motion may change such an equation either.
+ *
+ * Each row has its index among the loop's equations, which counts and reports use.
  */
 #ifndef KT_MODEL_PLANAR_LOOP_H
 #define KT_MODEL_PLANAR_LOOP_H
@@ -41,7 +43,7 @@ typedef struct kt_planar_loop {
     double origin[2]; /* to which positions on the paths are relative, as in kt_loop_record */
     int32_t link[2];  /* planar indices of the links of the ends */
     int32_t ancestor; /* planar index of the link that carries both */
-    double c, s;      /* of the angle from end 1's direction to end 2's, at q = 0 */
+    double c, s;      /* cosine, sine of the angle between the ends' directions (from end 1) at q = 0 */
     double height;    /* of point 2 over point 1 */
     int32_t count;    /* rows in the plane; they come first */
     int32_t void_count;

@@ -68,8 +68,8 @@ kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
                             .nv = kt_joint_sizes[b->type].nv};
 }
 
-/* Coordinates are in the order of the bodies, and a body without coordinates has the same v as the next body: the
- * result is the last body whose first coordinate is not larger than v. */
+/* Coordinates are in the order of the bodies. A body without coordinates has the same v as the next body. The result is
+ * therefore the last body whose first coordinate is not larger than v. */
 int kt_body_of_velocity(const kt_model *model, int v) {
     if (!model)
         return -1;

@@ -1,7 +1,7 @@
 /* The records of a compiled model: links, bodies, loops, effects.
  *
- * There are two trees. The recursions sweep the *links*: each has one elementary joint, whose motion is about or along
- * a coordinate axis of the link's own frame, or spherical, or free (motion.h). A joint of more than one axis is a short
+ * There are two trees. The recursions sweep the *links*, each with one elementary joint. Its motion is about or along a
+ * coordinate axis of the link's own frame, or spherical, or free (motion.h). A joint of more than one axis is a short
  * chain of massless links, and bodies fixed to one another share a link. The *bodies* are the caller's: each is a frame
  * fixed in its link. Link and body 0 are the ground; a parent precedes its children in both trees.
  */
@@ -17,7 +17,7 @@
 
 #include <stdint.h>
 
-/* Of a loop or an effect that is compiled: whether it is off in this model. */
+/* Whether a loop or an effect that is being compiled is off in this model. */
 #define KT_IS_OFF(item) (KT_HAS_SWITCHES && (item)->switching == KT_SWITCHED_OFF)
 
 /* The axes of a joint at q = 0, expressed in the joint frame. */
@@ -26,15 +26,15 @@ typedef struct kt_joint_axes {
     kt_vec3 second; /* unit; the second axis of a universal joint */
 } kt_joint_axes;
 
-/* What only some links have: where they are rotated at rest, and screws. */
+/* Data that only some links have: screws, and links that are rotated at rest. */
 typedef struct kt_link_rest {
     kt_mat3 axes; /* this link's axes at rest (q = 0) in the parent link's frame, columns */
     double pitch;
 } kt_link_rest;
 
-/* Every evaluation reads all links several times: what it does not read is elsewhere. The numbers of links, bodies and
- * planes come first in their records: code that is compiled for lanes has records in which these are lanes
- * (batch/interleave.h). */
+/* Every evaluation reads all links several times. Data that it does not read therefore lie elsewhere. In the records of
+ * links, bodies and planes, the floating-point numbers come first. In code that is compiled for lanes, each of these
+ * numbers is a vector of lanes (batch/interleave.h). */
 typedef struct kt_link {
     kt_const3 at;          /* origin of the joint frame in the parent link's frame */
     kt_const_sym3 inertia; /* of all bodies on the link, about its origin, link axes */
@@ -60,7 +60,8 @@ typedef struct kt_link {
     bool has_armature;    /* its joint has armature */
 } kt_link;
 
-/* Of a link in a model that has one: the array of these follows that of the links. */
+/* Returns the record at rest of a link that has one (`rest` is not 0). The array of these records follows that of the
+ * links. */
 static inline const kt_link_rest *kt_link_rest_of(const kt_link *link) {
     return (const kt_link_rest *)(const void *)((const double *)(const void *)link + link->rest);
 }
@@ -150,8 +151,8 @@ typedef struct kt_loop_record {
 #endif
 } kt_loop_record;
 
-/* Whether it is switched off: it is in no group then, and has no rows. term_count is -1, as of a relation without terms:
- * what differentiates frames leaves it out. */
+/* Whether the loop is switched off. It is then in no group, and has no rows. Its term_count is -1, as in a relation
+ * without terms, so that derivatives of frames leave it out. */
 static inline bool kt_loop_is_off(const kt_loop_record *loop) { return KT_HAS_SWITCHES && loop->group < 0; }
 
 /* Whether its equation depends on time. */
@@ -276,7 +277,7 @@ typedef struct kt_effect_record {
 #if KT_HAS_SWITCHES
     bool hard;        /* joint_limit, contact: loops are in its place */
     bool disc;        /* contact: of the rim of a disc, not of a sphere */
-    double direction; /* joint_friction that sticks: 1 or -1, in which it slips; 0: it is smoothed */
+    double direction; /* sign of slip, for joint_friction that sticks; 0: it is smoothed */
 #endif
     kt_relative_record relative;
 } kt_effect_record;
@@ -285,7 +286,7 @@ typedef struct kt_effect_record {
  * that one's rate. */
 enum { KT_VARIABLE_LENGTH = KT_VARIABLE_STATE + 1, KT_VARIABLE_SPEED };
 
-/* What a variable of a formula is read from. */
+/* The source of a variable of a formula. */
 typedef struct kt_variable_record {
     int32_t type;       /* kt_variable_type, or one of these */
     int32_t q, v;       /* the coordinate of a joint: of positions q, and v the velocity that changes it */

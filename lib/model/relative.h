@@ -13,7 +13,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* What a loop may leave free, of the second end's frame relative to the first's (constraint/relative_coordinate.h). */
+/* A coordinate of the second end's frame relative to the first's that a loop may leave free
+ * (constraint/relative_coordinate.h). */
 typedef enum kt_relative {
     KT_RELATIVE_NONE = 0,
     KT_RELATIVE_X, /* displacements along the first end's axes */
@@ -28,8 +29,8 @@ static inline bool kt_relative_is_length(kt_relative relative) {
     return relative >= KT_RELATIVE_X && relative <= KT_RELATIVE_Z;
 }
 
-/* The k-th relative coordinate of loops of a type, in the order of a joint's that leaves the same motion free;
- * KT_RELATIVE_NONE: it has no more, or there is no such type. */
+/* Returns the k-th relative coordinate of loops of a type. The order is that of the joint that leaves the same motion
+ * free. Returns KT_RELATIVE_NONE if the type has no more coordinates, or does not exist. */
 KT_INNER kt_relative kt_relative_at(kt_loop_type type, int k);
 int kt_relative_count(kt_loop_type type);
 
@@ -47,7 +48,7 @@ static inline bool kt_coordinate_is_of(const char *text, kt_coordinate_name name
     return of != NULL && strncmp(of, text, name.length) == 0 && of[name.length] == '\0';
 }
 
-/* The loop that is named, -1: none. The search begins at `first` and goes round. */
+/* Returns the index of the named loop, or -1. The search begins at `first` and goes round. */
 KT_INNER int kt_coordinate_loop(const kt_description *description, const char *text, int first);
 
 #endif

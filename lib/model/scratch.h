@@ -1,12 +1,13 @@
 /* data->scratch_v in parts, each with room for nv numbers from a whole vector of lanes on. Calls under way at the same
  * time take different ones:
  *
- *   0, 1   what inverse dynamics gives with and without something (effects.c, power.c); the neighbouring state's
- *          acceleration, and the jump between the sides (singular_crossing.c); the direction and the step of an assembly (assemble.c)
- *   2      a motion tried by an assembly; the acceleration of a call that computes something else from it (power.c, reaction.c); before that is
- *          written, an interpolated one (singular_crossing.c)
- *   3      the interpolation from the inner four states
- *   4      the acceleration of the state closed to rounding
+ *   0, 1   The results of inverse dynamics with and without some part (effects.c, power.c).
+ *          The neighbouring state's acceleration, and the jump between the sides (singular_crossing.c).
+ *          The direction and the step of an assembly (assemble.c).
+ *   2      A motion tried by an assembly. The acceleration of a call that computes another quantity from it (power.c,
+ *          reaction.c); until that is written, an interpolated acceleration (singular_crossing.c).
+ *   3      The interpolation from the inner four states.
+ *   4      The acceleration of the state closed to rounding.
  *
  * The recursion of composite bodies takes the whole as six rows of nv numbers (dynamics/crba.c).
  */

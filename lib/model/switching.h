@@ -4,7 +4,7 @@
 
 #include "model/model.h"
 
-/* What is switched: a loop or an effect, by its index in the description; the other is -1. */
+/* A switch turns a loop or an effect on and off, given by its index in the description. The other index is -1. */
 typedef struct kt_switch {
     int32_t loop, effect;
 } kt_switch;
@@ -12,9 +12,9 @@ typedef struct kt_switch {
 /* The most switches of a family: those of contacts count, too. */
 enum { KT_FAMILY_SWITCHES = 16 };
 
-/* What is switched. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more of them, those of contacts are masked: for
- * each set of the others there are two models, one with no contact and one with all of them. A simulation makes the sets between from the
- * second one (simulation/mask.h). */
+/* The switches of a family. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more switches, those of
+ * contacts are masked. Then each set of the other switches has two models, one with no contact and one with all
+ * contacts. A simulation makes the sets between from the second one (simulation/mask.h). */
 typedef struct kt_switches {
     int32_t count;
     uint64_t masked; /* contacts whose sets have no models of their own; 0: all sets have */
@@ -30,7 +30,7 @@ typedef struct kt_family {
     size_t at[]; /* of each model, from the beginning of the block */
 } kt_family;
 
-/* How many models there are, and the set of the k-th: the last one has all that is switched. */
+/* The number of models, and the set of the k-th. The last one has all switched items. */
 static inline uint64_t kt_switches_models(const kt_switches *of) {
     int count = of->masked != 0;
     for (int k = 0; k < of->count; k++)

@@ -1,5 +1,5 @@
-/* Variables of formulas: time, own states, and what joints and markers do, under the names of the columns that record
- * them. */
+/* Variables of formulas: time, auxiliary states, and the motion of joints and markers. Their names are those of the
+ * columns that record them. */
 #include "model/model.h"
 
 #include <stdio.h>
@@ -103,7 +103,7 @@ int kt_variable_name(const kt_description *description, const kt_variable *varia
 
 /* ---- by name ----------------------------------------------------------------------------------------------------- */
 
-/* Whether a name begins with `word`, of which what follows is then given. */
+/* Whether a name begins with `word`. If so, *name advances to the rest. */
 static bool begins(const char **name, const char *word) {
     const size_t length = word != NULL ? strlen(word) : 0;
     if (length == 0 || strncmp(*name, word, length) != 0)
@@ -135,7 +135,7 @@ static bool read_component(const char *text, kt_variable *found) {
     return false;
 }
 
-/* `text`: what follows the name of the body. */
+/* `text` is the rest behind the name of the body. */
 static bool read_marker(const kt_body *body, const char *text, kt_variable *found) {
     if (*text++ != '.')
         return false;
