@@ -1,9 +1,9 @@
 /* Many states of one model: their memory.
  *
  * States are in groups of as many as a vector of the instruction set has lanes. The recursions over trees, effects and
- * loops in groups of moderate size (kt_lanes_fit_model) are computed for a group at once (lanes.c). All else is computed
- * state by state, by the calls for one state: other models with loops; and a lane that cannot be computed, for the error
- * that names the joint.
+ * loops in groups of moderate size (kt_lanes_fit_model) are computed for a group at once (lanes.c). Other models with
+ * loops are computed state by state, by the calls for one state. So is a lane that fails, to obtain the error that
+ * names the joint.
  */
 #include "batch/batch.h"
 #include "base/options.h"
@@ -18,7 +18,8 @@
 KT_ARENA_LAYOUT(lay_out, kt_batch, KT_BATCH_FIELDS, const kt_batch_counts *n)
 KT_ARENA_LAYOUT(lay_out_work, kt_batch_work, KT_BATCH_WORK_FIELDS, const kt_batch_counts *n)
 
-/* Whether no equation of a loop is one that lanes do not have: a formula, a caller's, or in a plane one as it is in space. */
+/* Whether lanes have all equations of a loop. They have no formulas, no equations of a caller, and no spatial equations
+ * in a plane. */
 static bool loop_fits(const kt_model *model, int32_t index, bool in_plane) {
     const kt_loop_record *loop = &model->loop[index];
     if (loop->kind == KT_LOOP_KIND_CUSTOM)
@@ -32,7 +33,8 @@ static bool loop_fits(const kt_model *model, int32_t index, bool in_plane) {
     return true;
 }
 
-/* What a group in space passes on to a link that moves is symmetric to rounding alone, and armature.c has no such numbers. */
+/* Whether lanes compute a group. A group in space passes an inertia to its moving parent that is symmetric only to
+ * rounding. In lanes, dynamics/aba_armature.c does not have such inertias. */
 static bool group_fits(const kt_model *model, const kt_group *group) {
     const bool in_plane = model->sweep != KT_SWEEP_SPATIAL && kt_group_is_planar(model, group);
     if (group->form == KT_FORM_DENSE ? group->v_count >= KT_LARGE
@@ -112,7 +114,7 @@ static kt_batch_counts count(const kt_model *model, const kt_batch_options *opti
 
 bool kt_batch_is_fused(void) { return kt_lane_kernels_baseline.is_fused; }
 
-/* Whether `most` times the bytes of a batch of one state and one thread are less than a quarter of all addresses: then no
+/* Whether `most` times the bytes of a batch of one state and one thread are at most a quarter of all addresses. Then no
  * sum or product of sizes wraps around, since a state or a thread of a larger batch takes no more. */
 static bool fits_memory(const kt_model *model, const kt_batch_options *options, size_t most) {
     const kt_batch_counts n = count(model, &(kt_batch_options){.states = 1, .threads = 1, .method = options->method});

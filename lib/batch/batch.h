@@ -102,8 +102,8 @@ void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batc
 /* Copies the numbers of one lane to w->one_q, one_v and one_tau, and its own states to the data. */
 void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane);
 
-/* Where the accelerations of a group are computed: the workspace of the recursions, joint forces and wrenches with those of
- * effects (the latter where links carry forces), and the result. */
+/* Memory for the accelerations of a group: the workspace of the recursions, forces that include effects, and the
+ * result. The joint forces are `total`. The wrenches are needed if links carry forces. */
 typedef struct kt_lane_work {
     void *lanes;
     double *total, *wrench, *a;
@@ -123,7 +123,7 @@ void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *
 /* Computes the joint forces of the live lanes by inverse dynamics of the tree, into w->result, likewise. */
 void kt_batch_invert(kt_batch_work *w, kt_batch_group *group, kt_batch_fault *fault);
 
-/* Sensors of the live lanes of a group (sense.c), and KT_OK, or what is wrong with them. */
+/* Evaluates the sensors of the live lanes of a group (sense.c). The second call checks the sensors of a job. */
 void kt_batch_sense_group(kt_batch_work *w, kt_batch_group *group, const kt_batch_sensors *sensors,
                           kt_batch_fault *fault);
 kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error);
@@ -131,7 +131,7 @@ kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *
 /* Steps of a group (step.c), by the method or semi-implicit ones. */
 void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_job *job, kt_batch_fault *fault);
 
-/* KT_OK, or what is wrong with the numbers of a job. */
+/* Checks the numbers of a job. Returns KT_OK, or the error. */
 kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt_error *error);
 
 #endif

@@ -1,13 +1,14 @@
-/* Several simulations at once: every one has its own state, steps, error control and records, and the stages of their
- * steps are computed together, a simulation a lane.
+/* Several simulations at once. Each one has its own state, steps, error control and records. The stages of their steps
+ * are computed together, each simulation in a lane.
  *
- * A lane does what kt_simulation_run does, in the same order and by the same functions: it hands records over, plans a
- * try of a step, and accepts or rejects it (kt_attempt of integrator/integrator.h). Only the stages of the tries of all
- * lanes are computed at once, between planning and judging. A lane whose simulation has ended takes the next one; what
- * lanes cannot compute (a step of an implicit method, a stage that fails) is tried by the simulation itself. Events, gaps
- * and corners are dealt with lane by lane between tries, by the functions of kt_simulation_take_step (step_parts.h).
+ * A lane follows kt_simulation_run, in the same order and with the same functions. It hands records over, plans a try
+ * of a step, and accepts or rejects it (kt_attempt of integrator/integrator.h). Only the stages of the tries of all
+ * lanes are computed at once, between planning and judging. A lane whose simulation has ended takes the next one. Lanes
+ * cannot compute a step of an implicit method, or a stage that fails. The simulation itself tries such a step. Events,
+ * gaps and breakpoints are handled lane by lane between tries, by the functions of kt_simulation_take_step
+ * (step_parts.h).
  *
- * Simulations take part whose models differ in nothing but what the recursions have of each lane (kt_lanes_agree). The
+ * Simulations take part if their models agree in all data that the recursions share between lanes (kt_lanes_agree). The
  * others are run one after the other.
  */
 #include "batch/batch.h"
@@ -388,7 +389,7 @@ static void clear(kt_error *from) {
     from->where[0] = from->message[0] = '\0';
 }
 
-/* Whether the state of a record at the time t is the dense output of what the lanes hold, with nothing to be closed. */
+/* Whether the state of a record is the dense output of the step that the lanes hold, with no loops to close. */
 static bool is_dense(const lane *l) {
     const kt_simulation *s = l->member.simulation;
     const kt_integrator *it = s->integrator;
@@ -396,7 +397,7 @@ static bool is_dense(const lane *l) {
            it->table->dense_stages == 0 && s->size.quaternion == 0 && !s->closes_loops && !s->memory.refined;
 }
 
-/* The next record, without a state. What the one before it has in other members gives the next one, too, or is empty. */
+/* Begins the next record, without a state. Other members keep the values of the record before, or are empty. */
 static void begin_record(lane *l) {
     kt_simulation *s = l->member.simulation;
     const int64_t k = s->memory.next_record;
@@ -408,7 +409,8 @@ static void begin_record(lane *l) {
     l->record.time = kt_simulation_record_time(s, k);
 }
 
-/* Reads the record of a lane that is due: its state, or, if *dense, where in the step that is. Returns whether there is one. */
+/* Reads the record of a lane if one is due, and returns whether it is. Reads its state, or its place in the step if
+ * *dense. */
 static bool read_record(kt_ensemble *e, size_t number, bool *dense) {
     lane *l = &e->lane[number];
     const kt_ensemble_member *m = &l->member;
@@ -454,7 +456,7 @@ static kt_lane_mask read_records(kt_ensemble *e) {
     return due;
 }
 
-/* Hands a record over whose energies are known; `fine`: they are finite. */
+/* Hands a record over after its energies have been computed; `fine`: they are finite. */
 static kt_status give(kt_ensemble *e, size_t number, bool fine) {
     lane *l = &e->lane[number];
     const kt_ensemble_member *to = &l->member;
@@ -497,8 +499,8 @@ static bool has_ended(const lane *l) {
            (l->status != KT_OK || s->memory.stopped > 0 || !(kt_integrator_time(s->integrator) < s->duration));
 }
 
-/* Hands over the records of a lane between two steps, where the lanes have not done so; events that happened at the present
- * time take effect. */
+/* Hands over the records of a lane between two steps, unless the lanes have done so. Events that happened at the
+ * present time take effect. */
 static kt_status hand_over(lane *l) {
     const kt_ensemble_member *to = &l->member;
     kt_simulation *s = to->simulation;
@@ -508,8 +510,9 @@ static kt_status hand_over(lane *l) {
                : status;
 }
 
-/* Gives the lane the numbers of its model, of which events or a recorder have set some, if lanes still compute such a model
- * (an armature may have come to it) and those of the other lanes agree with it. */
+/* Gives the lane the numbers of its model again, after events or a recorder have set some of them. Does nothing if
+ * lanes no longer compute this model, for example because of a new armature. Does nothing, either, if the models of the
+ * other lanes disagree with it. */
 static void renew_numbers(kt_ensemble *e, lane *l) {
     const kt_model *model = l->member.simulation->model;
     const lane *other = first_lane(e);
@@ -542,7 +545,7 @@ static kt_status begin_step(kt_ensemble *e, lane *l) {
     return status == KT_OK ? KT_OK : kt_simulation_end_step(s, status, &e->from, &l->error);
 }
 
-/* Accepts or rejects what was tried; a step in which an event happens is repeated up to it. */
+/* Accepts or rejects the tried step. A step in which an event happens is repeated up to the event. */
 static kt_status judge(kt_ensemble *e, lane *l) {
     kt_simulation *s = l->member.simulation;
     bool again;
@@ -593,7 +596,7 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
                                           : kt_simulation_run(member.simulation, member.record, member.user, &error);
         if (together && status == KT_OK) {
             const kt_model *model = member.simulation->model;
-            const bool alone = first_lane(e) == NULL; /* what is asked of any lane is asked of these numbers then */
+            const bool alone = first_lane(e) == NULL; /* then all lanes get these numbers */
             *l = (lane){.member = member,
                         .revision = model->revision,
                         .begun = model->revision,

@@ -1,4 +1,5 @@
-/* Accelerations and forces of a group of states: in lanes, and state by state what lanes cannot do. */
+/* Accelerations and forces of a group of states, in lanes. States that lanes cannot compute are evaluated one by one.
+ */
 #include "base/copy.h"
 #include "batch/batch.h"
 #include "dynamics/dynamics.h"
@@ -15,8 +16,8 @@ static void put_model(kt_batch_work *w, const kt_model *model) {
     w->revision = model->revision;
 }
 
-/* Gives each lane the numbers of its model. Returns one of the models if they differ in nothing else; NULL: the lanes are
- * those of the batch's own model, of which rates of positions are. */
+/* Gives each lane the numbers of its model. Returns one of the models if they differ in nothing else. Otherwise the
+ * lanes get the numbers of the batch's own model, for the rates of positions, and the result is NULL. */
 static const kt_model *put_models(kt_batch_work *w, const kt_model *const *own, size_t used) {
     const kt_batch *batch = w->batch;
     bool same = true, agree = true;

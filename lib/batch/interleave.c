@@ -6,7 +6,8 @@
 
 #include <string.h>
 
-/* Of a record whose numbers end before `common`, the first of the members that all lanes share; `last` is the last one. */
+/* The shape of a record. Its numbers end before `common`, the first member that all lanes share; `last` is the last
+ * member. */
 #define SHAPE(type, common, last)                                                                                      \
     { sizeof(type), offsetof(type, common) / sizeof(double), offsetof(type, last) + sizeof(((type *)NULL)->last) }
 
@@ -42,15 +43,16 @@ static bool are_equal(const void *a, const void *end, const void *b) {
     return memcmp(a, b, (size_t)((const char *)end - (const char *)a)) == 0;
 }
 
-/* What models hold besides arrays. */
+/* Whether two models agree in their members that are no arrays. */
 static bool settings_agree(const kt_model *a, const kt_model *b) {
     return a->bytes == b->bytes && a->shape == b->shape && a->kernels == b->kernels && a->forward == b->forward &&
            a->sweep == b->sweep && a->reduction == b->reduction && a->metric == b->metric && a->driven == b->driven &&
            (a->disagreement > 0.0) == (b->disagreement > 0.0) && (a->n.group == 0 || a->length == b->length);
 }
 
-/* Of the arrays, which lie in the order of KT_MODEL_FIELDS, what lanes do not have of their own: all but the initial state,
- * markers and limits, which no recursion reads, and the table of names, which has pointers. */
+/* Compares the arrays of which lanes have no own copy. Ranges of arrays follow the order of KT_MODEL_FIELDS. The
+ * initial state, markers and limits are left out, since no recursion reads them. The table of names is left out, since
+ * it has pointers. */
 bool kt_lanes_agree(const kt_model *a, const kt_model *b) {
     if (a == b)
         return true;

@@ -1,6 +1,6 @@
-/* The records of links, bodies and planes in lanes: a record's numbers, which come first in it, each of all lanes; then
- * what all lanes have in common, as indices. So code that is compiled for lanes declares them (model/record.h,
- * model/planar.h).
+/* The records of links, bodies and planes in lanes. A record begins with its floating-point numbers, each for all
+ * lanes. The members that all lanes share, such as indices, follow. Code that is compiled for lanes declares the
+ * records in this way (model/record.h, model/planar.h).
  */
 #ifndef KT_BATCH_INTERLEAVE_H
 #define KT_BATCH_INTERLEAVE_H
@@ -9,8 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A record of one model: its bytes, how many numbers it begins with, and where its last member ends: what is behind that may
- * be of any value. */
+/* The shape of a record of one model: its bytes, the number of floating-point numbers at its beginning, and the end of
+ * its last member. Bytes behind that end are padding of any value. */
 typedef struct kt_record_shape {
     size_t bytes, numbers, end;
 } kt_record_shape;
@@ -25,10 +25,10 @@ typedef struct kt_records {
     void *to;
 } kt_records;
 
-/* Writes the numbers to the lanes of a mask, and what is common. */
+/* Writes the numbers to the lanes of a mask, and the shared members. */
 void kt_records_interleave(const kt_records *records, uint32_t lanes);
 
-/* Whether two arrays of records, of models of one structure, have in common what lanes must. */
+/* Whether two arrays of records of one structure agree in the members that lanes share. */
 bool kt_records_agree(const kt_record_shape *shape, size_t count, const void *a, const void *b);
 
 #endif

@@ -1,6 +1,7 @@
-/* The effects of several states at once, as mechanism/effects.c sums those of one. Types that are not compiled for lanes
- * (KT_EFFECT_KIND_LIST of effect/effect.h) are evaluated lane by lane by the code for one state. Of formulas the variables
- * are read in lanes, as mechanism/formula.c reads those of one state; the formulas themselves are evaluated lane by lane. */
+/* The effects of several states at once, as mechanism/effects.c sums those of one. Types that are not compiled for
+ * lanes (KT_EFFECT_KIND_LIST of effect/effect.h) are evaluated lane by lane by the code for one state. The variables of
+ * formulas are read in lanes, as mechanism/formula.c reads those of one state. The formulas themselves are evaluated
+ * lane by lane. */
 #include "batch/lanes.h"
 
 #include "base/copy.h"

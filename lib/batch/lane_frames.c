@@ -1,5 +1,5 @@
-/* Motion and Jacobians of frames on bodies of several states at once, as dynamics/body.c and control/marker.c have those of
- * one. */
+/* Motion and Jacobians of frames on bodies, for several states at once. For one state they are in dynamics/body.c and
+ * control/marker.c. */
 #include "batch/lanes.h"
 
 #include "dynamics/point.h"

@@ -1,5 +1,6 @@
-/* What surrounds the stages of a step of several states at once, with the bits of the code for one state: sums of slopes and
- * dense output as integrator/explicit.c has them, mean squares of errors as there, and powers as integrator/control.c.
+/* The computations around the stages of a step, for several states at once. They have the bits of the code for one
+ * state. Sums of slopes, dense output and mean squares of errors are those of integrator/explicit.c, powers those of
+ * integrator/control.c.
  */
 #include "batch/lanes.h"
 

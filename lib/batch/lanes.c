@@ -1,4 +1,4 @@
-/* The recursions of lib/dynamics in lanes: workspace, choice by what the model has, and which lanes are sound. */
+/* The recursions of lib/dynamics in lanes: their workspace, their choice for a model, and the lanes that are sound. */
 #include "batch/lanes.h"
 
 #include "base/copy.h"
@@ -31,7 +31,8 @@ static size_t layout(const kt_model *model, void *memory) {
     return bytes;
 }
 
-/* The model that the recursions read: a copy of the one that is given, with the links, bodies and planes of the lanes. */
+/* Returns the model that the recursions read: a copy of the given model, with the links, bodies and planes of the
+ * lanes. */
 static const kt_model *model_of(const kt_model *model, void *work) {
     kt_data *data = work;
     if (data->base == model)
@@ -46,7 +47,7 @@ static const kt_model *model_of(const kt_model *model, void *work) {
     return data->model;
 }
 
-/* Links at rest: as many doubles after a link as the record says. */
+/* Sets `rest` of the links of the lanes. It is the distance from a link to its record at rest, in doubles. */
 static void place_rests(const kt_model *model, kt_data *data) {
     const char *links = (const void *)model->link;
     for (size_t i = 0; i < model->n.link; i++) {

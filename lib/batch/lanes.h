@@ -1,7 +1,8 @@
 /* The recursions over trees, compiled for several states at once (algebra/real3.h), and their workspace.
  *
- * Numbers of a group of `width` states lie coordinate by coordinate: x[coordinate * width + lane]. What is computed for a
- * lane has the bits of the same state computed alone, whatever the other lanes hold; but for a build with -Dfused=enabled.
+ * Numbers of a group of `width` states lie coordinate by coordinate: x[coordinate * width + lane]. The results of a
+ * lane have the bits of the same state computed alone, for any numbers in the other lanes. A build with -Dfused=enabled
+ * is an exception.
  */
 #ifndef KT_BATCH_LANES_H
 #define KT_BATCH_LANES_H
@@ -18,14 +19,14 @@ typedef uint32_t kt_lane_mask;
 
 enum { KT_LANES_MOST = 8 };
 
-/* A group of states: times, positions, velocities, own states (where there are some) and joint forces, and which lanes are
- * computed. */
+/* A group of states: times, positions, velocities, auxiliary states (if there are some) and joint forces. The lanes in
+ * `live` are computed. */
 typedef struct kt_lane_state {
     const double *t, *q, *v, *x, *tau;
     kt_lane_mask live;
 } kt_lane_state;
 
-/* What errors are weighed by: the states at both ends of a step, and the tolerances of each lane. */
+/* The data that scale errors: the states at both ends of a step, and the tolerances of each lane. */
 typedef struct kt_lane_scales {
     const double *y0, *y1, *absolute, *relative;
 } kt_lane_scales;
@@ -39,8 +40,8 @@ typedef struct kt_lane_step {
     const double *h, *y0, *y1;
 } kt_lane_step;
 
-/* A frame on a body: the body's own, turned and shifted as the marker of each lane's model is, of which these are the
- * numbers of kt_pose; and those of kt_frame_motion (batch.h). */
+/* A frame on a body, which is the body's own frame or a marker. `marker` has the KT_POSE_NUMBERS numbers of kt_pose, of
+ * each lane's model. A result has the KT_FRAME_NUMBERS numbers of kt_frame_motion (batch.h). */
 enum { KT_POSE_NUMBERS = 12, KT_FRAME_NUMBERS = 24 };
 typedef struct kt_lane_frame {
     int body;
@@ -52,13 +53,14 @@ typedef struct kt_lane_kernels {
     bool is_fused; /* -Dfused=enabled: products and sums have one rounding where the processor has such operations */
     /* Bytes of the workspace; if memory is not NULL, it is initialised there, at a multiple of KT_ARENA_ALIGNMENT. */
     size_t (*layout)(const kt_model *model, void *memory);
-    /* Gives some lanes the numbers of links, bodies and planes, and the gravity, of a model. Every lane has to be given
-     * those of some model before anything is computed; the models of lanes agree in all else (kt_lanes_agree), and one of
-     * them, whichever, is given to the functions below. */
+    /* Gives some lanes the numbers of links, bodies and planes, and the gravity, of a model. Every lane must have the
+     * numbers of some model before any computation. The models of lanes agree in all else (kt_lanes_agree). The
+     * functions below take any one of them. */
     void (*put_model)(const kt_model *model, void *work, kt_lane_mask lanes);
-    /* Forward dynamics of a tree, or of a mechanism with loops that lanes compute (kt_lanes_fit_model): a. external (6 numbers a body, moment and force, or NULL) lies as the others do.
-     * Times are those of loops that depend on it. Returns the lanes whose accelerations are finite, no joint of which is without inertia and no loop of which is near
-     * a singular position; the others' mean nothing. */
+    /* Computes a by forward dynamics of a tree, or of a mechanism with loops that lanes compute (kt_lanes_fit_model).
+     * The array `external` has the layout of the others, with 6 numbers a body, moment and force; it may be NULL. Times
+     * are used by loops that depend on time. Returns the lanes whose accelerations are finite and whose joints all have
+     * inertia, without a loop near a singular position. The accelerations of other lanes are undefined. */
     kt_lane_mask (*forward)(const kt_model *model, void *work, const kt_lane_state *at, const double *external,
                             double *a);
     /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
@@ -69,20 +71,20 @@ typedef struct kt_lane_kernels {
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,
                             const double *external, double *tau);
-    /* Motion of all links, without gravity, into the workspace: that of kt_kinematics_update. Returns the lanes whose motion
-     * is finite. */
+    /* Computes the motion of all links, without gravity, in the workspace, as kt_kinematics_update. Returns the lanes
+     * whose motion is finite. */
     kt_lane_mask (*kinematics)(const kt_model *model, void *work, const double *q, const double *v, const double *a);
-    /* After it, of a frame on a body its motion, and the columns of its Jacobian that are not zero, into out[lane] of the
-     * lanes that have one. */
+    /* After `kinematics`: the first call writes the motion of a frame on a body. The second one writes the nonzero
+     * columns of its Jacobian to out[lane], for the lanes that have one. */
     void (*frame)(const kt_model *model, void *work, const kt_lane_frame *frame, double *motion);
     void (*jacobian)(const kt_model *model, void *work, const kt_lane_frame *frame, double *const *out);
-    /* Kinetic and potential energy of the bodies, a number of each lane: those of kt_kinetic_energy and kt_potential_energy
-     * of models without armature, after kt_kinematics_update without accelerations; zero: as many zeros as velocities.
-     * Returns the lanes whose motion is finite. */
+    /* Computes kinetic and potential energy of the bodies, a number for each lane. They are those of kt_kinetic_energy
+     * and kt_potential_energy for models without armature, after kt_kinematics_update without accelerations. The array
+     * `zero` has as many zeros as there are velocities. Returns the lanes whose motion is finite. */
     kt_lane_mask (*energy)(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
                            double *kinetic, double *potential);
-    /* Closes the loops of the live lanes, as kt_state_project, at times, positions and velocities. Returns the lanes that are
-     * closed; the others' numbers mean nothing. */
+    /* Closes the loops of the live lanes, as kt_state_project, at times, positions and velocities. Returns the lanes
+     * that are closed. The numbers of other lanes are undefined. */
     kt_lane_mask (*project)(const kt_model *model, void *work, kt_lane_mask live, const double *t, double *q,
                             double *v);
     /* Writes the rates of positions. */
@@ -90,7 +92,8 @@ typedef struct kt_lane_kernels {
     /* Makes quaternions units, as kt_position_make_units. Returns the lanes where this could be done; the others are
      * unchanged. */
     kt_lane_mask (*make_units)(const kt_model *model, void *work, double *q);
-    /* out = y + h sum_j weight_j k_j, n numbers of each lane, every lane with an h of its own: the bits of kt_combine. */
+    /* out = y + h sum_j weight_j k_j, n numbers of each lane, every lane with an h of its own. The bits are those of
+     * kt_combine. */
     void (*combine)(double *out, const double *y, const double *h, const kt_stage_term *terms, size_t count,
                     double *const *k, size_t n);
     /* The lanes all n numbers of which are finite. */
@@ -98,14 +101,17 @@ typedef struct kt_lane_kernels {
     /* mean over i of (sum_j weight_j k_ji / scale_i)^2, as the error norm of explicit methods has it. */
     void (*mean_square)(double *out, const kt_lane_scales *scales, const kt_stage_term *terms, size_t count,
                         double *const *k, size_t n);
-    /* kt_control_power of each lane. Returns the lanes whose numbers are usual; the others' powers mean nothing. */
+    /* Computes kt_control_power of each lane. Returns the lanes whose numbers are usual. The powers of other lanes are
+     * undefined. */
     kt_lane_mask (*power)(const double *bases, const double *exponents, double *out);
-    /* The dense output of methods whose last stage is at the end of the step, and that need no stages besides, at theta of
-     * the step: the bits of kt_table_interpolate; at 0, and at KT_LANE_AT_END, the states at its ends. */
+    /* Computes the dense output at theta of the step, with the bits of kt_table_interpolate. The last stage of the
+     * method must be at the end of the step, and the method must need no further stages. At 0 and at KT_LANE_AT_END the
+     * result is the state at that end. */
     void (*interpolate)(double *out, const kt_lane_step *step, const double *thetas, double *const *k, size_t n);
-    /* The memory of `adjoint`, as `layout`. And the adjoint of forward dynamics of a tree: of 3 nv numbers of a gradient
-     * the last nv are mu on entry; they become those of mu . da by xi, by dv, and by tau, as kt_stage_adjoint has them, without effects.
-     * a: the accelerations. Returns the lanes that could be computed; numbers of theirs may not be finite. */
+    /* The first call initialises the memory of `adjoint`, as `layout`. The second one is the adjoint of forward
+     * dynamics of a tree, without effects, at the accelerations a. The gradient has 3 nv numbers, of which the last nv
+     * are mu on entry. On exit it is the gradient of mu . a with respect to xi, v and tau, as in kt_stage_adjoint.
+     * Returns the lanes that could be computed; their numbers may not be finite. */
     size_t (*adjoint_layout)(const kt_model *model, void *memory);
     kt_lane_mask (*adjoint)(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,
                             double *gradient);
@@ -116,16 +122,17 @@ typedef struct kt_lane_kernels {
     void (*lift_transposed)(const kt_model *model, void *work, const double *q, const double *by_q, double *by_xi);
 } kt_lane_kernels;
 
-/* Whether a model with loops is computed in lanes: its groups of loops are pins (reduction/pin.h), dense matrices of some
- * coordinates or in the form of Delassus (reduction/delassus.h), and no equation is a formula or a caller's. */
+/* Whether a model with loops is computed in lanes. Its groups must be pins (reduction/pin.h), dense matrices of some
+ * coordinates, or in the form of Delassus (reduction/delassus.h). No equation may be a formula or a caller's. */
 bool kt_lanes_fit_model(const kt_model *model);
 
-/* Whether models of one shape differ in nothing but what put_model has of each lane, where their motions begin, and names. */
+/* Whether models of one shape differ at most in the numbers that put_model writes to each lane, in their initial
+ * motions, and in names. */
 bool kt_lanes_agree(const kt_model *a, const kt_model *b);
 
-/* An effect of one state by the code for one state: its wrenches, or its force in a joint. Returns whether its callback
- * succeeded. One by formulas is given their variables (KT_FORMULA_VARIABLE_MAX at most), and has a force or a rate of an own
- * state, or wrenches. */
+/* Evaluates an effect of one state with the code for one state: its wrenches, or its force in a joint. Returns whether
+ * its callback succeeded. An effect with formulas takes their variables (KT_FORMULA_VARIABLE_MAX at most). Its result
+ * is a force, a rate of an auxiliary state, or wrenches. */
 bool kt_effect_alone_formula(const kt_model *model, const kt_effect_record *effect, const double *variables,
                              double *value);
 bool kt_effect_alone_formula_wrench(const kt_model *model, const kt_effect_record *effect, const double *variables,

@@ -1,5 +1,5 @@
-/* Sensors of many states: motion and Jacobians of frames, in lanes, and of states that lanes cannot compute by the calls
- * for one state. */
+/* Sensors of many states: motion and Jacobians of frames, in lanes. States that lanes cannot compute use the calls for
+ * one state. */
 #include "batch/batch.h"
 
 #include "kinetree/control.h"
@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The place of a state's results of one frame; NULL: they are not asked for. */
+/* Returns the place of a state's results for one frame; NULL: they are not requested. */
 static kt_frame_motion *motion_of(const kt_batch_sensors *s, size_t state, size_t frame) {
     return s->motion ? s->motion + state * s->count + frame : NULL;
 }
@@ -99,8 +99,8 @@ static void sense_frame(kt_batch_work *w, const kt_batch_group *group, const kt_
         batch->kernels->jacobian(group->model, w->lanes, &at, out);
 }
 
-/* The motion of all links. A number that is not finite may not show in it, as the velocity of a joint about its own axis:
- * the call for one state refuses it nevertheless. */
+/* Computes the motion of all links. Numbers that are not finite may have no effect on the motion, such as the velocity
+ * of a joint about its own axis. The call for one state rejects them nevertheless, so they are checked here. */
 static kt_lane_mask move(kt_batch_work *w, const kt_batch_group *group, const double *a) {
     const kt_lane_kernels *kernels = w->batch->kernels;
     const kt_batch_counts *n = &w->batch->n;

@@ -1,7 +1,7 @@
-/* Steps of many states by an explicit Runge-Kutta method (integrator/explicit.c): stages and their sums are those of one
- * step, of all lanes at once. The bits are those of kt_step_evaluate (sensitivity/step.c), state by state. And by the
- * semi-implicit Euler method, of first order and symplectic where forces do not depend on velocities (Hairer, Lubich and
- * Wanner, Geometric Numerical Integration, I.1):
+/* Steps of many states with an explicit Runge-Kutta method (integrator/explicit.c). Stages and their sums are those of
+ * one step, for all lanes at once. The bits are those of kt_step_evaluate (sensitivity/step.c), state by state. The
+ * other method is semi-implicit Euler. It has first order, and is symplectic if forces do not depend on velocities
+ * (Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1):
  *     v1 = v0 + h a(t0, q0, v0),   q1 = q0 (+) h v1,   of own states x1 = x0 + h f(t0, q0, v0, x0)
  */
 #include "batch/batch.h"
