@@ -4,8 +4,9 @@
 
 #include <math.h>
 
-/* Converts x degrees to radians: x pi / 180 with one rounding except at ties, so that 180 deg, 90 deg and 60 deg are
- * the doubles nearest to pi, pi/2 and pi/3. */
+/* Converts x degrees to radians: x pi / 180 with one rounding, except at ties. The common angles therefore have the
+ * nearest doubles:
+ *     180 deg = pi,  90 deg = pi/2,  60 deg = pi/3. */
 static inline double kt_radians(double degrees) {
     static const double pi_high = 3.141592653589793116, pi_low = 1.2246467991473532e-16; /* pi = high + low */
     const double product = degrees * pi_high;

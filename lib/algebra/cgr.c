@@ -4,7 +4,8 @@
  *     R = I + 4 / (4 + g'g) (g x + g x g x / 2)                                             [MSD A.18]
  * is R(w, v). As w^2 = 4 / (4 + g'g),
  *     G = 4 / (4 + g'g) (I + g x / 2) = w^2 I + w v x                                      [MSD A.30]
- * which neither overflows nor loses the small terms, and from (I + g x / 2)(I - g x / 2 + g g' / 4) = (1 + g'g / 4) I
+ * which neither overflows nor loses the small terms. The inverse follows from a product:
+ *     (I + g x / 2) (I - g x / 2 + g g' / 4) = (1 + g'g / 4) I
  *     G^-1 = I - g x / 2 + g g' / 4.
  */
 #include "base/require.h"

@@ -1,21 +1,21 @@
 /* The twelve sequences of Euler angles, R = Ri(a) Rj(b) Rk(c), and roll, pitch, yaw [MSD A.1.1, A.2.1].
  *
- * Let m be the axis that is neither i nor j, and e = +1 where (i, j, m) is cyclic, else -1. Then (i, j, e m) is a
- * right-handed triad, in whose components C (a signed permutation of the entries of R, so exact) the sequence reads
+ * Let m be the axis that is neither i nor j, and e = +1 if (i, j, m) is cyclic, else -1. Then (i, j, e m) is a
+ * right-handed triad. Let C be R in its components: a signed permutation of the entries, so exact. The sequence reads
  *     1-2-1 where k = i:   C = R1(a) R2(b) R1(c)
  *     1-2-3 where k = m:   C = R1(a) R2(b) R3(e c)
- * and these two are all there is to invert. For 1-2-1
+ * Only these two sequences have to be inverted. For 1-2-1
  *     C11 = cos b,  (C21, C31) = sin b (sin a, -cos a),   (C12, C13) = sin b (sin c, cos c)
  * and for 1-2-3
  *     C13 = sin b,  (C23, C33) = cos b (-sin a, cos a),   (C12, C11) = cos b (-sin(e c), cos(e c))
- * Where the common factor is large these give a and c with the relative accuracy of the entries. Where it is small they
- * are noise, but the second row of R1(-a) C, cos a (C21, C22, C23) + sin a (C31, C32, C33) = (0, cos c, -sin c)  or
- * (sin(e c), cos(e c), 0) gives the c that goes with whatever a was found, so that the angles reproduce the rotation.
+ * If the common factor is large, these give a and c with the relative accuracy of the entries. If it is small, they are
+ * noise. The second row of R1(-a) C then gives the c that belongs to this a, so that the angles reproduce the rotation:
+ *     cos a (C21, C22, C23) + sin a (C31, C32, C33) = (0, cos c, -sin c)  or  (sin(e c), cos(e c), 0)
  * At the singular middle angle c = 0 is chosen, and the second column of R1(a) R2(b), (0, cos a, sin a), gives a.
  *
  * omega = adot ei + bdot Ri(a) ej + cdot Ri(a) Rj(b) ek: the columns of G, g1 g2 g3. In the axes turned by Ri(a) they
- * are ei, ej and Rj(b) ek, so det G = -sin b for k = i and e cos b for k = m; g2 is normal to the two others; and the
- * rows of the inverse are (g2 x g3) / det, g2, (g1 x g2) / det.
+ * are ei, ej and Rj(b) ek. So det G is -sin b for k = i, and e cos b for k = m. As g2 is normal to the two others, the
+ * rows of the inverse are (g2 x g3) / det, g2 and (g1 x g2) / det.
  */
 #include "base/require.h"
 #include "kinetree/algebra.h"

@@ -7,8 +7,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Whether n numbers are all finite, without a branch for each: x - x is 0 for a finite x, and NaN otherwise, and NaN
- * persists in a sum. Pairs are vector instructions. */
+/* Whether n numbers are all finite, without a branch for each. The difference x - x is 0 for a finite x, and NaN
+ * otherwise. A NaN persists in a sum. Pairs are vector instructions. */
 static inline bool kt_all_finite(const double *x, size_t n) {
     kt_v2 pair = kt_v2_splat(0.0);
     for (size_t i = 1; i < n; i += 2)

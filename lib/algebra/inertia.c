@@ -7,8 +7,9 @@
  * Convergence is quadratic: a matrix of 3 x 3 takes four or five sweeps. The matrix is first scaled by a power of two,
  * which rounds nothing, so the scale of the entries does not matter.
  *
- * The moments of a body are sums over its mass of y^2 + z^2, z^2 + x^2 and x^2 + y^2 in principal axes: none is
- * negative and none exceeds the sum of the other two.
+ * The moments of a body are integrals over its mass, in principal axes:
+ *     Ixx = sum m (y^2 + z^2),  Iyy = sum m (z^2 + x^2),  Izz = sum m (x^2 + y^2).
+ * No moment is negative, and none exceeds the sum of the other two.
  */
 #include "kinetree/algebra.h"
 

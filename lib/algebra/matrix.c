@@ -1,8 +1,9 @@
 /* Rotation about a coordinate axis [MSD A.1], and the rotation nearest to a matrix that is almost one.
  *
  * The polar factor Q of A = Q S by the Newton-Schulz iteration A <- A (3 I - A'A) / 2 (Higham, Functions of Matrices,
- * 2008, 8.3). Each singular value goes by s <- s (3 - s^2) / 2: with s = 1 + e the error becomes -3 e^2 / 2 - e^3 / 2,
- * and the singular vectors stay. A matrix whose A'A is exactly I is returned unchanged.
+ * 2008, 8.3). The iteration keeps the singular vectors. Each singular value changes by
+ *     s <- s (3 - s^2) / 2:   s = 1 + e becomes 1 - 3 e^2 / 2 - e^3 / 2
+ * A matrix whose A'A is exactly I is returned unchanged.
  */
 #include "kinetree/algebra.h"
 
@@ -23,7 +24,7 @@ kt_mat3 kt_matrix_about(int axis, double angle) {
 }
 
 kt_mat3 kt_matrix_orthonormalize(kt_mat3 a) {
-    enum { STEPS = 6 }; /* from |A'A - I| = 1/2, s = 0.71, to rounding; three are enough from 1e-3 */
+    enum { STEPS = 6 }; /* from |A'A - I| = 1/2, s = 0.71, to rounding; 3 are enough from 1e-3 */
     for (int step = 0; step < STEPS; step++) {
         kt_mat3 m = kt_mat3_scale(-0.5, kt_mat3_multiply(kt_mat3_transpose(a), a)); /* (3 I - A'A) / 2 */
         m.x.x += 1.5;

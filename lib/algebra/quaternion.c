@@ -1,7 +1,8 @@
 /* The quaternion of a rotation matrix: Shepperd, "Quaternion from Rotation Matrix", J. Guidance and Control 1(3), 1978.
  *
- * From R = I + 2 w v x + 2 v x v x with w^2 + v'v = 1, sums and differences of entries give every product of two
- * components:
+ * The matrix of a quaternion (w, v) is
+ *     R = I + 2 w v x + 2 v x v x,   w^2 + v'v = 1.
+ * Sums and differences of entries give every product of two components:
  *     4 w w = 1 + R11 + R22 + R33     4 w x = R32 - R23     4 y z = R23 + R32
  *     4 x x = 1 + R11 - R22 - R33     4 w y = R13 - R31     4 x z = R13 + R31
  *     4 y y = 1 - R11 + R22 - R33     4 w z = R21 - R12     4 x y = R12 + R21

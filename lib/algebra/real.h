@@ -1,19 +1,19 @@
-/* Numbers and vectors of code that is compiled for values, and once more, with KT_DUAL, for dual numbers: values with
- * their derivatives along one direction of the state, which are exact and need no formula of their own.
+/* Numbers and vectors of code that is compiled for values and, with KT_DUAL, for dual numbers. A dual number is a value
+ * with its derivative along one direction of the state. The derivative is exact and needs no formula of its own.
  *
  * Such a number is x + i h dx, a complex one with h = 2^-200: sums and products of these are
  *     (x + i h dx) + (y + i h dy) = x + y + i h (dx + dy),   (x + i h dx)(y + i h dy) = x y + i h (x dy + dx y) - h^2
- * and h^2 of anything is far below the last digit (the complex step of Squire and Trapp 1998, SIAM Review 40, here
- * with functions by the chain rule). A vector is its value in lanes 0 to 3, and h times its derivative in lanes 4 to 7.
+ * The term with h^2 is far below the last digit. This is the complex step (Squire and Trapp 1998, SIAM Review 40), with
+ * functions by the chain rule. A vector has its value in lanes 0 to 3. The lanes from 4 on have h times its derivative.
  * Without KT_DUAL all of this is double and kt_v4, and costs nothing.
  *
  * Vectors are added and subtracted by operators, and else combined by these functions; numbers by operators, and
  * compared by kt_value.
  *
  * With KT_LANES a number is one of each of several states (algebra/real3.h), which has no vectors here. Code that is
- * compiled for these, too, does not branch on what may differ between states: KT_CHOOSE takes one of two numbers, of
- * which in lanes both are computed, and kt_is_anywhere tells whether a condition holds for any state. kt_plain is a
- * number that carries no derivative: the time, a sign.
+ * compiled for these, too, does not branch on conditions that may differ between states. KT_CHOOSE takes one of two
+ * numbers; in lanes both are computed. The function kt_is_anywhere returns whether a condition holds for any state. A
+ * kt_plain is a number without a derivative, such as the time or a sign.
  */
 #ifndef KT_ALGEBRA_REAL_H
 #define KT_ALGEBRA_REAL_H

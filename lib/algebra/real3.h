@@ -1,17 +1,17 @@
-/* Numbers and vectors of the recursions over the tree. These are compiled for one state, where a number is a double, and
- * once more, with KT_LANES, for so many states of one model at once: a number is then a lane of each state, and a vector
- * is its components. What is done with one lane is what is done with the one number, operation by operation, so that
- * the lanes have the bits of the single state.
+/* Numbers and vectors of the recursions over the tree. These are compiled for one state, where a number is a double.
+ * With KT_LANES they are compiled again, for KT_LANES states of one model at once. A number then has a lane for each
+ * state, and a vector is its components. Each lane goes through the operations of the single number, one by one, so
+ * that it has the bits of the single state.
  *
- *   kt_real1   a number:                 combined by operators, also with numbers of the model, which all states share
- *   kt_real2   a vector in a plane:      combined by the functions whose names end in 2
- *   kt_real3   a vector in space:        combined by those whose names end in 3
+ *   kt_real1   A number, combined by operators, also with numbers of the model that all states share.
+ *   kt_real2   A vector in a plane, combined by the functions whose names end in 2.
+ *   kt_real3   A vector in space, combined by the functions whose names end in 3.
  *   kt_condition   of each state
  *   kt_index1  the place of a number among others, of each state
  *   kt_const1, kt_const3 ...   numbers, vectors ... of links and bodies, in lanes those of each state's model
  *
- * A condition on which a recursion of one state ends does not end one of several: it is noted for which of them it holds
- * (kt_fails, kt_is_refused).
+ * Some conditions end a recursion for one state. They do not end a recursion for several states, which notes the states
+ * for which the condition holds (kt_fails, kt_is_refused).
  */
 #ifndef KT_ALGEBRA_REAL3_H
 #define KT_ALGEBRA_REAL3_H
@@ -20,7 +20,7 @@
 
 #include <stdbool.h>
 
-/* What stands for an operator is no call, also where the compiler minds the size. */
+/* A function that replaces an operator is never a call, even if the compiler optimises for size. */
 #define KT_OPERATOR static inline __attribute__((always_inline, unused))
 
 /* A component of a vector; read alone, where the vector is in memory. */
@@ -158,7 +158,7 @@ KT_OPERATOR kt_real3 kt_apply_transposed3(const kt_real3 a[3], kt_real3 u) {
 }
 
 KT_OPERATOR kt_real1 kt_const_real1(kt_const1 x) { return x; }
-/* Of a number that is the same in all lanes. */
+/* Returns a number that is the same in all lanes. */
 KT_OPERATOR double kt_const_any1(kt_const1 x) { return x[0]; }
 KT_OPERATOR kt_real3 kt_const_from3(kt_const3 a) { return a; }
 KT_OPERATOR kt_real3 kt_const_apply3(const kt_real3 a[3], kt_const3 u) { return kt_apply3(a, u); }
@@ -217,8 +217,8 @@ KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_const_sym3 *j, k
                          kt_scale3(KT_PART3(r[2], k), z));
 }
 
-/* Symmetric matrices, by columns. Those of several states have the elements on and below the diagonal alone, and those
- * of one state are symmetric to the last bit, so that both are equal. */
+/* Symmetric matrices, by columns. Those of several states only have the elements on and below the diagonal. Those of
+ * one state are symmetric to the last bit, so that both are equal. */
 
 /* Elements below the diagonal above it, too. */
 KT_OPERATOR void kt_symmetric3_mirror(kt_real3 a[3]) {
@@ -289,8 +289,8 @@ KT_OPERATOR void kt_symmetric3_subtract_square(kt_real3 a[3], kt_real1 d, kt_rea
 #endif
 }
 
-/* Whether a recursion ends because a condition does not hold: one of one state does; one of several goes on, and *all
- * says afterwards for which of them the conditions held. */
+/* Whether a recursion ends because a condition does not hold. A recursion for one state ends. A recursion for several
+ * states goes on; *all then contains the states for which all conditions held. */
 /* NOLINTNEXTLINE(readability-non-const-parameter): it is written where there are lanes */
 KT_OPERATOR bool kt_fails(kt_condition *all, kt_condition condition) {
 #ifndef KT_LANES

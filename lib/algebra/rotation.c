@@ -1,10 +1,11 @@
-/* A rotation as scene files and callers describe it: the constructors, and its checked evaluation. A matrix that is a
- * rotation within the digits in which people write numbers is replaced by the nearest one; another matrix is an error,
- * whose message says how to correct it.
+/* A rotation as scene files and callers describe it: the constructors, and its checked evaluation. A matrix may deviate
+ * from a rotation by the rounding of written numbers. It is then replaced by the nearest rotation. Any other matrix is
+ * an error, and the message suggests a correction.
  *
- * A matrix is compared with A'A = I. With A = Q S, Q the nearest rotation and S the stretch, A'A = S^2, so entries of
- * A'A - I up to 2e-6 are stretches and shears up to 1e-6; a matrix written with six decimals always passes (errors d of
- * 0.5e-6 in each entry change no entry of A'A by more than 2 sqrt(3) d = 1.7e-6).
+ * The check computes A'A - I. Let A = Q S, with Q the nearest rotation and S the stretch, so that A'A = S^2. Entries of
+ * A'A - I up to 2e-6 are therefore stretches and shears up to 1e-6. A matrix with six decimals always passes. Its
+ * entries have errors d up to 0.5e-6. They change no entry of A'A by more than 2 sqrt(3) d. This is 1.7e-6, below the
+ * limit.
  */
 #include "base/require.h"
 #include "kinetree/algebra.h"
@@ -13,7 +14,7 @@
 
 static const double QUATERNION_TOLERANCE = 1e-3, MATRIX_TOLERANCE = 1e-6;
 
-/* What scene files call each type, and how many numbers it has. */
+/* The name of each type in scene files, and the count of its numbers. */
 static const struct {
     const char *name;
     int count;

@@ -1,15 +1,16 @@
 /* Sines and cosines of many angles at once (sincos.h).
  *
- * |x| = n pi/2 + (r + e), |r| <= pi/4, n from rounding |x| 2/pi. pi/2 is split into P1 + P2 + P3 + P4, the first
- * three of 33 bits at most, so that n P1, n P2 and n P3 are exact for n < 2^20 (Cody & Waite, Software Manual for the
- * Elementary Functions, 1980): r + e is right to its last bits even where x is nearly n pi/2. e is what rounding took
- * from r. Taylor's series to r^17 and r^18 leave less than 1e-19 of the result:
+ * |x| = n pi/2 + (r + e), |r| <= pi/4, n from rounding |x| 2/pi. The constant pi/2 is split into P1 + P2 + P3 + P4, the
+ * first three of 33 bits at most. Their products with n are therefore exact for n < 2^20. This reduction is that of
+ * Cody & Waite (Software Manual for the Elementary Functions, 1980). The sum r + e is right to its last bits even if x
+ * is nearly n pi/2. The part that rounding removes from r is e. Taylor's series end with r^17 and r^18. The relative
+ * error of their remainder is below 1e-19:
  *
  *   sin(r + e) = r + e + r^2 (r (-1/3! + r^2/5! - ...) - e/2)
  *   cos(r + e) = 1 - r^2/2 + (r^4/4! - ... - r e)
  *
- * and the two swap and change sign with n mod 4. Error below one unit in the last place (test/algebra/sincos.c
- * measures 0.88). Angles beyond 2^20 pi/2, and what is not finite, take libm's sin and cos, one by one.
+ * and the two swap and change sign with n mod 4. Error below one unit in the last place (test/algebra/sincos.c measures
+ * 0.88). Larger angles, beyond n = 2^20, and numbers that are not finite use libm's sin and cos, one by one.
  */
 #include "algebra/sincos.h"
 
@@ -18,10 +19,10 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* How many at once: GROUPS vectors of as many as the instruction set has lanes. A vector's operations wait for each other,
- * and a processor does not look so far ahead that it would find those of the next one: they stand operation by operation
- * side by side. A processor without vectors of doubles (a Cortex-M7) computes angles one by one. The bits are the same.
- * KT_TAKEN: q[i[k]] in lane k, not by way of memory, which would have to be waited for. */
+/* How many at once: GROUPS vectors of as many as the instruction set has lanes. The operations of one vector depend on
+ * each other, and a processor does not reorder enough to find those of the next vector. The operations of the vectors
+ * are therefore interleaved. A processor without vectors of doubles (a Cortex-M7) computes angles one by one. The bits
+ * are the same. KT_TAKEN puts q[i[k]] in lane k, without a delay through memory. */
 #if defined(__arm__)
 enum { LANES = 1, GROUPS = 1 };
 #define KT_FOLLOWING                                                                                                   \
@@ -164,8 +165,8 @@ KT_INLINE void take_groups(const int groups, const double *q, const int32_t *ang
 }
 
 void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
-    /* Bits of sizes compare like the sizes, with what is not finite beyond all: a difference of them is negative where a
-     * size is too large. All are asked at the end, since lanes are asked one by one. */
+    /* Bits of sizes compare like the sizes, and numbers that are not finite are beyond all. A difference of bits is
+     * negative if a size is too large. The signs are tested at the end, since lanes are tested one by one. */
     const size_t room = (count + KT_SINCOS_LANES - 1) / KT_SINCOS_LANES * KT_SINCOS_LANES;
     kt_i8 left = {0};
     int64_t beyond = 0;

@@ -9,8 +9,8 @@
 
 enum { KT_SINCOS_LANES = 8 };
 
-/* sine[k], cosine[k] of q[angle[k]] for k < count. sine and cosine have room for whole groups of eight, and angle
- * continues to a whole group of eight with any indices of q. */
+/* Computes sine[k], cosine[k] of q[angle[k]] for k < count. The arrays sine and cosine have room for whole groups of
+ * eight. The array angle continues to a whole group of eight with any indices of q. */
 #define KT_SINCOS_DECLARE(isa)                                                                                         \
     void kt_sincos_gather_##isa(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine);
 KT_SINCOS_DECLARE(baseline)

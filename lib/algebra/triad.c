@@ -10,7 +10,7 @@
  */
 #include "kinetree/algebra.h"
 
-/* Sums turn -0 into 0, so that an axis along a coordinate axis gives the same bits whatever the signs of its zeros. */
+/* Sums turn -0 into 0. An axis along a coordinate axis therefore gives the same bits for any signs of its zeros. */
 static kt_vec3 from_renamed(int m, double u, double v, double w) {
     double a[3];
     a[(m + 1) % 3] = u + 0.0;

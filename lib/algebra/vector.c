@@ -1,25 +1,28 @@
 /* The Euler vector theta = angle times axis, t = |theta|; and axis and angle as separate quantities.
  *
  *     R = exp(theta x) = I + (sin t / t) theta x + ((1 - cos t) / t^2) theta x theta x                  [MSD A.6]
- * is the matrix of the unit quaternion (cos(t/2), h theta / 2), h = sin(t/2) / (t/2): there nothing cancels at small t,
- * and a rounded t rotates R but does not stretch it. The inverse goes through the quaternion as well, which is well
- * conditioned at every angle, half turns included.
+ * is the matrix of a unit quaternion,
+ *     w = cos(t/2),  v = h theta / 2,   h = sin(t/2) / (t/2).
+ * Its terms do not cancel at small t, and a rounded t rotates R but does not stretch it. The inverse also uses the
+ * quaternion, which is well conditioned at every angle, half turns included.
  *
  *     omega = G thetadot
  *     G = I + (h^2 / 2) theta x + c theta x theta x,    c = (t - sin t) / t^3                           [MSD A.28]
- * (the notes have 1/t^2 - sin t / t^3, and (1 - cos t) / t^2, which is h^2 / 2). As t goes to 0, c is a difference of
- * equal numbers, so that it is summed as
+ * The notes have them as
+ *     c = 1/t^2 - sin t / t^3,   h^2 / 2 = (1 - cos t) / t^2.
+ * As t goes to 0, c is a difference of equal numbers, so that it is summed as
  *     c = 1/6 (1 - t^2 / (4 5) (1 - t^2 / (6 7) (1 - ...)))
  * The inverse is sought as
  *     G^-1 = I - theta x / 2 + e theta x theta x
- * Multiplying out with (theta x)^3 = -t^2 theta x gives, with y = t/2,
+ * The product G G^-1 contains (theta x)^3 = -t^2 theta x. With y = t/2, it gives
  *     e = (1 - y cot y) / t^2 = (sin y - y cos y) / (4 y^2 sin y)
  *     sin y - y cos y = y^3 / 3 (1 - y^2 / (2 5) (1 - y^2 / (4 7) (1 - y^2 / (6 9) ...)))
  * It is singular at full turns, sin y = 0.
  *
  * Axis n and angle a: differentiating R(a n) along a and n (n'ndot = 0),
  *     omega = n adot + sin a ndot + (1 - cos a) n x ndot
- * The last two terms are ndot rotated about n by a/2 and scaled by 2 sin(a/2); undoing both gives the inverse:
+ * The last two terms are ndot, rotated about n by half the angle a and scaled by 2 sin(a/2). Undoing both gives the
+ * inverse:
  *     ndot = (cot(a/2) p - n x p) / 2,   p = omega - n n'omega
  */
 #include "base/require.h"
