@@ -8,8 +8,8 @@
  *
  *     KT_ARENA_LAYOUT(lay_out, kt_thing, KT_THING_FIELDS, const kt_thing_sizes *s)
  *
- * defines lay_out(memory, s): it returns the bytes of struct and arrays, and, unless memory is NULL, sets the pointers
- * of the object at `memory`. The counts in the list are expressions in the parameters of this function.
+ * defines lay_out(memory, s). It returns the bytes of struct and arrays. Unless memory is NULL, it also sets the
+ * pointers of the object at `memory`. The counts in the list are expressions in the parameters of this function.
  */
 #ifndef KT_BASE_ARENA_H
 #define KT_BASE_ARENA_H

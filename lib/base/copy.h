@@ -1,5 +1,5 @@
-/* Copies of a caller's arrays, which may be NULL where they have no numbers: those of a model that does not move. C has no
- * copy of no bytes from or to NULL (C17, 7.24.1). */
+/* Copies of a caller's arrays. An array may be NULL if it has no numbers, as for a model that does not move. C does not
+ * allow a copy of no bytes from or to NULL (C17, 7.24.1). */
 #ifndef KT_BASE_COPY_H
 #define KT_BASE_COPY_H
 

@@ -1,5 +1,5 @@
-/* Escaping: the text is decoded as UTF-8 (Unicode 15, table 3-7: neither overlong forms nor surrogates), and every
- * character is classified. */
+/* Escaping: the text is decoded as UTF-8, and every character is classified. Overlong forms and surrogates are not
+ * UTF-8 (Unicode 15, table 3-7). */
 #include "base/escape.h"
 
 #include <stdbool.h>

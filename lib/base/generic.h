@@ -1,4 +1,4 @@
-/* Numbers that stand for any: what holds for them holds in general. */
+/* Generic numbers: a property that holds for them holds for almost all numbers. */
 #ifndef KT_BASE_GENERIC_H
 #define KT_BASE_GENERIC_H
 

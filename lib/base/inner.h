@@ -1,5 +1,5 @@
-/* KT_INNER marks what libkinetree-study and libkinetree-scene, which are built with the core, use of the core's inside: the
- * shared library exports it, but no public header has it. */
+/* KT_INNER marks internal names of the core that libkinetree-study and libkinetree-scene use. These libraries are built
+ * with the core. The shared library exports the names, but no public header declares them. */
 #ifndef KT_BASE_INNER_H
 #define KT_BASE_INNER_H
 

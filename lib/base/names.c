@@ -126,8 +126,8 @@ static size_t bounded_length(const char *text) {
 static int smaller(int a, int b) { return a < b ? a : b; }
 static int larger(int a, int b) { return a > b ? a : b; }
 
-/* Returns the distance of two texts of m and n letters, or limit + 1 if it is larger than limit. `row`, `last` and
- * `before` are the rows i, i - 1 and i - 2 of D. */
+/* Returns the distance of two texts of m and n letters, or limit + 1 if it is larger than limit. In D, `row` is row i,
+ * and `last` and `before` are the two rows before it. */
 static int distance(const char *a, int m, const char *b, int n, int limit) {
     int rows[3][LONGEST + 2];
     int *before = rows[0], *last = rows[1], *row = rows[2];

@@ -1,6 +1,6 @@
 /* Options of a program that may be compiled with the headers of an earlier version.
  *
- * An options struct begins with its size, and grows at its end alone. Members beyond the size that the caller gives keep
+ * An options struct begins with its size, and grows only at its end. Members beyond the size that the caller gives keep
  * their defaults. Size 0 is that of version 0.2, the first one with this member:
  *
  *     kt_batch_options own = kt_batch_options_default();
@@ -21,14 +21,14 @@
 #define KT_SIZE_TO(type, last)                                                                                         \
     ((offsetof(type, last) + sizeof((type *)0)->last + _Alignof(type) - 1) / _Alignof(type) * _Alignof(type))
 
-/* What is known of an options struct: its name, its bytes now, and in version 0.2. */
+/* The kind of an options struct: its name, its bytes now, and its bytes in version 0.2. */
 typedef struct kt_options_kind {
     const char *name;
     size_t now, first;
 } kt_options_kind;
 
-/* Returns the options to read: `given`, or `own`, which holds the defaults and receives what `given` has; NULL with
- * KT_ERROR_ARGUMENT in *error if the size is none. */
+/* Returns the options to read: `given`, or `own`, which has the defaults and receives the members of `given`. Returns
+ * NULL with KT_ERROR_ARGUMENT in *error if the size is not valid. */
 KT_INNER const void *kt_options_read(const kt_options_kind *kind, void *own, const void *given, kt_error *error);
 
 #ifdef KT_NO_WORDS /* linked into one program with its headers */

@@ -1,12 +1,12 @@
-/* What a public call requires of its arguments before it reads through them.
+/* Checks of the arguments of a public call, before the call reads through them.
  *
  *     if (KT_IS_MISSING(error, model, q || !model->n.q, columns))
  *         return KT_ERROR_ARGUMENT;
  *
- * is true where one of the conditions is false, and *error is then filled: the message names the first such
- * argument, the word that the condition begins with. They are evaluated in order, so that a condition may read through
- * a pointer that an earlier one requires. An array without numbers may be NULL: `q || !model->n.q`. Where all hold,
- * nothing is called.
+ * is true if one of the conditions is false, and *error is then filled. The message names the first such argument: the
+ * word at the beginning of the condition. Conditions are evaluated in order, so that a condition may read through a
+ * pointer that an earlier one requires. An array without numbers may be NULL: `q || !model->n.q`. If all hold, no
+ * function is called.
  */
 #ifndef KT_BASE_REQUIRE_H
 #define KT_BASE_REQUIRE_H

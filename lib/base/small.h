@@ -29,7 +29,7 @@
 #define KT_IS_FULL 1
 #endif
 
-/* The message of what is left out. */
+/* The message for parts that are left out. */
 #define KT_NOT_IN_SMALL "a small library (-Dsmall=enabled) does not have this"
 
 #ifdef KT_NO_LOOPS

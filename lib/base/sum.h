@@ -8,7 +8,7 @@
 /* The sum of no bytes. */
 #define KT_SUM_START UINT64_C(0xcbf29ce484222325)
 
-/* The sum of what gave `sum`, followed by these bytes. */
+/* Returns the sum of the bytes that gave `sum`, followed by these bytes. */
 static inline uint64_t kt_sum_add(uint64_t sum, const void *bytes, size_t size) {
     const unsigned char *byte = bytes;
     for (size_t i = 0; i < size; i++)

@@ -1,4 +1,4 @@
-/* Texts that document a type, a key or a method: nothing in the library reads them, and they are NULL in a build for a
+/* Texts that document a type, a key or a method. The library itself does not read them. They are NULL in a build for a
  * machine without an operating system. */
 #ifndef KT_BASE_WORDS_H
 #define KT_BASE_WORDS_H
