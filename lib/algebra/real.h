@@ -28,7 +28,8 @@
 typedef double kt_plain;
 
 #define KT_CHOOSE(condition, a, b) ((condition) ? (a) : (b))
-/* The larger of two numbers; the other one where one is NaN (in lanes: the first one where the second one is). */
+/* The larger of two numbers. If one is NaN, the result is the other one. In lanes, only a NaN in the second number is
+ * replaced with the first one. */
 KT_OPERATOR double kt_most1(double a, double b) { return fmax(a, b); }
 KT_OPERATOR bool kt_is_finite1(double x) { return isfinite(x); }
 KT_OPERATOR double kt_sqrt1(double x) { return sqrt(x); }

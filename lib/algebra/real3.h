@@ -23,7 +23,7 @@
 /* A function that replaces an operator is never a call, even if the compiler optimises for size. */
 #define KT_OPERATOR static inline __attribute__((always_inline, unused))
 
-/* A component of a vector; read alone, where the vector is in memory. */
+/* A component of a vector. It is read alone if the vector is in memory. */
 #ifndef KT_LANES
 #define KT_PART2(a, k) ((a)[k])
 #define KT_PART3(a, k) ((a)[k])

@@ -19,10 +19,10 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* How many at once: GROUPS vectors of as many as the instruction set has lanes. The operations of one vector depend on
- * each other, and a processor does not reorder enough to find those of the next vector. The operations of the vectors
- * are therefore interleaved. A processor without vectors of doubles (a Cortex-M7) computes angles one by one. The bits
- * are the same. KT_TAKEN puts q[i[k]] in lane k, without a delay through memory. */
+/* GROUPS vectors are computed at once, each with as many angles as the instruction set has lanes. The operations of one
+ * vector depend on each other, and a processor does not reorder enough to find those of the next vector. The operations
+ * of the vectors are therefore interleaved. A processor without vectors of doubles (a Cortex-M7) computes angles one by
+ * one. The bits are the same. KT_TAKEN puts q[i[k]] in lane k, without a delay through memory. */
 #if defined(__arm__)
 enum { LANES = 1, GROUPS = 1 };
 #define KT_FOLLOWING                                                                                                   \
@@ -123,7 +123,7 @@ KT_INLINE void kt_v8_sincos(const int groups, const kt_v8 *x, kt_v8 *sine, kt_v8
     }
 }
 
-/* Whether the indices of all lanes are consecutive, as they are in a chain; two are compared in one number. */
+/* Whether the indices of all lanes are consecutive, as in a chain. Two indices are compared in one number. */
 KT_INLINE bool kt_are_neighbours(const int32_t *place) {
     const kt_place8 off = *(const kt_place8 *)place - (kt_place8)KT_FOLLOWING - place[0];
     uint64_t pair[(LANES + 1) / 2] = {0}, all = 0;
@@ -133,7 +133,7 @@ KT_INLINE bool kt_are_neighbours(const int32_t *place) {
     return all == 0;
 }
 
-/* Replaces those of angles beyond the limit. */
+/* Replaces the results for angles beyond the limit with those of libm. */
 static void take_large(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
     for (size_t k = 0; k < count; k++) {
         const double x = q[angle[k]];
@@ -144,8 +144,8 @@ static void take_large(const double *q, const int32_t *angle, size_t count, doub
     }
 }
 
-/* Those of some vectors; `left` receives the sign of a size that is too large. A vector alone is not worth the question
- * whether it can be loaded whole. */
+/* Computes the sines and cosines of some vectors; `left` receives the sign of a size that is too large. For a single
+ * vector, it does not pay to test whether it can be loaded whole. */
 KT_INLINE void take_groups(const int groups, const double *q, const int32_t *angle, kt_i8 *left, double *sine,
                            double *cosine) {
     kt_v8 x[GROUPS], s[GROUPS], c[GROUPS];

@@ -1,4 +1,4 @@
-/* The caller's memory is checked, and cleared. */
+/* Checks and clears the caller's memory. */
 #include "base/arena.h"
 
 #include <string.h>

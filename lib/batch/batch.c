@@ -190,7 +190,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
         made->own[i] = model;
         double *y = made->y + i / n.width * n.width * n.N;
         kt_lane_put(model->q0, n.width, i % n.width, n.nq, y);
-        kt_lane_put(model->v0, n.width, i % n.width, n.nv + n.nx, y + n.width * n.nq); /* own states follow */
+        kt_lane_put(model->v0, n.width, i % n.width, n.nv + n.nx, y + n.width * n.nq); /* auxiliary states follow */
     }
     *batch = made;
     return KT_OK;
@@ -285,7 +285,7 @@ kt_status kt_batch_get_state(const kt_batch *batch, size_t state, double *t, dou
     return KT_OK;
 }
 
-/* The own states of a state's group. */
+/* The auxiliary states of a state's group. */
 static double *own_states_in(const kt_batch *batch, size_t state) {
     return group_in(batch, batch->y, state, batch->n.N) + batch->n.width * (batch->n.nq + batch->n.nv);
 }

@@ -7,7 +7,7 @@
 #include "kinetree/batch.h"
 #include "model/model.h"
 
-/* Numbers that the groups and a workspace take; nx own states, N = nq + nv + nx. */
+/* Numbers that the groups and a workspace take; nx auxiliary states, N = nq + nv + nx. */
 typedef struct kt_batch_counts {
     size_t states, groups, width, stages, threads;
     size_t nq, nv, nx, N, body, loops;
@@ -96,10 +96,10 @@ static inline kt_lane_mask kt_lanes_first(size_t count) { return (kt_lane_mask)(
 /* The group with this number, at its states as they are; the lanes are given the numbers of its models. */
 kt_batch_group kt_batch_group_of(kt_batch_work *w, size_t group);
 
-/* Notes that the computation of a state has failed, with the error; `made` is that of the call for one state. */
+/* Records that the computation of a state has failed, with the error `made` of the call for one state. */
 void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batch_fault *fault);
 
-/* Copies the numbers of one lane to w->one_q, one_v and one_tau, and its own states to the data. */
+/* Copies the numbers of one lane to w->one_q, one_v and one_tau, and its auxiliary states to the data. */
 void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane);
 
 /* Memory for the accelerations of a group: the workspace of the recursions, forces that include effects, and the

@@ -20,7 +20,7 @@
 #include <string.h>
 
 typedef struct kt_ensemble_counts {
-    size_t width, nq, nv, nx, N, body, lane_bytes; /* nx own states, N = nq + nv + nx */
+    size_t width, nq, nv, nx, N, body, lane_bytes; /* nx auxiliary states, N = nq + nv + nx */
 } kt_ensemble_counts;
 
 /* A simulation that runs. */
@@ -32,7 +32,7 @@ typedef struct lane {
     kt_try tried;
     bool steps;       /* within a step */
     double t_limit;   /* where it ends at most */
-    int repetition;   /* how often it was taken back */
+    int repetition;   /* how often it was undone */
     bool shares;      /* its records are computed in lanes, too */
     bool holds;       /* the lanes hold the last try of its step: stages and states at both ends */
     kt_record record; /* the next one, where it shares them */
@@ -159,7 +159,7 @@ static const char *why_alone(const kt_ensemble *e, const kt_simulation *s) {
 /* Whether the lane has the numbers of its model, whose parameters a recorder may have set since. */
 static bool is_current(const lane *l) { return l->revision == l->member.simulation->model->revision; }
 
-/* The first lane of which the numbers are those of its model. */
+/* Returns the first lane that has the numbers of its model. */
 static const lane *first_lane(const kt_ensemble *e) {
     for (size_t i = 0; i < e->n.width; i++)
         if (e->lane[i].member.simulation && is_current(&e->lane[i]))
@@ -174,7 +174,7 @@ static bool is_empty(const kt_ensemble *e) {
     return true;
 }
 
-/* Whether a simulation can run with those that do. */
+/* Whether a simulation can run together with the running ones. */
 static bool fits(kt_ensemble *e, const kt_simulation *s) {
     const lane *other = first_lane(e);
     const char *why = why_alone(e, s);
@@ -307,7 +307,7 @@ static void check(const kt_ensemble *e, size_t number) {
             &l->tried);
 }
 
-/* How much longer than the tries of some lanes, which have passed, the next steps may be. */
+/* Computes the factors by which the next steps may be longer than the accepted tries of some lanes. */
 static void find_growths(kt_ensemble *e, kt_lane_mask mask) {
     const size_t width = e->n.width;
     for (size_t i = 0; i < width; i++) {

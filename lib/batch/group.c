@@ -73,7 +73,7 @@ void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane) {
         kt_lane_take(group->x, n->width, lane, n->nx, w->data->x);
 }
 
-/* The lane by the call for one state. */
+/* Computes a lane with the call for one state. */
 static void accelerate_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, double t, kt_batch_fault *fault) {
     const kt_batch_counts *n = &w->batch->n;
     kt_error made;

@@ -101,7 +101,7 @@ static void read_variables(const sum *s, const kt_effect_record *effect, const k
     }
 }
 
-/* A formula: a force in a joint, or the rate of an own state. */
+/* A formula: a force in a joint, or the rate of an auxiliary state. */
 static kt_real1 evaluate_formula(sum *s, const kt_effect_record *effect) {
     kt_real1 values = kt_real1_splat(0.0);
     variables in;

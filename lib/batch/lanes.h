@@ -31,7 +31,7 @@ typedef struct kt_lane_scales {
     const double *y0, *y1, *absolute, *relative;
 } kt_lane_scales;
 
-/* Instead of theta = (t - t0) / (t1 - t0) where t is t1, which rounding would make of times before it. */
+/* Replaces theta = (t - t0) / (t1 - t0) if t is t1. Rounding may give theta = 1 for earlier times, too. */
 #define KT_LANE_AT_END 2.0
 
 /* A step by a table: its length, and the states at its ends. */
@@ -66,7 +66,7 @@ typedef struct kt_lane_kernels {
     /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
      * NULL if no link carries forces). Returns the live lanes whose forces are finite. */
     kt_lane_mask (*effects)(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external);
-    /* After it, in the same state: the rates of own states. Returns the live lanes whose rates are finite. */
+    /* After it, in the same state: the rates of auxiliary states. Returns the live lanes whose rates are finite. */
     kt_lane_mask (*own_rates)(const kt_model *model, void *work, const kt_lane_state *at, double *rates);
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,
@@ -96,7 +96,7 @@ typedef struct kt_lane_kernels {
      * kt_combine. */
     void (*combine)(double *out, const double *y, const double *h, const kt_stage_term *terms, size_t count,
                     double *const *k, size_t n);
-    /* The lanes all n numbers of which are finite. */
+    /* Returns the lanes whose n numbers are all finite. */
     kt_lane_mask (*finite)(const double *x, size_t n);
     /* mean over i of (sum_j weight_j k_ji / scale_i)^2, as the error norm of explicit methods has it. */
     void (*mean_square)(double *out, const kt_lane_scales *scales, const kt_stage_term *terms, size_t count,
@@ -147,7 +147,7 @@ bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect
 kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *tau,
                                        kt_external *applied);
 
-/* After it, the rates of own states. */
+/* After it, the rates of auxiliary states. */
 kt_condition KT_KERNEL(kt_own_rates)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *rates);
 
 /* The energies of the motion that data hold. */

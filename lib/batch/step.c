@@ -2,7 +2,7 @@
  * one step, for all lanes at once. The bits are those of kt_step_evaluate (sensitivity/step.c), state by state. The
  * other method is semi-implicit Euler. It has first order, and is symplectic if forces do not depend on velocities
  * (Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1):
- *     v1 = v0 + h a(t0, q0, v0),   q1 = q0 (+) h v1,   of own states x1 = x0 + h f(t0, q0, v0, x0)
+ *     v1 = v0 + h a(t0, q0, v0),   q1 = q0 (+) h v1,   of auxiliary states x1 = x0 + h f(t0, q0, v0, x0)
  */
 #include "batch/batch.h"
 
@@ -49,7 +49,7 @@ static void combine(kt_batch_work *w, const double *y, double h, const double *w
     kt_combine(out, y, h, w->term, used, rows, N);
 }
 
-/* The rates of own states, state by state, as kt_batch_accelerate accelerations. */
+/* The rates of auxiliary states, state by state, as kt_batch_accelerate accelerations. */
 static void rate_own_states(kt_batch_work *w, kt_batch_group *group, const double *t, double *out,
                             kt_batch_fault *fault) {
     const kt_batch_counts *n = &w->batch->n;

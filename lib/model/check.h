@@ -61,7 +61,7 @@ int kt_checker_marker_count(const kt_body *body);
 
 /* ---- check_number.c ---------------------------------------------------------------------------------------------- */
 
-/* Those of these functions that return a bool return whether the value is valid; `sub` is as in kt_place. */
+/* A function that returns a bool returns whether the value is valid; `sub` is as in kt_place. */
 
 /* Whether the magnitude of a value is at most KT_NUMBER_MOST; false for NaN. */
 bool kt_number_is_fine(double value);

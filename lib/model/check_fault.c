@@ -16,7 +16,7 @@ int kt_checker_marker_count(const kt_body *body) {
     return body->markers == NULL || body->marker_count < 0 ? 0 : body->marker_count;
 }
 
-/* A small library has no own states. */
+/* A small library has no auxiliary states. */
 #if !KT_HAS_FORMULAS
 #define STATE(word)
 enum { ITEMS = KT_ITEM_HOLD + 1 };

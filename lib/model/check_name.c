@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <string.h>
 
-/* The first of a name: joints without one of their own have that of their body. */
+/* Returns the first item of a name. Joints without a name of their own have that of their body. */
 static int first_of(const kt_checker *checker, int scope, const char *name) {
     const int first = kt_names_find(&checker->names, scope, name);
     if (scope != KT_NAMES_OF_JOINTS || (first >= 0 && first != checker->index))
@@ -73,7 +73,8 @@ int kt_checker_body(kt_checker *checker, const char *field, int sub, const char 
                        "name a body of the scene, or 'world'");
 }
 
-/* The body whose joint has the name; or a body of that name, whose joint has another; -1: none. */
+/* Returns the body whose joint has the name. Otherwise returns a body of that name, whose joint has another name; -1:
+ * none. */
 static int find_joint(const kt_checker *checker, const char *name) {
     const int own = kt_names_find(&checker->names, KT_NAMES_OF_JOINTS, name);
     return own < 0 ? kt_names_find(&checker->names, KT_SCOPE_BODY, name) : own;
@@ -131,7 +132,7 @@ static void check_component(kt_checker *checker, const char *field, const char *
             kt_name_quote(text).text, type, count, (int)name.length, text, (int)name.length, text, count - 1);
 }
 
-/* The body whose joint a text names with an index; -1: none. */
+/* Returns the body whose joint a text names with an index; -1: none. */
 static int indexed_body(const kt_checker *checker, const char *text, kt_coordinate_name name) {
     const kt_description *d = checker->description;
     for (int i = 0; i < d->body_count && name.has_index; i++)

@@ -46,18 +46,19 @@ KT_INNER const char *kt_position_of_joint(const char *name);
 /* Checks the formula of a coupling, if it has one. */
 void kt_checker_coupling(kt_checker *checker, const char *field, const kt_loop *loop);
 
-/* The names of a law of an effect, and its variables in their order, as far as there are such. One with states does not
- * read its effect's own ends: its rates are evaluated without them. */
+/* Returns the names for a law of an effect, with its variables in their order, as far as they exist. A law with states
+ * does not read its effect's own ends, since its rates are evaluated without them. */
 kt_formula_names kt_law_names_of(const kt_description *description, const kt_effect *effect);
 
-/* The effect whose law writes the rate of a state, and *rate its place among those, from 0. The search
- * begins behind the effect `after`, at first -1. Returns -1 if there is none. */
+/* Returns the effect whose law writes the rate of a state, and sets *rate to its index among the rates of the law. The
+ * search begins behind the effect `after`, at first -1. Returns -1 if there is none. */
 int kt_law_of_state(const kt_description *description, const char *state, int after, int *rate);
 
 /* Checks the law of an effect. */
 void kt_checker_law(kt_checker *checker, const kt_effect *effect);
 
-/* Whether a formula can be read with these names, and has no variables that formulas cannot have; reports why not. */
+/* Whether a formula can be read with these names, and has no variables that formulas cannot have. Reports a fault if
+ * not. */
 bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names);
 
 #endif

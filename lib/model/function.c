@@ -460,7 +460,7 @@ double kt_curve_speed(const kt_curve *curve, const double *numbers, double t) {
     }
 }
 
-/* ---- corners ----------------------------------------------------------------------------------------------------- */
+/* ---- breakpoints ------------------------------------------------------------------------------------------------- */
 
 /* Derivatives of a table's pieces that differ by no more than this part of their size are equal but for rounding. */
 static const double equal = 64.0 * DBL_EPSILON;

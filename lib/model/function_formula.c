@@ -91,7 +91,7 @@ double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, doub
     return kt_expression_speed(formula_of(curve, numbers), t);
 }
 
-/* ---- corners ----------------------------------------------------------------------------------------------------- */
+/* ---- breakpoints ------------------------------------------------------------------------------------------------- */
 
 kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t, double until) {
     kt_corner first = {HUGE_VAL, KT_CORNER_ORDER_MAX};

@@ -41,7 +41,7 @@ typedef struct kt_counts {
 /* Returns the count of an array that only models with some of these need. */
 static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
 
-/* A small library has no own states. */
+/* A small library has no auxiliary states. */
 #define KT_OWN_STATES(n) (KT_HAS_FORMULAS ? (n)->x : 0)
 
 /* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), from any index on. Seven entries are
@@ -465,7 +465,7 @@ struct kt_data {
     uint64_t shape;    /* of its model */
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
-    bool dead;         /* the last projection was refused at a dead point (closure/dead_point.c) */
+    bool dead;         /* the last projection was rejected at a dead point (closure/dead_point.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */
     kt_crossings crossings; /* since the last call of kt_data_crossings */

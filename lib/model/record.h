@@ -270,7 +270,7 @@ typedef struct kt_effect_record {
     int32_t variable, variable_count; /* expression: in model->variable */
     kt_effect_law_callback *law;      /* expression: in place of formulas */
     kt_effect_law_derivatives_callback *law_derivatives;
-    int32_t law_rate;  /* of an own state: which of the law's rates is its own, from 1; 0: the force */
+    int32_t law_rate;  /* of an auxiliary state: which of the law's rates is its own, from 1; 0: the force */
     kt_curve curve[3]; /* motor, servo, joint_spring, thrust: one; force, torque: the components */
     kt_vec3 exhaust;   /* thrust */
     bool in_body;      /* force, torque: components in the end's axes */
@@ -282,15 +282,15 @@ typedef struct kt_effect_record {
     kt_relative_record relative;
 } kt_effect_record;
 
-/* Variables of formulas that only one effect has: the distance of its ends and its rate; in a loop, its coordinate and
- * that one's rate. */
+/* Variables that only the formulas of one effect have: the distance of its ends, with its rate. In a loop they are the
+ * effect's coordinate, with its rate. */
 enum { KT_VARIABLE_LENGTH = KT_VARIABLE_STATE + 1, KT_VARIABLE_SPEED };
 
 /* The source of a variable of a formula. */
 typedef struct kt_variable_record {
     int32_t type;       /* kt_variable_type, or one of these */
     int32_t q, v;       /* the coordinate of a joint: of positions q, and v the velocity that changes it */
-    int32_t x;          /* an own state */
+    int32_t x;          /* an auxiliary state */
     int32_t link;       /* of a marker */
     int32_t force_link; /* its index in model->force_link */
     int32_t component;  /* of a marker */

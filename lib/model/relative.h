@@ -48,7 +48,7 @@ static inline bool kt_coordinate_is_of(const char *text, kt_coordinate_name name
     return of != NULL && strncmp(of, text, name.length) == 0 && of[name.length] == '\0';
 }
 
-/* Returns the index of the named loop, or -1. The search begins at `first` and goes round. */
+/* Returns the index of the named loop, or -1. The search begins at `first` and continues cyclically. */
 KT_INNER int kt_coordinate_loop(const kt_description *description, const char *text, int first);
 
 #endif

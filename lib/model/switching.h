@@ -60,7 +60,7 @@ static inline int64_t kt_switches_index(const kt_switches *of, uint64_t set) {
     return (int64_t)(index | (uint64_t)(contacts != 0) << bit);
 }
 
-/* How many models a family has, and the k-th. */
+/* The number of models of a family, and the k-th model. */
 static inline uint64_t kt_family_models(const kt_family *family) { return kt_switches_models(&family->switches); }
 static inline kt_model *kt_family_model(const kt_family *family, uint64_t k) {
     return (kt_model *)(void *)((char *)(uintptr_t)family + family->at[k]);
@@ -74,7 +74,7 @@ static inline size_t kt_family_head(uint64_t models) {
 /* Copies one model, without the others of its family. */
 void kt_model_copy_one(const kt_model *model, void *memory);
 
-/* Initialises data for another model, whose data fit in their memory; counts go on. */
+/* Initialises data for another model, whose data fit in their memory. Counts continue. */
 void kt_data_adapt(const kt_model *model, kt_data *data);
 
 #endif
