@@ -24,7 +24,8 @@ kt_mat3 kt_matrix_about(int axis, double angle) {
 }
 
 kt_mat3 kt_matrix_orthonormalize(kt_mat3 a) {
-    enum { STEPS = 6 }; /* from |A'A - I| = 1/2, s = 0.71, to rounding; 3 are enough from 1e-3 */
+    /* Six steps reach rounding from s = 0.71, where |A'A - I| is one half. Three steps are enough from 1e-3. */
+    enum { STEPS = 6 };
     for (int step = 0; step < STEPS; step++) {
         kt_mat3 m = kt_mat3_scale(-0.5, kt_mat3_multiply(kt_mat3_transpose(a), a)); /* (3 I - A'A) / 2 */
         m.x.x += 1.5;

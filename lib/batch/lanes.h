@@ -66,7 +66,8 @@ typedef struct kt_lane_kernels {
     /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
      * NULL if no link carries forces). Returns the live lanes whose forces are finite. */
     kt_lane_mask (*effects)(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external);
-    /* After it, in the same state: the rates of auxiliary states. Returns the live lanes whose rates are finite. */
+    /* After `effects` in the same state, computes the rates of auxiliary states. Returns the live lanes whose rates are
+     * finite. */
     kt_lane_mask (*own_rates)(const kt_model *model, void *work, const kt_lane_state *at, double *rates);
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,
@@ -147,7 +148,7 @@ bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect
 kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *tau,
                                        kt_external *applied);
 
-/* After it, the rates of auxiliary states. */
+/* Computes the rates of auxiliary states, after kt_effects_sum. */
 kt_condition KT_KERNEL(kt_own_rates)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *rates);
 
 /* The energies of the motion that data hold. */

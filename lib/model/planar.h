@@ -8,8 +8,8 @@
  * swept.
  *
  * The angle phi of a planar link is relative to q = 0, so there are no rotations at rest. A link's offset, prismatic
- * direction and first moment at q = 0 are constant two-vectors in (e1, e2), which phi rotates. It is stored as its
- * cosine c and its sine s. Heights along n are constant.
+ * direction and first moment at q = 0 are constant two-vectors in (e1, e2), which phi rotates. The angle is stored as
+ * its cosine c and its sine s. Heights along n are constant.
  */
 #ifndef KT_MODEL_PLANAR_H
 #define KT_MODEL_PLANAR_H
