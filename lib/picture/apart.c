@@ -85,7 +85,7 @@ static bool read_all(int from, void *data, size_t size, long long until) {
 
 static bool is_count(int count) { return count >= 0 && count <= KT_TRIANGLES_MOST; }
 
-/* Whether corners are vertices: what has damaged its own memory may answer anything. */
+/* Whether all corners are vertices of the mesh: a child with damaged memory may answer anything. */
 static bool is_sound(const kt_triangles *mesh) {
     for (int i = 0; i < mesh->triangle_count; i++)
         for (int k = 0; k < 3; k++)
@@ -139,7 +139,7 @@ static kt_status take_answer(pid_t child, int from, double seconds, kt_triangles
     kt_triangles made = {.vertices = NULL};
     answer a = {.status = KT_OK};
     const bool is_answered = read_answer(from, until, &a, &made), is_late = !is_answered && now() >= until;
-    (void)kill(child, SIGKILL); /* which may be writing still what there is no memory for */
+    (void)kill(child, SIGKILL); /* it may still be writing a mesh for which this process has no memory */
     const int status = wait_for(child);
     if (is_answered && a.status == KT_OK && !is_sound(&made))
         a.status =

@@ -1,4 +1,4 @@
-/* Meshes that a library reads in a process of its own, so that what ends the library does not end the program. */
+/* Meshes that a library reads in a process of its own: if the library crashes, the program continues. */
 #ifndef KT_PICTURE_APART_H
 #define KT_PICTURE_APART_H
 
@@ -17,9 +17,10 @@
 /* Reads the contents of a file of a path. */
 typedef kt_status kt_mesh_reader(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error);
 
-/* Calls a reader in a child process, which has a limited time in seconds and 4 GiB of addresses (KT_LIMITS_ADDRESSES), and returns what it
- * returns. It writes nothing to the standard streams. On failure *mesh is untouched. Errors: those of the reader;
- * KT_ERROR_SCENE if the process ends without an answer, or in time has none; KT_ERROR_MEMORY. */
+/* Calls a reader in a child process and returns the status of the reader. The child has a limited time in seconds and
+ * 4 GiB of addresses (KT_LIMITS_ADDRESSES). It writes nothing to the standard streams. On failure *mesh is untouched.
+ * Errors: those of the reader; KT_ERROR_SCENE if the process ends without an answer, or has none in time;
+ * KT_ERROR_MEMORY. */
 kt_status kt_mesh_read_apart(kt_mesh_reader *reader, double seconds, const char *path, const char *text, size_t size,
                              kt_triangles *mesh, kt_error *error);
 

@@ -42,7 +42,7 @@ kt_camera kt_camera_around(kt_vec3 vertical, double azimuth, double elevation) {
     const kt_vec3 level = kt_vec3_add(kt_vec3_scale(cos(azimuth), front), kt_vec3_scale(sin(azimuth), right));
     const kt_vec3 towards = kt_vec3_add(kt_vec3_scale(cos(elevation), level), kt_vec3_scale(sin(elevation), up));
     kt_camera camera = kt_camera_facing(towards, up);
-    if (fabs(cos(elevation)) < 1e-9) { /* from above: what was level and right stays so */
+    if (fabs(cos(elevation)) < 1e-9) { /* from above: the level direction to the right stays so */
         camera.axes.x = kt_vec3_normalize(kt_vec3_cross(up, level));
         camera.axes.y = kt_vec3_cross(camera.axes.z, camera.axes.x);
     }

@@ -9,11 +9,11 @@ typedef struct kt_camera {
     kt_mat3 axes; /* right, up, towards the viewer, in the world */
 } kt_camera;
 
-/* Which way is up in the world: against gravity, or z where there is none; where gravity is along no coordinate axis,
- * the nearest one. Of planar mechanisms without gravity, y where they move in the plane of x and y. */
+/* The upward direction of the world: the coordinate axis nearest to the direction against gravity. Without gravity, z;
+ * but y for a planar mechanism that moves in the plane of x and y. */
 kt_vec3 kt_picture_vertical(const kt_picture *picture);
 
-/* From a viewer in the direction `towards`, with `vertical` as far up as possible; if the two are parallel, the
+/* From a viewer in the direction `towards`, with `vertical` as far up as possible. If the two are parallel, the
  * picture's up is y (or -z, seen along y). */
 kt_camera kt_camera_facing(kt_vec3 towards, kt_vec3 vertical);
 
@@ -29,8 +29,9 @@ typedef struct kt_chosen_view {
     double azimuth, elevation; /* else, rad */
 } kt_chosen_view;
 
-/* The plane of a planar mechanism, unless gravity pulls out of it; else from 25 degrees above, and of 35 and 55 degrees
- * to the right and to the left, from where joints and solids are furthest from each other in the picture. */
+/* Chooses a view. A planar mechanism is seen along its normal, unless gravity pulls out of its plane. Other mechanisms
+ * are seen from an elevation of 25 degrees. The azimuth is 35 or 55 degrees, to the right or to the left: the first of
+ * the four, unless joints and solids are clearly further from each other in the picture at another. */
 kt_chosen_view kt_camera_choose(const kt_picture *picture, const kt_pose *poses);
 
 /* A point in the camera's frame; a pose of the world in it. */

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-/* A value that tells the sign and the size of a function. */
+/* A value with the typical sign and size of a function. */
 static double typical_value(const kt_function *f) {
     double value = 0.0;
     switch (f->type) {
@@ -26,14 +26,14 @@ static double typical_value(const kt_function *f) {
         for (int i = f->part_count - 1; i >= 0; i--)
             value = typical_value(&f->parts[i]) != 0.0 ? typical_value(&f->parts[i]) : value;
         return value;
-    case KT_FUNCTION_EXPRESSION: /* it has a direction, but neither sign nor size are known without evaluation */
+    case KT_FUNCTION_EXPRESSION: /* it has a direction; its sign and size require an evaluation */
         return 1.0;
     default:
         return f->value;
     }
 }
 
-/* Thrust is against what leaves, and along what arrives. */
+/* Thrust points against the exhaust if mass leaves, and along it if mass arrives. */
 static kt_vec3 thrust_direction(const kt_effect *effect) {
     double mass[3];
     const bool arrives = kt_function_evaluate(&effect->mass, 0.0, mass, NULL) == KT_OK && mass[1] > 0.0;

@@ -1,6 +1,6 @@
-/* Surfaces in formats that assimp reads. Only the file's contents are handed over, so that no other file is opened for
- * it; its own units count, and the direction that it calls up does not: robots name theirs. assimp ends at some damaged
- * files, and so it has a process of its own. */
+/* Surfaces in formats that assimp reads. assimp receives only the file's contents, so that no other file is opened for
+ * it. The file's own units count. The file's upward direction does not: robots name theirs. assimp crashes at some
+ * damaged files, and so it has a process of its own. */
 #include "picture/foreign.h"
 
 #include <string.h>

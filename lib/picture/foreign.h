@@ -5,7 +5,7 @@
 #include "mesh/mesh.h"
 
 /* Reads the contents of a file, whose format its name ends in. On failure *mesh is untouched. Errors: KT_ERROR_SCENE
- * (what is wrong, or that there is no assimp), KT_ERROR_MEMORY. */
+ * (the fault of the file, or that there is no assimp), KT_ERROR_MEMORY. */
 kt_status kt_foreign_parse(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error);
 
 #endif

@@ -1,11 +1,12 @@
-/* What hides what.
+/* The order of hidden solids.
  *
- * 1. The outlines of two pieces are convex polygons in the picture; their intersection is sampled, and at each sample a ray
- *    towards the viewer tells where it leaves each of both (kt_solid_cut): the one that it leaves last is in front.
+ * 1. The outlines of two pieces are convex polygons in the picture; their intersection is sampled. At each sample a ray
+ *    towards the viewer leaves each of both (kt_solid_cut): the piece that it leaves last is in front.
  * 2. Pairs of which each is in front somewhere are cut at the places along the longer one where this changes.
- * 3. "a is behind b" are the edges of a graph, which is sorted topologically. If it has a cycle, its longest piece is halved,
- *    and all starts again; or the edge is dropped along which least would be painted wrongly, if that is little or such
- *    rounds have been enough. Pieces that need not have been cut are joined again. */
+ * 3. "a is behind b" are the edges of a graph, which is sorted topologically. If the graph has a cycle, the longest
+ *    piece of the cycle is halved, and all starts again. The edge with the least painting error is dropped instead, if
+ *    this error is small or the limit of such rounds is reached. Pieces that need not have been cut are joined
+ *    again. */
 #include "picture/hiding.h"
 
 #include "picture/solid.h"
@@ -16,7 +17,7 @@
 #include <string.h>
 
 enum {
-    CIRCLE = 16,     /* corners that stand for a circle */
+    CIRCLE = 16,     /* corners that replace a circle */
     CORNERS = 64,    /* room for a polygon's corners */
     ALONG = 48,      /* samples along a piece that may be cut */
     CUTS_MAX = 6,    /* of a piece at once */
@@ -170,7 +171,7 @@ static double area_of(const polygon *p) {
 
 /* ---- one pair ---------------------------------------------------------------------------------------------------- */
 
-/* A piece with what is needed of it again and again. */
+/* A piece with the quantities that are needed of it repeatedly. */
 typedef struct shown {
     kt_solid solid;
     polygon outline;
@@ -200,7 +201,7 @@ static shown show(const kt_piece *piece) {
     return s;
 }
 
-/* Where the ray at a point of the picture is in the solid, counted towards the viewer. */
+/* The interval in which the ray at a point of the picture is in the solid, counted towards the viewer. */
 static bool depth_at(const kt_solid *solid, corner at, double *back, double *front) {
     const kt_pose inverse = kt_pose_invert(solid->pose);
     const kt_vec3 from = kt_pose_apply(inverse, kt_vec3_make(at.x, at.y, 0.0)), towards = inverse.rotation.z;
@@ -265,7 +266,8 @@ typedef struct cuts {
     double at[CUTS_MAX];
 } cuts;
 
-/* 1: the piece is in front of the other at z along its middle, -1: behind it, 0: the two do not overlap there. */
+/* The side of the piece at z along its middle: 1 in front of the other, -1 behind it. It is 0 if the two do not overlap
+ * there. */
 static int side_at(const kt_piece *piece, const shown *other, double z) {
     const corner at = flat(kt_pose_apply(piece->solid.pose, kt_vec3_make(0.0, 0.0, z)));
     double back, front, back_other, front_other;
@@ -282,7 +284,8 @@ static void add_cut(cuts *c, double at, double gap) {
         c->at[c->count++] = at;
 }
 
-/* Where the piece comes out of, or goes behind, the other. Returns whether there is such a place. */
+/* Adds the places at which the piece changes from behind the other to in front of it, or back. Returns whether there is
+ * such a place. */
 static bool find_cuts(const kt_piece *piece, const shown *other, cuts *c) {
     const double length = piece->high - piece->low, gap = 0.01 * length;
     const int count = c->count;
@@ -313,7 +316,7 @@ static int compare_numbers(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Replaces pieces by what their cuts leave of them, in their place. */
+/* Replaces each piece by its parts between its cuts, at the same position of the list. */
 static bool cut_all(kt_pieces *pieces, cuts *all) {
     kt_pieces made = {0};
     bool fine = true;
@@ -352,7 +355,7 @@ static double thickness_of(const kt_solid *solid) { return fmin(solid->half.x, s
 
 typedef struct edge {
     int behind, before;
-    double weight; /* how far what is behind would stand out, if it were painted later; 0: dropped */
+    double weight; /* how far the hidden piece would show, if it were painted later; 0: dropped */
 } edge;
 
 /* A piece by where it begins from the left. */
@@ -492,8 +495,8 @@ static int first_edge(const graph *g, int behind) {
     return low;
 }
 
-/* Opens a cycle. Where its lightest edge weighs little, or nothing may be cut, that edge is dropped; else a piece to be
- * halved is returned, otherwise -1. */
+/* Opens a cycle. Returns its longest piece, to be halved, if pieces may be cut, that piece is long enough, and the
+ * lightest edge of the cycle weighs much. Otherwise drops that edge and returns -1. */
 static int open_cycle(graph *g, const kt_pieces *pieces, double tolerance, bool may_cut) {
     int longest;
     edge *e = &g->edges[find_cycle(g, pieces, tolerance, &longest)];

@@ -1,8 +1,8 @@
-/* What hides what: convex solids in the order in which they are to be painted, from the back to the front.
+/* Hidden surfaces: convex solids in the order in which they are to be painted, from the back to the front.
  *
- * Of two solids, the one is painted later whose surface is nearer to the viewer where the two overlap in the picture.
- * Where each is nearer in some part of the overlap (they run through each other, or pass each other like links of a
- * chain) the longer one is cut there, across its length, and its pieces find their places by themselves. */
+ * If two solids overlap in the picture, the solid whose surface is nearer to the viewer there is painted later. Each
+ * may be nearer in some part of the overlap: they run through each other, or pass each other like links of a chain. The
+ * longer solid is then cut there, across its length, and each of its pieces is ordered separately. */
 #ifndef KT_PICTURE_HIDING_H
 #define KT_PICTURE_HIDING_H
 
@@ -30,11 +30,11 @@ void kt_pieces_free(kt_pieces *pieces);
 /* The solid that a piece is. */
 kt_solid kt_piece_solid(const kt_piece *piece);
 
-/* Sorts pieces from the back to the front, and cuts where that is needed. Those that do not overlap, or whose surfaces
- * are nearer to each other than `tolerance`, keep their order. In a diagram of a plane (is_diagram), solids that run
- * through each other are not hidden by each other: the thinner one comes later. What `shines`, is whole and is inside
- * of another solid comes later, too. Returns false, with all pieces still there, if memory is insufficient. About
- * O(n^2) for n pieces. */
+/* Sorts pieces from the back to the front, and cuts them if that is necessary. Pieces that do not overlap, or whose
+ * surfaces are nearer to each other than `tolerance`, keep their order. In a diagram of a plane (is_diagram), solids
+ * that run through each other are not hidden by each other: the thinner one comes later. A solid that `shines`, is
+ * whole and lies inside another solid comes later, too. Returns false, with all pieces still there, if memory is
+ * insufficient. Cost: about O(n^2) for n pieces. */
 bool kt_pieces_sort(kt_pieces *pieces, double tolerance, bool is_diagram);
 
 #endif

@@ -1,8 +1,8 @@
 /* Meshes of a scene as surfaces of solids: read, scaled, thinned out, with normals.
  *
- * Files have no normals worth having, and often not even shared vertices. The normal of a triangle's corner is the mean,
- * by areas, of the triangles around the vertex that are inclined to it by less than an angle, so that what is round
- * looks round and edges stay sharp. */
+ * Files have no normals worth having, and often not even shared vertices. The normal at a triangle's corner is a mean
+ * over triangles around the vertex, weighted by area. Only triangles that are inclined to this one by less than an
+ * angle count: round surfaces then appear round, and edges stay sharp. */
 #include "picture/load.h"
 #include "mesh/mesh.h"
 #include "picture/foreign.h"

@@ -1,7 +1,7 @@
 /* Surfaces of solids as triangles.
  *
- * Each surface is a stack of rings about z (a box: six faces): a ring is a circle of a height and a radius with normals
- * of one slope, and between two rings lies a band of triangles. Where normals jump, at the rim of a cylinder, there are
+ * Each surface is a stack of rings about z (a box: six faces). A ring is a circle of a height and a radius with normals
+ * of one slope. A band of triangles lies between two rings. If normals jump, at the rim of a cylinder, there are
  * two rings at one place; at a pole the ring is a point. */
 #include "picture/mesh.h"
 

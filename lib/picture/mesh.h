@@ -12,9 +12,10 @@ typedef struct kt_mesh {
     int point_room, triangle_room;
 } kt_mesh;
 
-/* Adds the surface of a solid in the frame of its body (or moved by its own pose alone). sides: corners of a circle, at
- * least 3. The surface is closed: each edge belongs to two triangles (edges where normals jump have two points at one
- * place); that of a mesh is as its file has it. Returns false, with the mesh unchanged, if memory is insufficient. */
+/* Adds the surface of a solid. Frame: that in which its pose is given, usually that of its body. sides: corners
+ * of a circle, at least 3. The surface is closed: each edge belongs to two triangles. Edges at which normals jump have
+ * two points at one place. The surface of a mesh is as its file has it. Returns false, with the mesh unchanged, if
+ * memory is insufficient. */
 bool kt_mesh_add_solid(kt_mesh *mesh, const kt_solid *solid, int sides);
 
 void kt_mesh_free(kt_mesh *mesh);

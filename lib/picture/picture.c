@@ -1,4 +1,4 @@
-/* What a picture of a mechanism shows, from its description. */
+/* The contents of a picture of a mechanism, from its description. */
 #include "picture/picture.h"
 
 #include "algebra/principal.h"
@@ -34,8 +34,8 @@ typedef struct counts {
 
 KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
 
-/* A body has at most a solid of each of its shapes, a point at its mass, a rod to each joint, loop and effect on it, and
- * two to what it is fixed to. */
+/* An upper bound of the solids. A body has at most a solid for each of its shapes, a point at its mass, and a rod to
+ * each joint, loop and effect on it. Two rods connect it with the body to which it is fixed. */
 static counts count(const kt_scene *scene, const kt_model *model) {
     const kt_description *d = &scene->description;
     const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,
@@ -113,8 +113,8 @@ static bool is_coupled(const maker *m, int body) {
     return false;
 }
 
-/* Whether a slider of the world stands for a number alone, such as the length of a tendon: a coupling moves it, and it
- * has neither mass nor shape and carries nothing. */
+/* Whether a slider of the world represents only a number, such as the length of a tendon. A coupling moves such a
+ * slider; it has neither mass nor shape and carries nothing. */
 static bool is_number(const maker *m, int body) {
     const kt_body *source = source_of(m, body);
     bool carries = false;
@@ -391,7 +391,7 @@ static bool has_own(const maker *m, int body) {
     return i >= 0;
 }
 
-/* Size of the mechanism, and what looks right at this size. Centres of mass count, too: a body may have no shape. */
+/* Size of the mechanism, and lengths that suit this size. Centres of mass count, too: a body may have no shape. */
 static kt_bounds measure_picture(maker *m, double *lengths) {
     kt_picture *p = m->picture;
     kt_bounds bounds = kt_picture_widen(p, m->poses, kt_bounds_empty());
@@ -461,7 +461,10 @@ static kt_status list_meshes(maker *m, kt_error *error) {
     return KT_OK;
 }
 
-/* A box of half edges a, b, c and mass m has I_x = m (b^2 + c^2) / 3, so that a^2 = 3/2 (I_y + I_z - I_x) / m. */
+/* The half edges a, b, c of a box of mass m follow from its principal moments of inertia:
+ *
+ *     I_x = m (b^2 + c^2) / 3,    a^2 = 3/2 (I_y + I_z - I_x) / m
+ */
 static void list_boxes(maker *m) {
     for (int body = 1; body < m->picture->body_count; body++) {
         const kt_body *source = source_of(m, body);
@@ -501,8 +504,8 @@ static kt_solid thin_rod(const maker *m, int body, kt_vec3 from, kt_vec3 to) {
     return rod;
 }
 
-/* Whether a rigid part has a mesh: frames of joints need not be on it, and a body without looks may be inside of it (a
- * sensor, a screw). */
+/* Whether a rigid part has a mesh. Frames of joints need not be on the mesh, and a body without looks may be inside of
+ * it (a sensor, a screw). */
 static bool has_mesh_near(const maker *m, int body) {
     const kt_picture *p = m->picture;
     int i = m->first[p->part[body]];
@@ -527,8 +530,8 @@ static void imply_mass(maker *m, int body) {
         add_solid(m, solid);
 }
 
-/* Connects a point of a body with the nearest solid of its rigid part, or of one body of it (-1: all), if it is not at
- * one already. */
+/* Connects a point of a body with the nearest solid of its rigid part, if the point is not at a solid already.
+ * only: a body to whose solids the search is restricted; -1: all. */
 static void attach_to(maker *m, int body, kt_vec3 point, int only) {
     const kt_picture *p = m->picture;
     const kt_vec3 at = kt_pose_apply(m->poses[body], point);
@@ -552,12 +555,12 @@ static void attach_to(maker *m, int body, kt_vec3 point, int only) {
         add_solid(m, thin_rod(m, body, point, kt_pose_apply(kt_pose_invert(m->poses[body]), nearest)));
 }
 
-/* Of what is fixed to the world, those of the body itself count. */
+/* Among bodies that are fixed to the world, only the solids of the body itself count. */
 static void attach(maker *m, int body, kt_vec3 point) {
     attach_to(m, body, point, m->picture->part[body] == 0 ? body : -1);
 }
 
-/* Whether a body has a solid yet: of a rigid part any, of what is fixed to the world its own. */
+/* Whether a body has a solid yet. Any solid of its rigid part counts; if that is fixed to the world, only its own. */
 static bool has_solid(const maker *m, int body) {
     const kt_picture *p = m->picture;
     int i = m->first[p->part[body]];
@@ -597,8 +600,8 @@ static bool is_implied(const maker *m, int body) {
     return has_implied;
 }
 
-/* Joins a body with what it is fixed to, across bodies without solids: from its own to those of the next one that has
- * some. What the scene gives a shape stays as it is. */
+/* Joins a body with the one to which it is fixed, across bodies without solids: from its own solids to those of the
+ * next body that has some. Two bodies with shapes from the scene stay as they are. */
 static void bridge_fixed(maker *m, int body) {
     int on = body;
     do
@@ -701,7 +704,7 @@ static kt_vec3 candidate_normal(const maker *m) {
     return kt_vec3_make(0.0, 0.0, 1.0);
 }
 
-/* The viewer stands at +z, -y or +x, whichever is nearest to the normal. */
+/* The viewer is at +z, -y or +x, whichever is nearest to the normal. */
 static kt_vec3 face_viewer(kt_vec3 normal) {
     const double x = fabs(normal.x), y = fabs(normal.y), z = fabs(normal.z);
     const double towards = z >= x && z >= y ? normal.z : y >= x ? -normal.y : normal.x;

@@ -1,5 +1,5 @@
-/* What a picture of a mechanism shows: solids, joints, loops, effects, planes, all in the frames of the bodies that
- * carry them, so that the poses of the bodies at a state are all that changes from one picture to the next.
+/* The contents of a picture of a mechanism: solids, joints, loops, effects and planes. All are in the frames of the
+ * bodies that carry them, so that only the poses of the bodies change from one picture to the next.
  *
  *     kt_picture *picture = NULL;
  *     status = kt_picture_create(&scene, model, poses, NULL, &picture, &error);
@@ -8,7 +8,7 @@
  *     kt_picture_free(picture);
  *
  * A picture belongs to the caller and refers to names in the model, which must outlive it. It is immutable. Bodies are
- * those of the model, 0 being the world; lengths are in metres. Nothing here draws or knows a file. */
+ * those of the model, 0 being the world; lengths are in metres. Nothing here draws or opens a picture file. */
 #ifndef KT_PICTURE_PICTURE_H
 #define KT_PICTURE_PICTURE_H
 
@@ -66,8 +66,8 @@ typedef struct kt_stroke {
 
 enum { KT_STROKES_MOST = 512 /* of a loop */ };
 
-/* Writes the strokes of a curve or a surface in the frame of the loop's first end; returns their number, 0 for loops of
- * other types. middle: the second end in that frame; reach: how far lines and planes go around it. */
+/* Writes the strokes of a curve or a surface in the frame of the loop's first end. Returns their number, 0 for loops of
+ * other types. middle: the second end in that frame; reach: how far lines and planes extend around it. */
 int kt_strokes_of(const kt_loop *loop, kt_vec3 middle, double reach, kt_stroke strokes[KT_STROKES_MOST]);
 
 typedef struct kt_picture_loop {
@@ -81,7 +81,8 @@ typedef struct kt_picture_loop {
     const char *name;
 } kt_picture_loop;
 
-/* A loop of joint positions or rates: a coupling of two joints, one for each pair of neighbouring terms, or a motion of one. */
+/* A loop of joint positions or rates: a coupling of two joints, one for each pair of neighbouring terms, or a motion of
+ * one. */
 typedef struct kt_picture_relation {
     kt_loop_type type;
     int loop;  /* in the model */
@@ -100,7 +101,7 @@ typedef struct kt_picture_effect {
                                 as given */
     double radius;         /* contact */
     double lower, upper;   /* joint_limit: positions of the joint; infinite where there is none */
-    bool has_stiffness, has_damping; /* spring: what it consists of */
+    bool has_stiffness, has_damping; /* spring: its parts */
     kt_vec3
         direction; /* force, torque: unit direction of a typical value; zero: none. In the world, or, if is_carried, in
                           the frame of the end */
@@ -119,7 +120,7 @@ typedef struct kt_bounds {
     kt_vec3 low, high;
 } kt_bounds;
 
-/* What is shown. A struct of zeros, as NULL, stands for the defaults. */
+/* Options of the contents. A struct of zeros, as NULL, yields the defaults. */
 typedef struct kt_picture_options {
     bool boxes; /* boxes of uniform density that have mass and inertia of the bodies, in place of shapes and meshes */
     int triangles; /* of all meshes together, at most about; 0: 400,000 */
@@ -153,11 +154,11 @@ typedef struct kt_picture {
     bool is_planar; /* all motion is in one plane, whose unit normal in the world is */
     kt_vec3 normal; /* ... this, pointing as the joints' axes mostly do */
     double size;    /* m; diagonal of the box around the mechanism in the given poses, above zero */
-    double radius;  /* m; of slender rods, half of that of joint symbols: what looks right at this size */
+    double radius;  /* m; of slender rods, half of that of joint symbols; it suits the size */
 } kt_picture;
 
-/* Lists what there is to show. poses: of all bodies at the start, as kt_body_pose tells them, from which sizes are
- * taken. The scene is that of the model, checked; its meshes are read. Errors: KT_ERROR_MEMORY. O(size). */
+/* Lists the contents of a picture. poses: of all bodies at the start, from kt_body_pose; they determine the sizes.
+ * The scene is that of the model, checked; its meshes are read. Errors: KT_ERROR_MEMORY. Cost: O(size). */
 kt_status kt_picture_create(const kt_scene *scene, const kt_model *model, const kt_pose *poses,
                             const kt_picture_options *options, kt_picture **picture, kt_error *error);
 void kt_picture_free(kt_picture *picture);
@@ -170,12 +171,12 @@ kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses);
 
 /* No room at all, to be widened. */
 kt_bounds kt_bounds_empty(void);
-/* Whether an end of an effect is a part of what is shown: not the plane of a contact, nor a centre of attraction on the
- * ground, which may be far away. */
+/* Whether an end of an effect is shown. The plane of a contact is not, nor is a centre of attraction on the ground,
+ * which may be far away. */
 bool kt_picture_shows_end(const kt_picture_effect *effect, int end);
 
-/* The unit direction of a typical value of a force, a torque or a thrust, along its axes; zero of others, or where there
- * is none. */
+/* Returns the unit direction of a typical value of a force, a torque or a thrust, along its axes. It is zero for other
+ * effects, and for a value without a direction. */
 kt_vec3 kt_load_direction(const kt_effect *effect);
 
 /* Fills the strokes of all loops of a picture; loops are the description's. */
@@ -183,8 +184,8 @@ void kt_strokes_list(kt_picture *picture, const kt_loop *loops, const kt_pose *p
 
 /* The box widened by all solids, joints, loops and effects' ends of the picture at these poses (planes left out). */
 kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
-/* Lays the squares that are shown of planes below the middle of a box, as large as it asks for; poses: those of the
- * bodies that carry the planes. kt_picture_create does so for its poses; a run may take more room. */
+/* Lays the displayed squares of planes below the middle of a box. The size of the box determines theirs. poses: those
+ * of the bodies that carry the planes. kt_picture_create uses its own poses; a run may need more room. */
 void kt_picture_fit_planes(kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
 
 #endif

@@ -1,5 +1,5 @@
-/* Convex solids: where they are, how far they reach, where a ray meets them. In a solid's own frame, whose origin is
- * its centre, if not said otherwise. */
+/* Convex solids: where they are, how far they reach, where a ray meets them. All is in a solid's own frame, whose
+ * origin is its centre, unless noted otherwise. */
 #ifndef KT_PICTURE_SOLID_H
 #define KT_PICTURE_SOLID_H
 
@@ -12,8 +12,8 @@ kt_mat3 kt_solid_rotation(const kt_rotation *rotation);
  * are of KT_SOURCE_SLENDER, their radius zero. */
 bool kt_solid_of_shape(const kt_shape *shape, kt_solid *solid);
 
-/* A polygon is shown by its edges, of two faces and between them: how many there are, 0 of another shape; and the k-th, a
- * rod of KT_SOURCE_SLENDER in the frame of the body. */
+/* A polygon is shown by its edges: those of two faces, and those between the faces. The first function returns the
+ * number of edges, 0 for another shape. The second returns the k-th, a rod of KT_SOURCE_SLENDER in the body's frame. */
 size_t kt_solid_edge_count(const kt_shape *shape);
 kt_solid kt_solid_edge(const kt_shape *shape, size_t k);
 
@@ -26,8 +26,8 @@ double kt_solid_reach(const kt_solid *solid, kt_vec3 direction);
 /* The point of the solid nearest to a point; of rods, that of the line between the centres of their ends. */
 kt_vec3 kt_solid_nearest(const kt_solid *solid, kt_vec3 point);
 
-/* Where the line `from` + s `direction`, of unit length, is inside: from *enter to *leave. Returns false if it misses
- * the solid. */
+/* Intersects the solid with the line `from` + s `direction`, of unit length: s is inside from *enter to *leave. Returns
+ * false if the line misses the solid. */
 bool kt_solid_cut(const kt_solid *solid, kt_vec3 from, kt_vec3 direction, double *enter, double *leave);
 
 #endif

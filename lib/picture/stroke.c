@@ -1,5 +1,5 @@
-/* Curves and surfaces of loops, as straight strokes in the frame of the loop's first end: a curve as it is, a surface by
- * lines on it. What has no end is shown around the second end, as far as the mechanism reaches. */
+/* Curves and surfaces of loops, as straight strokes in the frame of the loop's first end. A curve is drawn as it is, a
+ * surface by lines on it. An unbounded one is drawn around the second end, as far as the mechanism reaches. */
 #include "picture/picture.h"
 
 #include <math.h>
