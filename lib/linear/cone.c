@@ -1,4 +1,5 @@
-/* The cascade of the cone solver: sweeps of block Gauss-Seidel, proximal points, and the order of its parts (cone.h). */
+/* The cascade of the cone solver: sweeps of block Gauss-Seidel, proximal points, and the order of its parts
+ * (cone.h). */
 #include "linear/cone_parts.h"
 
 #include <math.h>
@@ -20,7 +21,7 @@ kt_cone *kt_cone_init(int n, void *memory) {
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
-/* Of one contact that slips in the direction (cos, sin): x by u_n = 0. Returns e x u_t; *along: e . u_t. */
+/* Computes x of one contact that slips in the direction (cos, sin), from u_n = 0. Returns e x u_t; *along: e . u_t. */
 static double turn_of(const double *w, const double *q, double mu, double angle, double *x, double *along) {
     const double e0 = cos(angle), e1 = sin(angle), d = w[0] - mu * (w[1] * e0 + w[2] * e1);
     x[0] = d > 0.0 ? -q[0] / d : 0.0;
@@ -152,7 +153,8 @@ static void sweep_cones(kt_cone *cone, const kt_cone_linear *of, double *x) {
 
 /* ---- proximal points --------------------------------------------------------------------------------------------- */
 
-/* W + delta 1 and b - delta y, whose solution becomes the next y; from time to time Newton is tried on the problem itself. */
+/* W + delta 1 and b - delta y, whose solution becomes the next y; from time to time Newton is tried on the problem
+ * itself. */
 static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
     const int m = 3 * cone->n;
     const kt_cone_linear near = {cone->near_W, cone->near_b};

@@ -1,23 +1,26 @@
-/* Complementarity with Coulomb's cone, for any number of contacts. Contact i has rows 3i (normal), 3i + 1 and 3i + 2 (tangential):
+/* Complementarity with Coulomb's cone, for any number of contacts. Contact i has rows 3i (normal), 3i + 1 and 3i + 2
+ * (tangential):
  *
  *     u = W p + b,    0 <= p_n - l  complementary to  u_n >= 0,    |p_t| <= mu p_n,    |u_t| p_t = -mu p_n u_t
  *
- * of impulses and rates, or of forces and accelerations; l >= 0 is a least normal impulse. An item with a limit S >= 0 is dry friction of
- * a joint instead: it has its first row alone, |p| <= S, and |u| p = -S u where u is not zero.
+ * of impulses and rates, or of forces and accelerations; l >= 0 is a least normal impulse. An item with a limit S >= 0
+ * is dry friction of a joint instead. It has its first row alone: |p| <= S, and |u| p = -S u unless u is zero.
  *
  * The problem is solved when Alart and Curnier's function vanishes:
  *
- *     f_n = p_n - l - max(0, p_n - l - u_n),    f_t = p_t - P(p_t - u_t),    P the projection to the disc of radius mu max(l, p_n - u_n)
+ *     f_n = p_n - l - max(0, p_n - l - u_n)
+ *     f_t = p_t - P(p_t - u_t),    P the projection to the disc of radius mu max(l, p_n - u_n)
  *
- * A cascade ends with the first of these that succeeds: two sweeps of block Gauss-Seidel with exact local solutions and semismooth Newton
- * on f; six more sweeps and Newton; an interior point method for the cones (cone_interior.c) and Newton; 600 sweeps and Newton; proximal
- * points. What is returned has been polished by Newton.
+ * A cascade of solvers ends with the first that succeeds. It begins with two sweeps of block Gauss-Seidel with exact
+ * local solutions, and semismooth Newton on f. Six more sweeps and Newton follow. The next solver is an interior point
+ * method for the cones (cone_interior.c) and Newton. The last ones are 600 sweeps and Newton, and proximal points.
+ * Newton's method polishes each returned solution.
  *
- * A problem with friction may have several solutions, or none (Painleve 1895). The solution depends on the start p: a warm start stays near
- * what was.
+ * A problem with friction may have several solutions, or none (Painleve 1895). The solution depends on the start p: a
+ * warm start stays near the previous solution.
  *
- * P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution methods, 1991; V. Acary,
- * M. Bremond, O. Huber, On solving contact problems with Coulomb friction, 2018.
+ * P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution methods,
+ * 1991; V. Acary, M. Bremond, O. Huber, On solving contact problems with Coulomb friction, 2018.
  */
 #ifndef KT_LINEAR_CONE_H
 #define KT_LINEAR_CONE_H

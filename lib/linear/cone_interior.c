@@ -1,12 +1,17 @@
-/* An interior point method for contacts with Coulomb's friction. With D = diag(1 / mu, 1, 1) all cones become Lorentz cones:
+/* An interior point method for contacts with Coulomb's friction. All cones become Lorentz cones with the scaling
+ *
+ *     D = diag(1 / mu, 1, 1)
+ *
+ * and the problem becomes
  *
  *     s = Q r + c + g(s) e_n,   r o s = sigma tau e,   Q = D W D,  c = D b,  r = p / D,  g(s) = |s_t|
  *
- * (o is the product of Jordan algebra, e its unit, tau the mean of r . s). The term g is De Saxce's correction, and is smoothed with tau. The
- * scaling is that of Nesterov and Todd, the centring that of Mehrotra. Newton's method on the modes is tried once the iterates are near.
+ * (o is the product of Jordan algebra, e its unit, tau the mean of r . s). The term g is De Saxce's correction, and is
+ * smoothed with tau. The scaling is that of Nesterov and Todd, the centring that of Mehrotra. Newton's method on the
+ * modes is tried once the iterates are near.
  *
- * V. Acary, P. Armand, H. M. Nguyen, M. Shpakovych, Second-order cone programming for frictional contact mechanics using interior point
- * algorithm, 2023.
+ * V. Acary, P. Armand, H. M. Nguyen, M. Shpakovych, Second-order cone programming for frictional contact mechanics
+ * using interior point algorithm, 2023.
  */
 #include "linear/cone_parts.h"
 

@@ -9,7 +9,7 @@ enum { HALVINGS = 5 };
 
 /* ---- the function ------------------------------------------------------------------------------------------------ */
 
-/* The mode of an item decides which of its rows are unknown: known normal impulse, closed without friction, sticking or
+/* The mode of an item decides which of its rows are unknown: given normal impulse, closed without friction, sticking or
  * slipping. The last two modes have the least normal impulse. */
 typedef enum cone_mode { HELD, SMOOTH, STICKS, SLIPS, LEAST_STICKS, LEAST_SLIPS } cone_mode;
 
@@ -27,7 +27,7 @@ static void find_rates(const kt_cone *cone, const kt_cone_linear *of, const doub
     }
 }
 
-/* Of an item without a cone: dry friction, or a contact without friction. */
+/* Computes f and the mode of an item without a cone: dry friction, or a contact without friction. */
 static void find_plain(kt_cone *cone, int i, const double *x, const double *u, double *f) {
     const double z = x[3 * i] - u[3 * i], limit = cone->limit[i], least = cone->least[i];
     const double low = limit >= 0.0 ? -limit : least, high = limit >= 0.0 ? limit : (double)INFINITY;
@@ -199,7 +199,7 @@ static double linearise(const kt_cone *cone, int i, int c, const double *x, doub
     return -cone->f[3 * i + c];
 }
 
-/* The step dx from x: known rows take their values at once. Requires rates, function and modes at x. */
+/* The step dx from x: given rows take their values at once. Requires rates, function and modes at x. */
 static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, double *dx) {
     const int m = 3 * cone->n;
     int k = 0;

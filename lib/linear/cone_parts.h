@@ -1,4 +1,4 @@
-/* The cone solver's memory, and what its parts share (cone.h). */
+/* The cone solver's memory, and the declarations that its parts share (cone.h). */
 #ifndef KT_LINEAR_CONE_PARTS_H
 #define KT_LINEAR_CONE_PARTS_H
 
@@ -60,7 +60,8 @@ double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x
 /* Newton's method from x, at most so many steps. Returns whether the residual is 1e-12 or less; x is the best. */
 bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most);
 
-/* Solves A x = right (n x n), by the factors in B; unknowns of lost pivots are 0. x: right-hand side, then the solution. */
+/* Solves A x = right (n x n), by the factors in B; unknowns of lost pivots are 0. x: right-hand side, then the
+ * solution. */
 void kt_cone_eliminate(kt_cone *cone, int n, const double *A, double *x);
 
 /* The interior point method, to y; then Newton. */

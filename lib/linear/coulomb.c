@@ -1,9 +1,9 @@
-/* The solution of a problem with Coulomb's friction (coulomb.h): the cone solver finds what each item does, and then the directions of slip
- * are made exact, and of impulses that give the same motion the least are taken.
+/* The solution of a problem with Coulomb's friction (coulomb.h). The cone solver finds the mode of each item. Then the
+ * directions of slip are made exact. Among impulses that give the same motion, the least are taken.
  *
- * A problem may have several solutions. The choice is this. If all items can stick, they stick. Otherwise the cone solver starts from the
- * impulses that would make all stick; if it ends there without a solution, it starts from none. Whether a start from none comes to another
- * motion is counted.
+ * A problem may have several solutions. If all items can stick, they stick. Otherwise the cone solver starts from the
+ * impulses that would make all stick; if it finds no solution from there, it starts from zero impulses. A count records
+ * whether a start from zero leads to another motion.
  */
 #include "linear/coulomb.h"
 #include "linear/cone.h"
@@ -18,7 +18,8 @@ typedef struct posed {
 
 static bool is_open_alone(const kt_coulomb_item *item) { return item->refused == ~(1U << KT_COULOMB_OPEN); }
 
-/* What rows the r-th row of an item consists of; returns how many: `row` and `by` of each. Slip in a given direction is that of one row. */
+/* Writes the rows that make up the r-th row of an item: `row` and `by` (factor) of each. Returns their number. Slip in
+ * a given direction has one row. */
 static int rows_of(const kt_coulomb_item *item, int r, int *row, double *by) {
     row[0] = r == 0 ? item->row : item->across + r - 1;
     by[0] = 1.0;
@@ -78,7 +79,7 @@ static void gather(const kt_coulomb *c, const double *p, double *x) {
 
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
 
-/* What a contact with a cone does across, and its direction. */
+/* Whether a contact with a cone slips in its tangential directions, and the direction *e of the slip. */
 static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const double *p, const double *u,
                          double *e) {
     const double *pt = p + item->across, *ut = u + item->across;
@@ -118,7 +119,8 @@ static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
 
 /* ---- one start --------------------------------------------------------------------------------------------------- */
 
-/* Slip that just begins is slow: its directions, which the cone solver has to what rounding is relative to the fastest, take one step more. */
+/* Refines the directions of slip by one more Newton step. Slip that just begins is slow: the cone solver finds its
+ * directions only up to rounding relative to the fastest slip. */
 static bool polish(const kt_coulomb *c, kt_coulomb_solution *to) {
     kt_coulomb_system system;
     double angle[KT_COULOMB_ROWS], residual;
@@ -128,7 +130,8 @@ static bool polish(const kt_coulomb *c, kt_coulomb_solution *to) {
     return kt_coulomb_iterate(c, to);
 }
 
-/* Solves from the start x. The motion of the modes is exact if it exists; otherwise that of the cone solver is taken as it is. */
+/* Solves from the start x. The motion of the modes is exact if it exists; otherwise that of the cone solver is taken as
+ * it is. */
 static bool solve_from(const kt_coulomb *c, kt_cone *cone, double *x, kt_coulomb_solution *to, uint64_t *steps) {
     posed p;
     pose(c, &p);

@@ -1,20 +1,24 @@
-/* Complementarity with Coulomb's friction: p and u = W p + b of unilateral contacts, whose normal rows have 0 <= p complementary
- * to u >= 0, and whose tangential rows lie in the cone |p_t| <= mu p, not a pyramid:
+/* Complementarity with Coulomb's friction: p and u = W p + b of unilateral contacts. Normal rows have 0 <= p
+ * complementary to u >= 0. Tangential rows lie in the cone |p_t| <= mu p, not in a pyramid:
  *
  *     stick    u_t = 0,   |p_t| <= mu p
  *     slip     u_t = sigma e,   p_t = -mu p e,   |e| = 1,  sigma >= 0
  *
- * of impulses and rates, or of forces and accelerations. What is known to slip has a given e; what is dry has one row and a
- * limit of its own, |p| <= S. Each item is in one of a few modes, in each of which all is linear but for the directions e of
- * what slips, for which Newton's iteration solves e x u_t = 0. The cone solver (cone.h) finds the modes. Friction may have no solution, or
- * two (Painleve 1895).
+ * of impulses and rates, or of forces and accelerations. An item that slips from the outset has a given e. Dry friction
+ * has one row and a limit of its own, |p| <= S. Each item is in one of a few modes. In each mode all is linear except
+ * the directions e of slipping items; for these, Newton's iteration solves e x u_t = 0. The cone solver (cone.h) finds
+ * the modes. Friction may have no solution, or two (Painleve 1895).
  *
- * A contact may have a least normal impulse l > 0 (expansion, by Poisson's rule): 0 <= p - l complementary to u >= 0. It never opens
- * then: while p = l it sticks or slips, too, and there are 6 modes of it.
+ * A contact may have a least normal impulse l > 0 (expansion, by Poisson's rule):
  *
- * Where normal rows of closed contacts depend on each other, contacts are opened until they do not. Where tangential
- * forces are not unique, as of a block on two feet, p is the least solution of all, each tangential force in proportion to its
- * normal one: so the feet of a block come to their limits together. Wedges share normal forces, too: these are the least then.
+ *     0 <= p - l  complementary to  u >= 0
+ *
+ * It never opens then: while p = l it sticks or slips, too, and there are 6 modes of it.
+ *
+ * If normal rows of closed contacts depend on each other, contacts are opened until the remaining rows are independent.
+ * Tangential forces may not be unique, as of a block on two feet. Then p is the least solution of all, each tangential
+ * force in proportion to its normal one. So the feet of a block come to their limits together. Wedges share normal
+ * forces, too: these are the least then.
  *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996; R. Leine, N. van de Wouw, Stability and
  * Convergence of Mechanical Systems with Unilateral Constraints, 2008.
@@ -59,7 +63,7 @@ static inline bool kt_coulomb_presses(kt_coulomb_mode mode) {
     return mode >= KT_COULOMB_STICK && mode < KT_COULOMB_OPEN;
 }
 
-/* What the contact does across: sticks, slips. */
+/* The tangential mode of the contact: it sticks or slips. */
 static inline kt_coulomb_mode kt_coulomb_across(kt_coulomb_mode mode) {
     return mode < KT_COULOMB_STICK ? (kt_coulomb_mode)(mode + KT_COULOMB_STICK) : mode;
 }
@@ -73,8 +77,8 @@ typedef struct kt_coulomb_item {
     unsigned refused; /* modes that are not tried, a bit each */
 } kt_coulomb_item;
 
-/* n items of `rows` rows, which are rows and columns `line` of a matrix W of `stride` columns, by rows. size: what rounding of u
- * is relative to. */
+/* n items with `rows` rows in all. These are the rows and columns `line` of a matrix W with `stride` columns, by rows.
+ * size: the magnitude to which rounding of u is relative. */
 typedef struct kt_coulomb {
     int n, rows, stride;
     int line[KT_COULOMB_ROWS];
@@ -186,7 +190,7 @@ static inline void kt_coulomb_fill(const kt_coulomb *c, const kt_coulomb_solutio
     }
 }
 
-/* Swaps what is largest among rows and columns from r on into (r, r). */
+/* Swaps the largest entry among rows and columns from r on into (r, r). */
 static inline void kt_coulomb_pivot(kt_coulomb_system *s, int r, int *order) {
     int row = r, column = r;
     for (int i = r; i < s->n; i++)
@@ -210,7 +214,7 @@ static inline void kt_coulomb_pivot(kt_coulomb_system *s, int r, int *order) {
     order[column] = other;
 }
 
-/* What x_k is measured in: tangential forces that stick in roots of their normal ones, since the least sum of squares
+/* The units of x_k. Tangential forces that stick have the root of their normal force as unit: the least sum of squares
  * T_i^2 / N_i has T_i in proportion to N_i. */
 static inline void kt_coulomb_units(const kt_coulomb_system *s, double *unit) {
     double normal = 0.0;
@@ -250,8 +254,9 @@ static inline void kt_coulomb_orthonormal(int n, double null[][KT_COULOMB_ROWS],
         z[i] /= sqrt(norm);
 }
 
-/* The least x: without its part along the null vectors of A, behind the first `rank` pivots; first where all are measured in the
- * same unit, which tells normal forces that are not unique, and then in those of kt_coulomb_units. */
+/* Reduces x to the least solution: removes its part along the null vectors of A, behind the first `rank` pivots. In the
+ * first pass all entries have the same unit; it finds normal forces that are not unique. The second pass uses the units
+ * of kt_coulomb_units. */
 static inline void kt_coulomb_least(kt_coulomb_system *s, int rank, const int *order) {
     double null[KT_COULOMB_ROWS][KT_COULOMB_ROWS], unit[KT_COULOMB_ROWS];
     for (int pass = 0; rank < s->n && pass < 2; pass++) {
@@ -372,7 +377,7 @@ static inline void kt_coulomb_turn(const kt_coulomb *c, const kt_coulomb_solutio
     memcpy(angle, t.x[0], (size_t)t.n * sizeof *angle);
 }
 
-/* Whether forces and rates are what the modes say. */
+/* Whether forces and rates agree with the modes. */
 static inline bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to) {
     double most = 0.0;
     for (int j = 0; j < c->rows; j++)
@@ -401,7 +406,7 @@ static inline bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_soluti
     return true;
 }
 
-/* Turns the directions of what slips, by `part` of the angles. */
+/* Turns the directions of slipping items, by `part` of the angles. */
 static inline void kt_coulomb_rotate(const kt_coulomb *c, kt_coulomb_solution *to, const double *angle, double part) {
     for (int i = 0, m = 0; i < c->n; i++) {
         if (!kt_coulomb_slips(c, to, i))
@@ -412,7 +417,8 @@ static inline void kt_coulomb_rotate(const kt_coulomb *c, kt_coulomb_solution *t
     }
 }
 
-/* Newton's iteration for the directions of one combination of modes, from those in `to`. Its steps are halved until the residual falls. */
+/* Newton's iteration for the directions of one combination of modes, from those in `to`. Its steps are halved until the
+ * residual falls. */
 static inline bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to) {
     double angle[KT_COULOMB_ROWS], next[KT_COULOMB_ROWS], residual, last = HUGE_VAL, part = 1.0;
     kt_coulomb_system s;
@@ -434,9 +440,9 @@ static inline bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *
     return false;
 }
 
-/* coulomb.c. Solves the problem, and returns false if no solution is found. *solution: with least impulses; its count is 2 if another
- * motion was found, too. independent: the normal rows of contacts that press are. Adds the steps of Newton's method to *steps. The cone
- * solver has room for KT_COULOMB_ITEMS. */
+/* Solves the problem, and returns false if no solution is found (coulomb.c). The flag `independent` requires
+ * independent normal rows of pressing contacts. The solution has the least impulses; its count is 2 if another motion
+ * was found, too. Adds the steps of Newton's method to *steps. The cone solver has room for KT_COULOMB_ITEMS. */
 bool kt_coulomb_solve(const kt_coulomb *c, struct kt_cone *cone, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps);
 

@@ -1,6 +1,6 @@
-/* The vectors of a front, four lanes at a time. They are as long as there are parameters, ten or so: sums one after the
+/* The vectors of a front, four lanes at a time. Their length is the number of parameters, ten or so. Sums one after the
  * other would wait for each addition, and loops of any length would be mostly remainders. So lengths are rounded up to
- * whole lanes; what stands behind the last entry of a vector is finite, and that of a reflector's is zero.
+ * whole lanes. The entries behind the end of a vector are finite; behind the end of a reflector they are zero.
  */
 #ifndef KT_LINEAR_LANES_H
 #define KT_LINEAR_LANES_H

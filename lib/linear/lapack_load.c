@@ -15,7 +15,7 @@
 
 enum { KT_ROOM = 192 << 20 }; /* bytes that must be available for loading OpenBLAS: see has_room */
 
-/* The module's table, constant once it is known; every thread finds the same one. */
+/* The module's table, constant once it is loaded; every thread finds the same one. */
 static _Atomic(const kt_lapack_table *) loaded;
 
 #define KT_LAPACK_PASS(name, parameters, arguments)                                                                    \

@@ -1,8 +1,12 @@
-/* The linear complementarity problem  w = M z + q >= 0,  z >= 0,  w' z = 0  by Lemke's method (Cottle, Pang, Stone 1992, The
- * linear complementarity problem, algorithm 4.4.5): an artificial variable z0 that is added to all w makes a feasible
- * start, and pivots follow complementary variables until it leaves. Ties are broken lexicographically (the columns of w
- * hold the inverse of the basis), so that no basis comes again. A solution is found wherever M is positive semidefinite and
- * one exists.
+/* Lemke's method for the linear complementarity problem
+ *
+ *     w = M z + q >= 0,  z >= 0,  w' z = 0.
+ *
+ * An artificial variable z0 that is added to all w makes a feasible start, and pivots follow complementary variables
+ * until it leaves. Ties are broken lexicographically (the columns of w hold the inverse of the basis), so that no basis
+ * comes again. The method finds a solution if M is positive semidefinite and a solution exists.
+ *
+ * Source: Cottle, Pang, Stone 1992, The linear complementarity problem, algorithm 4.4.5.
  */
 #ifndef KT_LINEAR_LEMKE_H
 #define KT_LINEAR_LEMKE_H
@@ -103,10 +107,10 @@ static inline bool kt_lemke_run(kt_lemke *t, const double *scale, double *z, uin
     return false;
 }
 
-/* Writes z (n); M is n x n by rows. Adds the pivots to *pivots. Where M is singular, rounding can leave a problem that has a
- * solution without one; then the proximal points z_k+1 of (M + delta) z + q - delta z_k are taken, which converge to a
- * solution (Rockafellar 1976), here by a factor of delta over the least eigenvalue that is not zero, each. Returns false if
- * no solution is found. n <= KT_LEMKE_MAX. O(n^2) a pivot. */
+/* Writes z (n); M is n x n by rows. Adds the pivots to *pivots. If M is singular, rounding can leave a solvable problem
+ * without a solution. Then the proximal points z_k+1 of (M + delta) z + q - delta z_k are taken. They converge to a
+ * solution (Rockafellar 1976). Each point reduces the error by a factor of delta over the least nonzero eigenvalue.
+ * Returns false if no solution is found. n <= KT_LEMKE_MAX. Cost: O(n^2) a pivot. */
 static inline bool kt_lemke_solve(int n, const double *M, const double *q, double *z, uint64_t *pivots) {
     static const double delta = 1e-7;
     double scale[KT_LEMKE_MAX], from[KT_LEMKE_MAX] = {0.0};

@@ -1,6 +1,9 @@
-/* Column-pivoted QR by Householder's reflectors, one column after the other: A P = Q R, Q = H_1 H_2 ... with reflectors
- * H = I - t u u'; u is stored below R without its leading 1, as in LAPACK (Businger & Golub 1965). The caller decides
- * where the rank ends.
+/* Column-pivoted QR by Householder's reflectors, one column after the other (Businger & Golub 1965):
+ *
+ *     A P = Q R,   Q = H_1 H_2 ...,   H = I - t u u'
+ *
+ * The vector u of a reflector is stored below R without its leading 1, as in LAPACK. The caller decides where the rank
+ * ends.
  */
 #ifndef KT_LINEAR_QR_H
 #define KT_LINEAR_QR_H
@@ -17,17 +20,25 @@ typedef struct kt_qr {
 } kt_qr;
 
 /* The size, relative to the largest direction of the equations, below which a direction counts as lost to rounding. The
- * largest direction counts as at least KT_RANK_FLOOR of what it could be (rank.c): if all entries are rounding noise,
- * about 1e-16 of that, no direction is independent. So no direction counts below 1e-13 of what it could be.
+ * largest direction counts as at least KT_RANK_FLOOR of its possible size (rank.c). If all entries are rounding noise,
+ * about 1e-16 of that size, no direction is independent. So no direction counts below 1e-13 of its possible size.
  *
- * That is asked where the number of independent equations is not known yet. Where it is, and caps the rank, a small
- * direction is a real one: of linkages whose lengths are off by d, positions at which two loops fold at once have
- * directions of the size d, not of its root, and the motion stays there for long. Positions can be closed along it down
- * to KT_RANK_CLOSED of the largest: entries of A are known to some tens of eps, 1e-14, and such a direction to a tenth.
- * Rates and accelerations are computed with it down to KT_RANK_MOVING. One of the size s that counts is off by 1e-14 / s
- * of itself, in several places: at 1e-12 that remains a part, at 1e-13 it may be all. One that does not count is off by
- * all of itself, and the linkage moves along it as if it were free: sarrus_flat (test/hard/band.py) at d = 1e-11, where
- * the run warns, loses 1.2e-3 of 113 J in 3 s by 1e-12, and 49 J by 1e-11. */
+ * This tolerance applies while the number of independent equations is not yet determined. Once that number is given and
+ * limits the rank, a small direction is a real one. An example is a linkage whose lengths are off by d, at a position
+ * at which two loops fold at once. It has directions of the size d, not sqrt(d), and the motion stays there for long.
+ * Positions can be closed along such a direction down to KT_RANK_CLOSED of the largest. Entries of A are accurate to
+ * some tens of eps, 1e-14, and such a direction to a tenth. Rates and accelerations are computed with it down to
+ * KT_RANK_MOVING.
+ *
+ * A direction of the size s that counts has a relative error of 1e-14 / s, in several places. At 1e-12 this error
+ * remains a part of the direction, at 1e-13 it may be all. A direction that does not count is off by all of itself, and
+ * the linkage moves along it as if it were free. The run of sarrus_flat (test/hard/band.py) at d = 1e-11 warns. In 3 s
+ * it loses a part of 113 J:
+ *
+ *     limit    energy lost
+ *     1e-12    1.2e-3 J
+ *     1e-11    49 J
+ */
 #define KT_RANK_TOLERANCE 1e-10
 #define KT_RANK_FLOOR 1e-3
 #define KT_RANK_CLOSED 1e-13
@@ -119,8 +130,8 @@ KT_INLINE kt_real1 kt_squares(const kt_real1 *x, int from, int m) {
 
 #ifndef KT_LANES
 
-/* The same of four columns, m apart, and their squared norms from row j + 1 on. The sums of each are added up in the same
- * order; those of the four wait for one another no more. */
+/* The same of four columns, m apart, and their squared norms from row j + 1 on. The sums of each are added up in the
+ * same order; those of the four wait for one another no more. */
 KT_INLINE void kt_reflect_four(const double *restrict u, double t, int j, int m, double *restrict x, double *norm) {
     enum { FOUR = 4 };
     double sum[FOUR];
@@ -145,10 +156,10 @@ KT_INLINE void kt_reflect_four(const double *restrict u, double t, int j, int m,
 
 #endif
 
-/* Step j of the decomposition: column `best` comes to j; the reflector that maps its rows j.., of squared norm norm[j],
- * onto (R_jj, 0, ...) is applied to all after it. norm holds the squared norms of the columns' rows from j on, and
- * afterwards from j + 1 on. They are recomputed at each column: updated norms would lose their digits where the rank
- * ends. */
+/* Performs step j of the decomposition. Column `best` comes to j. A reflector maps its rows j.., of squared norm
+ * norm[j], onto (R_jj, 0, ...); this reflector is applied to all columns after it. The array norm holds the squared
+ * norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column: updated norms
+ * would lose their digits where the rank ends. */
 KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
     kt_bring_column(w, m, j, best, norm);
     kt_real1 *u = w->factor + (size_t)j * (size_t)m;
