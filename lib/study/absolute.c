@@ -2,8 +2,8 @@
  *
  * Each body gets a free joint on the world, with the pose and the twist of the tree's initial state. Its joint becomes
  * a loop of the same kind, from the joint frame on the parent to the body frame. A screw's loop measures its angle from
- * the initial one, at which the body has already advanced by pitch times angle: therefore the end on the body is set
- * back by this length. The names of counters and crosses contain a full stop, which no name of the caller's does.
+ * the initial one. At this angle the body has already advanced by pitch times angle; therefore the end on the body is
+ * set back by this length. The names of counters and crosses contain a full stop, which no name of the caller's does.
  */
 #include "study/absolute.h"
 
@@ -75,7 +75,7 @@ static bool has_terms(const kt_loop *loop) {
     return kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_TERMS) != NULL;
 }
 
-/* Calls note for each reference to the position of a joint, with the place where the joint's name stands. */
+/* Calls note for each reference to the position of a joint, with the location of the joint's name. */
 static void each_reference(loosen *w, void (*note)(loosen *w, const char **joint)) {
     for (int i = 0; i < w->from->loop_count; i++)
         if (kt_descriptor_kind(kt_loop_descriptor(w->loop[i].type), KT_KEY_JOINT) != NULL)
@@ -133,7 +133,7 @@ static void start_at_joint(kt_loop *loop, const kt_joint *joint) {
 }
 
 /* Adds a counter: a massless body with the joint's one coordinate, tied to the body. If the counter rotates, its x axis
- * is kept normal to the body's y axis; if it slides, the body's origin is kept in the plane through the counter's
+ * is kept normal to the body's y axis. If it slides, the body's origin is kept in the plane through the counter's
  * origin and normal to the axis. */
 static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
     kt_element elements[KT_ELEMENT_MAX];
@@ -152,8 +152,8 @@ static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
     tie->axis2 = j->axes.triad.y;
 }
 
-/* Replaces a universal joint whose axes are not normal to each other: a revolute loop about the first axis connects the
- * parent with the cross, another one about the second axis the cross with the body. */
+/* Replaces a universal joint whose axes are not normal to each other. A revolute loop about the first axis connects the
+ * parent with the cross. Another one about the second axis connects the cross with the body. */
 static void add_cross(loosen *w, const kt_body *body, kt_absolute_joint *j, int32_t self) {
     kt_body *cross;
     kt_loop *first, *second;
@@ -301,7 +301,7 @@ static kt_status refuse_formulas(const kt_description *d, kt_error *error) {
     return KT_OK;
 }
 
-/* The transformed model has no sets of what is switched. */
+/* Rejects descriptions with elements that switch: the transformed model has no sets of switched elements. */
 static kt_status refuse_switches(const kt_description *d, kt_error *error) {
     const char *name = NULL;
     for (int i = 0; i < d->loop_count; i++)

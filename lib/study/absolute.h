@@ -1,11 +1,13 @@
 /* The absolute formulation of a model: the same mechanism with every body free and every joint a loop [MSD 7.1].
  *
  * It is a model like any other, compiled from a transformed description. Bodies and loops keep their order in the
- * description; they are followed by the loops that were joints, and by two kinds of massless bodies:
- *   counters, where a relation, an effect or a function refers to the position of a joint, which is no longer a
- *     coordinate: on the parent, with that one coordinate, tied to the body by one equation, so that full revolutions
- *     are counted;
- *   crosses, in universal joints whose axes are not normal to each other: such a joint becomes two revolute loops.
+ * description. The loops that were joints follow, and two kinds of massless bodies: counters and crosses.
+ *
+ * Counters. A relation, an effect or a function may refer to the position of a joint, which is no longer a coordinate.
+ * A counter on the parent then has that one coordinate. One equation ties it to the body, so that full revolutions are
+ * counted.
+ *
+ * Crosses. A universal joint whose axes are not normal to each other becomes two revolute loops with a cross between.
  */
 #ifndef KT_STUDY_ABSOLUTE_H
 #define KT_STUDY_ABSOLUTE_H
@@ -31,12 +33,12 @@ struct kt_absolute {
     kt_absolute_joint joint[]; /* one for each body of the tree; that of the world is not used */
 };
 
-/* Computes the coordinates of a free body on the world from its pose and twist (world axes, of its origin): q (7) are
- * position and quaternion; v (6) are linear velocity (world axes) and angular velocity (body axes). */
+/* Computes the coordinates of a free body on the world from its pose and twist (world axes, of its origin). The vector
+ * q (7) holds position and quaternion; v (6) holds linear velocity (world axes) and angular velocity (body axes). */
 void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v);
 
-/* Computes the pose and the twist of a universal joint's cross, from position q[0] and rate v[0] of the first axis and
- * the parent's pose and twist in the world (twists: world axes, of the frame's origin). */
+/* Computes the pose and the twist of a universal joint's cross. Inputs are the position q[0] and the rate v[0] of the
+ * first axis, and the parent's pose and twist in the world. Frame of twists: world axes, of the frame's origin. */
 void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
                      const double *v, kt_pose *pose, kt_twist *twist);
 

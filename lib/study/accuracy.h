@@ -22,9 +22,9 @@ struct kt_accuracy {
     const kt_description *description;
     kt_run run; /* the scene's */
     kt_model *model;
-    kt_absolute *absolute;   /* of this, where the scene asks for it */
+    kt_absolute *absolute;   /* of this model, if the scene requests it */
     kt_model **models;       /* of the variants, in their order; NULL until compiled */
-    kt_absolute **absolutes; /* theirs; NULL where a variant does not ask for it */
+    kt_absolute **absolutes; /* theirs; NULL if a variant does not request it */
     kt_variant own;          /* the variant if none is given */
     size_t nq, nv;
 
@@ -91,7 +91,7 @@ kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool a
 /* The largest number of evaluations of one run. */
 double kt_accuracy_most(const kt_accuracy *study);
 
-/* Compiles what a variant asks for; on failure *model is NULL. */
+/* Compiles the model of a variant, in the formulation that it requests. On failure *model is NULL. */
 KT_CHECKED kt_status kt_accuracy_compile(const kt_accuracy *study, const kt_variant *variant, kt_model **model,
                                          kt_absolute **absolute, kt_error *error);
 

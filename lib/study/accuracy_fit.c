@@ -1,8 +1,8 @@
 /* Fits to the points of a study: orders, error floors, and the Pareto fronts.
  *
  * In the asymptotic range error = C setting^p, a straight line of slope p in logarithms, fitted by least squares. The
- * range ends above where the error is no longer small against the motion, and below where rounding or the reference's
- * uncertainty becomes visible; the fit uses its finest points.
+ * range ends above where the error is no longer small against the motion. It ends below where rounding or the
+ * reference's uncertainty becomes visible. The fit uses the finest points of the range.
  */
 #include "study/accuracy.h"
 

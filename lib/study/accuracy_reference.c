@@ -9,9 +9,9 @@
  *     K(t) = d(t) / d(0),   d = |q - q'| + T |v - v'|,   T = amplitude / largest speed
  *
  * is the growth factor of small errors up to t (log K / t: the finite-time Lyapunov exponent, Benettin 1976). Rounding
- * is such an error, too: where K reaches 1e6, a result has lost six digits in addition to the method's error, a coarse
- * step no longer distinguishes a good method from a bad one, and the study stops there. It also stops where the two
- * solutions diverge, for instance at a position from which a mechanism can move on in several ways.
+ * is such an error, too. If K reaches 1e6, a result has lost six digits in addition to the method's error. A coarse
+ * step then no longer distinguishes a good method from a bad one, and the study stops there. It also stops where the
+ * two solutions diverge, for instance at a position from which a mechanism can move on in several ways.
  */
 #include "study/accuracy.h"
 
@@ -29,7 +29,7 @@ static const double parted = 1e-5; /* of the amplitude: two solutions further ap
 typedef struct kt_walk {
     kt_accuracy_guard guard;
     kt_accuracy_states *into;          /* where states are stored; NULL: nowhere */
-    const kt_accuracy_states *against; /* what they are compared with; NULL: nothing */
+    const kt_accuracy_states *against; /* the states for comparison; NULL: none */
     double begin, time;                /* d(0), and T above */
     double amplification;              /* the largest K */
     double max_step;                   /* s; 0: the scene's */
@@ -198,8 +198,8 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
 
 /* ---- the second solution ----------------------------------------------------------------------------------------- */
 
-/* The tolerance of the second solution. A method of order 5 takes about six times the evaluations of dop853 at 1e-13,
- * and a factor of 10^(1/5) less per decade above that. */
+/* The tolerance of the second solution. A method of order 5 takes about six times the evaluations of dop853 at 1e-13.
+ * For each decade above that, it takes a factor of 10^(1/5) less. */
 static double choose_tolerance(const kt_accuracy *study, double used) {
     double tolerance = tightest;
     if (study->options.clock == NULL)
@@ -230,8 +230,9 @@ static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const 
     return rows;
 }
 
-/* The longest step of the second solution: a hundredth of the shortest feature of the functions of time, so that what
- * the reference steps over is seen. Where that would take more than a tenth of the budget it is longer. 0: no limit. */
+/* The longest step of the second solution: a hundredth of the shortest feature of the functions of time. It detects
+ * features that the reference steps over. The step becomes longer if a tenth of the budget would not suffice. 0: no
+ * limit. */
 static double choose_step(const kt_accuracy *study) {
     const double duration = study->results.duration, evaluations = 6.0;
     const double shortest = kt_simulation_shortest_feature(study->model, duration);

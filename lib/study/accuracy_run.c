@@ -1,9 +1,9 @@
 /* One run of a study: its error, its counts, its time.
  *
- * The error comes from a run with records at the reference's times, so that it is the error of the results that a user
- * receives, dense output included. Counts and time come from runs without records, from the same start to the same end,
- * repeated: other work on the machine only adds time, so that the least time is closest to the cost of the run itself,
- * and the distance of the median from it shows how much the machine was disturbed.
+ * The error comes from a run with records at the reference's times. It is therefore the error of the results that a
+ * user receives, dense output included. Counts and time come from repeated runs without records, from the same start to
+ * the same end. Other work on the machine only adds time: the least time is closest to the cost of the run itself. The
+ * distance of the median from the least time shows how much the machine was disturbed.
  */
 #include "study/accuracy.h"
 
@@ -37,7 +37,7 @@ kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool a
 double kt_accuracy_most(const kt_accuracy *study) {
     double most = (double)study->options.run_evaluations;
     if (study->options.clock != NULL && study->evaluation > 0.0) {
-        /* The last run of a ladder takes about half of the ladder's time; it is run once for its error and a few times
+        /* The last run of a ladder takes about half of the ladder's time. It is run once for its error and a few times
          * for its cost. */
         const double seconds = study->options.budget / (8.0 * study->results.curve_count);
         most = fmin(most, seconds / study->evaluation);
@@ -127,7 +127,7 @@ static void insert(double *samples, int count, double sample) {
 static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, const kt_variant *variant,
                               kt_accuracy_point *point) {
     double samples[SAMPLES_MOST], start = kt_accuracy_now(study);
-    /* Of a ladder's share of the time, one part in 60 is spent on many samples, and up to one in 15 on three. */
+    /* Many samples may use 1/60 of a ladder's share of the time; the first three may use up to 1/15. */
     const double share = study->options.budget / study->results.curve_count;
     kt_status status = run_once(study, simulation, variant->records);
     double last = kt_accuracy_now(study), used = last - start;
@@ -164,7 +164,7 @@ static void judge(const kt_accuracy *study, kt_accuracy_point *point) {
     point->believed = point->error.position > results->uncertainty.position;
 }
 
-/* The timed run: nothing is recorded, or what the scene requests. */
+/* The timed run. It records nothing, unless the variant times the records that the scene requests. */
 static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_variant *variant, kt_run run,
                          kt_simulation_options options, kt_accuracy_point *point, kt_error *error) {
     kt_simulation *simulation = NULL;

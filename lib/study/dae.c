@@ -1,23 +1,23 @@
-/* Differential-algebraic baselines: an implicit method on F(y', y, t) = 0 (dae_equations.c) [MSD 8.3, 8.4].
+/* Differential-algebraic baselines: an implicit method on F(y', y, t) = 0 (dae_equations.c).
  *
- * In a step the solved stages i = 1 .. s are at t + c_i h, and a Runge-Kutta method, or one of two steps, relates their
+ * In a step the solved stages i = 1 .. s are at t + c_i h. A Runge-Kutta method, or one of two steps, relates their
  * differential unknowns x = (xi, v) and slopes by
  *
  *     x_i = base_i + h sum_j a_ij x'_j          x'_i = sum_j d_ij (x_j - base_j) / h,   d = a^-1
  *     base_i = x_0 + h a_i0 x'_0                a first stage that is the start itself (Crank-Nicolson)
  *     base = alpha_1 x_0 + alpha_2 x_-1 + h (beta_1 x'_0 + beta_2 x'_-1)    of two steps, where s = 1
  *
- * Positions are counted from those at the start of the step: xi_0 = 0. Multipliers have no slopes: they are whatever
- * solves the equations at each stage. Newton's matrix has the blocks
+ * Positions are counted from those at the start of the step: xi_0 = 0. Multipliers have no slopes: their values solve
+ * the equations at each stage. Newton's matrix has the blocks
  *
  *     delta_ij (dF/dy)_i + d_ij / h (dF/dy')_i
  *
  * and is that whose condition grows with the index. Stiffly accurate methods alone are taken: the last stage is the new
  * state, so that it satisfies the equations.
  *
- * Source: E. Hairer, C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by Runge-Kutta
- * Methods, Springer 1989; K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of Initial-Value Problems in
- * Differential-Algebraic Equations, SIAM 1996.
+ * Source: [MSD 8.3, 8.4]; E. Hairer, C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by
+ * Runge-Kutta Methods, Springer 1989; K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of Initial-Value
+ * Problems in Differential-Algebraic Equations, SIAM 1996.
  */
 #include "study/dae.h"
 #include "algebra/lu.h"
@@ -183,7 +183,7 @@ static kt_status find_multipliers(kt_dae *dae, double t, const double *q, const 
 kt_status kt_dae_start(kt_dae *dae, double t, const double *q, const double *v, kt_error *error) {
     if (KT_IS_MISSING(error, dae, q || dae->nq == 0, v || dae->n == 0, isfinite(t)))
         return KT_ERROR_ARGUMENT;
-    dae->started = false; /* what a failure leaves is no state */
+    dae->started = false; /* a failure leaves no valid state */
     kt_status status = choose_rows(dae, t, q, v, error);
     if (status == KT_OK)
         status = find_multipliers(dae, t, q, v, dae->slope + dae->n, dae->multiplier, error);
@@ -308,8 +308,8 @@ static kt_status make_matrix(kt_dae *dae, const kt_dae_stages *s, double h, kt_e
                                  error);
 }
 
-/* The size of the last correction of positions and of h times velocities. Multipliers are not judged: what rounding
- * leaves of them is larger by 1 / h^2 and follows from these. */
+/* The size of the last correction of positions and of h times velocities. Multipliers do not count: their rounding
+ * error is larger by 1 / h^2 and follows from these. */
 static double correction(const kt_dae *dae, int stages, double h) {
     double most = 0.0;
     for (int i = 0; i < stages; i++)
@@ -338,7 +338,7 @@ static kt_status iterate(kt_dae *dae, const kt_dae_stages *s, double h, kt_error
         for (size_t l = 0; l < all; l++)
             dae->y[l] -= dae->residual[l];
         const double now = correction(dae, s->count, h);
-        if (now < 1e-15 || (now < 1e-11 && now > 0.5 * last)) /* what is left is rounding */
+        if (now < 1e-15 || (now < 1e-11 && now > 0.5 * last)) /* the rest is rounding */
             return KT_OK;
         if (!isfinite(now))
             break;

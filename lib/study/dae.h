@@ -1,6 +1,7 @@
-/* What the files of the differential-algebraic baselines share. Of n tangent coordinates and m independent equations
- * the unknowns of a stage are y = (xi, v, lambda, mu), N of them: xi are positions from those at the start of the step,
- * q (+) xi, and mu is there for the type ggl alone.
+/* The declarations that the files of the differential-algebraic baselines share.
+ *
+ * For n tangent coordinates and m independent equations, the N unknowns of a stage are y = (xi, v, lambda, mu). The
+ * positions xi are relative to those at the start of the step, q (+) xi. The type ggl alone has mu.
  */
 #ifndef KT_STUDY_DAE_H
 #define KT_STUDY_DAE_H

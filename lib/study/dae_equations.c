@@ -2,13 +2,14 @@
  *
  *     xi' - B(xi) (v + A' mu)             n
  *     M v' - f - A' lambda                n
- *     what the type asks of the loops     m, of ggl 2 m
+ *     closure equations of the type       m, of ggl 2 m
  *
  * with M, f and A at q0 (+) xi. A rotation that is q0 exp(xi) has the angular velocity w of the body for
  *
- *     xi' = w + xi x w / 2 + c xi x (xi x w),   c = (1 - (x / 2) cot(x / 2)) / x^2,   x = |xi|
+ *     xi' = w + xi x w / 2 + c xi x (xi x w),   x = |xi|
+ *     c = (1 - (x / 2) cot(x / 2)) / x^2 = 1/12 + x^2 / 720 + ...
  *
- * which is 1/12 + x^2 / 720 + ... [E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IV.7].
+ * Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IV.7.
  */
 #include "joint/joint.h"
 #include "model/model.h"
@@ -37,7 +38,7 @@ void kt_dae_tangent_rate(const kt_model *model, const double *xi, const double *
     }
 }
 
-/* What equation r asks for. */
+/* The residual of closure equation r, in the form that the type requires. */
 static double closure_of(const kt_dae *dae, size_t r, const double *acceleration) {
     const kt_constraint_formulation *e = dae->equations;
     const kt_dae_options *o = &dae->options;
@@ -83,7 +84,7 @@ kt_status kt_dae_evaluate(kt_dae *dae, double t, const double *y, const double *
     for (size_t r = 0; r < m; r++) {
         const size_t row = (size_t)dae->row[r];
         residual[2 * n + r] = closure_of(dae, row, rate + n);
-        /* Of rolling there is nothing to stabilise: mu is 0. */
+        /* Rolling has nothing to stabilise: mu is 0. */
         if (dae->options.type == KT_DAE_GGL)
             residual[2 * n + m + r] = dae->holonomic[row] ? e->slip[row] : mu[r];
     }

@@ -5,11 +5,12 @@
  *   basis:       U2
  *   multipliers: lambda = A U1 L1^-1 U1' g
  *
- * Eigenvalues are the squares of singular values, and so is the condition: what SVD tells from zero down to 1e-16 of the
- * largest, this method loses at 1e-8, and accelerations near singular positions with it. It stands here to show that.
+ * Eigenvalues are the squares of singular values, and so is the condition. SVD distinguishes singular values from zero
+ * down to 1e-16 of the largest; this method loses them at 1e-8. Accelerations near singular positions are lost with
+ * them. The purpose of this file is to show that.
  *
- * Eigenvalues by the cyclic method of Jacobi [Golub & Van Loan, Matrix Computations, 4th ed., 8.5]. A'A is in `basis` while
- * it is rotated, U in `square`, by falling eigenvalues, of which the square roots are in `reflector`.
+ * Eigenvalues by the cyclic method of Jacobi [Golub & Van Loan, Matrix Computations, 4th ed., 8.5]. A'A is in `basis`
+ * while it is rotated. U is in `square`, by falling eigenvalues; the square roots of these are in `reflector`.
  */
 #include "reduction/maggi_kane.h"
 #include "study/reduction.h"
@@ -20,7 +21,7 @@
 
 enum { SWEEPS = 30 };
 
-/* What rounding leaves of a zero eigenvalue, over the largest and the number of coordinates. */
+/* The rounding error of a zero eigenvalue, over the largest and the number of coordinates. */
 #define KT_EIGENVALUE_TOLERANCE 1e-15
 
 /* G = A'A, U = 1; the sum of the squares of G's entries off the diagonal and on it is not finite where A is not. */
@@ -63,7 +64,7 @@ static void rotate(const kt_group_work *w, size_t p, size_t q) {
     }
 }
 
-/* Rotates until what is off the diagonal is rounding. */
+/* Rotates until the entries off the diagonal are rounding errors. */
 static void diagonalise(const kt_group_work *w) {
     const size_t m = (size_t)w->m;
     const double *g = w->basis;

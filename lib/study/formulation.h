@@ -1,5 +1,5 @@
-/* What the files of the constraint formulations share. Matrices are column-major; n = nv, k = the number of equations
- * of all loops, including void ones (which are zero).
+/* The declarations that the files of the constraint formulations share. Matrices are column-major; n = nv, k = the
+ * number of equations of all loops, including void ones (which are zero).
  */
 #ifndef KT_STUDY_FORMULATION_H
 #define KT_STUDY_FORMULATION_H

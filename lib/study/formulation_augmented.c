@@ -1,23 +1,28 @@
-/* The augmented Lagrangian [MSD 9.3 to 9.6; Bayo, Garcia de Jalon, Serna, A modified Lagrangian formulation for the
- * dynamic analysis of constrained mechanical systems, Computer Methods in Applied Mechanics and Engineering 71, 1988].
+/* The augmented Lagrangian [MSD 9.3 to 9.6].
  *
- * Constraint forces are penalties on the error e = A a - c, c = b'' - 2 alpha (A v - b') - beta^2 phi as in Baumgarte's
- * stabilisation, plus multipliers l that take up the remainder:
+ * Constraint forces are penalties on the error e, plus multipliers l that take up the remainder. The error is
+ *
+ *     e = A a - c,   c = b'' - 2 alpha (A v - b') - beta^2 phi
+ *
+ * as in Baumgarte's stabilisation. The iteration is
  *
  *     M a = f - A' (s (A a - c) + l):    (M + s A' A) a_i+1 = f + A' (s c - l_i),   l_0 = 0
  *     l_i+1 = l_i + s (A a_i+1 - c).
  *
- * Inserting the second line into the first gives M a_i+1 = f - A' l_i+1: the equations of motion hold, and only the
- * constraint equations have an error. Subtracting two iterates gives M (a_i+1 - a_i) = -s A' e_i+1, hence e_i+1 - e_i =
- * -s S e_i+1 with S = A M^-1 A', and
+ * Inserting the second line into the first gives M a_i+1 = f - A' l_i+1. The equations of motion hold, and only the
+ * constraint equations have an error. Subtracting two iterates gives, with S = A M^-1 A',
  *
- *     e_i+1 = (I + s S)^-1 e_i.
+ *     M (a_i+1 - a_i) = -s A' e_i+1,   e_i+1 - e_i = -s S e_i+1,   e_i+1 = (I + s S)^-1 e_i.
  *
- * Redundant equations do no harm (S is singular along them, and e has no component there while they are consistent) and
- * no rank is decided, which is the advantage of the method. At a singular position an eigenvalue of S goes to zero, and
- * with it the rate at which e vanishes: that equation is violated for a while. Rounding of M + s A' A and of s A' c
- * enters along the degrees of freedom, where M alone acts, multiplied by s S: a large penalty needs few iterations and
- * loses the corresponding digits.
+ * Redundant equations do no harm: S is singular along them, and e has no component there while they are consistent. The
+ * method makes no decision about a rank, which is its advantage. At a singular position an eigenvalue of S goes to
+ * zero, and with it the rate at which e vanishes: that equation is violated for a while.
+ *
+ * Rounding of M + s A' A and of s A' c enters along the degrees of freedom, where M alone acts, multiplied by s S. A
+ * large penalty therefore needs few iterations and loses the corresponding digits.
+ *
+ * Source: Bayo, Garcia de Jalon, Serna, A modified Lagrangian formulation for the dynamic analysis of constrained
+ * mechanical systems, Computer Methods in Applied Mechanics and Engineering 71, 1988.
  */
 #include "linear/lapack.h"
 #include "study/formulation.h"

@@ -1,18 +1,23 @@
-/* Baumgarte's stabilisation [MSD 8.37, 8.38; Baumgarte 1972].
+/* Baumgarte's stabilisation [MSD 8.37, 8.38].
  *
- * The equation phi'' = A a - b'' = 0 has solutions phi = c0 + c1 t, which drift away once rounding and integration
- * errors have produced a c0 and a c1. It is replaced by
+ * The equation phi'' = A a - b'' = 0 has solutions phi = c0 + c1 t. They drift away once rounding and integration
+ * errors have produced a c0 and a c1. The stabilisation replaces the equation by
  *
  *     phi'' + 2 alpha phi' + beta^2 phi = 0,   phi' = A v - b':   A a = b'' - 2 alpha (A v - b') - beta^2 phi.
  *
- * Its solutions decay as exp(-alpha t) (c0 + c1 t) for alpha = beta. Equations without positions (rolling) are psi = A
- * v - b' = 0, psi' = A a - b'': with phi = 0 the same line is psi' + 2 alpha psi = 0.
+ * Its solutions decay as exp(-alpha t) (c0 + c1 t) for alpha = beta. Equations without positions (rolling) are
  *
- * The cost: M a = f + A' lambda with this right-hand side is a motion of the mechanism only where phi and phi' are
- * zero; elsewhere the stabilising forces act on the motion as well. The eigenvalues -alpha +- sqrt(alpha^2 - beta^2)
- * are added to those of the mechanism, and an explicit method with step h must have h alpha within its stability
- * region, so that larger gains require smaller steps. And in a mechanism with redundant equations phi is inconsistent
- * as soon as it is not zero.
+ *     psi = A v - b' = 0,   psi' = A a - b''
+ *
+ * With phi = 0 the same line is psi' + 2 alpha psi for them, which vanishes.
+ *
+ * The cost: M a = f + A' lambda with this right-hand side is a motion of the mechanism only if phi and phi' are
+ * zero; otherwise the stabilising forces act on the motion as well. The stabilisation adds the eigenvalues
+ * -alpha +- sqrt(alpha^2 - beta^2) to those of the mechanism. An explicit method with step h must have h alpha within
+ * its stability region, so that larger gains require smaller steps. In a mechanism with redundant equations phi is
+ * inconsistent as soon as it is not zero.
+ *
+ * Source: Baumgarte 1972.
  */
 #include "study/formulation.h"
 

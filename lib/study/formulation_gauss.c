@@ -1,15 +1,20 @@
 /* Gauss' principle of least constraint, with given second derivatives of the closures.
  *
- * The acceleration a minimises (a - a_f)' M (a - a_f), a_f = M^-1 f, subject to A a = c [MSD 4.22]. With M = L L', y =
- * L' a and B = L^-1 A' this means: y is the vector nearest to y_f = L^-1 f with B' y = c. Column pivoting gives B P =
- * [Q1 Q2][R1 S; 0 0] of rank r, so that B' y = c becomes R1' Q1' y = (P' c)_1, the other equations being dependent on
- * these, and
+ * The acceleration a minimises (a - a_f)' M (a - a_f), a_f = M^-1 f, subject to A a = c [MSD 4.22]. With M = L L',
+ * y = L' a and B = L^-1 A', y is the vector nearest to y_f = L^-1 f with B' y = c. Column pivoting gives
+ *
+ *     B P = [Q1 Q2] [R1 S; 0 0] of rank r
+ *
+ * Thus B' y = c becomes R1' Q1' y = (P' c)_1. The other equations depend on these, and
  *
  *     y = Q1 R1^-T (P' c)_1 + Q2 Q2' y_f,     a = L^-T y.
  *
- * Written out for full rank it is a = a_f - M^-1 A' (A M^-1 A')^-1 (A a_f - c) [MSD 4.29], without the squared
- * condition number of A M^-1 A'. Where equations are redundant, the first r pivots are kept and the others are ignored;
- * this equals the pseudo-inverse wherever c is consistent, as it is on the manifold.
+ * Written out for full rank [MSD 4.29], this is
+ *
+ *     a = a_f - M^-1 A' (A M^-1 A')^-1 (A a_f - c)
+ *
+ * without the squared condition number of A M^-1 A'. If equations are redundant, the first r pivots are kept and the
+ * others are ignored. This equals the pseudo-inverse wherever c is consistent, as it is on the manifold.
  */
 #include "linear/lapack.h"
 #include "study/formulation.h"

@@ -48,8 +48,8 @@ static kt_status check(const kt_constraint_formulation_options *o, kt_error *err
     return KT_OK;
 }
 
-/* Chooses the penalty by an evaluation of Gauss' principle at the assembled initial state: the square of R's last
- * independent diagonal entry stands for the smallest eigenvalue of A M^-1 A'. */
+/* Chooses the penalty by an evaluation of Gauss' principle at the assembled initial state. The square of R's last
+ * independent diagonal entry is an estimate of the smallest eigenvalue of A M^-1 A'. */
 static kt_status choose_penalty(kt_constraint_formulation *formulation, kt_data *data, kt_error *error) {
     const kt_constraint_formulation_options wanted = formulation->options;
     kt_model_initial(formulation->model, formulation->state_q, formulation->state_v);

@@ -1,18 +1,22 @@
 /* Force projection [MSD 9.7 to 9.17].
  *
- * The rates of positions u are distinguished from the integrated velocities w: w is the integral of the accelerations,
- * and u' is the part of w that the loop equations allow,
+ * The rates of positions u are distinguished from the integrated velocities w. The vector w is the integral of the
+ * accelerations, and u' is the part of w that the loop equations allow,
  *
  *     u' + A' mu = w,  A u' = b':     u' = w - A' (A A')^+ (A w - b')                             [MSD 9.11a, W = I]
  *     M w' + A' lambda = f,  A w' = b'':   w' by Gauss' principle, f and b'' at u'                [MSD 9.11b]
  *
- * The multiplier mu is zero for exact integration. With A' P = Q R of rank r, Q1' u' = R1^-T (P' b')_1 and Q2' u' = Q2'
- * w.
+ * The multiplier mu is zero for exact integration. With A' P = Q R of rank r,
  *
- * An error e = A w - b' of the velocities obeys e' = A w' + A' w - b'' - A' u', where A' here is dA/dt, hence e' =
- * (dA/dt) (w - u') = (dA/dt) A^+ e: w - u' grows and falls with the size of A and nothing damps it, but positions do
- * not follow it. Their own drift, caused by the local errors of the steps, is removed after each step by the least step
- * [MSD 9.16, 9.17] that closes the loops, which is that of kt_state_project; w is not changed there.
+ *     Q1' u' = R1^-T (P' b')_1,   Q2' u' = Q2' w.
+ *
+ * An error e = A w - b' of the velocities obeys
+ *
+ *     e' = A w' + (dA/dt) w - b'' - (dA/dt) u' = (dA/dt) (w - u') = (dA/dt) A^+ e
+ *
+ * Thus w - u' grows and falls with the size of A, and nothing damps it; but positions do not follow it. Their own drift
+ * comes from the local errors of the steps. After each step, the least step that closes the loops removes it
+ * [MSD 9.16, 9.17], as in kt_state_project; w is not changed there.
  */
 #include "study/formulation.h"
 

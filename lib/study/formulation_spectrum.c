@@ -2,8 +2,8 @@
  *
  *     xi' = B(xi) u(q0 (+) xi, v),   v' = a(q0 (+) xi, v)
  *
- * by central differences along all of xi and v, also those directions in which the loops open: what a formulation does
- * there is what it adds to the mechanism.
+ * by central differences along all of xi and v, also those directions in which the loops open. In these directions the
+ * spectrum shows the modes that the formulation adds to the mechanism.
  */
 #include "kinetree/joint.h"
 #include "linear/eigen.h"
@@ -59,7 +59,7 @@ static kt_status differentiate(kt_formulation_spectrum *s, kt_constraint_formula
     return status;
 }
 
-/* By rising modulus; of equal ones the pair stays together, as LAPACK gives it. */
+/* Sorts by rising modulus. Entries of equal modulus keep LAPACK's order, so that pairs stay together. */
 static void sort(const kt_formulation_spectrum *s, size_t n, double *real, double *imaginary) {
     for (size_t i = 0; i < n; i++) {
         const double re = s->real[i], im = s->imaginary[i], size = hypot(re, im);

@@ -7,8 +7,8 @@
  *   basis:       x_i = unit vectors, x_d = -L11'^-1 L21' x_i
  *   multipliers: L11 U11 lambda = g_d
  *
- * The dependent coordinates are chosen anew at every evaluation: a position at which a fixed choice would fail (the
- * pendulum in x and y, horizontal or vertical) is like any other, and the result does not depend on earlier
+ * The dependent coordinates are chosen anew at every evaluation. A position at which a fixed choice would fail (the
+ * pendulum in x and y, horizontal or vertical) is then like any other. The result does not depend on earlier
  * evaluations. The order of the coordinates is stored in `square`.
  */
 #include "reduction/maggi_kane.h"

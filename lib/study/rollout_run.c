@@ -5,7 +5,7 @@
 #include "model/model.h"
 #include "study/threads.h"
 
-/* What is computed, and what threads have of their own. */
+/* The tasks, and the memory that each thread has of its own. */
 typedef struct run {
     const kt_model *model;
     kt_data *const *data;

@@ -1,11 +1,11 @@
-/* Work by several threads: each takes the next item that nobody has, until there are none. Which thread computes an item
- * does not matter to its numbers. */
+/* Work by several threads: each takes the next item that nobody has, until there are none. Which thread computes an
+ * item does not matter to its numbers. */
 #include "study/threads.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 
-/* What all threads share: the next item, and the error of the first item that failed. */
+/* The data that all threads share: the next item, and the error of the first item that failed. */
 typedef struct work {
     kt_threads_call *call;
     void *user;
