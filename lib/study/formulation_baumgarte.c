@@ -7,9 +7,7 @@
  *
  * Its solutions decay as exp(-alpha t) (c0 + c1 t) for alpha = beta. Equations without positions (rolling) are
  *
- *     psi = A v - b' = 0,   psi' = A a - b''
- *
- * With phi = 0 the same line is psi' + 2 alpha psi for them, which vanishes.
+ *     psi = A v - b' = 0,   psi' = A a - b'':   psi' + 2 alpha psi = 0 from the same line with phi = 0.
  *
  * The cost: M a = f + A' lambda with this right-hand side is a motion of the mechanism only if phi and phi' are
  * zero; otherwise the stabilising forces act on the motion as well. The stabilisation adds the eigenvalues
