@@ -36,7 +36,7 @@ typedef struct kt_system_arrays {
     KT_ARENA_DECLARE(KT_SYSTEM_FIELDS)
 } kt_system_arrays;
 
-/* Room for what is known of an equation in an elimination (independent_coordinates.c). */
+/* Room for the candidate of an equation in an elimination (independent_coordinates.c). */
 enum { KT_CANDIDATE_BYTES = 16 };
 
 /* Every other array: type, name, count, meaning. */
@@ -109,7 +109,7 @@ struct kt_linearization {
     const kt_model *model;
     kt_data *data;
     double t;
-    bool differences; /* finite differences are used even where exact derivatives are known */
+    bool differences; /* finite differences are used even where exact derivatives exist */
     bool of_force;    /* finite differences are those of the force M a instead of the acceleration */
     kt_system_arrays arrays[2];
     int next; /* index of the array set that the next evaluation writes */
@@ -127,8 +127,8 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
 
 /* ---- probe.c ----------------------------------------------------------------------------------------------------- */
 
-/* The length of a probe: dq, dv, a (nv each), then the velocities of the markers (3 each), then the rates of own states;
- * and where these begin. */
+/* The length of a probe, and the index at which the rates of auxiliary states begin. A probe contains dq, dv, a (nv
+ * each), then the velocities of the markers (3 each), then these rates. */
 static inline size_t kt_probe_count(size_t nv, size_t markers, size_t states) { return 3 * nv + 3 * markers + states; }
 static inline size_t kt_probe_rates(const kt_linearization *l) { return l->size.f - l->size.x; }
 
@@ -154,9 +154,10 @@ kt_status kt_difference(kt_linearization *l, double first, double *derivative, d
  * requested. */
 bool kt_exact_is_possible(const kt_linearization *l);
 
-/* Derivatives of the acceleration and of the rates of own states along `count` directions (dq, dv), columns of nv
- * numbers, and then by each own state. Writes rows 2 nv to 3 nv and those of the rates of derivative and
- * derivative_error. Requires kt_probe_floor. Returns KT_ERROR_SINGULAR near singular positions. */
+/* Computes derivatives of the acceleration and of the rates of auxiliary states. The first columns are those along
+ * `count` directions (dq, dv), columns of nv numbers; the columns by each auxiliary state follow. Writes rows 2 nv to
+ * 3 nv and those of the rates, of derivative and derivative_error. Requires kt_probe_floor. Errors: KT_ERROR_SINGULAR
+ * near singular positions. */
 kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error);
 
 /* Likewise those of the force M a at rest along dq; and writes the mass matrix. */
@@ -176,8 +177,9 @@ KT_CHECKED kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equi
 kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
                                  kt_linear_system *system, kt_error *error);
 
-/* Derivatives of the probe along (dq, dv), either of which may be NULL (zero), into this column of derivative and
- * derivative_error; `scale` is the size of a large change along the direction, in units (per second for velocities). */
+/* Computes derivatives of the probe along (dq, dv), into this column of derivative and derivative_error. Either of dq
+ * and dv may be NULL (zero). The number scale is the size of a large change along the direction, in units (per second
+ * for velocities). */
 kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, const double *dv, double scale,
                                          size_t column, kt_error *error);
 

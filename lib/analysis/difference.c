@@ -3,18 +3,22 @@
  *     T[k][0] = (f(h_k) - f(-h_k)) / (2 h_k),  h_k = h_0 / 2^k
  *     T[k][j] = T[k][j-1] + (T[k][j-1] - T[k-1][j-1]) / (4^j - 1)
  *
- * The error of T[k][j] is estimated by the larger of |T[k][j] - T[k][j-1]| and |T[k][j] - T[k-1][j-1]| (C. J. F.
- * Ridders, Advances in Engineering Software 4, 1982, 75-76), plus the rounding error of f, eps |f| / h_k. For each
- * number the T[k][j] with the least estimated error is taken: an acceleration that is stiff in one joint and soft in
- * another needs different steps. The least of many estimates may be small by chance, in two ways. Three numbers of the
- * tableau may agree although all are off; the next rows then differ from them by more than the errors of both, and the
- * error is raised to this difference. And the actual rounding error of f, which depends on the conditioning of the loop
- * equations, dominates the last and shortest step; therefore the error is at least the estimate at that step times
- * h_last / h_taken. Steps from which the mechanism cannot be assembled are
- * left out. Halving continues until no number improves any more and all are accurate, or to 2^-30.
+ * The estimated error of T[k][j] is the rounding error of f, eps |f| / h_k, plus the larger of [Ridders]
  *
- * Unlike finite differences with one step, this needs no estimate of the scale on which f changes; the first step must
- * only not be smaller than about 1e-3 times that scale, below which rounding dominates.
+ *     |T[k][j] - T[k][j-1]|  and  |T[k][j] - T[k-1][j-1]|.
+ *
+ * For each number the T[k][j] with the least estimated error is taken. An acceleration that is stiff in one joint and
+ * soft in another needs different steps. The least of many estimates may be small by chance, in two ways. First, three
+ * numbers of the tableau may agree although all are off. The next rows then differ from them by more than the errors of
+ * both, and the error is raised to this difference. Second, the actual rounding error of f dominates the last and
+ * shortest step. It depends on the conditioning of the loop equations. Therefore the error is at least the estimate at
+ * that step times h_last / h_taken. Steps from which the mechanism cannot be assembled are left out. Halving continues
+ * until no number improves any more and all are accurate, or to 2^-30.
+ *
+ * Unlike finite differences with one step, this needs no estimate of the scale on which f changes. The first step must
+ * only not be smaller than about 1e-3 times that scale: rounding dominates below.
+ *
+ * Source: C. J. F. Ridders, Advances in Engineering Software 4, 1982, 75-76.
  */
 #include "analysis/analysis.h"
 
@@ -49,10 +53,10 @@ static void extrapolate(const extrapolation *x, size_t i, double difference) {
     }
 }
 
-/* Takes the best estimate of the new row if its error is below the present one; returns whether it was. One that
- * differs from the present estimate by more than both errors shows that the present error was small by chance, unless
- * its step is so much shorter that it may be off by its own rounding: then the present error is raised to the
- * difference. */
+/* Takes the best estimate of the new row if its error is below the present one; returns whether it was. An estimate
+ * that differs from the present one by more than both errors shows that the present error was small by chance. The
+ * present error is then raised to the difference. The exception is an estimate of a step so much shorter that it may be
+ * off by its own rounding. */
 static bool take_best(const extrapolation *x, size_t i, double h, double rounding) {
     const size_t f = x->l->size.f;
     bool better = false;
@@ -73,7 +77,7 @@ static bool take_best(const extrapolation *x, size_t i, double h, double roundin
     return better;
 }
 
-/* Raises the errors to what the last step shows of rounding. The two rows of the tableau have been swapped since. */
+/* Raises the errors to the rounding that the last step shows. The two rows of the tableau have been swapped since. */
 static void expect_rounding(const extrapolation *x, double h) {
     const size_t f = x->l->size.f;
     const int deepest = x->step_count - 1 < KT_TABLEAU_DEPTH - 1 ? x->step_count - 1 : KT_TABLEAU_DEPTH - 1;

@@ -15,7 +15,7 @@ kt_energy_watch kt_energy_watch_start(const kt_model *model) {
     return (kt_energy_watch){.energetics = kt_model_energetics(model), .excess_time = (double)NAN};
 }
 
-/* Dissipated less supplied since the start, J; NaN where it is not known. */
+/* Dissipated less supplied since the start, J; NaN if it is not determined. */
 static double net_work(const kt_energy_watch *watch, const kt_record *record) {
     return watch->has_balance ? record->work.dissipated - record->work.supplied : record->estimate.net;
 }

@@ -1,15 +1,16 @@
 /* Static equilibrium: a position where the mechanism stays at rest.
  *
  * E is the basis of free velocities that the loop equations allow (independent_coordinates.c; rolling wheels roll). In
- * these directions the force is g = E' M a, and its change along E y is -H y, H = -E' d(M a)/dy. Where there is a
+ * these directions the force is g = E' M a, and its change along E y is -H y, H = -E' d(M a)/dy. If there is a
  * potential energy V, g is -dV/dy and H its second derivative. A step solves
  *
  *     (H + mu D) y = g,   D the diagonal of E' M E
  *
- * which is an implicit Euler step of size 1 / mu of the overdamped motion D y' = g (pseudo-transient continuation: C.
- * T. Kelley & D. E. Keyes, SIAM Journal on Numerical Analysis 35, 1998, 508-523). With mu large enough for H + mu D to
- * be positive definite it leads downhill and past kkts; at a stable equilibrium mu = 0 suffices, which is Newton's
- * method. A step is accepted if the mean of the forces at its two ends does work along it. D is diagonal, so that
+ * which is an implicit Euler step of size 1 / mu of the overdamped motion D y' = g (pseudo-transient continuation
+ * [Kelley & Keyes]). With mu large enough for H + mu D to be positive definite the step leads downhill and past
+ * saddles. At a stable equilibrium mu = 0 suffices, which is Newton's method. A step is accepted if the mean of the
+ * forces at its two ends does work along it. D is diagonal, so that degrees of freedom without force or stiffness keep
+ * their positions.
  * degrees of freedom without force or stiffness keep their positions.
  *
  * With mu = 0 for any H, and steps accepted if |g| falls, the same iteration finds equilibria nearby, stable or not.
@@ -17,6 +18,8 @@
  * tried around the given one, farther and farther away, and at last the way downhill.
  *
  * A search has arrived where no force is left but rounding errors, and where it stalls, with some room (RESTING).
+ *
+ * Source: C. T. Kelley, D. E. Keyes, SIAM Journal on Numerical Analysis 35, 1998, 508-523.
  */
 #include "analysis/analysis.h"
 #include "base/copy.h"
@@ -69,7 +72,7 @@ static void find_dependents(search *s) {
             s->l->dependent[s->dependents++] = (int32_t)i;
 }
 
-/* E_j' f. Of an independent coordinate E_j has one, of the other independent ones zeros. */
+/* E_j' f. The column E_j has a one at its independent coordinate, and zeros at the other independent ones. */
 static double dot_column(const search *s, size_t j, const double *f) {
     const kt_linearization *l = s->l;
     const double *e = l->free_velocity + j * l->size.v;
@@ -178,8 +181,8 @@ static void add_up(const search *s, double mu, bool symmetric) {
         to[j * (n + 1)] += mu * s->l->inertia[j];
 }
 
-/* The rounding error of forces, from the weights and from the force of the stiffest degree of freedom displaced by a
- * unit; or by its position, which is rounded. */
+/* Computes the rounding error of forces. It follows from the weights, and from the force of the stiffest degree of
+ * freedom displaced by a unit. At rest, that of its position counts, too, which is rounded. */
 static void expect_rounding(search *s) {
     kt_linearization *l = s->l;
     double most = 0.0, resting = 0.0;
@@ -195,7 +198,7 @@ static void expect_rounding(search *s) {
     s->resting = RESTING * ROUNDING * fmax(most, resting);
 }
 
-/* Whether what is left of the forces is small enough for rest. */
+/* Whether the remaining forces are small enough for rest. */
 static bool is_at_rest(const search *s) {
     bool rests = true;
     for (int j = 0; j < s->dofs; j++)

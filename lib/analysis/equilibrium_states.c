@@ -8,17 +8,17 @@
  *     [ F_q E      F_x    ] [ dx ] = [ f ],   D = -d(M a), F = -df          (kt_linearized_fill at a = 0)
  *
  * for a step (E y, dx). It is shortened until that of the same matrix from where it leads is shorter (P. Deuflhard,
- * Newton Methods for Nonlinear Problems, 2004, section 3.3). An integrating controller has a state that its own rate does
- * not depend on, so that F_x is singular, and the whole is not.
+ * Newton Methods for Nonlinear Problems, 2004, section 3.3). An integrating controller has a state on which its own
+ * rate does not depend. F_x is then singular, and the whole matrix is not.
  *
- * Where that fails - a valve or a controller at its limit has no slope, and states that nothing holds make the matrix
- * singular - the motion itself is followed from rest by linearly implicit Euler steps of d seconds,
+ * Newton's method fails if a valve or a controller at its limit has no slope, or if states that nothing holds make the
+ * matrix singular. Then the motion itself is followed from rest by linearly implicit Euler steps of d seconds,
  *
  *     [ E' (M / d^2 + D_v / d + D_q) E   E' D_x     ] [ y  ]   [ g + E' (M / d + D_v) v ]
  *     [ (F_v / d + F_q) E                F_x + 1/d  ] [ dx ] = [ f + F_v v              ],   v+ = E y / d
  *
  * which become longer as they lead less far, and in the end are Newton's (pseudo-transient continuation: C. T. Kelley,
- * D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508). They damp what oscillates, so that only motions which go away or
+ * D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508). They damp oscillations, so that only motions which go away or
  * move on for ever find no rest.
  */
 #include "analysis/analysis.h"
@@ -95,8 +95,8 @@ static void add_velocities(const search *s, const kt_linearized *w, double d) {
     add_product(w->rate_v, l->size.x, nv, l->v0, l->step + s->dofs);
 }
 
-/* The matrix at q0 and x0, into `factor`; d: of a step in time, s, whose right-hand side in l->step gains its terms by v0;
- * infinite: of Newton's. */
+/* Writes the matrix at q0 and x0 into `factor`. d: the step in time, s; infinite for Newton's matrix. The right-hand
+ * side of a step in time, in l->step, gains its terms by v0. */
 static kt_status write_matrix(const search *s, double d, kt_error *error) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v, nx = l->size.x, n = (size_t)s->dofs + nx;
@@ -180,7 +180,8 @@ static kt_status begin_step(search *s, double d, kt_error *error) {
     return status;
 }
 
-/* The unit of an own state is 1, or its size, or the largest of so far: one that swings through zero is not small there. */
+/* The unit of an own state is 1, or its size, or the largest of so far: one that swings through zero is not small
+ * there. */
 static void choose_units(const search *s, bool so_far) {
     const kt_linearization *l = s->l;
     for (size_t k = 0; k < l->size.x; k++)
@@ -220,7 +221,8 @@ static kt_status step(search *s, double *length, kt_error *error) {
     return status == KT_OK && whole > STALLED ? reject_search(s, "no part of a step leads nearer", error) : status;
 }
 
-/* ---- the motion itself --------------------------------------------------------------------------------------------- */
+/* ---- the motion itself
+ * --------------------------------------------------------------------------------------------- */
 
 /* A step of d seconds, which is not taken where it is too long. *length: of it in units. */
 static kt_status step_in_time(search *s, double d, double *length, kt_error *error) {
@@ -255,7 +257,8 @@ static kt_status follow(search *s, kt_equilibrium *found, double *length, kt_err
     return status == KT_OK ? reject_search(s, "the motion from there does not come to rest", error) : status;
 }
 
-/* ---- the call ------------------------------------------------------------------------------------------------------ */
+/* ---- the call
+ * ------------------------------------------------------------------------------------------------------ */
 
 kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_options *options, double t,
                                    const double *q, const double *tau, kt_equilibrium *found, kt_error *error) {

@@ -4,17 +4,17 @@
  *
  *     da = a_q dq + a_v dv,                                                      [derivative/acceleration.c]
  *
- * and by own states a_x; of their rates likewise f_q dq + f_v dv, and f_x.
+ * and by auxiliary states a_x; of their rates likewise f_q dq + f_v dv, and f_x.
  *
- * For equilibria that of the force M a at rest is enough, and needs no factor of M: with M a = tau + f - h, h the
- * gravity forces, and the part of the multipliers that moves nothing along allowed directions left out,
+ * For equilibria the derivative of the force M a at rest is enough, and needs no factor of M. With M a = tau + f - h, h
+ * the gravity forces, and without the part of the multipliers that moves nothing along allowed directions,
  *
  *     d(M a) = -D_q dq                                           D_q at a = 0, [derivative/stiffness.c].
  *
  * Only the given state enters, and not, for example, a contact or a stop nearby.
  *
  * All derivatives are evaluated at two states a few rounding errors to either side of the given one. The result is
- * their mean; the first part of its estimated error is their difference, which shows the conditioning of the equations
+ * their mean. The first part of its estimated error is their difference. It shows the conditioning of the equations
  * and a kink at the state itself. The second part is a bound of the rounding errors of terms that may cancel,
  *
  *     |a_tau| T + |da| + |a_q| |dq| + |a_v| |dv|,
@@ -174,8 +174,8 @@ static void subtract_rates(const double *matrix, size_t rows, size_t n, const do
             y[i] -= sizes ? -fabs(matrix[k * rows + i] * x[k]) : matrix[k * rows + i] * x[k];
 }
 
-/* The rows of the rates of own states in a column, along (dq, dv) or of own state k: on the first side as they are, on
- * the second their mean and errors. */
+/* Writes the rows of the rates of auxiliary states in a column, along (dq, dv) or of auxiliary state k. On the first
+ * side they are the rates' derivatives, on the second the mean of both sides and its errors. */
 static void write_rates(kt_linearization *l, const double *dq, const double *dv, size_t k, size_t column,
                         bool is_second) {
     const size_t x = l->size.x, nv = l->size.v, first = column * l->size.f + kt_probe_rates(l);

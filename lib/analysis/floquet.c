@@ -1,15 +1,16 @@
 /* Floquet multipliers of a periodic motion.
  *
- * Small differences from a motion of period T follow dx(T) = Phi dx(0). Phi, the monodromy matrix, is the product of the
- * exact derivatives of the steps that make up the period (kt_step_derivatives), so that it has the error of the method
- * and none of differences. Its eigenvalues mu are the multipliers: a difference grows from period to period by |mu|, at
- * the rate log |mu| / T and with the frequency arg mu / (2 pi T), up to a multiple of 1 / T, which nothing distinguishes.
+ * Small differences from a motion of period T follow dx(T) = Phi dx(0). Phi, the monodromy matrix, is the product of
+ * the exact derivatives of the steps that make up the period (kt_step_derivatives). It therefore has the error of the
+ * method and none of differences. Its eigenvalues mu are the multipliers: a difference grows from period to period by
+ * |mu|. The rate of growth is log |mu| / T. The frequency is arg mu / (2 pi T), up to a multiple of 1 / T, which
+ * nothing distinguishes.
  *
- * What the loops forbid has the multiplier 0: the projection of the last step removes it. As many of them as the
- * equations determine are left out, the smallest ones.
+ * Differences that the loops forbid have the multiplier 0: the projection of the last step removes them. As many
+ * multipliers as the equations determine are left out, the smallest ones.
  *
- * Source: G. Floquet, Annales scientifiques de l'E.N.S. 12 (1883) 47; C. E. Hammond, An application of Floquet theory to
- * prediction of mechanical instability, J. American Helicopter Society 19 (1974) 14.
+ * Source: G. Floquet, Annales scientifiques de l'E.N.S. 12 (1883) 47; C. E. Hammond, An application of Floquet theory
+ * to prediction of mechanical instability, J. American Helicopter Society 19 (1974) 14.
  */
 #include "base/arena.h"
 #include "base/copy.h"
@@ -212,8 +213,9 @@ static void hand_out(kt_floquet *f, int lost) {
     }
 }
 
-/* The nearest multiplier of half as many steps differs by 2^p - 1 times the error, p the method's order; rounding moves
- * a multiplier by that of the matrix over its condition, and a multiple one by the root. */
+/* Estimates the errors of the multipliers. The nearest multiplier of half as many steps differs by 2^p - 1 times the
+ * error, p the method's order. Rounding moves a multiplier by the rounding error of the matrix over the condition of
+ * the multiplier. It moves a multiple one by the root of that error; the smaller estimate counts. */
 static void estimate(kt_floquet *f) {
     double size = 0.0;
     const double power = ldexp(1.0, f->options.method->order) - 1.0;

@@ -1,19 +1,19 @@
 /* Coordinates of the manifold of states: which joint coordinates are independent, and how the others depend on them.
  *
- * At a state the equations of all loops allow steps dq with A1 dq = 0 (A1: the equations with a residual) and, at a
- * fixed position, velocity changes dv with A dv = 0. Gauss-Jordan elimination with full pivoting turns A1 into [1 R1],
- * with as many dependent coordinates as A1 has rank; continued with the other equations it turns A into [1 R]:
+ * At a state the equations of all loops allow steps dq with A1 dq = 0 (A1: the equations with a residual). At a fixed
+ * position they allow velocity changes dv with A dv = 0. Gauss-Jordan elimination with full pivoting turns A1 into
+ * [1 R1], with as many dependent coordinates as A1 has rank. Continued with the other equations it turns A into [1 R]:
  *
  *     dq = [-R1; 1] dq_independent,    dv = [-R; 1] dv_independent.
  *
  * The columns of C = d(A v - b')/dq take part in the elimination. Along a step dq in the manifold velocities must
- * change by A dv = -C dq; of all such dv the one that leaves the independent velocities unchanged is
+ * change by A dv = -C dq. Among all such dv, this one leaves the independent velocities unchanged:
  *
  *     dv = [-T C dq; 0],               T A = [1 R].
  *
  * Coordinates with independent velocities have independent positions, too. Equations are scaled to size one and
- * coordinates to their units; joints that are fixed or driven by a motor become dependent only where their column is
- * more than ten times larger than the others.
+ * coordinates to their units. Joints that are fixed or driven by a motor become dependent only if their column is more
+ * than ten times larger than the others.
  */
 #include "analysis/analysis.h"
 
@@ -61,8 +61,8 @@ static void find_candidate(const elimination *e, size_t row) {
     }
 }
 
-/* Finds the largest weighted entry in columns without a pivot, among the unused rows with holonomic[row] == kind;
- * returns its size, or 0 if there is none. */
+/* Finds the largest weighted entry in columns without a pivot. Only unused rows with holonomic[row] == kind count.
+ * Returns the size of the entry, or 0 if there is none. */
 static double find_pivot(const elimination *e, const bool *holonomic, bool kind, size_t *row, size_t *column) {
     double best = 0.0;
     for (size_t r = 0; r < e->rows; r++) {
@@ -149,8 +149,8 @@ static void write_velocity(const elimination *e, const double *unit, const doubl
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
-/* Scales coordinates to their units and the row to size one. A row that is only rounding compared with its possible
- * size could_be is set to zero; scaled up, it would be taken for an equation. */
+/* Scales coordinates to their units and the row to size one. If a row is only rounding compared with its possible size
+ * could_be, it is set to zero. Scaled up, it would be taken for an equation. */
 static void scale_row(kt_linearization *l, size_t row, double could_be) {
     const size_t rows = l->size.rows, nv = l->size.v;
     double largest = 0.0;

@@ -118,7 +118,7 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     l->model = model;
     l->differences = settings->differences;
     status = kt_data_init(model, l->data_memory, sizes.data, &l->data, error);
-    if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
+    if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
         return status;   /* GCOVR_EXCL_LINE */
     if (settings->inputs)
         memcpy(l->input_coordinate, settings->inputs, sizes.inputs * sizeof(int));

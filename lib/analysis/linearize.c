@@ -5,18 +5,24 @@
  *
  *     dq' = dv + C(v) dq,   dv' = da,
  *
- * where C is -omega x on the rotations of spherical and free joints and 0 elsewhere, and da is the change of the
- * acceleration along the direction. C follows from R' = R (omega x): a rotation dR = R (dq x) in body axes has dq' =
- * domega - omega x dq.
+ * where C is -omega x on the rotations of spherical and free joints and 0 elsewhere. The change of the acceleration
+ * along the direction is da. C follows from R' = R (omega x): a rotation dR = R (dq x) in body axes has
+ *
+ *     dq' = domega - omega x dq.
  *
  * Exact derivatives (exact.c) are taken along (free_position_j, velocity_change_j) and (0, free_velocity_j), see
  * independent_coordinates.c. Along each of these directions one state changes by one and the others do not change.
  *
- * Finite differences (probe.c, difference.c) are used where a caller's own effects have no derivatives, and near
- * singular positions, with the directions e_j = (free_position_j, 0) and (0, free_velocity_j), j = 1 .. n. The probes
- * yield G = (dq, dv, da, ..)_j; S selects the states from dq, dv. Because the projection changes the states themselves
- * a little, S G = W is only nearly the identity (its lower left part is the change of velocities that keeps them on the
- * manifold as the position changes). The derivatives by the states are G W^-1, and state = S (dv + C dq, da) W^-1.
+ * Finite differences (probe.c, difference.c) are used if a caller's own effects have no derivatives, and near
+ * singular positions. Their directions are, for j = 1 .. n,
+ *
+ *     e_j = (free_position_j, 0) and (0, free_velocity_j).
+ *
+ * The probes yield G = (dq, dv, da, ..)_j; S selects the states from dq, dv. The projection changes the states
+ * themselves a little. Therefore S G = W is only nearly the identity. Its lower left part is the change of velocities
+ * that keeps them on the manifold as the position changes. The derivatives by the states are
+ *
+ *     G W^-1,   state = S (dv + C dq, da) W^-1.
  */
 #include "analysis/analysis.h"
 
@@ -179,9 +185,10 @@ static kt_status add_drifts(kt_linearization *l, const double *dq, double h, dou
     return status;
 }
 
-/* The change of the marker velocities J(q) v along (dq, dv): J dv + B(v, dq), where B(v, w) = (dJ along w) v. The
- * kinematic queries yield B(v, v) = J' v, and B(v, w) - B(w, v) = J [w, v], where [w, v] is w x v of the rotations:
+/* Computes the change of the marker velocities J(q) v along (dq, dv), J dv + B(v, dq). Here B(v, w) is (dJ along w) v.
+ * The bracket [v, w] is w x v of the rotations. The kinematic queries yield
  *
+ *     B(v, v) = J' v,   B(v, w) - B(w, v) = J [w, v]
  *     B(v, w) = (B(v + w, v + w) - B(v - w, v - w)) / 4 + J [w, v] / 2 */
 static kt_status differentiate_markers(kt_linearization *l, const double *dq, const double *dv, double speed,
                                        double *derivative, double *derivative_error, kt_error *error) {
@@ -247,7 +254,7 @@ static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arra
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
 
-/* dq and dv of all joints from the states: entries that are known exactly replace the differenced ones. */
+/* Writes dq and dv of all joints from the states. Entries with exact values replace the differenced ones. */
 static void write_bases(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
     for (size_t j = 0; j < (size_t)system->states; j++) {
@@ -357,7 +364,7 @@ static kt_status differentiate_input(kt_linearization *l, int coordinate, double
     return KT_OK;
 }
 
-/* Accelerations are linear in joint forces, so the difference is exact; the step must only be large enough for its
+/* Accelerations are linear in joint forces, so the difference is exact. The step must only be large enough for its
  * effect not to be lost in the rounding of the other terms. */
 static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                              size_t input, kt_error *error) {

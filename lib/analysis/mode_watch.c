@@ -1,16 +1,16 @@
 /* The fastest mode at the states of a run, by the power method without a matrix.
  *
  * Small motions x = (dq, dv) obey x' = J x with J x = (dv, a(q (+) dq, v + dv) - a(q, v)). At each state a direction is
- * multiplied by J twice, and |J^2 x| / |x| is the estimate of |lambda|^2: for an undamped mode J^2 is -omega^2 on both
- * halves of x, whereas J alone maps one half to the other. Lengths and angles are scaled by the coordinates' units,
- * velocities by these times the previous rate, so that both halves of the fastest mode have the same weight.
+ * multiplied by J twice, and |J^2 x| / |x| is the estimate of |lambda|^2. For an undamped mode J^2 is -omega^2 on both
+ * halves of x, whereas J alone maps one half to the other. Lengths and angles are scaled by the coordinates' units.
+ * Velocities are scaled by these times the previous rate. Both halves of the fastest mode then have the same weight.
  *
  * The direction is carried from state to state, and a small vector with a part in every mode is added each time. One
- * iteration per state therefore follows a mode that changes slowly, and also detects new stiffness, such as a foot that
+ * iteration per state therefore follows a mode that changes slowly. It also detects new stiffness, such as a foot that
  * has come to the ground. Only where a rate is new or has grown is the iteration repeated until it settles. Estimates
  * are usually too low.
  *
- * The term of the rotating body axes (dq' = dv - omega x dq) is left out, and loops are not projected: the equations
+ * The term of the rotating body axes (dq' = dv - omega x dq) is left out, and loops are not projected. The equations
  * satisfy A a = b'' off the manifold, too, which only adds zero eigenvalues to J.
  */
 #include "analysis/analysis.h"
@@ -62,8 +62,8 @@ static double norm_of(const double *x, size_t n) {
     return sqrt(sum);
 }
 
-/* Adds fractional parts of multiples of the golden ratio: a vector with a part in every mode, different at each state
- * and the same in every run. */
+/* Adds fractional parts of multiples of the golden ratio. They form a vector with a part in every mode, different at
+ * each state and the same in every run. */
 static void mix(kt_mode_watch *w) {
     const size_t n = 2 * w->nv;
     const double part = w->states == 0 ? 1.0 : MIXED / sqrt((double)n);
@@ -221,7 +221,7 @@ kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, k
     (void)lay_out(memory, model, w->nq, w->nv);
     kt_model_units(model, w->unit);
     status = kt_data_init(model, w->data_memory, kt_data_size(model), &w->data, error);
-    if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
+    if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
         *watch = w;
     return status;
 }

@@ -5,19 +5,21 @@
  *
  *     4 (|w|' D |x| + |w_v' R| F |x|) / |w' x| + eps |A| / s,   A x = lambda x, w' A = lambda w'
  *
- * with the estimated error E = D + |R| F of each entry of A; |A| and s = |w' x| are those of the balanced matrix (LAPACK
- * Users' Guide, 3rd ed., section 4.8.1). F are the errors of the forces from which a column of accelerations is solved,
- * and R the accelerations by forces, M^-1 in a tree. |w|' E |x| would multiply the condition of M by that of A: for a
- * cantilever of N segments w_v is M y with a smooth y, and w_v' R = y' is less than |w_v|' |R| by about N^4.
+ * with the estimated error E = D + |R| F of each entry of A. Here |A| and s = |w' x| are those of the balanced matrix
+ * (LAPACK Users' Guide, 3rd ed., section 4.8.1). F are the errors of the forces from which a column of accelerations is
+ * solved. R are the accelerations by forces, M^-1 in a tree. The bound |w|' E |x| would multiply the condition of M by
+ * that of A. For a cantilever of N segments w_v is M y with a smooth y, and w_v' R = y' is less than |w_v|' |R| by
+ * about N^4.
  *
- * Where eigenvalues with the same shape coincide, w' x vanishes; then L. Elsner's bound (2 |A|)^(1 - 1/n) |E|^(1/n)
- * applies (Linear Algebra and its Applications 47, 1982, 127-138).
+ * If eigenvalues with the same shape coincide, w' x vanishes. Then a bound of L. Elsner applies:
+ *
+ *     (2 |A|)^(1 - 1/n) |E|^(1/n)         (Linear Algebra and its Applications 47, 1982, 127-138).
  *
  * Rounding would give a cyclic coordinate, on which nothing depends, the square root of its size as an eigenvalue.
  * Therefore a column of A that does not exceed its errors anywhere is set to zero; so is a row. Its state then has the
- * eigenvalue zero, and the others are the eigenvalues of the matrix without this state, in which more such columns and
- * rows may appear. A single entry is set to zero only if it also is below eps times the largest of its row and of its
- * column, which QR rounds anyway: many small ones may add up to the lowest eigenvalues.
+ * eigenvalue zero. The others are the eigenvalues of the matrix without this state, in which more such columns and
+ * rows may appear. A single entry is set to zero only if a second condition holds: it is below eps times the largest of
+ * its row and of its column. QR rounds such an entry anyway. Many small entries may add up to the lowest eigenvalues.
  */
 #include "base/arena.h"
 #include "base/require.h"
@@ -65,7 +67,8 @@ static double unit_of_state(const kt_linear_system *system, size_t i) {
     return system->unit[i < positions ? system->position_coordinate[i] : system->velocity_coordinate[i - positions]];
 }
 
-/* The errors that are those of rounding, into m->rounding. A kink, such as a stop that just touches, has larger ones. */
+/* The errors that are those of rounding, into m->rounding. A kink, such as a stop that just touches, has larger
+ * ones. */
 static void write_rounding(kt_modes *m, const kt_linear_system *system, size_t n) {
     double whole = 0.0;
     for (size_t j = 0; j < n; j++)
@@ -79,7 +82,7 @@ static void write_rounding(kt_modes *m, const kt_linear_system *system, size_t n
         }
 }
 
-/* Returns whether what is left of column k does not exceed its errors. */
+/* Returns whether the remaining entries of column k do not exceed their errors. */
 static bool is_column_zero(const kt_modes *m, size_t n, size_t k) {
     for (size_t i = 0; i < n; i++)
         if (!m->removed[i] && fabs(m->matrix[k * n + i]) > m->rounding[k * n + i])

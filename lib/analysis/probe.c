@@ -1,8 +1,13 @@
 /* A probe: the numbers of a neighbouring state on the manifold that are differenced.
  *
- * A probe at the distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv) and yields, in this order, the actual
- * differences q (-) q0 and v - v0 (nv each), the acceleration a there (nv), the velocities of the markers (3 each), and the
- * rates of own states, of which a direction may have parts, too.
+ * A probe at the distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv). Its numbers are, in this order:
+ *
+ *     q (-) q0, v - v0    the actual differences, nv each
+ *     a                   the acceleration there, nv
+ *     ...                 the velocities of the markers, 3 each
+ *     ...                 the rates of auxiliary states
+ *
+ * A direction may have parts of auxiliary states, too.
  * At rest the force M a can replace a: inverse dynamics with the acceleration a minus that without.
  */
 #include "analysis/analysis.h"

@@ -1,9 +1,9 @@
 /* The modes of a mechanism at states along its motion, and the largest steps that they allow.
  *
- * In a run of an explicit method with a fixed step h each step multiplies a mode by R(h lambda), where R is the
- * method's stability polynomial [MSD 5.45]. The modes change along the motion; the fastest of all states bounds the
- * step. Over the whole run each mode must not grow by more than KT_STABILITY_GROWTH times its true growth
- * (kt_stability_growth), as if it persisted for the whole run.
+ * In a run of an explicit method with a fixed step h each step multiplies a mode by R(h lambda). R is the method's
+ * stability polynomial [MSD 5.45]. The modes change along the motion; the fastest of all states bounds the step. Each
+ * mode is treated as if it persisted for the whole run. It must not grow by more than KT_STABILITY_GROWTH times its
+ * true growth over the run (kt_stability_growth).
  */
 #include "base/arena.h"
 #include "base/copy.h"
@@ -198,8 +198,8 @@ static bool oscillates(const kt_mode *mode) {
     return mode->imaginary > 0.0 && mode->error < 0.01 * mode->imaginary && fabs(mode->damping) < 0.7;
 }
 
-/* The largest excitation of an oscillation of the same state. A steady motion is not an oscillation: the spin of a
- * rotor says nothing about its nutation. */
+/* The largest excitation of an oscillation of the same state. A steady motion is not an oscillation: the nutation of a
+ * rotor does not follow from its spin. */
 static double most_excited(const kt_spectrum *spectrum, double time) {
     double most = 0.0;
     for (int i = 0; i < spectrum->count; i++)
@@ -284,7 +284,7 @@ kt_status kt_spectrum_init(const kt_model *model, int samples, void *memory, siz
     made->model = model;
     status = kt_linearization_init(model, &options, made->linearization_memory, sizes.linearization,
                                    &made->linearization, error);
-    if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory is laid out as it asks for */
+    if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
         status = kt_modes_init(model, made->modes_memory, sizes.system_modes, &made->modes, error);
     if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: and this */
         *spectrum = made;

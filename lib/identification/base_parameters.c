@@ -1,7 +1,8 @@
-/* Base parameters: the columns of the regressor that do not depend on columns before them, in an order that prefers
- * those with which a person would name a sum (Gautier 1990). Regressors at random states are rotated, row by row, into
- * the triangle R of their QR factorisation. R is then brought to echelon form: a column whose length below the rows
- * that are used up is not above KT_DEPENDENT of its whole length depends on the base columns before it,
+/* Base parameters: the columns of the regressor that do not depend on columns before them. The order prefers columns
+ * with which a person would name a sum (Gautier 1990). Regressors at random states are rotated, row by row, into
+ * the triangle R of their QR factorisation. R is then brought to echelon form. A column depends on the base columns
+ * before it if its length below the used rows is not above KT_DEPENDENT of its whole length:
+ *
  *     R_B x = R_k,    base_i = pi_i + sum_k x_ik pi_k.
  */
 #include "base/arena.h"
@@ -135,8 +136,8 @@ static int group_of(const kt_model *model, int32_t column) {
                                            : 0;
 }
 
-/* Lengths of columns; zero where they are rounding errors of the longest one of their unit, as of a first moment along
- * the axis of a joint that stands on a vertical one. */
+/* Computes the lengths of columns. A length that is a rounding error of the longest one of its unit becomes zero. An
+ * example is a first moment along the axis of a joint that is on a vertical axis. */
 static void measure_columns(const kt_model *model, base_work *w, size_t columns) {
     double longest[6] = {0.0};
     for (size_t j = 0; j < columns; j++) {

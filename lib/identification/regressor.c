@@ -1,5 +1,5 @@
-/* The regressor of inverse dynamics: what its columns are, the model's own parameters, and the columns of friction;
- * those of bodies are written by dynamics/regressor.c. */
+/* The regressor of inverse dynamics: the list of its columns, the model's own parameters, and the columns of friction.
+ * The columns of bodies are written by dynamics/regressor.c. */
 #include "dynamics/regressor.h"
 #include "base/copy.h"
 #include "kinetree/identification.h"
