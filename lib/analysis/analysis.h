@@ -165,7 +165,7 @@ kt_status kt_exact_force_derivatives(kt_linearization *l, size_t count, const do
 
 /* ---- equilibrium_states.c ---------------------------------------------------------------------------------------- */
 
-/* Finds an equilibrium of positions and own states from q and x0, into q0 and x0. Fills *found, which is zero. */
+/* Finds an equilibrium of positions and auxiliary states from q and x0, into q0 and x0. Fills *found, which is zero. */
 KT_CHECKED kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_options *options, double t,
                                               const double *q, const double *tau, kt_equilibrium *found,
                                               kt_error *error);

@@ -182,7 +182,7 @@ static void add_up(const search *s, double mu, bool symmetric) {
 }
 
 /* Computes the rounding error of forces. It follows from the weights, and from the force of the stiffest degree of
- * freedom displaced by a unit. At rest, that of its position counts, too, which is rounded. */
+ * freedom displaced by a unit. For the rest criterion, the force by the rounding of its position counts, too. */
 static void expect_rounding(search *s) {
     kt_linearization *l = s->l;
     double most = 0.0, resting = 0.0;

@@ -1,4 +1,5 @@
-/* Static equilibrium of a model with own states x: positions q and states where nothing moves and no state changes.
+/* Static equilibrium of a model with auxiliary states x: positions q and states at which nothing moves and no
+ * state changes.
  *
  * With E the basis of free velocities and g = E' M a (equilibrium.c), and x' = f, Newton's method solves
  *
@@ -180,8 +181,8 @@ static kt_status begin_step(search *s, double d, kt_error *error) {
     return status;
 }
 
-/* The unit of an own state is 1, or its size, or the largest of so far: one that swings through zero is not small
- * there. */
+/* The unit of an auxiliary state is 1, or its size, or the largest size so far: a state that swings through zero is not
+ * small there. */
 static void choose_units(const search *s, bool so_far) {
     const kt_linearization *l = s->l;
     for (size_t k = 0; k < l->size.x; k++)

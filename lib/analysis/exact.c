@@ -197,7 +197,7 @@ static void write_rates(kt_linearization *l, const double *dq, const double *dv,
     }
 }
 
-/* The rows of the accelerations in the column of own state k. */
+/* Writes the rows of the accelerations in the column of auxiliary state k. */
 static void write_state_column(kt_linearization *l, size_t k, size_t column, bool is_second) {
     const size_t nv = l->size.v;
     double *derivative = l->derivative + column * l->size.f + 2 * nv;
@@ -210,7 +210,7 @@ static void write_state_column(kt_linearization *l, size_t k, size_t column, boo
         error[i] += ROUNDING * fabs(derivative[i]);
 }
 
-/* All that own states add, on one side. */
+/* Writes all that auxiliary states add, on one side. */
 static void write_states(kt_linearization *l, size_t count, const double *dq, const double *dv, bool is_second) {
     const size_t nv = l->size.v;
     for (size_t j = 0; j < count; j++)

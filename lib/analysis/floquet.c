@@ -49,7 +49,7 @@ struct kt_floquet {
     const kt_model *model;
     kt_data *data;
     kt_floquet_options options;
-    size_t n, nv, work_size; /* n: 2 nv, and own states */
+    size_t n, nv, work_size; /* n: 2 nv, and auxiliary states */
     int count, states;
     double gap_size;
     KT_ARENA_DECLARE(KT_FLOQUET_FIELDS)

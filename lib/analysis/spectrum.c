@@ -126,7 +126,7 @@ kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *
     return status;
 }
 
-/* ---- what is found ----------------------------------------------------------------------------------------------- */
+/* ---- results ----------------------------------------------------------------------------------------------------- */
 
 int kt_spectrum_samples(const kt_spectrum *spectrum) { return spectrum ? spectrum->samples : 0; }
 const double *kt_spectrum_positions(const kt_spectrum *spectrum, int sample) {

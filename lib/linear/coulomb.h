@@ -214,8 +214,8 @@ static inline void kt_coulomb_pivot(kt_coulomb_system *s, int r, int *order) {
     order[column] = other;
 }
 
-/* The units of x_k. Tangential forces that stick have the root of their normal force as unit: the least sum of squares
- * T_i^2 / N_i has T_i in proportion to N_i. */
+/* The units of x_k. Tangential forces that stick have the root of their normal force as unit. With it, the least sum of
+ * squares T_i^2 / N_i has T_i in proportion to N_i. */
 static inline void kt_coulomb_units(const kt_coulomb_system *s, double *unit) {
     double normal = 0.0;
     for (int k = 0; k < s->n; k++) {

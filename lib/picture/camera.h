@@ -30,8 +30,8 @@ typedef struct kt_chosen_view {
 } kt_chosen_view;
 
 /* Chooses a view. A planar mechanism is seen along its normal, unless gravity pulls out of its plane. Other mechanisms
- * are seen from an elevation of 25 degrees. The azimuth is 35 or 55 degrees, to the right or to the left: the first of
- * the four, unless joints and solids are clearly further from each other in the picture at another. */
+ * are seen from an elevation of 25 degrees. The azimuth is 35 or 55 degrees, to the right or to the left. The first of
+ * the four is taken, unless joints and solids are clearly further from each other in the picture at another. */
 kt_chosen_view kt_camera_choose(const kt_picture *picture, const kt_pose *poses);
 
 /* A point in the camera's frame; a pose of the world in it. */

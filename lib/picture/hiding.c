@@ -495,8 +495,8 @@ static int first_edge(const graph *g, int behind) {
     return low;
 }
 
-/* Opens a cycle. Returns its longest piece, to be halved, if pieces may be cut, that piece is long enough, and the
- * lightest edge of the cycle weighs much. Otherwise drops that edge and returns -1. */
+/* Opens a cycle. Returns its longest piece, to be halved. This requires that pieces may be cut, that the piece is
+ * long enough, and that the lightest edge of the cycle weighs much. Otherwise drops that edge and returns -1. */
 static int open_cycle(graph *g, const kt_pieces *pieces, double tolerance, bool may_cut) {
     int longest;
     edge *e = &g->edges[find_cycle(g, pieces, tolerance, &longest)];

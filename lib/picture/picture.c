@@ -34,8 +34,8 @@ typedef struct counts {
 
 KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
 
-/* An upper bound of the solids. A body has at most a solid for each of its shapes, a point at its mass, and a rod to
- * each joint, loop and effect on it. Two rods connect it with the body to which it is fixed. */
+/* An upper bound of the solids. A body has at most a solid for each shape, a point at its mass, and a rod to each
+ * joint, loop and effect on it. Two rods connect it with the body to which it is fixed. */
 static counts count(const kt_scene *scene, const kt_model *model) {
     const kt_description *d = &scene->description;
     const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,
@@ -530,8 +530,8 @@ static void imply_mass(maker *m, int body) {
         add_solid(m, solid);
 }
 
-/* Connects a point of a body with the nearest solid of its rigid part, if the point is not at a solid already.
- * only: a body to whose solids the search is restricted; -1: all. */
+/* Connects a point of a body with the nearest solid of its rigid part, if the point is not at a solid already. If
+ * `only` is not -1, only solids of that body count. */
 static void attach_to(maker *m, int body, kt_vec3 point, int only) {
     const kt_picture *p = m->picture;
     const kt_vec3 at = kt_pose_apply(m->poses[body], point);
@@ -600,8 +600,8 @@ static bool is_implied(const maker *m, int body) {
     return has_implied;
 }
 
-/* Joins a body with the one to which it is fixed, across bodies without solids: from its own solids to those of the
- * next body that has some. Two bodies with shapes from the scene stay as they are. */
+/* Joins a body with the one to which it is fixed, across bodies without solids. Rods lead from its own solids to those
+ * of the next body that has some. Two bodies with shapes from the scene stay as they are. */
 static void bridge_fixed(maker *m, int body) {
     int on = body;
     do

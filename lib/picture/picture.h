@@ -1,5 +1,5 @@
 /* The contents of a picture of a mechanism: solids, joints, loops, effects and planes. All are in the frames of the
- * bodies that carry them, so that only the poses of the bodies change from one picture to the next.
+ * bodies that carry them: only the poses of the bodies change from one picture to the next.
  *
  *     kt_picture *picture = NULL;
  *     status = kt_picture_create(&scene, model, poses, NULL, &picture, &error);
@@ -184,8 +184,8 @@ void kt_strokes_list(kt_picture *picture, const kt_loop *loops, const kt_pose *p
 
 /* The box widened by all solids, joints, loops and effects' ends of the picture at these poses (planes left out). */
 kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
-/* Lays the displayed squares of planes below the middle of a box. The size of the box determines theirs. poses: those
- * of the bodies that carry the planes. kt_picture_create uses its own poses; a run may need more room. */
+/* Lays the displayed squares of planes below the middle of a box. The size of the box determines theirs. The poses are
+ * those of the bodies that carry the planes. kt_picture_create uses its own poses; a run may need more room. */
 void kt_picture_fit_planes(kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
 
 #endif

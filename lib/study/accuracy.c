@@ -20,7 +20,7 @@ kt_variant kt_variant_default(const kt_run *run) {
     return variant;
 }
 
-/* ---- what is asked for ------------------------------------------------------------------------------------------- */
+/* ---- checks of the request --------------------------------------------------------------------------------------- */
 
 static kt_status refuse(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);

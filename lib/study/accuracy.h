@@ -104,7 +104,7 @@ KT_CHECKED kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, 
 /* Computes all points of a curve, whose variant, method, `adaptive` and `first` are set; deadline: by the clock, s. */
 KT_CHECKED kt_status kt_accuracy_climb(kt_accuracy *study, kt_accuracy_curve *curve, double deadline, kt_error *error);
 
-/* ---- what the points say ----------------------------------------------------------------------------------------- */
+/* ---- evaluation of the points ------------------------------------------------------------------------------------ */
 
 /* The error of a point, at least the reference's uncertainty. */
 static inline double kt_accuracy_known(const kt_accuracy *study, const kt_accuracy_point *point) {

@@ -400,7 +400,7 @@ kt_status kt_dae_step(kt_dae *dae, double h, kt_error *error) {
     return status;
 }
 
-/* ---- what it is -------------------------------------------------------------------------------------------------- */
+/* ---- state and counts -------------------------------------------------------------------------------------------- */
 
 double kt_dae_time(const kt_dae *dae) { return dae ? dae->t : (double)NAN; }
 const double *kt_dae_positions(const kt_dae *dae) { return dae ? dae->q : NULL; }

@@ -121,7 +121,7 @@ void kt_constraint_formulation_use(kt_constraint_formulation *formulation, kt_si
     options->user = formulation;
 }
 
-/* ---- what it has met --------------------------------------------------------------------------------------------- */
+/* ---- statistics -------------------------------------------------------------------------------------------------- */
 
 kt_constraint_formulation_statistics
 kt_constraint_formulation_statistics_get(const kt_constraint_formulation *formulation) {

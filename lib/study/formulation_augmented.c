@@ -16,7 +16,7 @@
  *
  * Redundant equations do no harm: S is singular along them, and e has no component there while they are consistent. The
  * method makes no decision about a rank, which is its advantage. At a singular position an eigenvalue of S goes to
- * zero, and with it the rate at which e vanishes: that equation is violated for a while.
+ * zero, and with it the rate at which e vanishes. That equation is violated for a while.
  *
  * Rounding of M + s A' A and of s A' c enters along the degrees of freedom, where M alone acts, multiplied by s S. A
  * large penalty therefore needs few iterations and loses the corresponding digits.

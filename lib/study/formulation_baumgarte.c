@@ -7,10 +7,12 @@
  *
  * Its solutions decay as exp(-alpha t) (c0 + c1 t) for alpha = beta. Equations without positions (rolling) are
  *
- *     psi = A v - b' = 0,   psi' = A a - b'':   psi' + 2 alpha psi = 0 from the same line with phi = 0.
+ *     psi = A v - b' = 0,   psi' = A a - b''.
+ *
+ * The same line with phi = 0 damps them: psi' = -2 alpha psi.
  *
  * The cost: M a = f + A' lambda with this right-hand side is a motion of the mechanism only if phi and phi' are
- * zero; otherwise the stabilising forces act on the motion as well. The stabilisation adds the eigenvalues
+ * zero. Otherwise the stabilising forces act on the motion as well. The stabilisation adds the eigenvalues
  * -alpha +- sqrt(alpha^2 - beta^2) to those of the mechanism. An explicit method with step h must have h alpha within
  * its stability region, so that larger gains require smaller steps. In a mechanism with redundant equations phi is
  * inconsistent as soon as it is not zero.

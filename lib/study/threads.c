@@ -11,7 +11,7 @@ typedef struct work {
     void *user;
     size_t count;
     atomic_size_t next;
-    pthread_mutex_t mutex; /* of what follows */
+    pthread_mutex_t mutex; /* of the members below */
     kt_status status;
     size_t failed;
     kt_error *error;
