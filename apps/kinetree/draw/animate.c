@@ -1,14 +1,13 @@
 /* Animated pictures: the SVGs of all frames, merged line by line into one.
  *
- * The pictures of two states mostly have the same elements, and only numbers and colours in them differ. Frames in a row
- * with equal elements are a scene of the play. An element of a scene is written once; each attribute that varies has an
- * <animate> element (SMIL) with its values at all frames, between which a viewer interpolates. A play of several scenes
- * shows one after the other. Viewers without animation show the first frame.
+ * The pictures of two states mostly have the same elements, and only numbers and colours in them differ. Frames in a
+ * row with equal elements are a scene of the play. An element of a scene is written once. Each attribute that varies
+ * has an <animate> element (SMIL) with its values at all frames. A viewer interpolates between them. A play of several
+ * scenes shows them one after the other. Viewers without animation show the first frame.
  *
  * Each frame is painted in the colours of a light page and of a dark one. A colour that differs is a class, and a media
  * query (prefers-color-scheme) chooses between both. Elements whose colours vary with time, and gradients, are written
- * twice, once for each page.
- */
+ * twice, once for each page. */
 #include "draw/draw.h"
 
 #include "command.h"
@@ -162,7 +161,8 @@ static int end_of_scene(const film *f, int first, int stride) {
 
 /* ---- elements ---------------------------------------------------------------------------------------------------- */
 
-/* An element: its name, its attributes, the properties of `style` among them, and what follows: "/>", ">" or more. */
+/* An element: its name, its attributes, the properties of `style` among them, and the text behind them: "/>", ">" or
+ * more. */
 typedef struct element {
     char *text; /* that all others point into */
     const char *name;
@@ -305,7 +305,7 @@ typedef struct writer {
     bool has_twins; /* elements for one page alone */
 } writer;
 
-/* Writes a number with one decimal, without zeros that say nothing. */
+/* Writes a number with one decimal, without a trailing ".0". */
 static void write_number(FILE *file, double x) {
     char text[48];
     (void)snprintf(text, sizeof text, "%.1f", x);
@@ -357,7 +357,8 @@ static void write_instants(const writer *w, const cut *c) {
     fputs(";1\"", w->file);
 }
 
-/* Of numbers, in between which is interpolated; of colours. */
+/* Writes the <animate> element of an attribute, with its values at all frames. The values are numbers, between which a
+ * viewer interpolates, or colours. of: the page whose values are written; SHADE_BOTH: the light page. */
 static void write_animation(const writer *w, const cut *c, const strip *s, int attribute, shade of) {
     const int page = of == SHADE_DARK;
     const char *key = s->at[page][0].key[attribute];
@@ -516,7 +517,9 @@ static void write_path(writer *w, const cut *c, const char *const lines[PAGES], 
     free(pages[1].text);
 }
 
-/* Where the paths are among the lines of a frame, which has none: the first line that differs with them. */
+/* Returns the position of the paths among the lines of a frame that was drawn without paths: the first line that
+ * differs if they are drawn. If the counts of lines do not fit, it returns the end of the frame. Returns -1 on
+ * failure. */
 static int find_paths(const kt_drawing *drawing, const cut *c, page_lines traced[PAGES]) {
     const page_lines *bare = &c->film->page[0][c->first];
     for (int page = 0; page < PAGES; page++)

@@ -1,4 +1,4 @@
-/* What hides what: solids, joints, feet, bushings and springs of a state, painted from the farthest to the nearest. */
+/* Hidden parts: solids, joints, feet, bushings and springs of a state, painted from the farthest to the nearest. */
 #include "draw/paper.h"
 #include "picture/solid.h"
 
@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* What a piece is painted as. */
+/* The element of the drawing that a piece belongs to. */
 typedef enum thing_type {
     THING_BODY,   /* a solid of the picture */
     THING_JOINT,  /* a pin, a ball, a rail */
@@ -86,8 +86,8 @@ static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, dou
     }
 }
 
-/* How far the solids of a body reach to both sides along an axis through a frame's origin; those that the axis passes
- * at a distance are left out. */
+/* Widens [low, high] to the reach of a body's solids along the z axis of a frame, from its origin. Solids that the axis
+ * misses are ignored. */
 static void reach_along(const kt_sheet *sheet, int body, const kt_pose *frame, double r, double *low, double *high) {
     const kt_picture *p = sheet->drawing->picture;
     for (int i = 0; i < p->solid_count; i++) {
@@ -107,7 +107,8 @@ static void reach_along(const kt_sheet *sheet, int body, const kt_pose *frame, d
     }
 }
 
-/* A pin along z of a frame, as long as to stand out of what it joins; of what is very long, only of the rest. */
+/* A pin along z of a frame. It extends beyond the bodies that it joins. A body that would make it longer than twelve
+ * radii is ignored. */
 static void add_pin(things *t, const kt_sheet *sheet, kt_pose frame, int body, int other, double r) {
     double low = -1.4 * r, high = 1.4 * r, longer_low = low, longer_high = high;
     reach_along(sheet, body, &frame, r, &longer_low, &longer_high);
@@ -150,7 +151,7 @@ static void add_rail(things *t, const kt_sheet *sheet, const kt_picture_joint *j
     add(t, sheet, frame, rail, THING_JOINT, 0);
 }
 
-/* Joints in space: a pin that stands out of what it joins, a ball, crossed pins, a rail. */
+/* Joints in space: a pin that extends beyond its bodies, a ball, crossed pins, a rail. */
 static void add_joint(things *t, const kt_sheet *sheet, const kt_picture_joint *joint, double r) {
     const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses), body = sheet->poses[joint->body];
     const kt_pose second = {.rotation = kt_mat3_multiply(body.rotation, kt_triad_from_axis(joint->axis2, 2))};
@@ -362,7 +363,7 @@ static bool paint_pieces(const kt_sheet *sheet, things *t, bool joins_bars) {
     return true;
 }
 
-/* Paints what can hide and be hidden. Returns false if memory is insufficient. */
+/* Paints all things that can hide or be hidden. Returns false if memory is insufficient. */
 bool kt_paint_solids(const kt_sheet *sheet) {
     const bool has_meshes = sheet->drawing->picture->mesh_count > 0;
     const bool joins_bars = kt_sheet_is_plain(sheet) && sheet->drawing->is_diagram && !has_meshes;

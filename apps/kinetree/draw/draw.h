@@ -1,4 +1,4 @@
-/* Drawings of mechanisms: what is drawn, and the paper on which it is painted. */
+/* Drawings of mechanisms: their content, and the paper on which it is painted. */
 #ifndef KT_COMMAND_DRAW_DRAW_H
 #define KT_COMMAND_DRAW_DRAW_H
 
@@ -18,8 +18,8 @@ typedef struct kt_drawn_path {
 typedef struct kt_drawing {
     const kt_picture *picture;
     kt_camera camera;
-    bool is_diagram; /* a planar mechanism in its plane: joints are symbols, and nothing hides what it runs through */
-    const kt_picture *pictures; /* of each state: `picture` without what is released there; NULL: nothing ever is */
+    bool is_diagram; /* a planar mechanism in its plane: joints are symbols, and nothing hides parts behind it */
+    const kt_picture *pictures; /* of each state: `picture` without the released elements; NULL: none is released */
     int state_count;
     const kt_pose *poses;        /* of all bodies in the first state, then in the second, ... */
     const double *times;         /* s; of each state */
@@ -36,8 +36,8 @@ typedef struct kt_drawing {
     const char *title, *subtitle;
 } kt_drawing;
 
-/* 0, or for a mechanism so far from the origin that the rounding of its positions would be seen: what they are rounded
- * to, m. Nothing finer is shown then. */
+/* The unit, m, to which positions are rounded, for a mechanism so far from the origin that rounding would be visible.
+ * The drawing then shows no finer detail. Otherwise the result is 0. */
 double kt_drawing_grain(const kt_drawing *drawing);
 
 /* Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path with
@@ -48,10 +48,13 @@ int kt_drawing_write(const kt_drawing *drawing, const char *path);
  * NULL after printing the error. */
 char *kt_drawing_frame(const kt_drawing *drawing, int state, bool has_paths);
 
-/* Writes an animated SVG, whose frames are the states of a strobe drawing at equal intervals, and whose play takes
- * `seconds`. It needs no script, repeats, and is light or dark as its page prefers; is_dark: always dark. Frames are left
- * out until it has at most KT_ANIMATION_BYTES, as long as there are several a second; *frames is how many it has, *bytes
- * its size. Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path. */
+/* Writes an animated SVG. Its frames are the states of a strobe drawing at equal intervals, and its play takes
+ * `seconds`. It needs no script and repeats. It is light or dark as its page prefers; is_dark: always dark.
+ *
+ * Frames are left out until the file has at most KT_ANIMATION_BYTES, as long as there are several frames a second.
+ * *frames: their number. *bytes: the size of the file.
+ *
+ * Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path. */
 enum { KT_ANIMATION_BYTES = 300000 };
 int kt_animation_write(const kt_drawing *drawing, double seconds, const char *path, int *frames, size_t *bytes);
 

@@ -107,7 +107,7 @@ static void paint_joint_spring(const kt_sheet *sheet, const kt_picture_joint *jo
     cairo_stroke(sheet->c);
 }
 
-/* The direction of what a joint carries at position 0: of the first solid of its body that is not at the joint. */
+/* The direction of a joint's body at position 0: that of the first solid of the body that is not at the joint. */
 static double lever_of(const kt_picture *p, const kt_picture_joint *joint) {
     for (int i = 0; i < p->solid_count; i++) {
         const kt_vec3 at = kt_mat3_apply(joint->child, p->solids[i].pose.position);
@@ -117,7 +117,7 @@ static double lever_of(const kt_picture *p, const kt_picture_joint *joint) {
     return 0.0;
 }
 
-/* A bar across the way of what a joint carries where it is at a limit. In diagrams alone. */
+/* A bar across the way of a joint's body at a limit. Only in diagrams. */
 static void paint_stop(const kt_sheet *sheet, const kt_picture_joint *joint, double limit) {
     const double r = fmax(sheet->pin, 3.0), z = sheet->scale * limit;
     const double angle = lever_of(sheet->drawing->picture, joint) + limit;

@@ -40,7 +40,8 @@ void kt_paint_pivots(const kt_sheet *sheet) {
     cairo_set_line_cap(c, CAIRO_LINE_CAP_BUTT);
 }
 
-/* A point that does not move: a triangle below it (above: where what it carries hangs down) on hatched ground. */
+/* A fixed point: a triangle below it on hatched ground. is_above: the triangle is above the point, because the body
+ * hangs down. */
 static void paint_mount(const kt_sheet *sheet, kt_spot at, bool is_above) {
     const double r = fmax(sheet->pin, 2.2), down = is_above ? -1.0 : 1.0;
     const kt_spot left = {at.x - 1.9 * r, at.y + down * 2.9 * r}, right = {at.x + 1.9 * r, at.y + down * 2.9 * r};
@@ -59,8 +60,8 @@ static void paint_mount(const kt_sheet *sheet, kt_spot at, bool is_above) {
     kt_paint_hatching(sheet, is_above ? b : a, is_above ? a : b);
 }
 
-/* Whether the middle of a rigid part is lower on the page than a spot; in a drawing that moves, on the mean of all
- * states, so that mounts stay as they are. */
+/* Whether the middle of a rigid part is lower on the page than a spot. In a moving drawing, the mean over all states
+ * decides, so that mounts stay as they are. */
 static bool hangs(const kt_sheet *sheet, int part, kt_spot from) {
     const kt_drawing *d = sheet->drawing;
     const kt_picture *p = d->picture;
@@ -105,7 +106,7 @@ void kt_paint_mounts(const kt_sheet *sheet) {
 
 /* ---- guides ------------------------------------------------------------------------------------------------------ */
 
-/* What a rigid part takes along and across a direction on the page, from a spot. */
+/* The extent of a rigid part along and across a direction on the page, from a spot. */
 typedef struct reach {
     double low, high, left, right; /* left, right: of the direction; right is down where it points right */
 } reach;
@@ -192,7 +193,8 @@ static bool is_seen_from_its_edge(const kt_sheet *sheet, const kt_picture_plane 
     return fabs(kt_camera_point(&sheet->drawing->camera, pose.rotation.z).z) < 0.02;
 }
 
-/* A plane seen from its edge is hatched ground, else a square with lines, on which things stand. */
+/* A plane seen from its edge is hatched ground. Other planes are squares with lines, as a floor for the things on
+ * them. */
 static void paint_plane(const kt_sheet *sheet, const kt_picture_plane *plane) {
     const kt_pose pose = kt_body_frame_pose(&plane->frame, sheet->poses);
     const kt_vec3 normal = kt_camera_point(&sheet->drawing->camera, pose.rotation.z);

@@ -112,7 +112,7 @@ static void trace_part(cairo_t *c, kt_spot from, kt_spot to, double low, double 
     cairo_line_to(c, q.x, q.y);
 }
 
-/* Of a spring around a bar, what is in front of the bar. */
+/* Traces the part of a spring around a bar that is in front of the bar. */
 static void trace_coil(cairo_t *c, const wire *w, double a, double b) {
     for (int k = 0; k < w->turns; k++) {
         const double share = lead + (1.0 - 2.0 * lead) * (k + 0.75) / w->turns,

@@ -1,4 +1,4 @@
-/* The page of a drawing: what is where, scale, axes, gravity. */
+/* The page of a drawing: its layout, scale, axes, gravity. */
 #include "draw/paper.h"
 #include "picture/solid.h"
 
@@ -14,7 +14,7 @@ enum {
     MARGIN = 30,
     TOP = 64,           /* title and subtitle */
     FOOT = 66,          /* axes and scale */
-    BORDER = 30,        /* around what is drawn, for symbols */
+    BORDER = 30,        /* around the picture, for symbols */
     CAPTION = 24,       /* the time below a state, where there are several */
     LONG_CAPTION = 250, /* the room for a text */
     TALLEST = 560,      /* of the part that is drawn */
@@ -22,7 +22,7 @@ enum {
     LOWEST = 150,
 };
 
-static const double rest_fade = 0.45; /* of what is at rest behind a state */
+static const double rest_fade = 0.45; /* of the state of rest behind a state */
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
 
@@ -95,7 +95,7 @@ static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses
         }
 }
 
-/* Far from the origin places are rounded: a unit of the page is not less than what they are rounded to. */
+/* Keeps a unit of the page at or above the rounding of positions, which is coarse far from the origin. */
 static void keep_above_grain(layout *l) {
     const double far = fmax(fmax(fabs(l->left), fabs(l->right)), fmax(fabs(l->bottom), fabs(l->top)));
     const double grain = DBL_EPSILON * far, least = WIDTH * grain;
@@ -159,7 +159,7 @@ static layout lay_out(const kt_drawing *d) {
     return l;
 }
 
-/* The sheet of a state: its cell, in which what is drawn lies in the middle. */
+/* The sheet of a state: its cell. The picture lies in the middle of the cell. */
 static kt_sheet sheet_of(cairo_t *c, const kt_drawing *d, const layout *l, int state) {
     const int cell = d->is_strobe ? 0 : state;
     const int column = cell % l->columns, row = cell / l->columns;
@@ -220,7 +220,7 @@ static void paint_triad(const kt_sheet *sheet, kt_spot origin) {
     }
 }
 
-/* 1, 2 or 5 times a power of ten, not above a number. */
+/* Rounds x down to one, two or five times a power of ten. */
 static double round_below(double x) {
     const double power = pow(10.0, floor(log10(x)));
     return x >= 5.0 * power ? 5.0 * power : x >= 2.0 * power ? 2.0 * power : power;

@@ -21,10 +21,10 @@ typedef struct kt_sheet {
     double x, y;          /* where the origin of the camera's frame is */
     double pin;           /* radius of a joint's symbol, on the page */
     double fade;          /* how far colours are from those of the latest state, towards the paper: 0 to 1 */
-    bool is_grey;         /* bodies have the colour of what is fixed to the ground */
+    bool is_grey;         /* all bodies have the colour of fixed ones */
 } kt_sheet;
 
-/* ---- places and colours (draw_sheet.c) --------------------------------------------------------------------------- */
+/* ---- places and colours (sheet.c) -------------------------------------------------------------------------------- */
 
 /* From the camera's frame, and from the world, to the page. */
 kt_spot kt_sheet_spot(const kt_sheet *sheet, kt_vec3 point);
@@ -32,11 +32,11 @@ kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point);
 
 /* Whether the state is an earlier one of a drawing that has to be small. */
 bool kt_sheet_is_plain(const kt_sheet *sheet);
-/* Whether most of more than `least` joints are so near to the one before them in the list that symbols of a radius, on the
- * page, would hide all bodies. */
+/* Whether joint symbols would hide all bodies. There must be more than `least` joints, and most of them must be near
+ * their predecessors in the list. radius: of a symbol on the page. */
 bool kt_sheet_is_crowded(const kt_sheet *sheet, double radius, int least);
 
-/* The colour of a body: that of its rigid part, or that of what is fixed to the ground. */
+/* The colour of a body: that of its rigid part, or that of parts that are fixed to the ground. */
 kt_colour kt_sheet_colour(const kt_sheet *sheet, int body);
 /* The colour of lines around an area of a colour. */
 kt_colour kt_sheet_edge(const kt_sheet *sheet, kt_colour fill);
@@ -47,7 +47,7 @@ kt_colour kt_sheet_faded(const kt_sheet *sheet, kt_colour colour);
 kt_spot kt_sheet_frame(const kt_sheet *sheet, const kt_body_frame *frame);
 bool kt_sheet_is_ground(const kt_sheet *sheet, int body);
 
-/* ---- solids (draw_solid.c) --------------------------------------------------------------------------------------- */
+/* ---- solids (solid.c) -------------------------------------------------------------------------------------------- */
 
 /* Paints a piece, in the camera's frame, with light from above on the left. */
 void kt_paint_piece(const kt_sheet *sheet, const kt_piece *piece, kt_colour colour);
@@ -63,15 +63,16 @@ typedef struct kt_raster kt_raster;
 kt_raster *kt_raster_create(const kt_sheet *sheet, kt_spot low, kt_spot high);
 void kt_raster_free(kt_raster *raster);
 
-/* Paints a solid, in the camera's frame; a line surrounds what has a number of its own. kt_raster_show puts the pixels
- * on the page. Return false if memory is insufficient. */
+/* kt_raster_paint paints a solid, in the camera's frame. A line surrounds the solids of each number `thing`.
+ * kt_raster_show puts the pixels on the page. Both return false if memory is insufficient. */
 bool kt_raster_paint(kt_raster *raster, const kt_solid *solid, int thing, kt_colour colour);
 bool kt_raster_show(const kt_raster *raster);
 
-/* ---- lines (draw_line.c) ----------------------------------------------------------------------------------------- */
+/* ---- lines (line.c) ---------------------------------------------------------------------------------------------- */
 
-/* The point at a share of the way from a to b; their distance; the unit direction from a to b, to the right where they
- * are one; the point `ahead` along a direction and `aside` to its right (down, where it points right). */
+/* In this order: the point at a share of the way from a to b; the distance; the unit direction from a to b. For equal
+ * points the direction is to the right. kt_spot_offset goes `ahead` along a direction and `aside` to its right. The
+ * right of a direction to the right is down. */
 kt_spot kt_spot_between(kt_spot a, kt_spot b, double share);
 double kt_spot_distance(kt_spot a, kt_spot b);
 kt_spot kt_spot_direction(kt_spot a, kt_spot b);
@@ -81,29 +82,30 @@ void kt_paint_line(const kt_sheet *sheet, kt_spot from, kt_spot to, double width
 /* A line with a head at its end. */
 void kt_paint_arrow(const kt_sheet *sheet, kt_spot from, kt_spot to, double width, kt_colour colour);
 void kt_paint_dashes(const kt_sheet *sheet, kt_spot from, kt_spot to, kt_colour colour, double width);
-/* Short oblique lines along the left side of a line, as seen from its beginning: what does not move. */
+/* Short oblique lines along the left side of a line, as seen from its beginning. They mark fixed ground. */
 void kt_paint_hatching(const kt_sheet *sheet, kt_spot from, kt_spot to);
-/* The part from share a to share b of a spring, of a damper, of both side by side, as long as from `from` to `to`;
- * around a bar of a radius above 0 on the page, a spring stands for both. */
+/* Paints a spring, a damper, or both side by side, between `from` and `to`. It paints only the part from share a to
+ * share b. around: the radius of a bar inside the spring, on the page; above 0, the spring alone represents both. */
 void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, double b, bool has_stiffness,
                      bool has_damping, double around);
 
 /* ---- symbols ----------------------------------------------------------------------------------------------------- */
 
-/* Solids, and in space joints, feet, bushings and springs, the farthest first (draw_depth.c). Returns false if memory
- * is insufficient. */
+/* Solids, and in space joints, feet, bushings and springs, the farthest first (depth.c). Returns false if memory is
+ * insufficient. */
 bool kt_paint_solids(const kt_sheet *sheet);
 
-/* Joints as circles, the ground below them, loops (draw_joint.c); effects, relations between joints (draw_effect.c). */
+/* Joints as circles, the ground below them, loops (joint.c); effects, relations between joints (effect.c). */
 void kt_paint_pivots(const kt_sheet *sheet);
 void kt_paint_mounts(const kt_sheet *sheet);
 void kt_paint_loops(const kt_sheet *sheet);
 void kt_paint_effects(const kt_sheet *sheet);
 void kt_paint_relations(const kt_sheet *sheet);
 
-/* What lies behind all solids: planes, and in diagrams the ground. */
+/* Paints the things behind all solids: planes, and in diagrams the ground. */
 void kt_paint_ground(const kt_sheet *sheet);
-/* What lies before all solids (draw_symbol.c): in diagrams joints, loops, springs; axes, arrows, markers, names. */
+/* Paints the things in front of all solids (symbol.c): joints, loops and springs of diagrams; axes, arrows, markers,
+ * names. */
 void kt_paint_symbols(const kt_sheet *sheet);
 
 #endif

@@ -1,5 +1,5 @@
-/* Solids as pixels: where meshes are seen, which are not convex, what hides what is decided pixel by pixel, by depth.
- * The pixels become one image of the page; symbols and lines stay lines. */
+/* Solids as pixels, for pictures with meshes, which are not convex. The depth of each pixel decides which solid is
+ * visible there. The pixels become one image of the page; symbols and lines stay lines. */
 #include "draw/paper.h"
 
 #include "picture/mesh.h"

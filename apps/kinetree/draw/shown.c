@@ -1,4 +1,4 @@
-/* What a picture shows at a state: loops and effects that are released do not act, and are not drawn. */
+/* The picture of a state: loops and effects that are released do not act, and are not drawn. */
 #include "draw/shown.h"
 
 #include "scene/released.h"

@@ -1,5 +1,5 @@
-/* Solids as shapes of the page: outlines that are exact for each type, three tones for the faces of a box, soft shades
- * on what is round. */
+/* Solids as shapes of the page: outlines that are exact for each type, three tones for the faces of a box. Round solids
+ * have soft shades. */
 #include "draw/paper.h"
 
 #include <math.h>
@@ -24,7 +24,7 @@ static bool is_shaded(const kt_sheet *sheet, double radius) {
            sheet->drawing->picture->solid_count <= SHADED_MOST;
 }
 
-/* A gradient across a round bar: dark on the side that is turned from the light. `across` is the unit direction on the
+/* A gradient across a round bar: dark on the side that is turned from the light. across: the unit direction on the
  * page, from the middle of the bar. */
 static cairo_pattern_t *round_shade(kt_colour colour, kt_spot middle, kt_spot across, double radius) {
     cairo_pattern_t *pattern = cairo_pattern_create_linear(middle.x - radius * across.x, middle.y - radius * across.y,
@@ -113,7 +113,7 @@ static void paint_ball(const kt_sheet *sheet, const kt_piece *piece, kt_colour c
 
 /* ---- boxes ------------------------------------------------------------------------------------------------------- */
 
-/* The corners of face `out` (0, 1, 2) on side `sign`, in turn, in the solid's frame. */
+/* The corners of the face normal to axis `out` (0 for x) on side `sign`, in turn, in the solid's frame. */
 static void face_corners(const kt_piece *piece, int out, double sign, kt_vec3 corners[4]) {
     const int u = (out + 1) % 3, v = (out + 2) % 3;
     for (int i = 0; i < 4; i++) {

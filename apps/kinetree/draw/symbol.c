@@ -1,4 +1,4 @@
-/* What is painted over all solids: symbols, axes, markers, names. */
+/* The symbols over all solids: joints, axes, markers, names. */
 #include "draw/paper.h"
 #include "picture/solid.h"
 
@@ -47,7 +47,7 @@ static bool is_occupied(const kt_sheet *sheet, kt_spot at) {
 
 enum { LABELS_MOST = 400 };
 
-/* Where labels are already. */
+/* The areas that labels already cover. */
 typedef struct labels {
     int count;
     struct label {
@@ -144,7 +144,7 @@ void kt_paint_symbols(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
     if (sheet->drawing->is_diagram && sheet->fade == 0.0)
         kt_paint_mounts(sheet);
-    if (!sheet->is_grey) { /* what acts is shown once */
+    if (!sheet->is_grey) { /* effects are shown once */
         kt_paint_effects(sheet);
         kt_paint_relations(sheet);
     }
