@@ -47,7 +47,7 @@ static bool has_usable(const kt_accuracy_results *results, const kt_accuracy_cur
     return false;
 }
 
-/* The legend says "fails" for a curve without usable points. */
+/* The legend shows "fails" for a curve without usable points. */
 static void name_curve(const kt_accuracy_results *results, const kt_accuracy_curve *curve, char *label, size_t size) {
     const char *variant = results->variants[curve->variant].label;
     snprintf(label, size, "%s%s%s%s", curve->method->name, variant != NULL ? ", " : "", variant != NULL ? variant : "",

@@ -1,4 +1,4 @@
-/* Ticks at multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis at powers of ten. */
+/* Ticks at multiples of one, two or five times a power of ten; on a logarithmic axis at powers of ten. */
 #include "plot/plot.h"
 
 #include <math.h>

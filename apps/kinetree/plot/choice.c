@@ -6,11 +6,11 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Of what is recorded in one unit, a difference below this share of the largest value is rounding: some hundred
- * operations, each of 1e-16, and what the tolerance of a projection leaves. */
+/* Differences below this share of the largest value of a family are rounding. It covers some hundred operations, each
+ * of 1e-16, and the remainder that the tolerance of a projection leaves. */
 static const double NOISE = 1e-11;
 
-/* Residuals may be as small as rounding of anything; what is smaller than this is zero in any unit. */
+/* Residuals may be as small as rounding of anything. Values below this bound are zero in any unit. */
 static const double NOTHING = 1e-30;
 
 static void measure_candidate(kt_candidate *one, size_t rows) {
@@ -34,7 +34,7 @@ static double size_of_family(const kt_candidate *candidates, int count, const kt
     return size;
 }
 
-/* The rank of a column among those of its panel: what moves, by how much, before what is constant. */
+/* The rank of a column in its panel: moving columns before constant ones, the largest variation first. */
 static double rank_of(const kt_candidate *one, double size) {
     return one->range > NOISE * size ? 2.0 + one->range / size : 1.0;
 }

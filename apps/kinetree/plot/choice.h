@@ -20,14 +20,14 @@ typedef struct kt_candidate {
     bool is_empty; /* without a finite value */
 } kt_candidate;
 
-/* Chooses. With S the largest magnitude in a family, a column moves if it varies by more than 1e-11 S; one that does not
- * move and is not larger than that is noise. Shown are at most KT_PLOT_SERIES_MAX of a panel: of those that move the
- * ones that vary most, then those that are constant. Columns of zeros, and those without a finite value, are shown only
- * where there is nothing else in the picture. */
+/* Chooses the columns to show. S is the largest magnitude in a family. A column moves if it varies by more than 1e-11
+ * S. A column that does not move and is not larger than that is noise. A panel shows at most KT_PLOT_SERIES_MAX
+ * columns: first the moving ones that vary most, then constant ones. Columns of zeros or without a finite value are
+ * shown only if the picture has nothing else. */
 void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows);
 
-/* How many were left out as noise or without a finite value, in words for a subtitle: "; 3 columns of zeros or rounding
- * noise left out"; empty if none were. */
+/* The number of columns that were left out as noise or without a finite value, in words for a subtitle. Example: "; 3
+ * columns of zeros or rounding noise left out". Empty if none were left out. */
 typedef struct kt_noise_words {
     char text[160];
 } kt_noise_words;

@@ -1,5 +1,5 @@
-/* Draws one panel of a chart: its title with the unit at the top left, ticks at round numbers, a light grid, and the
- * legend on the right, where it covers no line. */
+/* Draws one panel of a chart. The title with the unit is at the top left, and ticks are at round numbers on a light
+ * grid. The legend is on the right, where it covers no line. */
 #include "plot/paper.h"
 
 #include <math.h>
@@ -39,7 +39,7 @@ static void draw_line(cairo_t *c, double x1, double y1, double x2, double y2) {
     cairo_stroke(c);
 }
 
-/* Draws grid lines at 2, 3, ... 9 times a power of ten, if there is room for them. */
+/* Draws grid lines at 2 to 9 times each power of ten, if there is room for them. */
 static void draw_minor(cairo_t *c, const kt_plot_frame *f, const kt_axis *axis, bool of_x) {
     if (!axis->is_log || axis->step > 1.5 || log10(axis->high / axis->low) > 4.5)
         return;
@@ -132,8 +132,7 @@ static void draw_events(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
 /* ---- series ------------------------------------------------------------------------------------------------------ */
 
 /* Simplifies a curve while it is drawn. Points are left out as long as all of them stay within SLACK of the chord that
- * replaces them: the difference is invisible, and a file of ten thousand records gives a picture with some hundred
- * points. */
+ * replaces them. The difference is invisible, and ten thousand records become some hundred points. */
 static const double SLACK = 0.1; /* pt; lines are 1.3 pt wide or more */
 
 enum { PENDING_MAX = 64 };
@@ -182,9 +181,9 @@ static void pen_up(kt_pen *pen) {
     pen->count = 0;
 }
 
-/* Draws the first, the least, the largest and the last of the points first .. end - 1, in their order. These
- * determine what is visible of points in one column of pixels (Jugel et al. 2014, Proceedings of the VLDB Endowment
- * 7, 797-808). */
+/* Draws the first, the least, the largest and the last of the points first .. end - 1, in their order. These determine
+ * the visible line within one column of pixels. Source: Jugel et al. 2014, Proceedings of the VLDB Endowment 7,
+ * 797-808. */
 static void pen_column(kt_pen *pen, const kt_plot_frame *f, const kt_plot_series *series, size_t first, size_t end) {
     size_t least = first, largest = first;
     for (size_t i = first; i < end; i++) {
@@ -247,7 +246,7 @@ static kt_axis axis_of_colours(double low, double high, bool is_log) {
     return is_log ? kt_axis_make_log(low, high, 6) : kt_axis_make(low, high, 6);
 }
 
-/* Of a curve: without the end of the scale that the page hides. */
+/* The colour of a curve at a share of the scale. The end of the scale that the page would hide is not used. */
 static kt_colour colour_of_curve(const kt_plot_frame *f, double share) {
     const bool is_dark = f->palette->paper.green < 0.5;
     const double shown = fmin(fmax(share, 0.0), 1.0);
@@ -412,7 +411,7 @@ static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, doubl
         }
     if (!(*low <= *high))
         *low = *high = is_log ? 1.0 : 0.0;
-    if (is_log) /* what is smaller by 20 powers of ten is below any rounding: 1e-222 would flatten all the rest */
+    if (is_log) /* values smaller by 20 powers of ten are below any rounding: 1e-222 would flatten all others */
         *low = fmax(*low, 1e-20 * *high);
 }
 

@@ -29,8 +29,8 @@ static double shift(kt_anchor anchor, double width) {
     return anchor == KT_ANCHOR_LEFT ? 0.0 : anchor == KT_ANCHOR_RIGHT ? width : 0.5 * width;
 }
 
-/* In an SVG, cairo would draw each letter as a shape. To keep text as text, <text> elements are collected in a stream,
- * which is attached to c under this key and appended to the file at the end. */
+/* In an SVG, cairo would draw each letter as a shape. To keep text as text, <text> elements are collected in a stream.
+ * The stream is attached to c under this key and appended to the file at the end. */
 static const cairo_user_data_key_t elements_key;
 
 static void write_escaped(FILE *file, const char *text) {
@@ -65,7 +65,7 @@ void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char 
     }
     cairo_move_to(c, x - shift(anchor, width), y);
     cairo_show_text(c, kt_show(text).text);
-    cairo_new_path(c); /* the current point would be at the end of the text: a line from there to what is drawn next */
+    cairo_new_path(c); /* the current point would be at the end of the text: a line from there to the next shape */
 }
 
 /* The text is cut between characters, not within one. */
@@ -243,8 +243,8 @@ static cairo_status_t draw_svg(FILE *shapes, FILE *elements, int width, int heig
     return status;
 }
 
-/* Skips a redundant move after 'Z' (close path) and returns the remaining text: after each closed shape cairo writes a
- * move to the current point, followed by another move to the next shape. */
+/* Skips a redundant move after 'Z' (close path) and returns the remaining text. After each closed shape cairo writes a
+ * move to the current point, and then another move to the next shape. */
 static const char *skip_move(const char *text) {
     if (strncmp(text, " M ", 3) != 0)
         return text;
@@ -259,8 +259,9 @@ static size_t length_at(const char *text, const char *part) {
     return strncmp(text, part, length) == 0 ? length : 0;
 }
 
-/* Returns the length of a property that has its default value, 0 if the text is none: `name:value;` within a style, as
- * cairo wrote it before 1.17.6, or ` name="value"`. The miter limit is safe to omit: mitres that long do not occur. */
+/* Returns the length of a property that has its default value, or 0 for other texts. The property is `name:value;`
+ * within a style, as written by cairo before 1.17.6, or ` name="value"`. The miter limit is safe to omit: mitres that
+ * long do not occur. */
 static size_t default_length(const char *text) {
     static const char *const defaults[][2] = {
         {"stroke-linecap:butt;", " stroke-linecap=\"butt\""},
@@ -277,7 +278,8 @@ static size_t default_length(const char *text) {
     return length;
 }
 
-/* Writes a colour in shorter form, rgb(100%,50%,0%) as #ff8000. Returns the length of the text; 0 if it is none. */
+/* Writes a colour such as rgb(100%,50%,0%) in shorter form, #ff8000. Returns the length of the text, or 0 if the text
+ * is no colour. */
 static size_t write_colour(FILE *file, const char *text) {
     double share[3];
     const char *at = text + strlen("rgb(");
@@ -296,8 +298,8 @@ static size_t write_colour(FILE *file, const char *text) {
     return (size_t)(at - text);
 }
 
-/* Writes shapes in shorter form: without properties at their defaults, without redundant moves, with short colours, and
- * with numbers cut after the second decimal, since a hundredth of a point is invisible on any screen. */
+/* Writes shapes in shorter form: without properties at their defaults, without redundant moves, and with short colours.
+ * Numbers are cut after the second decimal, since a hundredth of a point is invisible on any screen. */
 static void write_short(FILE *file, const char *text) {
     int decimals = -1; /* digits after the decimal point; -1: not after one */
     while (*text != '\0') {
@@ -344,8 +346,8 @@ static cairo_status_t write_file(const char *path, char **text, char *shapes, co
     return fclose(file) == 0 ? status : path != NULL ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_NO_MEMORY;
 }
 
-/* A picture that is drawn on a stack of its own: fonts are found by a library whose functions take 17 kB each, one
- * within the other, more than the stack that a program may have been given. */
+/* A picture is drawn on a separate stack. The library that finds fonts has nested functions with 17 kB of stack each.
+ * Together they may need more stack than the program was given. */
 enum { DRAWING_STACK = 1 << 20 };
 
 typedef struct job {

@@ -30,7 +30,7 @@ enum {
 
 /* ---- the page ---------------------------------------------------------------------------------------------------- */
 
-/* Where panels are: in a row, or in columns that are filled one after the other. */
+/* The layout of panels: in a row, or in columns that are filled one after the other. */
 typedef struct layout {
     int width, height;
     int columns, rows;

@@ -8,9 +8,9 @@
 
 /* ---- axes -------------------------------------------------------------------------------------------------------- */
 
-/* An axis with ticks at round numbers between low and high, at most `most` of them: first + i step, i = 0 .. count - 1,
- * printed with `decimals` decimal places after division by 10^exponent. On a logarithmic axis the ticks are 10^(first +
- * i step). */
+/* An axis between low and high with at most `most` ticks at round numbers. Tick i is at first + i step, i < count.
+ * Labels have `decimals` decimal places after division by 10^exponent. On a logarithmic axis tick i is at 10^(first + i
+ * step). */
 typedef struct kt_axis {
     double low, high;
     double first, step;
@@ -43,12 +43,12 @@ typedef struct kt_plot_series {
     const double *x, *y;
     size_t count;
     int colour;        /* 1 to KT_PLOT_SERIES_MAX; 0: by its index in the panel */
-    double value;      /* of a panel with a scale of colours: what the colour stands for */
+    double value;      /* of a panel with a scale of colours: the value that the colour represents */
     int mark;          /* 1 to KT_PLOT_MARK_COUNT at each point; 0: none */
     bool hollow;       /* marks */
     bool is_halo;      /* a broad faint line behind all others */
     bool is_scattered; /* marks alone, without lines */
-    bool is_dense;     /* x is rising and there may be more points than pixels: draw only what is visible */
+    bool is_dense;     /* x is rising and there may be more points than pixels: draw only visible ones */
 } kt_plot_series;
 
 /* Rectangles of a map, coloured by a value. */
@@ -93,7 +93,7 @@ typedef struct kt_plot_panel {
     bool names_events; /* where there is room */
 } kt_plot_panel;
 
-/* Of the page, in its units, which are pixels of a screen and points of a PDF; 0: as it fits a screen. */
+/* The size of the page in its units, which are pixels of a screen and points of a PDF. 0: chosen to fit a screen. */
 typedef struct kt_plot_size {
     int width, height;
 } kt_plot_size;

@@ -1,4 +1,4 @@
-/* The picture of a run: what it records, with one panel for each quantity, and the drift of the energy. */
+/* The picture of a run: the recorded columns, with one panel for each quantity, and the drift of the energy. */
 #include "plot/run.h"
 
 #include "plot/choice.h"
@@ -23,8 +23,8 @@ struct kt_plot_run {
 
 /* ---- the panels -------------------------------------------------------------------------------------------------- */
 
-/* Everything that is recorded, but the time and the energies, whose change has a panel of its own; without a selection
- * the positions, and the markers. */
+/* Whether a column is drawn. The time has no panel; energies and works are drawn as one change in a separate panel.
+ * is_default: no record was selected, and only positions, markers and the scene's `output.columns` are drawn. */
 static bool is_drawn(const kt_column *column, bool is_default) {
     if (column->source == KT_COLUMN_TIME || column->source == KT_COLUMN_ENERGY || column->source == KT_COLUMN_WORK)
         return false;
@@ -87,7 +87,7 @@ int kt_plot_run_take(kt_plot_run *plot, const kt_record *record, const double *v
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
-/* What is drawn: the candidates are the columns that have a panel, `names` their names. */
+/* The contents of the picture. candidates: the columns that have a panel; names: their names. */
 typedef struct picture {
     const kt_plot_run *plot;
     const double *x; /* the time */
@@ -106,7 +106,7 @@ static bool is_residual(const kt_plot_run *plot, int panel) {
     return plot->columns->columns[plot->panels[panel]].source == KT_COLUMN_RESIDUAL;
 }
 
-/* Reactions are one family, whatever their panels. */
+/* Reactions are one family, also if they are in different panels. */
 static int family_of(const kt_plot_run *plot, size_t column) {
     const kt_column_source source = plot->columns->columns[column].source;
     return source == KT_COLUMN_REACTION || source == KT_COLUMN_LOOP_REACTION || source == KT_COLUMN_BEARING
@@ -133,7 +133,7 @@ static void list_candidates(picture *p, const double *columns, bool is_quiet) {
         kt_candidates_say_noise("run", p->candidates, p->candidate_count);
 }
 
-/* "crank" of "position.crank": what its panel's title does not say. */
+/* The part of a column's name that its panel's title does not contain: "crank" of "position.crank". */
 static const char *label_of(const char *name) {
     const char *dot = strchr(name, '.');
     return dot != NULL ? dot + 1 : name;

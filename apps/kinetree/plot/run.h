@@ -1,5 +1,6 @@
-/* The picture of a run: the recorded quantities (by default joint positions) and markers against time, and the change
- * of the total energy; if works are recorded, the change of the balance of energies and works, which should be zero. */
+/* The picture of a run: the recorded quantities (by default joint positions) and markers against time. A further panel
+ * has the change of the total energy. If works are recorded, it has the change of the balance of energies and works,
+ * which should be zero. */
 #ifndef KT_COMMAND_PLOT_RUN_H
 #define KT_COMMAND_PLOT_RUN_H
 

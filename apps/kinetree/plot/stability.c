@@ -1,7 +1,7 @@
 /* Draws the eigenvalues times a step, and the boundary of a method's region of stability.
  *
- * The boundary |R| = 1 is found by marching squares on a grid: in each square whose corners lie on both sides, the
- * points where the boundary crosses the edges, by linear interpolation of ln |R|, are connected by a line. The window
+ * The boundary |R| = 1 is found by marching squares on a grid. In each square with corners on both sides, the boundary
+ * crosses the edges at points that follow from linear interpolation of ln |R|. A line connects these points. The window
  * is fitted to the region in several passes, because the region of a stabilised method is long and narrow. */
 #include "subcommands/stability.h"
 #include "plot/plot.h"
@@ -49,8 +49,8 @@ static void put_point(lines *l, double x, double y) {
 
 static double at(double low, double high, int i) { return low + (high - low) * i / (GRID - 1.0); }
 
-/* Returns the part of the window that contains the region, plus one row or column on each side; of an implicit method
- * what is outside of its region, which it surrounds. */
+/* Returns the part of the window that contains the region, plus one row or column on each side. surrounds: the region
+ * of an implicit method surrounds its complement; the part then contains the complement. */
 static window fit(const window *w, const double *gain, bool surrounds) {
     int left = GRID, right = -1, bottom = GRID, top = -1;
     for (int i = 0; i < GRID; i++)
@@ -75,7 +75,7 @@ static window find_region(const kt_stability *s, double *gain) {
     const double reach = kt_stability_real_limit(s), size = isfinite(reach) && reach > 0.0 ? reach : 2.0;
     const bool surrounds = s->poles > 0;
     window w = {{-1.5 * size, -1.5 * size - 0.013}, {0.6 * size, 1.5 * size + 0.013}};
-    if (surrounds) /* poles lie within 1 / gamma, and what is unstable about them within several times that */
+    if (surrounds) /* poles lie within 1 / gamma, and the unstable area around them within several times that */
         w = (window){{-40.0, -40.013}, {40.0, 40.013}};
     for (int i = 0; i < FITS; i++) {
         kt_stability_grid(s, w.low, w.high, GRID, GRID, gain);

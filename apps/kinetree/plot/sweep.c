@@ -68,8 +68,8 @@ static size_t sort_values(const double *values, size_t rows, bool once, double *
 
 /* ---- curves and points ------------------------------------------------------------------------------------------- */
 
-/* The points whose value in column `by` is `value` (by < 0: all), for which pairs has room: a curve where x rises or falls from run to run, as that of
- * a range does and that of a sample does not. */
+/* The points whose value in column `by` is `value` (by < 0: all). pairs: room for them. They form a curve if x rises or
+ * falls from run to run. The values of a range do so, those of a sample do not. */
 static kt_plot_series trace(picture *p, int column, double value, double *pairs) {
     const kt_sweep_chart *chart = p->chart;
     const double *x = column_of(p, chart->x), *y = column_of(p, column);
@@ -136,7 +136,7 @@ static void add_curves(picture *p, int k, int column) {
     }
 }
 
-/* Refuses more curves than can be told apart by their colours. Returns -1, or an exit code after printing the error. */
+/* Rejects more curves than colours can distinguish. Returns -1, or an exit code after printing the error. */
 static int check_curves(const picture *p) {
     const kt_sweep_chart *chart = p->chart;
     if (chart->by < 0 || chart->is_map || chart->is_histogram)
@@ -152,7 +152,8 @@ static int check_curves(const picture *p) {
 
 /* ---- histograms -------------------------------------------------------------------------------------------------- */
 
-/* Bins of Freedman, Diaconis 1981 (Z. Wahrscheinlichkeitstheorie 57): 2 n^(-1/3) of the distance of the quartiles. */
+/* Bins of width 2 n^(-1/3) times the distance of the quartiles. Source: Freedman, Diaconis 1981 (Z.
+ * Wahrscheinlichkeitstheorie 57). */
 static void add_histogram(picture *p, int k, int column) {
     double *sorted = take(p, p->rows);
     const size_t n = sort_values(column_of(p, column), p->rows, false, sorted);

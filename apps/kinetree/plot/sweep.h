@@ -1,4 +1,5 @@
-/* Pictures of a sweep's lines: columns over what varies, as curves or points, as colours over two, as histograms. */
+/* Pictures of a sweep's lines: columns over the swept values, as curves or points, as colours over two, as
+ * histograms. */
 #ifndef KT_COMMAND_PLOT_SWEEP_H
 #define KT_COMMAND_PLOT_SWEEP_H
 
@@ -18,7 +19,7 @@ typedef struct kt_sweep_chart {
     bool is_map, is_histogram, is_log, is_dark;
 } kt_sweep_chart;
 
-/* Whether a table has the lines of a sweep: *first and *count are the columns of what varies. */
+/* Whether a table has the lines of a sweep. *first and *count: the columns of the swept values. */
 bool kt_sweep_table_find(const kt_table *table, int *first, int *count);
 
 /* Returns an exit code. */
