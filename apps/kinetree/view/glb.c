@@ -1,9 +1,9 @@
 /* glTF 2.0 (Khronos Group, ISO/IEC 12113:2022). A file of this format is a JSON text and one block of bytes, the
- * buffer, in which views are rows of numbers and accessors say of what kind they are.
+ * buffer. Views of the buffer are rows of numbers, and accessors define the type of these numbers.
  *
- * Nodes: the root, which turns the upward direction into y, as the format has it, and puts the mechanism in its place;
- * its children are the bodies, theirs the solids. Solids of one size share their numbers, and those of one colour, too,
- * the mesh. */
+ * The root node turns the upward direction into y, as the format requires, and puts the mechanism in its place. Its
+ * children are the bodies, and the children of bodies are the solids. Solids of one size share their numbers. If their
+ * colour is the same, they also share the mesh. */
 #include "view/glb.h"
 
 #include "command.h"
@@ -73,7 +73,8 @@ static void put_vector(glb *g, kt_vec3 u) {
     put_float(g, u.z);
 }
 
-/* Makes what was put since `start` a view of rows of one kind; shorts are fractions. Returns its accessor. */
+/* Makes a view of the bytes since `start`: rows of one type. Components of type SHORT are fractions. Returns the view's
+ * accessor. */
 static int end_view(glb *g, size_t start, int use, int component, const char *type, size_t count, json_t *low,
                     json_t *high) {
     json_t *view = json_object(), *accessor = json_object();
@@ -147,7 +148,8 @@ static json_t *describe_primitive(glb *g, const kt_mesh *mesh, int material) {
     return primitive;
 }
 
-/* The colours of bodies, then grey for what is fixed to the world. */
+/* The index of a solid's material: the colours of bodies come first, then grey for parts that are fixed to the
+ * world. */
 static int material_of(const kt_picture *picture, const kt_solid *solid) {
     const int colour = picture->colour[solid->body];
     return colour >= 0 ? colour % COLOURS : COLOURS;
@@ -253,7 +255,8 @@ static void add_child(glb *g, int node, int child) {
     json_array_append_new(children, json_integer(child));
 }
 
-/* The pose of the root: up becomes y, and what the places in frames are relative to is put back. */
+/* The pose of the root. It turns the upward direction into y and adds motion->centre, because positions in frames are
+ * relative to this point. */
 static kt_pose root_pose(const kt_motion *motion) {
     const kt_vec3 g = motion->picture->gravity, y = kt_vec3_make(0.0, 1.0, 0.0);
     const double norm = kt_vec3_norm(g);
@@ -280,7 +283,7 @@ static kt_pose first_pose(const kt_motion *motion, int body) {
     return pose;
 }
 
-/* Node 0 is the root, node 1 + b body b, the world being body 0; then come the solids. */
+/* The root is node 0. Body b is node 1 + b, and the world is body 0. The solids follow. */
 static void add_nodes(glb *g, const char *name) {
     const kt_motion *motion = g->motion;
     const kt_picture *picture = motion->picture;
@@ -400,7 +403,7 @@ static void describe(glb *g, const char *name) {
 
 static void write_word(FILE *file, size_t word) {
     for (int k = 0; k < 4; k++)
-        (void)fputc((int)(word >> (8 * k) & 255U), file); /* errors are asked for at the end */
+        (void)fputc((int)(word >> (8 * k) & 255U), file); /* errors are checked at the end */
 }
 
 static size_t whole_words(size_t size) { return (size + 3) / 4 * 4; }
@@ -445,7 +448,7 @@ static int write_output(const glb *g, const char *json, const char *path) {
 
 int kt_glb_write(const kt_motion *motion, const char *name, const char *path) {
     if (motion->count == 0)
-        return KT_EXIT_DONE; /* there is nothing to see, and why was said */
+        return KT_EXIT_DONE; /* there are no frames, and the reason was printed */
     glb g = {.motion = motion,
              .root = json_object(),
              .views = json_array(),

@@ -74,7 +74,7 @@ static void list_reactions(kt_motion *motion) {
     }
 }
 
-/* Of effects that exert a force on bodies; a torque has none. */
+/* Lists the forces that effects exert on bodies; a torque has none. */
 static void list_effect_forces(kt_motion *motion) {
     const kt_picture *picture = motion->picture;
     for (int i = 0; i < picture->effect_count; i++) {
@@ -86,7 +86,7 @@ static void list_effect_forces(kt_motion *motion) {
     }
 }
 
-/* What there is to see, and the sizes of it, are taken from the first frame. */
+/* Creates the picture and its bounds from the first frame. */
 static int begin_picture(kt_motion *motion, const kt_data *data) {
     const int count = kt_model_body_count(motion->model);
     kt_pose *poses = malloc((size_t)count * sizeof *poses);
@@ -150,7 +150,7 @@ static void put_quaternion(int16_t *to, const int16_t *before, kt_quat q) {
     for (int k = 0; k < 4 && before != NULL; k++)
         same += x[k] * before[k];
     const double scale = same < 0.0 ? -32767.0 : 32767.0;
-    for (int k = 0; k < 4; k++) /* rounded to the nearest: what is converted is positive, and cut off */
+    for (int k = 0; k < 4; k++) /* rounds to the nearest: the conversion truncates a positive number */
         to[k] = (int16_t)((int)(scale * x[k] + 32768.5) - 32768);
 }
 
@@ -197,8 +197,8 @@ static void put_values(kt_motion *motion, const kt_record *record, const double 
         *row = (float)(energy_of(record) - motion->energy_start);
 }
 
-/* Zero where it is not known: reactions are not in a record, or the force is not finite in the last state of a
- * failure. */
+/* Returns zero for an unknown force: reactions may be missing in a record, and in the last state of a failure a force
+ * may not be finite. */
 static kt_vec3 force_of(const kt_motion *motion, const kt_motion_force *force, const kt_record *record) {
     const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
     const kt_wrench *reactions = force->source == KT_FORCE_LOOP ? record->loop_reactions : record->reactions;
@@ -258,7 +258,7 @@ int kt_motion_take_state(kt_motion *motion, double time, const double *q, const 
                                   .work = {(double)NAN, (double)NAN},
                                   .constraint = {(double)NAN, (double)NAN},
                                   .data = data};
-        const double fastest = motion->fastest; /* of records: what a run fails of may be very fast */
+        const double fastest = motion->fastest; /* of records: the state at a failure may be very fast */
         motion->is_loose = false;
         failed = kt_motion_take(motion, &record, kt_columns_evaluate(motion->columns, &record));
         motion->is_loose = false;

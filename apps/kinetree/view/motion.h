@@ -36,7 +36,7 @@ typedef struct kt_motion {
     const kt_scene *scene;
     const kt_model *model;
     kt_picture *picture;             /* NULL: there is no frame yet */
-    const kt_simulation *simulation; /* what is released at a frame; NULL: nothing is. Set as `boxes` */
+    const kt_simulation *simulation; /* source of the released elements of a frame; NULL: none. Set as `boxes` */
     bool boxes;                      /* it shows boxes of inertia; set by the caller before the first frame */
     kt_columns *columns;             /* the caller's; the first is time, which frames have apart */
     bool has_drift;                  /* after the columns comes the change of the total energy, or of the balance */
@@ -62,8 +62,9 @@ typedef struct kt_motion {
     int fastest_body;    /* ... and whose */
 } kt_motion;
 
-/* columns: what frames have besides poses and forces; they must outlive the motion. records: how many will be taken.
- * has_reactions: records have them, whether columns do or not. Returns NULL if memory is insufficient. */
+/* columns: the content of frames besides poses and forces; they must outlive the motion. records: the number of records
+ * that will be taken. has_reactions: records have reactions, also if no column has them. Returns NULL if memory is
+ * insufficient. */
 kt_motion *kt_motion_start(const kt_scene *scene, kt_columns *columns, int64_t records, bool has_reactions);
 void kt_motion_free(kt_motion *motion);
 

@@ -1,5 +1,6 @@
-/* Writes the page that shows a motion: its sources, made into texts by the build (view/embed.py), with the description
- * of the mechanism as JSON and the frames in base64 between them (view/motion.js has the order of the bytes). */
+/* Writes the page that shows a motion. The build makes texts of the page's sources (view/embed.py). Between these texts
+ * are the description of the mechanism as JSON and the frames in base64. view/motion.js defines the order of the
+ * bytes. */
 #include "view/view.h"
 
 #include "command.h"
@@ -52,7 +53,7 @@ static void put_letters(const base64 *out, const unsigned char *from, char *to) 
     memcpy(to + 6, out->pairs[word >> 16 & 4095U], 2);
 }
 
-/* Writes the block. The last one is filled up to three bytes with zeros, which no reader looks at. */
+/* Writes the block. The last one is filled up to three bytes with zeros, which no reader uses. */
 static void flush_letters(base64 *out) {
     char text[BLOCK / 3 * 4];
     const size_t size = (out->count + 2) / 3 * 3;
@@ -60,7 +61,7 @@ static void flush_letters(base64 *out) {
     for (size_t from = 0; from < size; from += 6)
         put_letters(out, out->bytes + from, text + from / 3 * 4);
     if (size > 0)
-        (void)fwrite(text, 1, size / 3 * 4, out->file); /* errors are asked for at the end */
+        (void)fwrite(text, 1, size / 3 * 4, out->file); /* errors are checked at the end */
     out->count = 0;
 }
 
@@ -89,8 +90,8 @@ static void put_numbers(base64 *out, const void *numbers, size_t count, size_t s
 
 static int16_t share_of(double x, double most) { return (int16_t)lround(32767.0 * (most > 0.0 ? x / most : 0.0)); }
 
-/* Points as shares of half the box, and normals times half the box, of length 1: the painter of instances, which scales
- * points and divides normals by it, makes of them what they were. */
+/* Writes points as shares of half the box, and normals times half the box, scaled to length 1. The painter of instances
+ * scales points by half the box and divides normals by it, which restores both. */
 static void put_meshes(base64 *out, const kt_picture *picture) {
     for (int i = 0; i < picture->solid_count; i++) {
         const kt_mesh *mesh = picture->solids[i].mesh;
@@ -182,7 +183,8 @@ static void put_joint(kt_json_writer *out, const kt_motion *motion, int i) {
         kt_json_put_vector(out, "axis2", joint->axis2);
 }
 
-/* The times at which a loop or an effect is released, engaged, released, ...; nothing of what always acts. */
+/* Writes the times at which a loop or an effect is released, engaged, released, and so on. It writes nothing for one
+ * that always acts. */
 static void put_released(kt_json_writer *out, const kt_motion *motion, const char *name) {
     bool is_off = false, is_open = false;
     for (size_t i = 0; i < motion->count; i++) {
@@ -323,7 +325,7 @@ static void put_marks(kt_json_writer *out, const kt_marks *marks) {
     kt_put_close(out, ']');
 }
 
-/* Errors name what they are about in quotation marks. */
+/* Whether an error is about a name: errors put such names in quotation marks. */
 static bool is_named(const kt_error *error, const char *name) {
     char quoted[KT_MESSAGE_SIZE];
     (void)snprintf(quoted, sizeof quoted, "'%s'", name);
@@ -336,7 +338,7 @@ static void put_found(kt_json_writer *out, const kt_model *model, const char *na
         kt_put_integer(out, NULL, body);
 }
 
-/* Loops between joints cannot be seen; their bodies stand for them. */
+/* Writes the bodies of loops between joints, because such loops are invisible. */
 static void put_related(kt_json_writer *out, const kt_motion *motion, const kt_error *error) {
     const kt_description *d = &motion->scene->description;
     for (int i = 0; i < d->loop_count; i++)
@@ -347,7 +349,7 @@ static void put_related(kt_json_writer *out, const kt_motion *motion, const kt_e
         }
 }
 
-/* What a failure names, as numbers of bodies and of `loops`. */
+/* Writes the elements that a failure names, as numbers of bodies and of `loops`. */
 static void put_failure(kt_json_writer *out, const kt_motion *motion, const kt_error *error) {
     const kt_picture *picture = motion->picture;
     char message[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 8];
@@ -435,7 +437,7 @@ static int write_page(const kt_motion *motion, const kt_json_writer *json, const
     FILE *file = fopen(path, "w");
     if (file == NULL)
         return errno;
-    (void)setvbuf(file, NULL, _IONBF, 0); /* what is written is large already */
+    (void)setvbuf(file, NULL, _IONBF, 0); /* the parts are large already */
     (void)fwrite(kt_page_head, 1, kt_page_head_size, file);
     (void)fwrite(json->text, 1, json->used, file);
     (void)fwrite(kt_page_middle, 1, kt_page_middle_size, file);
@@ -448,7 +450,7 @@ static int write_page(const kt_motion *motion, const kt_json_writer *json, const
 
 int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path) {
     if (motion->count == 0)
-        return KT_EXIT_DONE; /* there is nothing to see, and why was said */
+        return KT_EXIT_DONE; /* there are no frames, and the reason was printed */
     kt_json_writer json = {0};
     put_mechanism(&json, motion, view);
     kt_output output;
@@ -470,8 +472,7 @@ int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path
 
 /* ---- the initial state ------------------------------------------------------------------------------------------- */
 
-/* Takes the given state and the assembled one, q and v being memory for one. *error tells how the assembly has
- * ended. */
+/* Takes the given state and the assembled one. q, v: memory for one state. *error: the result of the assembly. */
 static int take_start(kt_motion *motion, const kt_model *model, kt_data *data, double *q, double *v, kt_error *error) {
     kt_model_initial(model, q, v);
     if (kt_motion_take_state(motion, 0.0, q, v) != 0)

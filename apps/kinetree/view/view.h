@@ -16,7 +16,7 @@ typedef struct kt_view_mode {
     const double *screws;    /* [body][12], the world first: how it moves relative to its parent (view/modes.js) */
 } kt_view_mode;
 
-/* What a page shows besides the motion. */
+/* The content of a page besides the motion. */
 typedef struct kt_view {
     const char *name;          /* of the scene */
     const char *method;        /* "dopri5, tolerance 1e-9" */
@@ -32,9 +32,9 @@ typedef struct kt_view {
 /* Writes the page. Returns KT_EXIT_DONE, or an exit code after printing the error. */
 int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path);
 
-/* Writes a page of the initial state: the positions that the scene gives, pale, and over them those that assembly has
- * found, or has reached before it failed. name: of the scene. Returns an exit code as above; why assembly fails is on
- * the page alone. */
+/* Writes a page of the initial state. The positions that the scene gives are pale. Over them are the assembled
+ * positions, or those that assembly reached before it failed. name: of the scene. Returns an exit code as above. The
+ * reason of a failed assembly is only on the page. */
 int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char *name, const char *path);
 
 #endif
