@@ -209,7 +209,7 @@ static const kt_option *find_option(const kt_usage *usage, const char *name, siz
 /* Options that had another name in earlier versions. */
 static const struct { const char *before, *now; } renamed[] = {{"compare-sets", "formulations"}};
 
-/* Those of import, which others are asked for, too. */
+/* Options of import that users also try with other subcommands. */
 static const char *const of_import[] = {"keyframe", "floating", "stops",  "stop-damping", "inertia",
                                         "density",  "mass",     "search", "contacts",     "ground"};
 

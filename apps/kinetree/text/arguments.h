@@ -22,7 +22,7 @@ enum { KT_SETTINGS_MAX = 256 };
 typedef struct kt_settings {
     const char *text[KT_SETTINGS_MAX];
     int count;
-    bool is_quiet; /* notes of what a reader has left out are not printed */
+    bool is_quiet; /* notes about parts that a reader has left out are not printed */
 } kt_settings;
 
 typedef struct kt_option {

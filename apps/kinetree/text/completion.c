@@ -1,7 +1,7 @@
 /* Completion scripts for bash, zsh and fish, generated from the tables of options.
  *
- * The kind of an argument follows from the words that the help shows for it: FILE is any file, SCENE a *.yaml file,
- * ROBOT a *.urdf file, RESULT a *.csv file, NAME of demo a bundled scene, a|b|c one of these words. */
+ * The help shows a word for each argument, which determines its completion. FILE is any file. SCENE is a *.yaml file,
+ * ROBOT a *.urdf file, RESULT a *.csv file. NAME of demo is a bundled scene. a|b|c is one of these words. */
 #include "text/reference.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* Writes JSON text as it is told. */
+/* Writes JSON text value by value. */
 #include "text/json_writer.h"
 
 #include "text/json.h"
@@ -54,7 +54,7 @@ void kt_put_close(kt_json_writer *out, char bracket) { put(out, &bracket, 1); }
 
 /* ---- texts ------------------------------------------------------------------------------------------------------- */
 
-/* JSON with "<" escaped, which stands in texts alone. */
+/* Writes JSON with "<" escaped. In JSON this character occurs only within texts. */
 static void put_escaped(kt_json_writer *out, const char *json) {
     for (const char *less; (less = strchr(json, '<')) != NULL; json = less + 1) {
         put(out, json, (size_t)(less - json));
@@ -135,8 +135,9 @@ void kt_put_integer(kt_json_writer *out, const char *key, long long n) {
         sign + print_fixed(text + sign, sign != 0 ? 0ULL - (unsigned long long)n : (unsigned long long)n, 0));
 }
 
-/* Whole numbers and those of everyday size: x 10^d, with as many decimals d as make it nine digits long, is exact to
- * 2^-53 of it, so that the nine digits are right but for ties. Others are left to the C library. */
+/* Writes whole numbers, and numbers of everyday size with nine digits. For the latter, x 10^d has nine digits before
+ * the decimal point, d being the number of decimals. Its relative error is 2^-53, so the nine digits are right except
+ * for ties. The C library prints other numbers. */
 void kt_json_put_number(kt_json_writer *out, const char *key, double x) {
     const double size = fabs(x);
     if (!isfinite(x)) {

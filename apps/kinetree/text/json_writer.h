@@ -1,4 +1,4 @@
-/* Writes JSON text as it is told, without a tree of values before it: a tenth of the cost.
+/* Writes JSON text value by value, without a tree of values before it. This takes a tenth of the time of a tree.
  *
  *     kt_json_writer out = {0};
  *     kt_put_open(&out, NULL, '{');
@@ -32,7 +32,7 @@ void kt_put_close(kt_json_writer *out, char bracket);
 void kt_put_text(kt_json_writer *out, const char *key, const char *text);
 void kt_put_boolean(kt_json_writer *out, const char *key, bool value);
 void kt_put_integer(kt_json_writer *out, const char *key, long long n);
-/* Nine significant digits, which single precision can tell apart; null if x is not finite. */
+/* Writes nine significant digits, which distinguish all numbers of single precision; null if x is not finite. */
 void kt_json_put_number(kt_json_writer *out, const char *key, double x);
 void kt_json_put_numbers(kt_json_writer *out, const char *key, const double *x, int count);
 void kt_json_put_vector(kt_json_writer *out, const char *key, kt_vec3 u);

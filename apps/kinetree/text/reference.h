@@ -4,7 +4,7 @@
 
 #include "command.h"
 
-/* What the help, the man pages and the completions are made of: all subcommands, and texts about the whole command. */
+/* The source of the help, the man pages and the completions: all subcommands, and texts about the whole command. */
 typedef struct kt_overview {
     const char *summary;     /* one line without a full stop */
     const char *examples;    /* lines */

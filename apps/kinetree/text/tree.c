@@ -1,9 +1,10 @@
 /* Prints trees as text that is readable for one body and for a hundred thousand.
  *
- * A body is printed below its parent, indented by one more level. Two things are abridged: of a long run of bodies with
- * one child each, only the first two and the last are shown; of a body with many children, only the first ones. Then
- * the tree is cut at the deepest level that keeps it within LINES_MAX lines; levels count branchings, not the bodies of
- * a run. */
+ * A body is printed below its parent, indented by one more level. Two things are abridged. A long run of bodies with
+ * one child each is reduced to the first two and the last. A body with many children shows only the first ones.
+ *
+ * Then the tree is cut at the deepest level that keeps it within LINES_MAX lines. Levels count branchings, not the
+ * bodies of a run. */
 #include "text/tree.h"
 
 #include "command.h"

@@ -81,8 +81,8 @@ int kt_finish_output(int code) {
 }
 
 bool kt_speaks_utf8(int descriptor) {
-    /* The first variable that is set and not empty decides, as for setlocale. setlocale itself is not called, because
-     * numbers must be read and written with a decimal point. */
+    /* The first variable that is set and not empty decides, as for setlocale. The command does not call setlocale,
+     * because numbers must be read and written with a decimal point. */
     static const char *const variables[] = {"LC_ALL", "LC_CTYPE", "LANG"};
     if (!isatty(descriptor))
         return false;
