@@ -23,7 +23,7 @@ typedef int kt_command_main(int argc, char **argv);
 
 /* The subcommands and one line about each, in the order of the help. A subcommand is a line here and a file that
  * defines kt_command_NAME and kt_usage_NAME; help, man pages and completions are generated from these. The table is in
- * help.c, which alone knows all of them. */
+ * help.c, the only file that refers to all of them. */
 #define KT_SUBCOMMAND_LIST(X)                                                                                          \
     X(run, "run a scene; write records as CSV, a summary as JSON, a picture")                                          \
     X(view, "make a page that shows the motion of a scene, in one file for any browser")                               \
@@ -95,12 +95,13 @@ bool kt_speaks_utf8(int descriptor);
  * and then the caller releases *scene with kt_scene_free, or an exit code. */
 int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene);
 
-/* Does the same, and lets the scene start from a result (kt_start_from; NULL: from what its key `initial.from` names, if
- * it has one). */
+/* Does the same, and lets the scene start from a result (kt_start_from). from: NULL for the result that the scene's key
+ * `initial.from` names, if it has one. */
 int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene);
 
-/* Reads a robot in URDF, MJCF or SDF (options: NULL for the defaults). kt_read_scene does so, too, for files named
- * *.urdf, *.mjcf, *.sdf, *.world or *.xml, and where a file or standard input begins with '<'. Prints what the scene has left out. */
+/* Reads a robot in URDF, MJCF or SDF. options: NULL for the defaults. kt_read_scene does so, too, for files named
+ * *.urdf, *.mjcf, *.sdf, *.world or *.xml. It also does so if a file or standard input begins with '<'. Prints the
+ * elements of the robot that the scene has left out. */
 int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene);
 
 /* Writes a scene to a file, whole or not at all, or to standard output ("-"). */
@@ -113,7 +114,7 @@ kt_variant kt_own_variant(const kt_scene *scene);
 /* Compiles a scene with these options, and prints the errors. */
 int kt_compile_scene(const kt_scene *scene, kt_model **model);
 
-/* Compiles the absolute formulation of the scene's model, if the scene asks for it, and prints the errors; otherwise
+/* Compiles the absolute formulation of the scene's model, if the scene selects it, and prints the errors; otherwise
  * *absolute is NULL. */
 int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolute **absolute);
 
@@ -122,11 +123,11 @@ const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *ab
 
 /* Reads and compiles a scene; the caller releases both. If the exit code is not KT_EXIT_DONE, neither exists. */
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model);
-/* Says that hard stops, contacts and slack ropes are open in what is computed of a model by itself, if it has any. */
+/* Prints that hard stops, contacts and slack ropes are open in results of the model alone, if it has any. */
 void kt_say_open_contacts(const kt_model *model);
 /* Refuses a model that has some of them, with the reason: returns an exit code; -1: it has none. */
 int kt_refuse_contacts(const char *command, const kt_model *model);
-/* Says that what a command computes is the motion without the scene's events, if it has any. */
+/* Prints that the command computes the motion without the scene's events, if it has any. */
 void kt_say_left_out(const char *command, const kt_scene *scene);
 
 /* Returns the file's name without folders and extension: "scenes/four-bar.yaml" gives "four-bar"; "-" gives "scene".

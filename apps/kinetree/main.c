@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* OpenBLAS starts its threads when it is loaded, which the library does at the first use. The library does not set
- * their number; the command sets it to one, which is fastest for the matrix sizes of linkages and makes results
- * independent of the machine. Moreover, under `ulimit -v`, where threads cannot be started, OpenBLAS would otherwise
- * wait for them forever at exit. */
+/* Restricts OpenBLAS to one thread. OpenBLAS starts its threads when it is loaded, which the library does at the first
+ * use. The library does not set their number. One thread is fastest for the matrix sizes of linkages and makes results
+ * independent of the machine. Moreover, under `ulimit -v` threads cannot be started, and OpenBLAS would otherwise wait
+ * for them forever at exit. */
 static void ask_for_one_thread(void) {
     (void)setenv("OPENBLAS_NUM_THREADS", "1", 1);
     (void)setenv("OMP_NUM_THREADS", "1", 1);

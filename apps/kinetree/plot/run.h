@@ -13,7 +13,7 @@ typedef struct kt_plot_run kt_plot_run;
 kt_plot_run *kt_plot_run_start(const kt_columns *columns, const kt_run *run);
 /* Adds a record and the values of its columns. Returns 0, or -1 after printing the error. */
 int kt_plot_run_take(kt_plot_run *plot, const kt_record *record, const double *values);
-/* Draws the picture, and prints which columns it leaves out as noise, unless it is to be quiet. Returns an exit code. */
+/* Draws the picture. Unless is_quiet, prints the columns that it leaves out as noise. Returns an exit code. */
 int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path, kt_plot_size size,
                       bool is_dark, bool is_quiet);
 void kt_plot_run_free(kt_plot_run *plot);
