@@ -2,23 +2,22 @@
  *
  *     embed-closed_loop_leg [--csv FILE]
  *
- *     hip o===crank     There are two motors at the hip: one rotates the thigh, the other a crank on the thigh, which
- *         |\   |        bends the knee through a rod. Thigh, crank, rod and shank form a loop: four joints with two
- *   thigh | \  | rod    degrees of freedom.
+ *     hip o===crank     There are two motors at the hip: one rotates the thigh, the other a crank on the thigh.
+ *         |\   |        The crank bends the knee through a rod. Thigh, crank, rod and shank form a loop: four
+ *   thigh | \  | rod    joints with two degrees of freedom.
  *    knee o==lever      Every millisecond the controller reads the encoders of the two motors (quantised) and their
- *        /              speeds; these are its only measurements. Then it takes two steps:
+ *        /              speeds. These are its only measurements. Then it takes two steps:
  *       / shank
  *   foot
  *
  * 1. kt_state_assemble closes the loop with the motors' joints held, which gives angles and speeds of knee and rod.
  * 2. The foot is to have the acceleration s = r'' + D (r' - p') + K (r - p). Its acceleration
  *    p'' = p0'' + sum_i c_i u_i is affine in the torques u of the motors, also in the presence of loops. Three
- *    evaluations of the acceleration, without torques and with one unit torque each, therefore give p0'', c_1 and c_2,
- *    and two linear equations give the torques.
+ *    evaluations of the acceleration, without torques and with one unit torque each, therefore give p0'', c_1 and c_2.
+ *    Two linear equations then give the torques.
  *
- * The experiment is run twice: with the plant equal to the controller's model, and with 0.2 kg on the foot and friction
- * in the joints, both unknown to the controller.
- */
+ * The experiment is run twice. The plant first equals the controller's model. Then it has 0.2 kg on the foot and
+ * friction in the joints, both unknown to the controller. */
 #include <kinetree/kinetree.h>
 #include <math.h>
 #include <stdio.h>

@@ -6,19 +6,18 @@
  *     PD                tau = D (Kp e + Kd de) + g(q)                  D: the diagonal of M in the middle of the path
  *
  * with e = q_d - q. If the model is exact, computed torque leaves e'' + Kd e' + Kp e = 0, seven decoupled joints. The
- * PD controller has what an industrial controller has, gravity compensation and joint inertias, but nothing more: on a
- * fast path the coupling forces between the joints and the inertial forces of a_d disturb it.
+ * PD controller has the usual means of an industrial controller: gravity compensation and joint inertias. On a fast
+ * path the coupling forces between the joints and the inertial forces of a_d disturb it.
  *
- * No model is exact: in the simulated arm the masses and inertias differ by some percent from those in the controllers'
- * model, upwards or downwards from body to body, the tool is heavier, and the joints have friction.
+ * No model is exact. In the simulated arm the masses and inertias differ by some percent from those in the controllers'
+ * model, upwards or downwards from body to body. The tool is heavier, and the joints have friction.
  *
  *     computed_torque [--error PERCENT] [--csv FILE]
  *
- * With --error 0 the arm equals the model, and the remaining error comes from the zero-order hold of the torque, 1 ms.
+ * With --error 0 the arm equals the model. The remaining error comes from the zero-order hold of the torque, 1 ms.
  *
  * The arm is in arm.h. Reference: Siciliano, Sciavicco, Villani, Oriolo, Robotics (2009), 8.5.2, inverse dynamics
- * control.
- */
+ * control. */
 #include "arm.h"
 
 #include <math.h>

@@ -2,20 +2,22 @@
  *
  *     embed-furuta [--csv FILE]
  *
- * The plant is a kt_simulation. The controller could run on the real device: every 2 ms it reads two encoders
- * (quantised), estimates speeds from their filtered differences, and commands a torque, which is limited and reaches
- * the motor one sample later. After 8 s a force acts briefly on the pendulum's tip.
+ * The plant is a kt_simulation. The controller could run on the real device. Every 2 ms it reads two encoders
+ * (quantised), estimates speeds from their filtered differences, and commands a torque. The torque is limited and
+ * reaches the motor one sample later. After 8 s a force acts briefly on the pendulum's tip.
  *
- * Swing-up by energy (Astrom and Furuta 2000, Automatica 36, 287-295): an acceleration s of the arm supplies the power
- * -M12 theta' s to the pendulum, so that s = -k E M12 / M22 theta', with E the missing energy and M the mass matrix. A
- * spring and a damper term are subtracted, which keep the arm near its centre. The torque for s is
- * s M11 + theta'' M12 + h1, where theta'' M22 = -h2 - M12 s and h is the bias force; the library computes M and h at
- * every sample.
+ * Swing-up controls the energy. An acceleration s of the arm supplies the power -M12 theta' s to the pendulum. The
+ * controller therefore chooses s = -k E M12 / M22 theta', with E the missing energy and M the mass matrix. A spring and
+ * a damper term are subtracted, which keep the arm near its centre. The torque for s is
  *
- * Balancing by a linear quadratic regulator (lqr.h) for the model linearised at the upright position, x' = A x + B u.
- * To compensate for the delay, the regulator uses the state predicted for the time when the torque reaches the motor,
- * x + T (A x + B w), where w is the previous torque.
- */
+ *     s M11 + theta'' M12 + h1,   theta'' M22 = -h2 - M12 s,
+ *
+ * with the bias force h. The library computes M and h at every sample. Reference: Astrom and Furuta 2000, Automatica
+ * 36, 287-295.
+ *
+ * A linear quadratic regulator (lqr.h) balances the pendulum. Its model is linearised at the upright position, x' = A x
+ * + B u. To compensate for the delay, the regulator predicts the state for the time when the torque reaches the motor.
+ * The prediction is x + T (A x + B w), where w is the previous torque. */
 #include "lqr.h"
 
 #include <kinetree/kinetree.h>
@@ -33,7 +35,7 @@ static const double near = 0.4, lost = 0.7;                        /* rad from u
 static const double smoothing = 0.6;                               /* of the speeds: weight of the previous value */
 static const double knock_time = 8.0, knock_length = 0.02, knock_force = 0.2; /* of the force on the tip: s, s, N */
 static const double pump = 3000.0, fastest = 50.0; /* of the arm's acceleration in swing-up: 1/(J s), 1/s^2 */
-static const double surplus = 0.2;                 /* of the energy, over m g l, for what the arm's spring removes */
+static const double surplus = 0.2;                 /* of the energy, over m g l, for the loss to the arm's spring */
 static const double centre[2] = {10.0, 2.0};       /* spring and damper of the arm, 1/s^2, 1/s */
 static const double arm_length = 0.2, pendulum_length = 0.25; /* m */
 

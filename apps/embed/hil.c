@@ -1,24 +1,29 @@
 /* Hardware in the loop: a process that simulates the plant and communicates by UDP.
  *
  * The plant is a cart with a pole on top, simulated at 1 kHz. A controller in another process, or on another device,
- * receives states and sends forces; it needs only the two messages below, and nothing of the library (hil_client.c).
+ * receives states and sends forces. It needs only the two messages below, and nothing of the library (hil_client.c).
  * Numbers are little-endian, floats IEEE 754 binary64, without padding:
  *
  *     state, 48 bytes:   "KTS1", u32 tick, f64 time (s), f64 x (m), f64 angle (rad, from upright), f64 x', f64 angle'
  *     command, 16 bytes: "KTC1", u32 tick of the state that it answers, f64 force on the cart (N)
  *
  * The plant starts at the first command and sends each state to the sender of the last command. Every message is
- * checked: those of another format, with a force that is not finite, for a tick that is not newer than the last, or for
- * a tick that has not been sent are ignored. The force is limited. Without a new command the last force is held for 20
- * ticks; after that the force is zero until a command arrives.
+ * checked. A message is ignored
+ *
+ *   - if it has another format,
+ *   - if its force is not finite,
+ *   - if its tick is not newer than the last, or
+ *   - if its tick has not been sent.
+ *
+ * The force is limited. Without a new command the last force is held for 20 ticks. After that the force is zero until a
+ * command arrives.
  *
  *     hil [--port N] [--duration S] [--lockstep] [--lose PERCENT] [--csv FILE]
  *
  * --port 0, the default, selects a free port, which the first line of the output states. With --lockstep, each step
- * waits for the answer to its state instead of the clock, so that the load of the machine changes no bit of the result;
- * after a second without an answer the plant no longer waits, until the controller sends again. --lose ignores commands
- * at random.
- */
+ * waits for the answer to its state instead of the clock. The load of the machine then changes no bit of the result.
+ * After a second without an answer the plant no longer waits, until the controller sends again. --lose ignores commands
+ * at random. */
 #include <kinetree/kinetree.h>
 
 #include <arpa/inet.h>
@@ -79,7 +84,8 @@ static bool is_lost(plant *p) {
     return (double)(p->seed >> 11) * 0x1p-53 < p->lose;
 }
 
-/* Waits up to `wait` ms for a message. Returns -1 if none arrives, 1 for a new command, 0 for any other message. */
+/* Waits up to `wait` ms for a message. Returns 1 for a new command and 0 for any other message. Returns -1 if none
+ * arrives. */
 static int receive(plant *p, int wait, bool first) {
     struct pollfd ready = {.fd = p->socket, .events = POLLIN};
     struct sockaddr_in from;

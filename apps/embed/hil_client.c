@@ -1,17 +1,20 @@
-/* An independent controller for the plant of hil.c: it balances the pole and uses only these two messages:
+/* An independent controller for the plant of hil.c: it balances the pole and uses only these two messages, all
+ * little-endian:
  *
  *     state, 48 bytes:   "KTS1", u32 tick, f64 time (s), f64 x (m), f64 angle (rad, from upright), f64 x', f64 angle'
  *     command, 16 bytes: "KTC1", u32 tick of the state that it answers, f64 force on the cart (N)
  *
- * all little-endian. It starts with a command for tick 0, answers each state, and ends if no state arrives for three
- * seconds or the plant has ended. The force is state feedback, u = -K (x, angle, x', angle'), with gains that place the
- * poles of the linear model of a cart of 0.8 kg with a rod of 0.2 kg and 0.6 m at -2.5, -3, -6 and -7 1/s (Ackermann's
- * formula).
+ * It starts with a command for tick 0 and answers each state. It ends if no state arrives for three seconds or the
+ * plant has ended.
+ *
+ * The force is state feedback, u = -K (x, angle, x', angle'). The gains K place the poles of the linear model by
+ * Ackermann's formula. The values are
+ *
+ *     poles = -2.5, -3, -6, -7 1/s,   cart = 0.8 kg,   rod = 0.2 kg, 0.6 m.
  *
  *     hil_client PORT [TICKS]
  *
- * With TICKS it stops after that number of answers, like a controller whose cable is unplugged.
- */
+ * With TICKS it stops after that number of answers, like a controller whose cable is unplugged. */
 #include <arpa/inet.h>
 #include <poll.h>
 #include <stdint.h>

@@ -1,20 +1,21 @@
-/* Identification: masses, inertias and friction of a seven-axis arm from a record of joint torques with noise, and
- * which of them the record does not determine.
+/* Identification: masses, inertias and friction of a seven-axis arm from a record of joint torques with noise. It also
+ * finds the parameters that the record does not determine.
  *
- * Torques are linear in the parameters, tau = Y(q, v, a) pi (kt_regressor_evaluate), but most parameters show in sums
- * alone: kt_base_parameters_find finds these sums from the model. Each joint's rows are divided by the deviation of its
- * torque sensor and rotated into the triangle of a QR factorisation, so that a record of any length takes the same
- * memory; its solution has the least error, with the covariance (R'R)^-1.
+ * Torques are linear in the parameters, tau = Y(q, v, a) pi (kt_regressor_evaluate). Most parameters have an effect in
+ * sums alone, and kt_base_parameters_find finds these sums from the model.
+ *
+ * Each joint's rows are divided by the deviation of its torque sensor. They are rotated into the triangle of a QR
+ * factorisation, so that a record of any length takes the same memory. The solution has the least error, with the
+ * covariance (R'R)^-1.
  *
  *     identify_arm [--seconds S] [--csv FILE]
  *
- * The record is that of a simulated arm (arm.h) whose masses differ by some percent from those of its drawing, with
- * friction in the joints, moved along sums of sines; its torques have noise. The result is held against the arm's true
- * sums, and predicts the torques of another path.
+ * The record is that of a simulated arm (arm.h), moved along sums of sines. Its masses differ by some percent from
+ * those of its drawing, its joints have friction, and its torques have noise. The result is compared with the arm's
+ * true sums, and predicts the torques of another path.
  *
  * Reference: Swevers, Verdonck, De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems
- * Magazine 27(5), 2007.
- */
+ * Magazine 27(5), 2007. */
 #include "arm.h"
 
 #include <math.h>
@@ -28,7 +29,7 @@ static const double noise[JOINTS] = {0.6, 0.6, 0.3, 0.3, 0.1, 0.1, 0.05};  /* N 
 static const double viscous[JOINTS] = {4.0, 4.0, 2.0, 2.0, 0.8, 0.6, 0.3}; /* N m s */
 static const double coulomb[JOINTS] = {3.0, 3.0, 1.5, 1.5, 0.6, 0.4, 0.2}; /* N m */
 
-/* A model of the arm, and what is computed with it. */
+/* A model of the arm, and memory for its computations. */
 typedef struct arm {
     kt_model *model;
     kt_data *data;
@@ -57,7 +58,7 @@ static void move(double t, int path, double *q, double *v, double *a) {
     }
 }
 
-/* Of deviation 1: the sum of twelve uniform numbers. */
+/* Draws a number of mean 0 and deviation 1: the sum of twelve uniform numbers. */
 static double draw(void) {
     static uint64_t state = 1;
     double sum = -6.0;
@@ -190,7 +191,7 @@ static kt_status predict(arm *drawn, arm *real, const fit *f, double *by_drawing
     return status;
 }
 
-/* A sum is told if it is known to a third of itself. */
+/* Whether the record determines a sum: its deviation is below a third of its value. */
 static bool is_told(const fit *f, int i) { return f->deviation[i] < fabs(f->value[i]) / 3.0; }
 
 static void report(const arm *drawn, const arm *real, const fit *f, FILE *csv) {

@@ -1,12 +1,12 @@
 /* An observer: a Kalman filter that uses the simulation for its prediction.
  *
- * A double pendulum is driven by unknown torques, white noise of known strength. It is observed only by two encoders of
- * 1024 counts per revolution, with electrical noise added, every 2 ms. Their differences say little about the
- * velocities: one count between two samples is 3 rad/s. The filter uses the equations of motion in addition.
+ * A double pendulum is driven by unknown torques, white noise of given strength. It is observed only by two encoders of
+ * 1024 counts per revolution, with electrical noise added, every 2 ms. Their differences are too coarse for velocities:
+ * one count between two samples is 3 rad/s. The filter uses the equations of motion in addition.
  *
- * Between two samples the estimate x = (q, v) with covariance P is propagated by the library itself: the points of the
- * third-degree spherical-radial rule carry the mean and the covariance of x and of the unknown torques w, of standard
- * deviation s, to the next sample,
+ * Between two samples the library itself propagates the estimate x = (q, v) with covariance P. The unknown torques w
+ * have the standard deviation s. The points of the third-degree spherical-radial rule carry the mean and the covariance
+ * of x and w to the next sample,
  *
  *     P = L L',  x_i = x +- sqrt(n) L e_i with w = 0, and x with w = +- sqrt(n) s e_j,   n = 4 + 2
  *     x <- mean of f(x_i, w_i),  P <- mean of (f - x)(f - x)'
@@ -15,8 +15,7 @@
  * measurement y = q + noise then updates one encoder after the other, K = P h / (h'P h + r). Reference: I. Arasaratnam,
  * S. Haykin, Cubature Kalman Filters, IEEE Trans. Automatic Control 54 (2009) 1254-1269.
  *
- *     observer [--seed N] [--csv FILE]
- */
+ *     observer [--seed N] [--csv FILE] */
 #include <kinetree/kinetree.h>
 
 #include <math.h>

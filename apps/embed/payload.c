@@ -1,4 +1,4 @@
-/* payload ROBOT BODY.mass KG: computed torque at 1 kHz; after 2 s the body has this mass, as the control knows. */
+/* payload ROBOT BODY.mass KG: computed torque at 1 kHz. After 2 s the body has this mass, also in the controller. */
 #include <kinetree/kinetree.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,19 +1,23 @@
-/* Control by sampling: a cart-pole is swung up, a quadruped trots on the spot (sampling_robots.h). The controller needs no
- * derivatives and no linear model, only many simulations of possible sequences of inputs.
+/* Control by sampling: a cart-pole is swung up, a quadruped trots on the spot (sampling_robots.h). The controller needs
+ * no derivatives and no linear model, only many simulations of possible sequences of inputs.
  *
  *     embed-sampling_mpc [--quadruped] [--seconds S] [--csv FILE]
  *
- * Model predictive path integral control (Williams, Aldrich, Theodorou 2017, Journal of Guidance, Control, and Dynamics
- * 40, 344-357): every 20 ms, the planned inputs u[0..H-1] of the next samples are perturbed K times by noise e_k, each
- * perturbed plan is simulated from the present state and gives a cost S_k, and
- *     u <- u + sum_k w_k e_k,   w_k ~ exp(-(S_k - min S) / lambda),   sum_k w_k = 1.
- * The first input is applied, and the plan is shifted by one sample.
+ * The method is model predictive path integral control. Every 20 ms, the planned inputs u[0..H-1] of the next samples
+ * are perturbed K times by noise e_k. Each perturbed plan is simulated from the present state and gives a cost S_k. The
+ * plan becomes
  *
- * One model serves the plant, a simulation with steps of 1 ms, and the planner, a batch of K states with longer steps:
- * all rollouts go forward together, several at once in the lanes of the processor's vectors. Once per sample every state
- * of the batch is set to the plant's. Nothing is allocated during the run, and the noise comes from a short generator
- * with a fixed seed, so that every run gives the same bits, independently of the computing time of the rollouts.
- */
+ *     u <- u + sum_k w_k e_k,   w_k ~ exp(-(S_k - min S) / lambda),   sum_k w_k = 1.
+ *
+ * The first input is applied, and the plan is shifted by one sample. Reference: Williams, Aldrich, Theodorou 2017,
+ * Journal of Guidance, Control, and Dynamics 40, 344-357.
+ *
+ * One model serves the plant and the planner. The plant is a simulation with steps of 1 ms. The planner is a batch of K
+ * states with longer steps. All rollouts go forward together, several at once in the lanes of the processor's vectors.
+ * Once per sample every state of the batch is set to the plant's.
+ *
+ * Nothing is allocated during the run. The noise comes from a short generator with a fixed seed. Every run therefore
+ * gives the same bits, independently of the computing time of the rollouts. */
 #include "sampling_robots.h"
 
 #include <stdint.h>
@@ -27,7 +31,8 @@ static _Alignas(KT_ALIGNMENT) unsigned char data_memory[64 * 1024], step_memory[
 
 /* ---- noise ------------------------------------------------------------------------------------------------------- */
 
-/* Uniform random number in (0, 1): xorshift64* (Vigna 2016, ACM Trans. Math. Software 42, 30). */
+/* Returns a uniform random number between 0 and 1, both excluded. Source: xorshift64* (Vigna 2016, ACM Trans. Math.
+ * Software 42, 30). */
 static double uniform(uint64_t *seed) {
     *seed ^= *seed >> 12;
     *seed ^= *seed << 25;
@@ -66,7 +71,8 @@ static void force(const controller *c, int k, int i, double *u, double *torque) 
     }
 }
 
-/* What a sample adds to the cost of a rollout: the mean of those of its samples, of which the last counts more. */
+/* The share of one sample in the cost of a rollout. The cost is the mean over the samples, and the last sample has a
+ * weight of its own. */
 static double part_of_cost(const robot *r, int i, double t, const double *q, const double *v, const double *u) {
     return (i == r->horizon - 1 ? r->last : 1.0) * r->cost(t + (i + 1) * r->sample, q, v, u) / r->horizon;
 }
@@ -119,7 +125,7 @@ static void draw_noise(controller *c) {
                     (k > 0 ? fresh * normal(&c->seed) : 0.0) + (i > 0 ? r->smooth * c->noise[k][i - 1][j] : 0.0);
 }
 
-/* Adds the mean of the noise, weighted by what the rollouts cost, to the plan. */
+/* Adds the mean of the noise to the plan, weighted by the costs of the rollouts. */
 static void improve_plan(controller *c) {
     const robot *r = c->robot;
     double least = (double)INFINITY, weights = 0.0, change[HORIZON_MOST][INPUTS_MOST] = {{0.0}};

@@ -1,9 +1,8 @@
-/* What sampling_mpc.c controls: a cart-pole that is swung up, and a quadruped that trots on the spot.
+/* The robots of sampling_mpc.c: a cart-pole that is swung up, and a quadruped that trots on the spot.
  *
- * The quadruped moves in the plane x, y: a trunk with two legs at each end, a thigh and a shank each, on feet that touch
- * the ground elastically and with friction. Springs and dampers hold its joints at a stance, as servos would; the controls
- * are changes of these targets. Pairs of diagonal legs are to lift their feet in turns.
- */
+ * The quadruped moves in the plane x, y. A trunk has two legs at each end, with a thigh and a shank each. The feet
+ * touch the ground elastically and with friction. Springs and dampers hold the joints at a stance, as servos would, and
+ * the controls are changes of these targets. Pairs of diagonal legs are to lift their feet in turns. */
 #ifndef EMBED_SAMPLING_ROBOTS_H
 #define EMBED_SAMPLING_ROBOTS_H
 
@@ -14,7 +13,7 @@
 enum { HORIZON_MOST = 40, ROLLOUTS_MOST = 384, INPUTS_MOST = 8, COORDINATES_MOST = 11 };
 
 typedef struct robot {
-    const char *columns; /* of what `write` writes */
+    const char *columns; /* names of the columns of `write` */
     kt_status (*describe)(kt_model **model, kt_error *error);
     void (*write)(FILE *csv, double t, const double *q, const double *v, const double *torque);
     double (*cost)(double t, const double *q, const double *v,
@@ -112,7 +111,8 @@ static const double knee = 1.2, hold = 60.0;                   /* rad, of the st
 static const double stance = 0.35;                             /* m, of the trunk */
 static const double lift = 0.04, period = 0.4;                 /* m; s, of a gait in which each foot is lifted once */
 
-/* How high a foot is above the ground. Legs 0 and 1 are in front, 0 and 3 are lifted together, 1 and 2 as well. */
+/* The height of a foot above the ground. Legs 0 and 1 are in front. Diagonal legs, such as 0 and 3, are lifted
+ * together. */
 static inline double foot_height(const double *q, int leg) {
     const double thigh = q[PITCH] + q[FIRST_LEG + 2 * leg], shank = thigh + q[FIRST_LEG + 2 * leg + 1];
     return q[Y] + (leg < 2 ? hip : -hip) * sin(q[PITCH]) - bone * (cos(thigh) + cos(shank)) - foot_radius;

@@ -1,17 +1,28 @@
-/* A quadruped that stands and steps: torques of its twelve motors, and forces of the feet that slip nowhere.
+/* A standing and stepping quadruped: torques of its twelve motors, and forces of feet that do not slip.
  *
- * The feet that are down are loops, which are switched (kt_loop_enable). For accelerations a that they allow,
+ * Each foot on the ground is a loop that can be switched (kt_loop_enable). Take accelerations a that these loops allow.
+ * The equations of motion
+ *
  *     M a + h = S' tau + A' f
- * has many solutions: twelve torques and three forces a foot for eighteen equations. Wanted is the one with the least
- * sum tau^2 + small sum f^2 whose forces lie in the friction pyramids
- *     |f_x|, |f_y| <= mu f_z / sqrt(2),  f_z >= f_min.
- * The motors' rows give tau = (M a + h - A' f) of these rows; the six rows of the trunk are equations for f. What is left
- * is a quadratic program in f, for the dual method of Goldfarb and Idnani ("A numerically stable dual method for solving
- * strictly convex quadratic programs", Mathematical Programming 27, 1983): from the least without inequalities the most
- * violated one is added, and those leave whose multipliers would become negative.
  *
- * Each solution is then given to kt_acceleration_evaluate and kt_multiplier_evaluate, which know nothing of all this.
- */
+ * have many solutions: twelve torques and three forces a foot for eighteen equations. The program finds the solution
+ * with the least
+ *
+ *     sum tau^2 + small sum f^2
+ *
+ * whose forces lie in the friction pyramids
+ *
+ *     |f_x|, |f_y| <= mu f_z / sqrt(2),  f_z >= f_min.
+ *
+ * The motors' rows give tau = (M a + h - A' f) of these rows. The six rows of the trunk are equations for f. The
+ * remaining problem is a quadratic program in f.
+ *
+ * The dual method of Goldfarb and Idnani solves it. The method starts from the minimum without inequalities and adds
+ * the most violated inequality. Inequalities whose multipliers would become negative are removed. Reference: "A
+ * numerically stable dual method for solving strictly convex quadratic programs", Mathematical Programming 27, 1983.
+ *
+ * Each solution is then checked with kt_acceleration_evaluate and kt_multiplier_evaluate, which are independent of the
+ * quadratic program. */
 #include <kinetree/kinetree.h>
 
 #include <math.h>
@@ -157,7 +168,8 @@ static bool minimise(const program *p, solution *s) {
     return fine;
 }
 
-/* How far the conditions of a least are missed: of the gradient, what the equations and the active sides do not bear. */
+/* The violation of stationarity: the part of the gradient that the equations and the active sides do not balance. It is
+ * measured as the largest component of a Newton step. */
 static double stationarity(const program *p, const solution *s) {
     double gradient[MOST], below[TRUNK + SIDES] = {0.0}, z[MOST], r[TRUNK + SIDES], most = 0.0;
     for (int i = 0; i < p->n; i++) {
@@ -167,7 +179,7 @@ static double stationarity(const program *p, const solution *s) {
         for (int k = 0; k < s->active_count; k++)
             gradient[i] -= s->multiplier[s->active[k]] * p->c_matrix[s->active[k] * p->n + i];
     }
-    solution none = {.active_count = 0}; /* what is left must be a combination of the equations alone */
+    solution none = {.active_count = 0}; /* the remainder must be a combination of the equations alone */
     if (!solve_kkt(p, &none, gradient, below, z, r))
         return (double)INFINITY;
     for (int i = 0; i < p->n; i++)
@@ -217,7 +229,7 @@ static void describe(robot *r) {
     r->description.body_count = 1 + 3 * LEGS;
 }
 
-/* The feet stand where they are; each is switched. */
+/* Builds the robot. Each foot is a switched loop that holds the foot at its initial position. */
 static kt_status build(robot *r, kt_error *error) {
     kt_model *tree = NULL;
     kt_data *data = NULL;
@@ -253,7 +265,7 @@ static kt_status build(robot *r, kt_error *error) {
     return status;
 }
 
-/* Accelerations that move the trunk by (x, y, z) m/s^2 with the feet where they are: those nearest to the asked ones. */
+/* Computes accelerations with the feet in place: those nearest to the requested (x, y, z) m/s^2 of the trunk. */
 static kt_status accelerate(robot *r, kt_vec3 asked, double *a, kt_error *error) {
     double jacobian[MOST * NV], basis[NV * NV], wanted[NV] = {asked.x, asked.y, asked.z};
     int columns = 0;
@@ -296,7 +308,8 @@ static void pose_program(const double *right, const double *jacobian, int rows, 
             p->e_matrix[k * rows + i] = jacobian[k * rows + i];
     }
     memcpy(p->e, right, sizeof p->e);
-    /* Rows of a foot are the second end less the first, in the axes of the world: f is what the ground exerts. */
+    /* Rows of a foot are the second end minus the first, in the axes of the world, so that f is the force of the
+     * ground. */
     for (int foot = 0; foot < rows / 3; foot++)
         for (int side = 0; side < 5; side++) {
             double *column = p->c_matrix + (5 * foot + side) * rows + 3 * foot;
@@ -307,7 +320,7 @@ static void pose_program(const double *right, const double *jacobian, int rows, 
         }
 }
 
-/* One command: prints what the solution is worth. Returns whether there is one. */
+/* Computes one command and prints the quality of its solution. Returns whether there is one. */
 static bool command(robot *r, const char *what, kt_vec3 asked) {
     static program p;
     static solution s;

@@ -1,14 +1,13 @@
 /* Model and workspace in one static buffer.
  *
- * Firmware reserves its memory when it is linked. The compilation of a mechanism uses the allocator, once, at start-up;
+ * Firmware reserves its memory when it is linked. The compilation of a mechanism uses the allocator, once, at start-up.
  * kt_model_copy then moves the result into the program's static buffer, which also contains the simulation and its
  * checkpoint. From then on the heap is not used. Memory that is one byte short or misaligned is rejected, with a
  * message that states by how much.
  *
  *     static_memory [--csv FILE]
  *
- * The plant: a cart on a rail with a double pendulum, driven by a force on the cart that is set every millisecond.
- */
+ * The plant: a cart on a rail with a double pendulum, driven by a force on the cart that is set every millisecond. */
 #include <kinetree/kinetree.h>
 
 #include <math.h>

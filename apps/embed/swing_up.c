@@ -2,13 +2,13 @@
  * loop. The inputs u_k, held during the steps k = 0 .. N - 1 of the motion x_{k+1} = f(x_k, u_k), are to minimise
  *     sum_k effort / 2 |u_k|^2 + 1/2 sum_i (w_i e_i^2 + s_i v_i^2),   e = q_N - goal
  * 1. A_k and B_k of all steps by kt_step_derivatives; those of the leg go through its loop and the projection onto it.
- * 2. Backward pass: with the gradient p and the second derivatives P of the cost to go, H = D'PD and g = D'p, D = [A B],
+ * 2. Backward pass, with the gradient p and the second derivatives P of the cost to go, D = [A B], H = D'PD, g = D'p,
  *        Qu = effort u + g_u,  Quu = effort + mu + H_uu,  Qux = H_ux,  k = -Quu^-1 Qu,  K = -Quu^-1 Qux
  *        p <- g_x + Qux'k,  P <- H_xx + Qux'K
  * 3. The motion again under u_k + s k_k + K_k dx_k, the step length s halved until the cost falls; and so on from 1.
  * (Li, Todorov, Iterative linear quadratic regulator design for nonlinear biological movement systems, ICINCO 2004.)
- * At the end the gradient with respect to all inputs by kt_rollout_gradient, which shares nothing with the backward
- * pass, must vanish, and a simulation by another method, with an adaptive step, must reach the goal under the same
+ * Two checks follow. The gradient with respect to all inputs by kt_rollout_gradient must vanish; it shares nothing with
+ * the backward pass. A simulation by another method, with an adaptive step, must reach the goal under the same
  * inputs. */
 #include <kinetree/kinetree.h>
 #include <math.h>
@@ -28,7 +28,7 @@ typedef struct task {
 
 static double A[STEPS][X_MAX * X_MAX], B[STEPS][X_MAX * N_MAX];
 static double feed[STEPS][M_MAX], gain[STEPS][M_MAX][X_MAX];
-static _Alignas(KT_ALIGNMENT) char work[1 << 18]; /* of steps and gradients; the library refuses what is too small */
+static _Alignas(KT_ALIGNMENT) char work[1 << 18]; /* of steps and gradients; the library rejects too small a buffer */
 static kt_error error;
 
 static void must(kt_status status) {
@@ -201,7 +201,7 @@ static double gradient_of(task *t) {
                              cost_at, t, &error));
     for (int i = 0; i < STEPS * t->n; i++) {
         input = fmax(input, fabs(t->tau[i]));
-        most = fmax(most, t->tau[i] == 0.0 ? 0.0 : fabs(by_inputs[i])); /* that of what is driven */
+        most = fmax(most, t->tau[i] == 0.0 ? 0.0 : fabs(by_inputs[i])); /* only of driven inputs */
     }
     return most / (t->effort * input);
 }

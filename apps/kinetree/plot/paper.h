@@ -35,8 +35,8 @@ void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour pa
 int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
                   double width, double height, double room);
 
-/* Writes a picture, SVG, PNG or PDF by the file's extension, that the function `draw` draws. Returns KT_EXIT_DONE, or an
- * exit code after printing the error. */
+/* Writes a picture that the function `draw` draws: SVG, PNG or PDF, selected by the file's extension. Returns
+ * KT_EXIT_DONE, or an exit code after printing the error. */
 int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
                    const void *what);
 
