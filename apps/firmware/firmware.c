@@ -7,13 +7,13 @@
  *
  * The plant, an arm that is 10 % heavier, is simulated in the same program (classical Runge-Kutta steps of 1 ms). After
  * STEPS ticks the program prints the positions as the bits of their doubles, and a hash of the torques and states of
- * all ticks. The output is the same on x86-64 and on a Cortex-M7: the library computes trigonometric and all other
+ * all ticks. The output is the same on x86-64 and on a Cortex-M7. The library computes trigonometric and all other
  * functions itself, in a fixed order of operations. For the same reason the path is a polynomial: sin and exp of two C
  * libraries may differ in the last bits.
  *
- * Then, by adaptive steps, a mass swings on a spring and touches a stop for some milliseconds, which no stage would meet
- * if distances from stops were not followed between stages. Its velocity after one period, which is zero, is printed.
- */
+ * Then a mass swings on a spring and touches a stop for some milliseconds, computed with adaptive steps. The integrator
+ * follows distances from stops between stages; otherwise no stage would meet the stop. The velocity after one period,
+ * which is zero, is printed. */
 #include "../embed/arm.h"
 
 #include <inttypes.h>
@@ -25,8 +25,9 @@ enum { JOINTS = ARM_JOINTS, STEPS = 500 };
 
 static const double tick = 1e-3, frequency = 25.0; /* s; rad/s, of the decoupled errors, damping 1 */
 
-/* The path at t, in half a second from rest to rest: q = from + s (to - from), s = 10 x^3 - 15 x^4 + 6 x^5, x = t / 0.5
- * s. */
+/* The path at t, in half a second from rest to rest:
+ *
+ *     q = from + s (to - from),  s = 10 x^3 - 15 x^4 + 6 x^5,  x = t / 0.5 s */
 static void path(double t, double *q, double *v, double *a) {
     static const double from[JOINTS] = {0.3, 0.6, -0.5, 1.4, 0.3, 0.9, 0.0};
     static const double to[JOINTS] = {0.9, 0.2, 0.1, 0.9, -0.5, 1.5, 1.0};
@@ -107,8 +108,8 @@ static kt_status make_arm(double scale, kt_model **model, kt_error *error) {
     return arm_compile(scales, NULL, 0, model, error);
 }
 
-/* A mass of 1 kg on a spring of 1 N/m swings 0.1 mm further than to its stop, of 1e5 N/m. It is computed in space, as a
- * small library computes all trees; on this machine it would be computed in a plane. */
+/* A mass of 1 kg on a spring of 1 N/m swings 0.1 mm further than to its stop. The stop has 1e5 N/m. The motion is
+ * computed in space, as a small library computes all trees; on this machine it would be computed in a plane. */
 static kt_status swing(kt_error *error) {
     static const double period = 6.2521314478124665; /* two harmonic motions in turn */
     kt_body body = kt_body_default();

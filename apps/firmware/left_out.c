@@ -9,7 +9,7 @@
 
 #include <stdio.h>
 
-/* A cart on a spring, and whatever a case adds to it. */
+/* A cart on a spring, and the additions of a case. */
 typedef struct scene {
     kt_body body;
     kt_effect effects[2];
