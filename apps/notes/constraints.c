@@ -1,6 +1,8 @@
-/* Chapter 6: each constraint's equations, held against what the exercises derive: A and b' against differences of phi
- * (derivative, linearisation, virtual perturbation), b'' against differences of A v - b' (linearisation of the derivative), and
- * reactions that do no work (A' lambda on what A allows). */
+/* Chapter 6: compares each constraint's equations with the results of the exercises.
+ *
+ *   - A and b' with differences of phi (derivative, linearisation, virtual perturbation),
+ *   - b'' with differences of A v - b' (linearisation of the derivative),
+ *   - reactions with the condition that they do no work (A' lambda on motions that A allows). */
 #include "notes.h"
 
 #include <math.h>
@@ -51,7 +53,8 @@ static bool derivatives(const mechanism *m, double *first, double *second) {
     return true;
 }
 
-/* Rank of a loop's equations in space: what it forbids. */
+/* Prints the rank of a loop's equations in space: the number of independent motions that the loop forbids. Prints the
+ * errors of the first and second derivatives, too. */
 static bool loop(const char *exercise, const char *type) {
     char text[1024], name[64];
     mechanism m;
@@ -82,7 +85,7 @@ static bool loop(const char *exercise, const char *type) {
     return true;
 }
 
-/* Reactions: forces A' lambda do no work on motions that the loop allows; on the pendulum of a bar, closed by a loop. */
+/* Prints reactions A' lambda of a loop that makes a bar a pendulum. They do no work on motions that the loop allows. */
 static bool reactions(void) {
     mechanism m;
     kt_error e = {0};

@@ -43,7 +43,7 @@ static double error_of(const double *a, double angle, double rate) {
 
 static bool minimal(void) {
     double a[2];
-    /* 7.1E at 1 rad; where z = 0, which a fixed choice of x as the independent coordinate cannot pass */
+    /* 7.1E at 1 rad, and at z = 0. A fixed choice of x as the independent coordinate cannot pass z = 0. */
     if (!accelerate(kt_reduction_method_of(KT_REDUCTION_PARTITION), 1.0, 0.5, a))
         return false;
     tell("7.1E", error_of(a, 1.0, 0.5));
@@ -59,8 +59,9 @@ static bool minimal(void) {
     return true;
 }
 
-/* [MSD 7.19] with x as the independent coordinate once and for all: (1 + x^2 / z^2) q'' = g x / z - x / z^2 (1 + x^2 / z^2)
- * q'^2, z' = -(x / z) q'. */
+/* [MSD 7.19] with x as the permanent independent coordinate:
+ *
+ *     (1 + x^2 / z^2) q'' = g x / z - x / z^2 (1 + x^2 / z^2) q'^2,  z' = -(x / z) q' */
 static void fixed_rate(const double *y, double *rate) {
     const double x = y[0], z = y[1], v = y[2], s = 1.0 + x * x / (z * z);
     rate[0] = v;
@@ -68,8 +69,9 @@ static void fixed_rate(const double *y, double *rate) {
     rate[2] = (9.81 * x / z - x / (z * z) * s * v * v) / s;
 }
 
-/* Half a second from 1 rad at 4 rad/s, through the level position, by rk4 of 1 ms: how far off the rod it ends with the
- * fixed choice, and the largest |x / z| on the way; and with pivots that are chosen anew, and QR, from the pendulum's own angle. */
+/* Half a second from 1 rad at 4 rad/s, through the level position, by rk4 with steps of 1 ms. The pendulum's angle is
+ * the reference. With the fixed choice, the figures are the final distance from the reference and the largest |x / z|
+ * on the way. With pivots that are chosen anew, and with QR, the figure is the distance from the reference. */
 static bool crossing(void) {
     const double h = 1e-3;
     double y[3] = {sin(1.0), -cos(1.0), 4.0 * cos(1.0)}, worst = 0.0, angle = 1.0, turn = 4.0;
@@ -127,7 +129,7 @@ static bool projections(void) {
     const double T[2] = {1.0, -A[0] / A[1]};
     tell("7.1", fabs(A[0] * T[0] + A[1] * T[1]));
     tell("7.2", fabs(T[0] * A[0] + T[1] * A[1]));
-    /* what the projection takes from a velocity off the loop is A^+ A v */
+    /* the projection removes A^+ A v from a velocity off the loop */
     memcpy(x, m.q, sizeof x);
     v[0] = m.v[0] + 0.3;
     v[1] = m.v[1] - 0.1;
@@ -163,7 +165,8 @@ static bool index_of(const char *exercise, kt_dae_type type) {
     return true;
 }
 
-/* Example 8.1: m2 = 8 kg, k1 = 100, k2 = 300 N/m; frequencies as m1 goes to 0 and as k1 goes to infinity. */
+/* Prints the first frequency of example 8.1, for two limits: m1 goes to 0 with k1 = 100 N/m. k1 goes to infinity with
+ * m1 = 1 kg. The second mass and spring have m2 = 8 kg and k2 = 300 N/m. */
 static bool masses(const char *exercise, double m1, double k1) {
     char text[512];
     mechanism m;
@@ -226,7 +229,7 @@ static bool formulation(const char *exercise, kt_constraint_formulation_type typ
     return true;
 }
 
-/* 8.38: eigenvalues that Baumgarte's gains 7 and 9 add to the hanging pendulum's. */
+/* 8.38: eigenvalues that Baumgarte stabilisation adds to those of the hanging pendulum. The gains are 7 and 9. */
 static bool spectrum(void) {
     mechanism m;
     kt_error e = {0};
@@ -247,7 +250,8 @@ static bool spectrum(void) {
     return true;
 }
 
-/* The same with m1 = 0, which follows from the balance of the springs: x2 = x2(0) cos(w t), by the motion of half a second. */
+/* Example 8.1 with m1 = 0, whose position follows from the balance of the springs. The frequency w is found from the
+ * motion of half a second, x2 = x2(0) cos(w t). */
 static bool massless(void) {
     static const char text[] = "kinetree: 1\nbodies:\n  - {name: one, joint: {type: prismatic, axis: x}}\n"
                                "  - {name: two, joint: {type: prismatic, axis: x, position: 0.1}, mass: 8}\neffects:\n"

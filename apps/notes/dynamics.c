@@ -26,7 +26,7 @@ static bool bars(void) {
         return false;
     tell("3.1", a[0]);
     close_mechanism(&m);
-    /* 3.3: 6 N up at one end, down at the other: w' = 12 f / (m l) */
+    /* 3.3: a force f = 6 N up at one end, and down at the other. The result is w' = 12 f / (m l). */
     if (!accelerate(&m,
                     "kinetree: 1\nbodies:\n"
                     "  - {name: bar, joint: {type: planar, axis: z}, mass: 3, shape: {type: rod, to: [2, 0, 0]}, "
@@ -40,8 +40,8 @@ static bool bars(void) {
     return true;
 }
 
-/* H 3.1: m v' = f + m' u. A rocket of 10 kg, of which 8 kg leave backwards with 2500 m/s: u ln(m0 / m), whatever the
- * way that it burns. */
+/* H 3.1: m v' = f + m' u. A rocket of 10 kg ejects 8 kg backwards. The exhaust velocity is 2500 m/s. The final velocity
+ * is u ln(m0 / m), independently of the way that it burns. */
 static bool rocket(void) {
     kt_scene scene;
     kt_model *model = NULL;
@@ -63,7 +63,7 @@ static bool rocket(void) {
     return true;
 }
 
-/* The bar cut at a quarter, both parts welded: what the weld carries is the internal force. */
+/* The bar cut at a quarter, both parts welded: the load of the weld is the internal force. */
 static bool cut(const char *exercise, const char *effects, int component) {
     static const char parts[] =
         "kinetree: 1\nbodies:\n"
@@ -89,7 +89,9 @@ static bool cut(const char *exercise, const char *effects, int component) {
     return true;
 }
 
-/* T of a tumbling bar by the engine, and by (3.35) about its end: m v v / 2 + w . s x v + w J w / 2. */
+/* Compares T of a tumbling bar by the engine with T of (3.35) about its end:
+ *
+ *     T = m v v / 2 + w . s x v + w J w / 2 */
 static bool energy(void) {
     mechanism m;
     kt_error e = {0};
@@ -139,8 +141,10 @@ static bool gauss(void) {
     return true;
 }
 
-/* Internal forces where 6 N push one end along the bar: -f (1 - xi / l); where a pair of them turns it, at rest: shear f (1 - 6
- * s + 6 s^2), s = xi / l. Both are those on the part beyond the cut. */
+/* Internal forces on the part beyond the cut, with f = 6 N and s = xi / l:
+ *
+ *   - a force f pushes one end along the bar: the normal force is -f (1 - xi / l);
+ *   - a pair of forces turns the bar, at rest: the shear force is f (1 - 6 s + 6 s^2). */
 bool dynamics(void) {
     return rocket() && bars() && cut("3.2E", "  - {type: force, at: first, value: [6, 0, 0], frame: body}\n", 0) &&
            cut("3.3H",

@@ -1,5 +1,5 @@
-/* The exercises of Masarati's notes on multibody dynamics [MSD], computed: what the files share. include/pages/notes.md
- * says what is asked; each line of the output is the number of an exercise and its figure. */
+/* The exercises of Masarati's notes on multibody dynamics [MSD], computed: declarations that the files share. The page
+ * include/pages/notes.md states the problems. Each line of the output is the number of an exercise and its figure. */
 #ifndef KT_NOTES_H
 #define KT_NOTES_H
 
@@ -26,7 +26,7 @@ typedef struct mechanism {
     double q[32], v[32];
 } mechanism;
 
-/* Prints what is wrong, and returns false, where it cannot be computed. */
+/* Opens a scene. If it cannot be computed, prints the error and returns false. */
 bool open_mechanism(mechanism *m, const char *text);
 void close_mechanism(mechanism *m);
 bool works(kt_status status, const kt_error *error);

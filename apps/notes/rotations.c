@@ -1,4 +1,4 @@
-/* Chapter 2 and appendix A: rotations and what represents them. */
+/* Chapter 2 and appendix A: rotations and their representations. */
 #include "notes.h"
 
 #include <math.h>
@@ -103,7 +103,8 @@ static bool euler_angles(void) {
     return true;
 }
 
-/* Errors of 1 + theta x and 1 + theta x + theta x theta x / 2: their orders in |theta|. */
+/* The order, in |theta|, of the error of the series of R. It has the terms I + theta x, and for terms = 2 also theta x
+ * theta x / 2. */
 static double order_of(int terms) {
     double off[2];
     const kt_vec3 n = kt_vec3_normalize(kt_vec3_make(1.0, 2.0, -1.0));
