@@ -19,7 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Numbers that the format gives to kinds of components, to uses of views, and to chunks. */
+/* Numbers that the format assigns to types of components, to uses of views, and to chunks. */
 enum {
     SHORT = 5122,
     UNSIGNED_INT = 5125,
@@ -39,7 +39,7 @@ typedef struct glb {
     unsigned char *bytes;
     size_t used, room;
     bool full;
-    size_t *frames; /* those whose times differ in single precision */
+    size_t *frames; /* frames whose times differ in single precision */
     size_t frame_count;
     int *meshes_of; /* [solid]: the mesh; for solids of one size and colour the same one */
 } glb;
@@ -160,7 +160,7 @@ static bool is_alike(const kt_solid *a, const kt_solid *b) {
            a->half.z == b->half.z;
 }
 
-/* A mesh that shares the numbers of one whose solid is alike; NULL: there is none yet. */
+/* Returns a mesh that shares the numbers of an equal solid; NULL: there is none yet. */
 static json_t *find_primitive(const glb *g, int solid) {
     const kt_picture *picture = g->motion->picture;
     for (int i = solid - 1; i >= 0; i--)
@@ -207,7 +207,7 @@ static void add_meshes(glb *g) {
     }
 }
 
-/* Colours of screens, as linear numbers. */
+/* Converts a colour of screens to a linear number. */
 static double linear_of(double x) { return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4); }
 
 static json_t *describe_materials(void) {
@@ -228,7 +228,7 @@ static json_t *describe_materials(void) {
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------- */
 
-/* Scalar last, as the format has it. */
+/* Describes a rotation as a quaternion, scalar last, as the format requires. */
 static json_t *describe_rotation(kt_quat q) {
     const double x[] = {q.x, q.y, q.z, q.w};
     return kt_json_numbers(x, 4);
@@ -296,7 +296,7 @@ static void add_nodes(glb *g, const char *name) {
 
 /* ---- animation --------------------------------------------------------------------------------------------------- */
 
-/* Times must rise, in single precision. */
+/* Adds the times of frames, which must increase in single precision. */
 static int add_times(glb *g) {
     const size_t start = g->used;
     const double *times = g->motion->times;

@@ -143,7 +143,7 @@ static void put_vector(float *to, kt_vec3 u) {
     to[2] = (float)u.z;
 }
 
-/* q and -q are the same rotation; between frames the shorter way is the right one. */
+/* q and -q are the same rotation. The sign is chosen for the shorter way from the frame before. */
 static void put_quaternion(int16_t *to, const int16_t *before, kt_quat q) {
     const double x[] = {q.w, q.x, q.y, q.z};
     double same = 0.0;
@@ -165,7 +165,7 @@ static void put_poses(kt_motion *motion, const kt_data *data) {
     }
 }
 
-/* At every fourth record, and of each rigid part once: a rotation that lasts shorter is none that would be seen to turn
+/* Checks every fourth record, and each rigid part once. A shorter rotation is too brief to be seen turning
  * backwards. */
 static void find_fastest(kt_motion *motion, const kt_data *data) {
     const int bodies = kt_model_body_count(motion->model);
@@ -197,7 +197,7 @@ static void put_values(kt_motion *motion, const kt_record *record, const double 
         *row = (float)(energy_of(record) - motion->energy_start);
 }
 
-/* Returns zero for an unknown force: reactions may be missing in a record, and in the last state of a failure a force
+/* Returns zero for an unknown force. Reactions may be missing in a record, and in the last state of a failure a force
  * may not be finite. */
 static kt_vec3 force_of(const kt_motion *motion, const kt_motion_force *force, const kt_record *record) {
     const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);

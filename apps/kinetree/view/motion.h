@@ -24,11 +24,11 @@ typedef enum kt_force_source {
     KT_FORCE_EFFECT,  /* on the first end, and its opposite on the second, if there is one */
 } kt_force_source;
 
-/* A force that frames have, and the point where it acts. */
+/* A force in each frame, and the point where it acts. */
 typedef struct kt_motion_force {
     kt_force_source source;
     int index; /* the body of the joint, the loop, or the effect in the picture */
-    int body;  /* to which the point is fixed; of a contact, that of the sphere */
+    int body;  /* the body to which the point is fixed; of a contact, the sphere's */
     kt_vec3 at;
 } kt_motion_force;
 
@@ -38,15 +38,15 @@ typedef struct kt_motion {
     kt_picture *picture;             /* NULL: there is no frame yet */
     const kt_simulation *simulation; /* source of the released elements of a frame; NULL: none. Set as `boxes` */
     bool boxes;                      /* it shows boxes of inertia; set by the caller before the first frame */
-    kt_columns *columns;             /* the caller's; the first is time, which frames have apart */
-    bool has_drift;                  /* after the columns comes the change of the total energy, or of the balance */
+    kt_columns *columns;             /* the caller's; the first is time, which frames store separately */
+    bool has_drift;                  /* after the columns, the change of the total energy or of the balance */
     double energy_start;
     kt_motion_force *forces;
     int force_count;
-    bool has_reactions; /* of joints and loops; forces of effects are always there */
-    kt_vec3 centre;     /* places of bodies are relative to this, so that single precision does for them */
+    bool has_reactions; /* of joints and loops; forces of effects are always present */
+    kt_vec3 centre;     /* positions of bodies are relative to it, so that single precision suffices */
 
-    /* Frames; bodies do not count the world here. */
+    /* Frames; the world is not among the bodies here. */
     size_t count, room;
     size_t expected;     /* frames of the whole run, with its last record and its last state */
     double *times;       /* s */
@@ -59,24 +59,27 @@ typedef struct kt_motion {
     int64_t taken;       /* records */
     bool is_loose;       /* the last frame is replaced by the next record */
     double fastest;      /* rad/s, the largest angular velocity at any frame */
-    int fastest_body;    /* ... and whose */
+    int fastest_body;    /* ... and the body that has it */
 } kt_motion;
 
-/* columns: the content of frames besides poses and forces; they must outlive the motion. records: the number of records
- * that will be taken. has_reactions: records have reactions, also if no column has them. Returns NULL if memory is
- * insufficient. */
+/* Creates a motion without frames. columns: the content of frames besides poses and forces; they must outlive the
+ * motion. records: the number of records that will be taken. has_reactions: records have reactions, also if no column
+ * has them.
+ *
+ * Errors: NULL if memory is insufficient. */
 kt_motion *kt_motion_start(const kt_scene *scene, kt_columns *columns, int64_t records, bool has_reactions);
 void kt_motion_free(kt_motion *motion);
 
 /* Adds a record, whose data hold its kinematics; values: of the columns. Returns 0, or -1 after printing the error. */
 int kt_motion_take(kt_motion *motion, const kt_record *record, const double *values);
-/* Adds a state, if it is later than the last frame and its poses can be computed: poses, positions and velocities,
- * without forces and energies. Returns 0, or -1 after printing that memory is insufficient. */
+/* Adds the poses, positions and velocities of a state, without forces and energies. A state is ignored if it is not
+ * later than the last frame or if its poses cannot be computed. Returns 0, or -1 after printing that memory is
+ * insufficient. */
 int kt_motion_take_state(kt_motion *motion, double time, const double *q, const double *v);
 
-/* Numbers in a row of values: the columns but time, and the drift. */
+/* The count of numbers in a row of values: the columns except time, and the drift. */
 size_t kt_motion_width(const kt_motion *motion);
-/* Bodies of a frame, the world left out. */
+/* The count of bodies in a frame, without the world. */
 size_t kt_motion_bodies(const kt_motion *motion);
 
 #endif

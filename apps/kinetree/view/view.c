@@ -21,13 +21,13 @@
 
 /* ---- base64 ------------------------------------------------------------------------------------------------------ */
 
-/* Bytes on their way to letters, four for each three; a whole block is written at once. */
+/* Bytes to be written in base64, four letters for three bytes. A whole block is written at once. */
 enum { BLOCK = 12288 }; /* bytes, a multiple of 6 */
 
 typedef struct base64 {
     FILE *file;
     char pairs[4096][2];            /* the two letters of twelve bits */
-    unsigned char bytes[BLOCK + 2]; /* read eight at a time, of which six count */
+    unsigned char bytes[BLOCK + 2]; /* read eight at a time, of which six are used */
     size_t count;
 } base64;
 
@@ -41,7 +41,7 @@ static void start_letters(base64 *out, FILE *file) {
     }
 }
 
-/* Eight letters of the first six bytes. */
+/* Writes the eight letters of the first six bytes. */
 static void put_letters(const base64 *out, const unsigned char *from, char *to) {
     uint64_t word;
     memcpy(&word, from, sizeof word);
@@ -255,7 +255,7 @@ static void put_force(kt_json_writer *out, const kt_motion *motion, int i) {
         kt_put_integer(out, "effect", force->index);
 }
 
-/* A list of objects, each put by a function. */
+/* Writes a list of objects; a function writes each of them. */
 static void put_list(kt_json_writer *out, const char *key, const kt_motion *motion, int count,
                      void (*one)(kt_json_writer *, const kt_motion *, int)) {
     kt_put_open(out, key, '[');

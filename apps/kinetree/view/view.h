@@ -23,8 +23,8 @@ typedef struct kt_view {
     const kt_run *run;         /* its markers leave traces; NULL: none do */
     const kt_marks *marks;     /* of events, in the curves; NULL: none */
     json_t *notes;             /* list of texts, borrowed; NULL: none */
-    const kt_error *failed;    /* why the run has ended early; NULL: it has not */
-    const kt_view_mode *modes; /* in place of a motion: the one frame is the state about which they are; NULL: none */
+    const kt_error *failed;    /* the reason of an early end; NULL: the run is complete */
+    const kt_view_mode *modes; /* instead of a motion: the one frame is the state of linearisation; NULL: none */
     int mode_count;
     bool is_overlay; /* two frames, to be seen over each other */
 } kt_view;
