@@ -48,7 +48,7 @@ static void free_lines(page_lines *lines) {
     *lines = (page_lines){.text = NULL};
 }
 
-/* cairo numbers its surfaces, which are never referred to. */
+/* Removes cairo's number of a surface from a line. Nothing refers to these numbers. */
 static void forget_surface(char *line) {
     if (strncmp(line, "<g id=\"surface", strlen("<g id=\"surface")) == 0)
         memcpy(line, "<g>", sizeof "<g>");
@@ -99,7 +99,7 @@ static bool is_colour(const char *text) {
 
 static size_t number_length(const char *text) { return strspn(text, "-.0123456789"); }
 
-/* Whether two lines are the same but for numbers and colours. Digits within a word, as in an id, are no numbers. */
+/* Whether two lines are equal except for numbers and colours. Digits within a word, as in an id, are no numbers. */
 static bool are_alike(const char *a, const char *b) {
     char before = ' ';
     while (*a != '\0' && *b != '\0') {
@@ -129,7 +129,7 @@ static bool are_frames_alike(const page_lines *a, const page_lines *b) {
     return same;
 }
 
-/* Both pages have the same elements, in other colours; if they had not, both would be light. */
+/* Takes frame k on both pages, which must have the same elements in other colours. Otherwise both pages are light. */
 static bool take_pages(const kt_drawing *drawing, film *f, int k) {
     if (!take_frame(drawing, 0, k, false, &f->page[0][k]) || !take_frame(drawing, 1, k, false, &f->page[1][k]))
         return false;
@@ -151,7 +151,7 @@ static bool take_film(const kt_drawing *drawing, film *f) {
     return fine;
 }
 
-/* The frame behind the last one of the scene that begins with frame `first`. */
+/* Returns the frame behind the last one of the scene that begins with frame `first`. */
 static int end_of_scene(const film *f, int first, int stride) {
     int next = first + stride;
     while (next < f->count && are_frames_alike(&f->page[0][first], &f->page[0][next]))
@@ -164,7 +164,7 @@ static int end_of_scene(const film *f, int first, int stride) {
 /* An element: its name, its attributes, the properties of `style` among them, and the text behind them: "/>", ">" or
  * more. */
 typedef struct element {
-    char *text; /* that all others point into */
+    char *text; /* memory of all other texts */
     const char *name;
     const char *key[ATTRIBUTES_MOST], *value[ATTRIBUTES_MOST];
     int count;
@@ -252,7 +252,7 @@ static bool read_strip(const cut *c, int line, strip *s) {
 /* Coordinates: x, y1, cx, ... */
 static bool is_short(const char *key) { return strlen(key) <= 2 && strpbrk(key, "xy") != NULL; }
 
-/* Whether two values differ by more than the rounding of a place on the page. */
+/* Whether two values differ by more than the rounding of positions on the page. */
 static bool differ(const char *a, const char *b) {
     while (*a != '\0' && *b != '\0') {
         const size_t one = number_length(a), other = number_length(b);
@@ -286,7 +286,7 @@ static bool has_colour(const element *e, int attribute) {
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-/* Which colours an element is written in. */
+/* The pages whose colours an element is written in. */
 typedef enum shade { SHADE_BOTH, SHADE_LIGHT, SHADE_DARK } shade;
 
 typedef struct colour_class {
@@ -347,7 +347,7 @@ static void write_value(const writer *w, const char *key, const char *value, sha
     }
 }
 
-/* The instants of frames, where a scene does not take the whole play. */
+/* Writes the instants of frames, if a scene does not take the whole play. */
 static void write_instants(const writer *w, const cut *c) {
     if (w->is_alone)
         return;
@@ -392,7 +392,7 @@ static int class_of(writer *w, const char *property, const char *light, const ch
     return w->class_count++;
 }
 
-/* "url(#linear0)" as the names that gradients have on both pages. */
+/* Returns the class of a gradient: "url(#linear0)" becomes the names that gradients have on both pages. */
 static int class_of_gradient(writer *w, const char *property, const char *value) {
     char names[PAGES][48];
     for (int page = 0; page < PAGES; page++)
@@ -451,7 +451,7 @@ static void write_element(writer *w, const cut *c, const strip *s, shade of, con
         fprintf(w->file, "%s\n", e->tail + 1);
 }
 
-/* Whether its colours vary with time: then it is written once for each page. */
+/* Whether the colours of an element vary with time. Such an element is written once for each page. */
 static bool shines(const strip *s) {
     for (int i = 0; i < s->at[0][0].count; i++)
         for (int page = 0; page < PAGES; page++)
@@ -460,8 +460,8 @@ static bool shines(const strip *s) {
     return false;
 }
 
-/* Lines that are no elements, or have the same words at all frames, are as they are. Returns false if memory is
- * insufficient. */
+/* Writes a line at all frames. Lines that are no elements, or have the same words at all frames, are copied. Returns
+ * false if memory is insufficient. */
 static bool write_line(writer *w, const cut *c, int line, shade of) {
     strip s;
     const char *text = c->film->page[0][c->first].line[line];
@@ -494,7 +494,7 @@ static double share_at(const kt_drawn_path *path, double part) {
     return whole > 0.0 ? covered / whole : 1.0;
 }
 
-/* A path grows with the motion: a dash as long as the whole, which comes out of its beginning. */
+/* Writes a path that grows with the motion: a dash as long as the whole path, which extends from its beginning. */
 static void write_path(writer *w, const cut *c, const char *const lines[PAGES], const kt_drawn_path *path) {
     element pages[PAGES];
     char *inner = NULL;
@@ -517,9 +517,8 @@ static void write_path(writer *w, const cut *c, const char *const lines[PAGES], 
     free(pages[1].text);
 }
 
-/* Returns the position of the paths among the lines of a frame that was drawn without paths: the first line that
- * differs if they are drawn. If the counts of lines do not fit, it returns the end of the frame. Returns -1 on
- * failure. */
+/* Returns the position of the paths among the lines of a frame that was drawn without paths. It is the first line that
+ * differs if they are drawn. If the counts of lines do not fit, it is the end of the frame. Returns -1 on failure. */
 static int find_paths(const kt_drawing *drawing, const cut *c, page_lines traced[PAGES]) {
     const page_lines *bare = &c->film->page[0][c->first];
     for (int page = 0; page < PAGES; page++)

@@ -1,4 +1,4 @@
-/* Hidden parts: solids, joints, feet, bushings and springs of a state, painted from the farthest to the nearest. */
+/* Occlusion: solids, joints, feet, bushings and springs of a state, painted from the farthest to the nearest. */
 #include "draw/paper.h"
 #include "picture/solid.h"
 
@@ -61,7 +61,7 @@ static bool is_taken(const kt_sheet *sheet, kt_vec3 at, double distance) {
     return false;
 }
 
-/* The middle of the first solid of a body's rigid part; the body's origin where it has none. */
+/* The middle of the first solid of a body's rigid part, or the body's origin if it has none. */
 static kt_vec3 middle_of(const kt_sheet *sheet, int body) {
     const kt_picture *p = sheet->drawing->picture;
     for (int i = 0; i < p->solid_count; i++)
@@ -70,7 +70,7 @@ static kt_vec3 middle_of(const kt_sheet *sheet, int body) {
     return sheet->poses[body].position;
 }
 
-/* A foot on the ground below a joint, or above it where the body hangs; none where neither has room. */
+/* A foot on the ground below a joint, or above it if the body hangs. There is none if neither has room. */
 static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, double r) {
     const kt_vec3 up = kt_picture_vertical(sheet->drawing->picture);
     const double side = kt_vec3_dot(kt_vec3_sub(middle_of(sheet, body), at), up) < -3.0 * r ? 1.0 : -1.0;
@@ -287,7 +287,7 @@ static bool is_alike(const kt_picture *p, int i, int k) {
            p->colour[p->solids[k].body] == p->colour[p->solids[i].body];
 }
 
-/* Bars of one colour and width as one path, of which each takes a quarter of the bytes that it takes alone. */
+/* Paints bars of one colour and width as one path. Each then takes a quarter of the bytes of a separate path. */
 static void paint_bars(const kt_sheet *sheet, int first) {
     const kt_picture *p = sheet->drawing->picture;
     for (int k = first; k < p->solid_count; k++) {
@@ -332,7 +332,7 @@ static void find_limits(const kt_sheet *sheet, const things *t, kt_spot *low, kt
     }
 }
 
-/* All but springs as pixels; the solids of a rigid part have one line around them. */
+/* Paints all things but springs as pixels. The solids of a rigid part have one line around them. */
 static bool paint_pixels(const kt_sheet *sheet, const things *t) {
     const kt_picture *p = sheet->drawing->picture;
     kt_spot low, high;
@@ -353,7 +353,7 @@ static bool paint_pixels(const kt_sheet *sheet, const things *t) {
     return fine;
 }
 
-/* The farthest first, as shapes of the page. */
+/* Paints all things as shapes of the page, the farthest first. */
 static bool paint_pieces(const kt_sheet *sheet, things *t, bool joins_bars) {
     if (!kt_pieces_sort(&t->pieces, 0.8 / sheet->scale, sheet->drawing->is_diagram))
         return false;

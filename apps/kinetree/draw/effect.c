@@ -159,7 +159,8 @@ void kt_paint_relations(const kt_sheet *sheet) {
     }
 }
 
-/* A force as an arrow whose head is at its point; a torque, where it turns in the picture, as an arc. */
+/* Paints a force as an arrow whose head is at its point, unless it points at the viewer. Paints a torque as an arc, if
+ * its axis is more than 30 degrees out of the page. */
 static void paint_load(const kt_sheet *sheet, const kt_picture_effect *effect) {
     const kt_pose frame = kt_body_frame_pose(&effect->ends[0], sheet->poses);
     const kt_vec3 world = effect->is_carried ? kt_mat3_apply(frame.rotation, effect->direction) : effect->direction;

@@ -19,7 +19,7 @@ static void trace_dot(cairo_t *c, kt_spot at) {
     cairo_line_to(c, at.x, at.y);
 }
 
-/* Small circles; with a dot where they close a loop. Layer by layer, which keeps files small. */
+/* Small circles, with a dot if they close a loop. They are painted layer by layer, which keeps files small. */
 void kt_paint_pivots(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
     const double r = sheet->pin, widths[] = {2.0 * r, 2.0 * r - fmin(2.6, r), 0.75 * r};
@@ -81,7 +81,7 @@ static bool hangs(const kt_sheet *sheet, int part, kt_spot from) {
 
 static bool turns_in_plane(kt_joint_type type) { return type == KT_JOINT_REVOLUTE; }
 
-/* Mounts of all pivots on the ground, at one place one. */
+/* Paints a mount of each pivot on the ground, and one for pivots at the same spot. */
 void kt_paint_mounts(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
     for (int i = 0; i < p->joint_count; i++) {
@@ -133,8 +133,8 @@ static reach reach_of(const kt_sheet *sheet, int body, kt_spot from, kt_spot alo
 
 enum { GUIDE_MOST = 26 }; /* of a dashed guide beyond its block: within the border of a picture */
 
-/* A slider in the plane: on the ground hatched guides, one below a block, two on both sides of a bar; else a fine
- * line. */
+/* A slider in the plane. On the ground it has hatched guides: one below a block, two on both sides of a bar. Otherwise
+ * it has a fine line. */
 static void paint_guide(const kt_sheet *sheet, const kt_picture_joint *joint) {
     const kt_drawing *d = sheet->drawing;
     const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses);

@@ -11,7 +11,7 @@ kt_spot kt_spot_between(kt_spot a, kt_spot b, double share) {
 
 double kt_spot_distance(kt_spot a, kt_spot b) { return hypot(b.x - a.x, b.y - a.y); }
 
-/* The unit direction from a to b; to the right where they are one. */
+/* The unit direction from a to b, or to the right if they are equal. */
 kt_spot kt_spot_direction(kt_spot a, kt_spot b) {
     const double length = kt_spot_distance(a, b);
     return length > 1e-9 ? (kt_spot){(b.x - a.x) / length, (b.y - a.y) / length} : (kt_spot){1.0, 0.0};
@@ -148,7 +148,7 @@ static void trace_dashpot(cairo_t *c, kt_spot from, kt_spot to, double width, do
     }
 }
 
-/* Both side by side hang on bars across their ends. */
+/* Bars across the ends of a spring and a damper side by side. */
 static void trace_bars(cairo_t *c, kt_spot from, kt_spot to, double aside, double a, double b) {
     const kt_spot along = kt_spot_direction(from, to);
     for (int i = 0; i < 2; i++) {

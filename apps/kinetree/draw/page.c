@@ -107,7 +107,7 @@ static void keep_above_grain(layout *l) {
     l->right += 0.5 * lacking;
 }
 
-/* The number of columns with which states become largest. */
+/* Finds the number of columns with which states become largest. */
 static void arrange(layout *l, const kt_drawing *d) {
     const double width = fmax(l->right - l->left, 1e-9 * (l->top - l->bottom)),
                  height = fmax(l->top - l->bottom, 1e-9 * width);

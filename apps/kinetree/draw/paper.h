@@ -32,8 +32,8 @@ kt_spot kt_sheet_place(const kt_sheet *sheet, kt_vec3 point);
 
 /* Whether the state is an earlier one of a drawing that has to be small. */
 bool kt_sheet_is_plain(const kt_sheet *sheet);
-/* Whether joint symbols would hide all bodies. There must be more than `least` joints, and most of them must be near
- * their predecessors in the list. radius: of a symbol on the page. */
+/* Whether joint symbols of a radius, on the page, would hide all bodies. There must be more than `least` joints, and
+ * most of them must be near their predecessors in the list. */
 bool kt_sheet_is_crowded(const kt_sheet *sheet, double radius, int least);
 
 /* The colour of a body: that of its rigid part, or that of parts that are fixed to the ground. */
@@ -85,7 +85,7 @@ void kt_paint_dashes(const kt_sheet *sheet, kt_spot from, kt_spot to, kt_colour 
 /* Short oblique lines along the left side of a line, as seen from its beginning. They mark fixed ground. */
 void kt_paint_hatching(const kt_sheet *sheet, kt_spot from, kt_spot to);
 /* Paints a spring, a damper, or both side by side, between `from` and `to`. It paints only the part from share a to
- * share b. around: the radius of a bar inside the spring, on the page; above 0, the spring alone represents both. */
+ * share b. If a bar is inside the spring, `around` is its radius on the page, and the spring alone represents both. */
 void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, double b, bool has_stiffness,
                      bool has_damping, double around);
 

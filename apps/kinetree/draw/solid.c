@@ -24,8 +24,8 @@ static bool is_shaded(const kt_sheet *sheet, double radius) {
            sheet->drawing->picture->solid_count <= SHADED_MOST;
 }
 
-/* A gradient across a round bar: dark on the side that is turned from the light. across: the unit direction on the
- * page, from the middle of the bar. */
+/* A gradient across a round bar: dark on the side that is turned from the light. The unit direction `across` starts
+ * from the middle of the bar on the page. */
 static cairo_pattern_t *round_shade(kt_colour colour, kt_spot middle, kt_spot across, double radius) {
     cairo_pattern_t *pattern = cairo_pattern_create_linear(middle.x - radius * across.x, middle.y - radius * across.y,
                                                            middle.x + radius * across.x, middle.y + radius * across.y);

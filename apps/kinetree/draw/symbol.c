@@ -8,7 +8,7 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- axes, markers, names ---------------------------------------------------------------------------------------- */
 
-/* An axis as a line with a head; one that points at the viewer as a dot in a circle. */
+/* An axis as a line with a head. An axis towards the viewer is a dot in a circle. */
 static void paint_axis(const kt_sheet *sheet, const kt_picture_joint *joint) {
     const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses);
     const kt_vec3 axis = kt_camera_point(&sheet->drawing->camera, frame.rotation.z);
