@@ -39,7 +39,7 @@ static double rank_of(const kt_candidate *one, double size) {
     return one->range > NOISE * size ? 2.0 + one->range / size : 1.0;
 }
 
-/* How many of its panel are shown before a column: the first of equal ones. */
+/* The number of columns that its panel shows before a column; the first of equal ones comes first. */
 static int place_of(const kt_candidate *candidates, int count, int column, double size) {
     const double rank = rank_of(&candidates[column], size);
     int before = 0;
@@ -52,7 +52,7 @@ static int place_of(const kt_candidate *candidates, int count, int column, doubl
     return before;
 }
 
-/* Noise next to the others of its family; zeros are so next to anything, and have no logarithm. */
+/* Whether a column is noise compared with others of its family. Zeros always are, and they have no logarithm. */
 static bool is_noise(const kt_candidate *candidates, int count, const kt_candidate *one) {
     const double size = size_of_family(candidates, count, one);
     return !one->is_empty && !(one->size > (one->is_error ? NOTHING : NOISE * size));
@@ -70,7 +70,7 @@ void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows) {
         measure_candidate(&candidates[i], rows);
     for (int i = 0; i < count; i++)
         candidates[i].is_noise = is_noise(candidates, count, &candidates[i]);
-    if (!is_any_shown(candidates, count)) /* a picture of zeros is one */
+    if (!is_any_shown(candidates, count)) /* a picture of zeros shows them, except residuals */
         for (int i = 0; i < count; i++)
             candidates[i].is_noise = candidates[i].is_noise && candidates[i].is_error;
     for (int i = 0; i < count; i++)
@@ -103,7 +103,7 @@ kt_noise_words kt_candidates_note_noise(const kt_candidate *candidates, int coun
     return words;
 }
 
-/* Names those that have a property, the first of them; false: there are none. */
+/* Writes the names of the first columns with a property. Returns false if there are none. */
 static bool name_those(const kt_candidate *candidates, int count, bool empty, char *names, size_t size) {
     enum { NAMED = 6 };
     size_t used = 0;

@@ -22,8 +22,8 @@ typedef struct kt_candidate {
 
 /* Chooses the columns to show. S is the largest magnitude in a family. A column moves if it varies by more than 1e-11
  * S. A column that does not move and is not larger than that is noise. A panel shows at most KT_PLOT_SERIES_MAX
- * columns: first the moving ones that vary most, then constant ones. Columns of zeros or without a finite value are
- * shown only if the picture has nothing else. */
+ * columns: first the moving ones that vary most, then constant ones. Columns of zeros are shown only if the picture has
+ * nothing else. Residuals of zero and columns without a finite value are never shown. */
 void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows);
 
 /* The number of columns that were left out as noise or without a finite value, in words for a subtitle. Example: "; 3

@@ -395,7 +395,7 @@ static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
 /* ---- ranges ------------------------------------------------------------------------------------------------------ */
 
 /* Finds the range of all numbers that the axis can show. Without any, both ends are 0, or 1 on a logarithmic axis.
- * Curves over a rising x use all values of x, also those without a value to show, so that panels above each other
+ * Curves over a rising x use all values of x, also those without a value to show. Panels above each other therefore
  * have one axis. */
 static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, double *low, double *high) {
     *low = HUGE_VAL;

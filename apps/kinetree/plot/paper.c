@@ -253,7 +253,7 @@ static const char *skip_move(const char *text) {
     return *end == 'M' ? end - 1 : *end == '"' ? end : text;
 }
 
-/* Length of a text that another one begins with, else 0. */
+/* Returns the length of `part` if the text begins with it, else 0. */
 static size_t length_at(const char *text, const char *part) {
     const size_t length = strlen(part);
     return strncmp(text, part, length) == 0 ? length : 0;

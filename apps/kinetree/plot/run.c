@@ -23,8 +23,8 @@ struct kt_plot_run {
 
 /* ---- the panels -------------------------------------------------------------------------------------------------- */
 
-/* Whether a column is drawn. The time has no panel; energies and works are drawn as one change in a separate panel.
- * is_default: no record was selected, and only positions, markers and the scene's `output.columns` are drawn. */
+/* Whether a column is drawn. The time has no panel. Energies and works are drawn as one change in a separate panel. If
+ * no record was selected (is_default), only positions, markers and the scene's `output.columns` are drawn. */
 static bool is_drawn(const kt_column *column, bool is_default) {
     if (column->source == KT_COLUMN_TIME || column->source == KT_COLUMN_ENERGY || column->source == KT_COLUMN_WORK)
         return false;

@@ -49,8 +49,8 @@ static void put_point(lines *l, double x, double y) {
 
 static double at(double low, double high, int i) { return low + (high - low) * i / (GRID - 1.0); }
 
-/* Returns the part of the window that contains the region, plus one row or column on each side. surrounds: the region
- * of an implicit method surrounds its complement; the part then contains the complement. */
+/* Returns the part of the window that contains the region, plus one row or column on each side. The region of an
+ * implicit method surrounds its complement (surrounds). The part then contains the complement. */
 static window fit(const window *w, const double *gain, bool surrounds) {
     int left = GRID, right = -1, bottom = GRID, top = -1;
     for (int i = 0; i < GRID; i++)

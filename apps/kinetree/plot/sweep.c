@@ -53,7 +53,7 @@ static int compare(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* The finite values of a column in rising order, each once or all. */
+/* Writes the finite values of a column in rising order, each once or all. */
 static size_t sort_values(const double *values, size_t rows, bool once, double *to) {
     size_t count = 0, kept = 0;
     for (size_t i = 0; i < rows; i++)
@@ -97,7 +97,8 @@ static kt_plot_series trace(picture *p, int column, double value, double *pairs)
                             .is_dense = is_curve && count > MARKED};
 }
 
-/* Whether equal distances of x grow by equal ratios rather: a range that was given as log. */
+/* Whether the values of a column grow by equal ratios rather than by equal differences: a range that was given as
+ * log. */
 static bool is_logarithmic(const picture *p, int column) {
     double *values = malloc(p->rows * sizeof *values);
     const size_t count = values != NULL ? sort_values(column_of(p, column), p->rows, true, values) : 0;
