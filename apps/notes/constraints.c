@@ -1,8 +1,8 @@
 /* Chapter 6: compares each constraint's equations with the results of the exercises.
  *
- *   - A and b' with differences of phi (derivative, linearisation, virtual perturbation),
- *   - b'' with differences of A v - b' (linearisation of the derivative),
- *   - reactions with the condition that they do no work (A' lambda on motions that A allows). */
+ *   - Differences of phi check A and b' (derivative, linearisation, virtual perturbation).
+ *   - Differences of A v - b' check b'' (linearisation of the derivative).
+ *   - Reactions A' lambda do no work on motions that A allows. */
 #include "notes.h"
 
 #include <math.h>

@@ -43,7 +43,8 @@ static double error_of(const double *a, double angle, double rate) {
 
 static bool minimal(void) {
     double a[2];
-    /* 7.1E at 1 rad, and at z = 0. A fixed choice of x as the independent coordinate cannot pass z = 0. */
+    /* Exercise 7.1E at an angle of 1 rad, and at the level position. A fixed choice of x as the independent coordinate
+     * cannot pass the latter, since z vanishes there. */
     if (!accelerate(kt_reduction_method_of(KT_REDUCTION_PARTITION), 1.0, 0.5, a))
         return false;
     tell("7.1E", error_of(a, 1.0, 0.5));
@@ -69,9 +70,10 @@ static void fixed_rate(const double *y, double *rate) {
     rate[2] = (9.81 * x / z - x / (z * z) * s * v * v) / s;
 }
 
-/* Half a second from 1 rad at 4 rad/s, through the level position, by rk4 with steps of 1 ms. The pendulum's angle is
- * the reference. With the fixed choice, the figures are the final distance from the reference and the largest |x / z|
- * on the way. With pivots that are chosen anew, and with QR, the figure is the distance from the reference. */
+/* Half a second of the pendulum through the level position, by rk4 with steps of 1 ms. It starts at 1 rad with 4 rad/s.
+ * The pendulum's angle is the reference. With the fixed choice, the figures are the final distance from the reference
+ * and the largest |x / z| on the way. With pivots that are chosen anew, and with QR, the figure is the distance from
+ * the reference. */
 static bool crossing(void) {
     const double h = 1e-3;
     double y[3] = {sin(1.0), -cos(1.0), 4.0 * cos(1.0)}, worst = 0.0, angle = 1.0, turn = 4.0;
@@ -165,8 +167,8 @@ static bool index_of(const char *exercise, kt_dae_type type) {
     return true;
 }
 
-/* Prints the first frequency of example 8.1, for two limits: m1 goes to 0 with k1 = 100 N/m. k1 goes to infinity with
- * m1 = 1 kg. The second mass and spring have m2 = 8 kg and k2 = 300 N/m. */
+/* Prints the first frequency of example 8.1 in two limits. In one, k1 = 100 N/m and m1 vanishes. In the other, m1 = 1 kg
+ * and k1 goes to infinity. The second mass and spring have m2 = 8 kg and k2 = 300 N/m. */
 static bool masses(const char *exercise, double m1, double k1) {
     char text[512];
     mechanism m;

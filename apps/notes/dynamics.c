@@ -143,8 +143,8 @@ static bool gauss(void) {
 
 /* Internal forces on the part beyond the cut, with f = 6 N and s = xi / l:
  *
- *   - a force f pushes one end along the bar: the normal force is -f (1 - xi / l);
- *   - a pair of forces turns the bar, at rest: the shear force is f (1 - 6 s + 6 s^2). */
+ *   - A force f pushes one end along the bar. The normal force is -f (1 - xi / l).
+ *   - A pair of forces turns the bar, at rest. The shear force is f (1 - 6 s + 6 s^2). */
 bool dynamics(void) {
     return rocket() && bars() && cut("3.2E", "  - {type: force, at: first, value: [6, 0, 0], frame: body}\n", 0) &&
            cut("3.3H",
