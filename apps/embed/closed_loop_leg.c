@@ -27,7 +27,7 @@ enum { THIGH = 0, CRANK, ROD, SHANK, JOINTS, MOTORS = 2 }; /* order of the coord
 
 static const double sample = 1e-3, duration = 3.0, settled = 0.5;   /* s */
 static const double count = 2.0 * 3.14159265358979323846 / 65536.0; /* rad, of the encoders */
-static const double stiffness = 2500.0, damping = 100.0;            /* K, D: 1/s^2, 1/s */
+static const double stiffness = 2500.0, damping = 100.0;            /* K in s^-2, D in s^-1 */
 static const double limit = 120.0;                                  /* N m, of each motor */
 static const kt_vec3 foot = {0.0, -0.4, 0.0};                       /* on the shank, m */
 

@@ -36,7 +36,7 @@ static const double smoothing = 0.6;                               /* of the spe
 static const double knock_time = 8.0, knock_length = 0.02, knock_force = 0.2; /* of the force on the tip: s, s, N */
 static const double pump = 3000.0, fastest = 50.0; /* of the arm's acceleration in swing-up: 1/(J s), 1/s^2 */
 static const double surplus = 0.2;                 /* of the energy, over m g l, for the loss to the arm's spring */
-static const double centre[2] = {10.0, 2.0};       /* spring and damper of the arm, 1/s^2, 1/s */
+static const double centre[2] = {10.0, 2.0};       /* spring in s^-2 and damper in s^-1 of the arm */
 static const double arm_length = 0.2, pendulum_length = 0.25; /* m */
 
 /* All memory that the library uses after the compilation of the model; nothing else is allocated. */

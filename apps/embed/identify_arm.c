@@ -169,7 +169,8 @@ static kt_status identify(arm *drawn, arm *real, double seconds, fit *f, kt_erro
     return status;
 }
 
-/* rms of the torques that are predicted on another path less the true ones, over the sensors' deviation. */
+/* Root mean square of the torques that are predicted on another path minus the true ones, over the sensors'
+ * deviation. */
 static kt_status predict(arm *drawn, arm *real, const fit *f, double *by_drawing, double *by_fit, kt_error *error) {
     double q[JOINTS], v[JOINTS], a[JOINTS], tau[JOINTS], guess[JOINTS];
     kt_status status = KT_OK;

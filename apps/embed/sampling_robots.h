@@ -118,7 +118,7 @@ static inline double foot_height(const double *q, int leg) {
     return q[Y] + (leg < 2 ? hip : -hip) * sin(q[PITCH]) - bone * (cos(thigh) + cos(shank)) - foot_radius;
 }
 
-/* How high it is to be. */
+/* The target of the height of a foot. */
 static inline double foot_target(double t, int leg) {
     const double phase = 2.0 * half_turn * t / period + (leg == 1 || leg == 2 ? half_turn : 0.0);
     return lift * fmax(0.0, sin(phase));

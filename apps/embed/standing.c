@@ -124,7 +124,8 @@ static int most_violated(const program *p, const double *x) {
     return worst;
 }
 
-/* Adds one inequality; those leave whose multipliers come to zero on the way. Returns false if there is no solution. */
+/* Adds one inequality. Active inequalities whose multipliers reach zero on the way are removed. Returns false if there
+ * is no solution. */
 static bool add(const program *p, solution *s, int side) {
     double z[MOST], r[TRUNK + SIDES];
     const double *n = p->c_matrix + side * p->n;
@@ -308,7 +309,7 @@ static void pose_program(const double *right, const double *jacobian, int rows, 
             p->e_matrix[k * rows + i] = jacobian[k * rows + i];
     }
     memcpy(p->e, right, sizeof p->e);
-    /* Rows of a foot are the second end minus the first, in the axes of the world, so that f is the force of the
+    /* Rows of a foot are the second end minus the first, in the axes of the world, which makes f the force of the
      * ground. */
     for (int foot = 0; foot < rows / 3; foot++)
         for (int side = 0; side < 5; side++) {

@@ -95,13 +95,13 @@ bool kt_speaks_utf8(int descriptor);
  * and then the caller releases *scene with kt_scene_free, or an exit code. */
 int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene);
 
-/* Does the same, and lets the scene start from a result (kt_start_from). from: NULL for the result that the scene's key
- * `initial.from` names, if it has one. */
+/* Does the same, and lets the scene start from the result `from` (kt_start_from). If `from` is NULL, the scene's key
+ * `initial.from` names the result, if it exists. */
 int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene);
 
-/* Reads a robot in URDF, MJCF or SDF. options: NULL for the defaults. kt_read_scene does so, too, for files named
- * *.urdf, *.mjcf, *.sdf, *.world or *.xml. It also does so if a file or standard input begins with '<'. Prints the
- * elements of the robot that the scene has left out. */
+/* Reads a robot in URDF, MJCF or SDF. If `options` is NULL, the defaults apply. kt_read_scene does so, too, for files
+ * named *.urdf, *.mjcf, *.sdf, *.world or *.xml. It also does so if a file or standard input begins with '<'. Prints
+ * the elements of the robot that the scene has left out. */
 int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene);
 
 /* Writes a scene to a file, whole or not at all, or to standard output ("-"). */
