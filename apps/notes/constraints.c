@@ -1,8 +1,6 @@
-/* Chapter 6: compares each constraint's equations with the results of the exercises.
- *
- *   - Differences of phi check A and b' (derivative, linearisation, virtual perturbation).
- *   - Differences of A v - b' check b'' (linearisation of the derivative).
- *   - Reactions A' lambda do no work on motions that A allows. */
+/* Chapter 6: compares each constraint's equations with the results of the exercises. Differences of phi check A and b'
+ * (derivative, linearisation, virtual perturbation). Differences of A v - b' check b'' (linearisation of the
+ * derivative). Reactions A' lambda do no work on motions that A allows. */
 #include "notes.h"
 
 #include <math.h>

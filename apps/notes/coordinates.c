@@ -167,8 +167,8 @@ static bool index_of(const char *exercise, kt_dae_type type) {
     return true;
 }
 
-/* Prints the first frequency of example 8.1 in two limits. In one, k1 = 100 N/m and m1 vanishes. In the other, m1 = 1 kg
- * and k1 goes to infinity. The second mass and spring have m2 = 8 kg and k2 = 300 N/m. */
+/* Prints the first frequency of example 8.1 in two limits. In one, k1 = 100 N/m and m1 vanishes. In the other,
+ * m1 = 1 kg and k1 goes to infinity. The second mass and spring have m2 = 8 kg and k2 = 300 N/m. */
 static bool masses(const char *exercise, double m1, double k1) {
     char text[512];
     mechanism m;
