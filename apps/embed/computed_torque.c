@@ -101,7 +101,7 @@ static kt_status control(controller *c, double t, const double *q, const double 
 }
 
 typedef struct result {
-    double rms, most, torque; /* rms and largest error, rad; largest torque over its limit */
+    double rms, most, torque; /* root mean square and largest error, rad; largest torque over its limit */
     double error[TICKS / 10]; /* rad, norm over the joints, every 10 ms */
 } result;
 

@@ -117,8 +117,8 @@ static int receive(plant *p, int wait, bool first) {
     return 1;
 }
 
-/* Sends the state and receives commands: in lock-step it waits for the answer, otherwise it takes those that have
- * arrived. */
+/* Sends the state and receives commands. In lock-step it waits for the answer. Otherwise it takes the commands that
+ * have arrived. */
 static void exchange(plant *p) {
     p->silence++;
     send_state(p);

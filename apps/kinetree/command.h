@@ -75,7 +75,7 @@ kt_shown kt_show(const char *name);
 /* Returns the exit code for a status. */
 int kt_exit_code(kt_status status);
 
-/* "; did you mean 'NAME'?" with `before` in front of the name, or an empty text if no name is near enough. */
+/* The text "; did you mean 'NAME'?" with `before` in front of the name. It is empty if no name is near enough. */
 typedef struct kt_question {
     char text[96];
 } kt_question;
@@ -91,8 +91,8 @@ bool kt_speaks_utf8(int descriptor);
 
 /* ---- reading a scene --------------------------------------------------------------------------------------------- */
 
-/* Reads a scene ("-": standard input) with settings (NULL: none) and prints every error in it. Returns KT_EXIT_DONE,
- * and then the caller releases *scene with kt_scene_free, or an exit code. */
+/* Reads a scene and prints every error in it. path: "-" for standard input; settings: NULL for none. If it returns
+ * KT_EXIT_DONE, the caller releases *scene with kt_scene_free. Otherwise it returns another exit code. */
 int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene);
 
 /* Does the same, and lets the scene start from the result `from` (kt_start_from). If `from` is NULL, the scene's key
@@ -118,14 +118,15 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model);
  * *absolute is NULL. */
 int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolute **absolute);
 
-/* The model that is integrated: that of the absolute formulation where there is one. */
+/* The model that is integrated: that of the absolute formulation if it exists. */
 const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *absolute);
 
 /* Reads and compiles a scene; the caller releases both. If the exit code is not KT_EXIT_DONE, neither exists. */
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model);
 /* Prints that hard stops, contacts and slack ropes are open in results of the model alone, if it has any. */
 void kt_say_open_contacts(const kt_model *model);
-/* Refuses a model that has some of them, with the reason: returns an exit code; -1: it has none. */
+/* Rejects a model with such elements and prints the reason. Returns an exit code, or -1 if the model has none of
+ * them. */
 int kt_refuse_contacts(const char *command, const kt_model *model);
 /* Prints that the command computes the motion without the scene's events, if it has any. */
 void kt_say_left_out(const char *command, const kt_scene *scene);

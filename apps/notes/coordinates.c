@@ -34,7 +34,7 @@ static bool accelerate(const kt_reduction_method *method, double angle, double r
     return done;
 }
 
-/* The pendulum's own: theta'' = -g sin theta. */
+/* The error of accelerations, compared with the pendulum's equation theta'' = -g sin theta. */
 static double error_of(const double *a, double angle, double rate) {
     const double turn = -9.81 * sin(angle);
     const double x = turn * cos(angle) - rate * rate * sin(angle), z = turn * sin(angle) + rate * rate * cos(angle);
@@ -88,7 +88,7 @@ static bool crossing(void) {
         for (int j = 0; j < 3; j++)
             y[j] += h / 6.0 * (k[0][j] + 2.0 * k[1][j] + 2.0 * k[2][j] + k[3][j]);
         worst = fmax(worst, fabs(y[0] / y[1]));
-        for (int n = 0; n < 10; n++) { /* the angle, by the midpoint rule of Stoermer and Verlet, finer */
+        for (int n = 0; n < 10; n++) { /* the angle, by the method of Stoermer and Verlet, with finer steps */
             const double fine = h / 10.0;
             turn -= 0.5 * fine * 9.81 * sin(angle);
             angle += fine * turn;
@@ -193,7 +193,7 @@ static bool masses(const char *exercise, double m1, double k1) {
     return true;
 }
 
-/* A second of the stabilised pendulum: how far it is off the rod, in position and in velocity. */
+/* A second of the stabilised pendulum: its distance from the rod's constraint, in position and in velocity. */
 static bool stabilised(void) {
     mechanism m;
     kt_error e = {0};
@@ -215,7 +215,7 @@ static bool stabilised(void) {
     return true;
 }
 
-/* Accelerations of a formulation, against the pendulum's. */
+/* Prints the error of a formulation's accelerations, compared with the pendulum's. */
 static bool formulation(const char *exercise, kt_constraint_formulation_type type) {
     mechanism m;
     kt_error e = {0};

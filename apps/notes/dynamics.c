@@ -118,7 +118,7 @@ static bool energy(void) {
     return true;
 }
 
-/* 4.4: among all accelerations that the pendulum's rod allows, that of the engine has the least Gaussian. */
+/* 4.4: of all accelerations that the pendulum's rod allows, that of the engine has the least Gaussian. */
 static bool gauss(void) {
     mechanism m;
     kt_error e = {0};

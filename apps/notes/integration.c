@@ -50,8 +50,9 @@ static void order(const char *exercise, const char *name, double step) {
     tell(exercise, log2(error_of(name, step) / error_of(name, 0.5 * step)));
 }
 
-/* The error of the midpoint rule by the table of example 5.2. The step y + h k with k = f(y + h k / 2, t + h / 2) is
- * solved for the slope k. */
+/* The error of the midpoint rule by the table of example 5.2, which is solved for the slope k:
+ *
+ *     k = f(y + h k / 2, t + h / 2),  y <- y + h k */
 static double midpoint_error(int steps) {
     const double h = 1.0 / steps;
     double y = 1.0;

@@ -32,7 +32,7 @@ static void chapter_2(void) {
     tell("2.5", size_of(kt_vec3_sub(moved, kt_vec3_cross(w, kt_mat3_apply(R, b)))));
 }
 
-/* The velocity of a point of a body that a tree carries, against the difference of its places. */
+/* Compares the velocity of a point of a body in a tree with the difference of its positions. */
 static bool velocity_of_point(void) {
     mechanism m;
     kt_error e = {0};
@@ -64,7 +64,7 @@ static bool velocity_of_point(void) {
     return true;
 }
 
-/* G of the Euler vector: w = G theta', and the perturbation of an increment likewise, theta_delta = G delta theta. */
+/* G of the Euler vector: w = G theta'. The perturbation of an increment is likewise theta_delta = G delta theta. */
 static bool increments(void) {
     const kt_vec3 theta = any_vector(), rate = any_vector();
     const kt_mat3 reference = any_rotation();

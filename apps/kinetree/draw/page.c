@@ -198,7 +198,7 @@ static void paint_paths(const kt_sheet *sheet) {
 
 /* ---- around the mechanism ---------------------------------------------------------------------------------------- */
 
-/* The world's axes as the camera sees them. */
+/* The world's axes as seen by the camera. */
 static void paint_triad(const kt_sheet *sheet, kt_spot origin) {
     static const char *const names[] = {"x", "y", "z"};
     const double length = 24.0;
@@ -254,7 +254,7 @@ static void paint_scale(const kt_sheet *sheet, double right, double y) {
     kt_paper_text(c, right - 0.5 * width, y - 8.0, KT_ANCHOR_MIDDLE, text);
 }
 
-/* An arrow as gravity pulls; along the view a dot or a cross in a circle. */
+/* Gravity as an arrow. If it is along the view, it is a dot or a cross in a circle. */
 static void paint_gravity(const kt_sheet *sheet, kt_spot at) {
     const kt_vec3 g = sheet->drawing->picture->gravity;
     cairo_t *c = sheet->c;

@@ -76,7 +76,8 @@ static corner corner_of(const kt_raster *r, int point) {
 
 static unsigned char byte_of(double x) { return (unsigned char)lround(255.0 * fmin(fmax(x, 0.0), 1.0)); }
 
-/* Both sides of a surface are seen: files disagree about which one is outside. */
+/* Writes a sample, unless a nearer one is there. Both sides of a surface are shaded, because files disagree about which
+ * one is outside. */
 static void put_sample(kt_raster *r, int thing, kt_colour colour, size_t at, double depth, kt_vec3 normal) {
     sample *s = &r->samples[at];
     if (!((float)depth > s->depth))
@@ -86,7 +87,7 @@ static void put_sample(kt_raster *r, int thing, kt_colour colour, size_t at, dou
     *s = (sample){(float)depth, thing, byte_of(tone.red), byte_of(tone.green), byte_of(tone.blue)};
 }
 
-/* Samples whose centres are within, by barycentric coordinates. */
+/* Paints the samples with their centres within a triangle, by barycentric coordinates. */
 static void paint_triangle(kt_raster *r, int thing, kt_colour colour, const int *points) {
     const corner a = corner_of(r, points[0]), b = corner_of(r, points[1]), c = corner_of(r, points[2]);
     const double area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);

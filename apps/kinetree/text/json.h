@@ -22,7 +22,7 @@ json_t *kt_json_vector(kt_vec3 u);
 /* Object that maps each joint's name to a number (joint with one coordinate) or a list (more coordinates); joints
  * without coordinates are left out. Velocities if `of_velocity`, else positions. x may be NULL: all values are null. */
 json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocity);
-/* Object that maps each own state's name to its number. */
+/* Object that maps each auxiliary state's name to its number. */
 json_t *kt_json_own_states(const kt_model *model, const double *x);
 
 /* Returns an object as text, which the caller frees, and releases the object; flags: those of jansson. NULL, after

@@ -21,7 +21,7 @@
 typedef struct kt_json_writer {
     char *text; /* ends with a zero; NULL: nothing was put */
     size_t used, room;
-    bool is_short; /* memory was insufficient: the text is not whole */
+    bool is_short; /* memory was insufficient: the text is incomplete */
 } kt_json_writer;
 
 /* bracket: '{' or '['; '}' or ']'. */
