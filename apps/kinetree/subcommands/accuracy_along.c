@@ -1,5 +1,5 @@
-/* `accuracy --vary`: a study for each value of a parameter, and a line of each as those of a sweep: which setting is the
- * cheapest for each goal, and what it costs. */
+/* `accuracy --vary`: runs a study for each value of a parameter. Each study writes one line, as a run of a sweep does:
+ * the cheapest setting for each goal, and its cost. */
 #include "subcommands/accuracy.h"
 
 #include "sweep/sweep.h"
@@ -66,7 +66,7 @@ void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *finding
     along->written = true;
 }
 
-/* One study after the other: their times would disturb each other. */
+/* The studies run one after the other, because parallel studies would disturb each other's measured times. */
 static int write_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
                      kt_accuracy_study *study, const char *path, const char *base) {
     int code = KT_EXIT_DONE;

@@ -60,7 +60,8 @@ static kt_status print_method(const kt_findings *findings, const kt_dae_options 
     return status;
 }
 
-/* All in one set of coordinates. Where a body has no inertia there are none of them. */
+/* Prints all baselines in one set of coordinates. If a body has no inertia, the baselines do not exist, and the message
+ * of the error is printed instead. */
 static int print_formulation(const kt_findings *findings, kt_formulation formulation) {
     printf("in %s coordinates\n", kt_formulation_name(formulation));
     for (int type = 0; type < KT_DAE_COUNT; type++)

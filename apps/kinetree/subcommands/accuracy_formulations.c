@@ -51,8 +51,8 @@ static const kt_accuracy_curve *curve_of(const kt_accuracy_results *results, con
     return NULL;
 }
 
-/* Returns the point of the minimal formulation at whose setting all are compared: the first setting, from coarse to
- * fine, that reaches the goal, or else the most accurate one. */
+/* Returns the point of the minimal formulation whose setting is used to compare all formulations. It is the first
+ * point, from coarse to fine, that reaches the goal. If no point reaches the goal, it is the most accurate point. */
 static const kt_accuracy_point *choose(const kt_accuracy_results *results, const kt_accuracy_curve *curve,
                                        double goal) {
     const kt_accuracy_point *best = NULL;

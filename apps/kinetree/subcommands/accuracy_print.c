@@ -271,8 +271,9 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
     return count;
 }
 
-/* Returns the index of the point whose variants are compared: the cheapest for the middle goal; if no point reaches it,
- * the cheapest for the smallest decade from 1e-6 to 0.1 that one reaches; -1: none. */
+/* Returns the index of the point whose variants are compared: the cheapest point for the middle goal. If no point
+ * reaches this goal, the goal is the smallest decade from 1e-6 to 0.1 that a point reaches. Returns -1 if no point
+ * reaches any of these goals. */
 static int choose(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int best = kt_accuracy_best(findings->study, arguments->goals[arguments->goal_count / 2]);

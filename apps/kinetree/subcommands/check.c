@@ -139,7 +139,8 @@ static double largest_inertia(const check *c, int body) {
     return sum;
 }
 
-/* The inertia that coordinate i moves: what its force grows by with a unit of its acceleration, all else being at rest. */
+/* Returns the inertia that coordinate i moves: the increase of its generalised force for a unit acceleration. All other
+ * accelerations and all velocities are zero. NaN if inverse dynamics fail. */
 static double moved_inertia(const check *c, int i, double *work) {
     const size_t nv = (size_t)kt_model_nv(c->model);
     double *a = work, *tau = work + nv, rest;
@@ -153,8 +154,8 @@ static double moved_inertia(const check *c, int i, double *work) {
     return status == KT_OK ? tau[i] - rest : (double)NAN;
 }
 
-/* A joint whose axis all but meets the mass that it turns, as a robot's with points for links has, begins with an
- * acceleration that steps can hardly follow. */
+/* Warns of revolute joints whose axis nearly passes through the mass that the joint turns. Robots whose links are
+ * points have such joints. These joints begin with an acceleration that steps can hardly follow. */
 static void check_inertia(check *c) {
     enum { FAST = 100000 /* rad/s^2 */ };
     kt_error error;
@@ -313,7 +314,8 @@ static int check_accelerations(check *c) {
     return status == KT_ERROR_SINGULAR ? KT_EXIT_SCENE : code;
 }
 
-/* Begins the simulation that `run` begins: what bounds one side, a hard stop or contact, must be on its free side. */
+/* Begins the simulation that `run` begins. Constraints that bound one side (hard stops and contacts) must begin on
+ * their free side. */
 static int check_simulation(const check *c) {
     kt_error error = {0};
     kt_simulation *simulation = NULL;

@@ -142,7 +142,7 @@ static int choose_view(const char *view, const kt_picture *picture, const kt_pos
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
 
-/* What is drawn, and the memory for it. */
+/* The scene, its simulation and the drawn states and paths, with their memory. */
 typedef struct motion {
     kt_scene scene;
     kt_model *model;
@@ -253,7 +253,7 @@ static void take_points(motion *m) {
     m->point_count++;
 }
 
-/* Advances to a state and takes its poses. Where the run ends before it, the state is the end. */
+/* Advances to a state and takes its poses. If the run ends before this state, the end of the run replaces the state. */
 static kt_status take_state(motion *m, int state, kt_error *error) {
     kt_status status = kt_play_to(&m->play, m->times[state], error);
     if (status == KT_OK)
@@ -290,7 +290,8 @@ static kt_status follow(motion *m, double end, kt_error *error) {
     return status;
 }
 
-/* Of the times of --at that lie behind the end of the run, the first one becomes the end, and the others are left out. */
+/* Shortens the list of --at if times lie behind the end of the run. The first of these times becomes the end, and the
+ * others are left out. */
 static void cut_times(motion *m, double end) {
     int kept = 0;
     for (int i = 0; i < m->state_count && (i == 0 || m->times[i - 1] < end); i++)
@@ -368,8 +369,9 @@ static long long svg_size(const char *path) {
     return end != NULL && strcmp(end, ".svg") == 0 && stat(path, &status) == 0 ? (long long)status.st_size : 0;
 }
 
-/* Writes the drawing. Where it is larger than a page should load, a strobe picture first has flat colours, and earlier
- * states without symbols and edges; then there are fewer of them. view: what the subtitle says of the view. */
+/* Writes the drawing. A strobe picture that is larger than SVG_BYTES is written again with flat colours. Its earlier
+ * states then have no symbols and no edges. If it is still too large, it has fewer states. view: the part of the
+ * subtitle that describes the view. */
 static int write_small(motion *m, const kt_draw_arguments *arguments, const char *view, kt_drawing *drawing,
                        const char *path) {
     const int states = m->state_count;
@@ -455,7 +457,7 @@ static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_
                                           : write_small(m, arguments, words.text, &drawing, path);
 }
 
-/* What there is to see at the first state; a mesh that is lost is told. */
+/* Creates the picture of the first state, and reports lost meshes. */
 static kt_status create_picture(motion *m, const kt_draw_arguments *arguments, kt_error *error) {
     const kt_picture_options shown = {.boxes = arguments->boxes};
     const kt_status status = kt_picture_create(&m->scene, m->model, m->poses, &shown, &m->picture, error);

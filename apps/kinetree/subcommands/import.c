@@ -72,7 +72,7 @@ const kt_usage kt_usage_import = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-/* Returns the choice of a word; -1 after printing what is wrong. */
+/* Returns the choice of a word, or -1 after printing the error. */
 static int choose_inertia(const char *word) {
     static const char *const words[] = {"warn", "strict", "accept"}; /* as kt_robot_inertia */
     for (int i = 0; i < 3; i++)
@@ -82,7 +82,7 @@ static int choose_inertia(const char *word) {
     return -1;
 }
 
-/* Reads the height of a floor, if there is one; false after printing what is wrong. */
+/* Reads the height of a floor, if there is one. Returns false after printing the error. */
 static bool read_ground(const kt_import_arguments *a, kt_robot_options *how) {
     char *end;
     if (a->ground == NULL)

@@ -1,4 +1,4 @@
-/* kinetree info: shows what a scene consists of. */
+/* kinetree info: shows the contents of a scene. */
 #include "advice/penetration.h"
 #include "scene/start.h"
 #include "text/arguments.h"
@@ -256,7 +256,8 @@ static void show_masses(const kt_model *model, kt_data *data, const double *q, c
         puts("gravity    none");
 }
 
-/* How many models the sets of what is switched are, and what they take. */
+/* Shows the number of switched loops and effects, the number of models for their sets, and the memory of these
+ * models. */
 static void show_sets(const kt_model *model) {
     const int count = kt_switch_count(model);
     if (count > KT_SWITCH_MAX)

@@ -118,8 +118,8 @@ static void print_mode(const kt_small_motion *motion, int index, int number) {
     print_movers(motion, index);
 }
 
-/* Selects neutral modes of one kind: those with a zero eigenvalue, on which no force acts, or (uncertain) those whose
- * eigenvalue does not exceed its error. */
+/* Returns whether a mode is neutral and of one kind. The eigenvalue is zero, since no force acts on the mode, or
+ * (uncertain) it does not exceed its error. */
 static bool is_of_kind(const kt_small_motion *motion, const kt_mode *mode, bool uncertain) {
     return kt_mode_is_neutral(mode) && kt_mode_is_uncertain(motion, mode) == uncertain;
 }

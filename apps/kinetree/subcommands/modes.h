@@ -1,4 +1,4 @@
-/* What the files of `kinetree modes` share. */
+/* Declarations that the files of `kinetree modes` share. */
 #ifndef KT_COMMAND_SUBCOMMANDS_MODES_H
 #define KT_COMMAND_SUBCOMMANDS_MODES_H
 
@@ -14,13 +14,14 @@ int kt_modes_print_period(const kt_small_motion *motion, double period, long ste
 int kt_modes_print_formulation(const kt_small_motion *motion, kt_constraint_formulation_type type, double alpha,
                                double beta, bool json);
 
-enum { KT_MODES_AT_INITIAL = 0, KT_MODES_AT_EQUILIBRIUM }; /* -1: whichever says more about the scene */
+enum { KT_MODES_AT_INITIAL = 0, KT_MODES_AT_EQUILIBRIUM }; /* -1: the initial state if it moves, else the equilibrium */
 
-/* Chooses the state of an open motion, linearises about it, and reports what limits the result. *state: its name. Returns
- * an exit code. */
+/* Chooses the state of an open motion, linearises about it, and reports the limits of the result. *state: its name.
+ * Returns an exit code. */
 int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char **state);
 
-/* "2: 13.1 Hz, damping ratio 0.010"; of a mode that does not oscillate its time constant; moves: any body. */
+/* Title of a mode: "2: 13.1 Hz, damping ratio 0.010". A mode that does not oscillate has its time constant instead.
+ * moves: whether any body moves in the mode. */
 typedef struct kt_mode_title {
     char text[96];
 } kt_mode_title;
@@ -34,8 +35,8 @@ int kt_modes_slowest(const kt_small_motion *motion, int most, int *list, int *li
 int kt_modes_view(const kt_small_motion *motion, const char *state, const char *path, long count, bool boxes);
 int kt_view_modes(const char *scene, const char *path, const kt_settings *settings, bool boxes);
 
-/* Draw the slowest modes, `state` being what they are about: the mechanism deflected in each of them, or bars by joints.
- * Return an exit code. */
+/* Draw the slowest modes about the state with the name `state`: the mechanism deflected in each mode, or bars by
+ * joints. Return an exit code. */
 int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, bool is_dark);
 int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const char *path, bool is_dark);
 

@@ -1,4 +1,5 @@
-/* kinetree modes --formulation: what another formulation of the loops adds to the spectrum of the mechanism. */
+/* kinetree modes --formulation: the eigenvalues that another formulation of the loops adds to the spectrum of the
+ * mechanism. */
 #include "command.h"
 #include "records/output.h"
 #include "subcommands/modes.h"
@@ -7,7 +8,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* An eigenvalue of the formulation is the mechanism's where one of its modes is as near as differences can tell. */
+/* Returns whether an eigenvalue of the formulation belongs to the mechanism. It does if its distance from a mode of the
+ * mechanism is within the error of finite differences. */
 static bool is_mechanisms(const kt_small_motion *motion, double real, double imaginary, double scale) {
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
         const kt_mode mode = kt_modes_at(motion->modes, i);

@@ -6,7 +6,8 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Above this a motion is told not to come back: what rounding and the method leave is less. */
+/* A larger gap, in rad or m, is reported: the motion does not return after the period. Rounding and the method cause
+ * smaller gaps. */
 #define KT_GAP_TOLD 1e-6
 
 static json_t *describe(const kt_small_motion *motion, const kt_floquet *floquet, double period) {

@@ -20,8 +20,8 @@ static int choose_state(kt_small_motion *motion, int at, bool nearest) {
     return KT_EXIT_DONE;
 }
 
-/* Returns whether the motion is steady: the acceleration is zero, and so are its rate, d/dt a = state x' (its lower
- * rows), and those of own states. */
+/* Returns whether the motion is steady. The acceleration, its rate and the rates of the auxiliary states are then zero.
+ * The rate of the acceleration is d/dt a = state x' (the lower rows). */
 static bool is_steady(const kt_linear_system *system) {
     const double scale = fmax(1.0, system->speed * system->speed);
     if (system->acceleration > 1e-9 * scale)

@@ -11,7 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* What a page needs of each mode. */
+/* The modes that a page shows, with their titles and screws. */
 typedef struct shown_modes {
     int *modes, count;
     kt_view_mode *list;
@@ -47,8 +47,8 @@ static bool allocate(shown_modes *s, const kt_small_motion *motion, long most) {
     return s->list != NULL && s->titles != NULL && s->screws != NULL && s->twists != NULL;
 }
 
-/* The twist of a body relative to its parent as a screw: in the parent's axes, the rotation and the velocity of the point
- * at the parent's origin. */
+/* Writes the twist of a body relative to its parent as a screw, in the parent's axes. The screw is the rotation and the
+ * velocity of the point at the parent's origin. */
 static void put_screw(const kt_pose *poses, const kt_twist *twists, int body, int parent, double *screw) {
     const kt_twist *own = &twists[body], *below = &twists[parent];
     const kt_vec3 apart = kt_vec3_sub(poses[body].position, poses[parent].position);

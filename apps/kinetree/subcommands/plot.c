@@ -72,8 +72,9 @@ const kt_usage kt_usage_plot = {
 
 /* ---- kinds ------------------------------------------------------------------------------------------------------- */
 
-/* A column's kind follows from the part of its name before the first point, and from how the name ends (any of `ends`,
- * parted by '|'; NULL: however). On a logarithmic axis what may be a residual is no noise, however small it is. */
+/* The kind of a column follows from its name: from the part before the first point, and from the ending. `ends` lists
+ * the endings, with '|' between them. NULL accepts every ending. On a logarithmic axis, a column that may be a residual
+ * is never noise, however small it is. */
 static const struct kind {
     const char *name, *ends, *title, *unit;
     bool is_default, is_log, is_residual;
@@ -145,7 +146,7 @@ typedef struct kt_chart {
     kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
     char labels[KINDS][KT_PLOT_SERIES_MAX][128];
     int count[KINDS];
-    kt_candidate *candidates; /* the columns that were asked for */
+    kt_candidate *candidates; /* the requested columns */
     int candidate_count;
     struct own_kind {
         const char *name;
@@ -158,7 +159,7 @@ typedef struct kt_chart {
     char part_titles[PART_PANELS][160];
     int part_panels, parts_left_out; /* columns that have such a panel, and that have none */
     kt_plot_scale scale;
-    char scene[256]; /* its name, if a summary tells it */
+    char scene[256]; /* its name, if a summary contains it */
     kt_marks marks;
     kt_plot_event events[KT_MARKS_MAX]; /* as lines */
 } kt_chart;
@@ -221,7 +222,7 @@ static void add_column(kt_chart *chart, int column) {
                        .is_error = is_log(chart, kind) && kind_at(chart, kind).is_residual};
 }
 
-/* What its panel's title does not say of a column: "strut.force" of "effect.strut.force [N]". */
+/* Writes the part of a column's name that the title of its panel lacks: "strut.force" for "effect.strut.force [N]". */
 static void write_label(const char *name, int kind, char *label, size_t size) {
     const char *dot = kind < NAMED_KINDS - 1 ? strchr(name, '.') : NULL;
     const char *unit = kind >= NAMED_KINDS || kinds[kind].unit != NULL ? strstr(name, " [") : NULL;
@@ -229,8 +230,8 @@ static void write_label(const char *name, int kind, char *label, size_t size) {
     (void)snprintf(label, size, "%.*s", unit != NULL ? (int)(unit - from) : (int)strlen(from), from);
 }
 
-/* Several results: a panel for each column, in which each result is a curve of its own; of more than the palette has
- * colours, in a scale of colours by their number. */
+/* Adds a panel for one column of several results. Each result is one curve. If there are more results than colours in
+ * the palette, a colour scale shows their numbers. */
 static void add_parts(kt_chart *chart, const kt_candidate *column) {
     const kt_table *table = chart->table;
     const int kind = column->panel, k = chart->part_panels;
@@ -484,7 +485,7 @@ static void write_subtitle(const kt_chart *chart, char *subtitle, size_t size) {
              noise.text, kt_marks_note(&chart->marks));
 }
 
-/* The panels that the arguments ask for. Returns -1, or an exit code after printing the error. */
+/* Chooses the panels that the arguments request. Returns -1, or an exit code after printing the error. */
 static int choose_panels(kt_chart *chart, char *title, size_t size) {
     const kt_plot_arguments *arguments = chart->arguments;
     chart->x_name = arguments->x != NULL ? arguments->x : chart->table->names[0];
@@ -573,7 +574,8 @@ static int find_column(const kt_table *table, const char *option, const char *na
     return say_no_column(table, option, text);
 }
 
-/* The columns that begin as --columns says; by default the extremes and ends of records. */
+/* Chooses the columns whose names begin with a word of --columns. The default is the columns of events, maxima and
+ * ends. Returns -1, or an exit code after printing the error. */
 static int choose_columns(const kt_plot_arguments *arguments, const kt_table *table, int first, int *columns,
                           int *count) {
     char *text = arguments->columns != NULL ? strdup(arguments->columns) : NULL, *rest = text;
@@ -598,7 +600,7 @@ static int choose_columns(const kt_plot_arguments *arguments, const kt_table *ta
     return code;
 }
 
-/* What the columns are drawn over. */
+/* Chooses the columns over which the others are drawn (--map, --x, --by). */
 static int choose_axes(const kt_plot_arguments *arguments, const kt_table *table, kt_sweep_chart *chart) {
     const char *comma = arguments->map != NULL ? strchr(arguments->map, ',') : NULL;
     int code = -1;

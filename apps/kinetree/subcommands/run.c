@@ -30,7 +30,7 @@ static double cpu_now(void) {
 
 /* ---- recording --------------------------------------------------------------------------------------------------- */
 
-/* What a run collects for its results. */
+/* Everything that a run collects for its results. */
 typedef struct kt_results {
     kt_columns columns;
     kt_csv csv;
@@ -74,8 +74,8 @@ static void watch(kt_outcome *outcome, const kt_record *record) {
     outcome->records++;
 }
 
-/* In the first steps from rest the kinetic energy may appear before the corresponding fall of the potential energy, so
- * that a blow-up counts only if it lasts for STEPS steps. */
+/* Returns whether the energy has been blown up for STEPS steps. In the first steps from rest the kinetic energy may
+ * rise before the potential energy falls. Shorter blow-ups therefore do not count. */
 static bool stays_blown_up(kt_outcome *outcome) {
     enum { STEPS = 4 };
     const uint64_t steps = kt_simulation_counts_get(outcome->simulation).steps;
@@ -122,8 +122,8 @@ static int take_record(const kt_record *record, void *user) {
     return sinks->pauses ? 1 : 0;
 }
 
-/* Keeps why a run has ended early (NULL: what was printed, or is among the warnings, says it) and its last state, for
- * the view. */
+/* Keeps the reason for the early end of a run, and for the view the last state. The error is NULL if the reason has
+ * been printed or is among the warnings. */
 static void note_failure(kt_outcome *outcome, kt_motion *motion, const kt_error *error) {
     const kt_simulation *simulation = outcome->simulation;
     const double time = kt_simulation_time(simulation);
@@ -343,7 +343,8 @@ static char *name_part(const char *path, bool *fine) {
     return part;
 }
 
-/* The page of a failed run says so; only among other results does it spare an earlier one. */
+/* Returns the name of the view of a failed run; NULL: none. The page reports the failure. It therefore replaces an
+ * earlier page, unless the run also writes records. */
 static char *name_view(const kt_result_names *wholes, bool *fine) {
     if (wholes->out != NULL || wholes->view == NULL)
         return name_part(wholes->view, fine);
@@ -377,7 +378,7 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
 
 /* Writes the scene with the end of the run as its initial state. */
 static int write_scene(const kt_outcome *outcome, const char *path) {
-    kt_scene end = *outcome->scene; /* what it takes besides is its own */
+    kt_scene end = *outcome->scene; /* it shares the contents with the scene, and owns its later allocations */
     kt_error error = {0};
     end.memory = NULL;
     kt_status status = kt_scene_start_from(&end, outcome->model, kt_simulation_positions(outcome->simulation),
@@ -386,7 +387,7 @@ static int write_scene(const kt_outcome *outcome, const char *path) {
         status = kt_scene_start_states(&end, kt_simulation_own_states(outcome->simulation), &error);
     json_t *released = kt_released_list(outcome->scene, outcome->simulation);
     if (status == KT_OK && kt_json_is_short())
-        status = KT_ERROR_MEMORY; /* the list would lack what is released */
+        status = KT_ERROR_MEMORY; /* the list would lack released loops and effects */
     if (status == KT_OK)
         kt_released_apply(&end, released);
     json_decref(released);
@@ -423,7 +424,7 @@ static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, 
     return code >= 0 ? code : kt_csv_reopen(&results->csv, out, &results->columns, &checkpoint->records);
 }
 
-/* Lists the columns, and starts what collects the picture and the motion. Returns false if memory is insufficient. */
+/* Lists the columns, and starts to collect the plot and the motion. Returns false if memory is insufficient. */
 static bool start_results(kt_outcome *outcome, const kt_result_names *names, unsigned record, kt_results *results) {
     const bool has_reactions = (record & KT_RECORD_REACTION) != 0;
     kt_error error;
@@ -444,7 +445,8 @@ static bool start_results(kt_outcome *outcome, const kt_result_names *names, uns
            (results->motion != NULL || (names->view == NULL && names->glb == NULL));
 }
 
-/* Warns of what a view does not show: records that are no frames, and rotations too fast for its frames. */
+/* Warns if a view shows the run incompletely: lost meshes, records without a frame, and rotations too fast for the
+ * frames. */
 static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
     if (motion == NULL || motion->count < 2)
         return;
@@ -467,7 +469,8 @@ static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
                 kt_joint_name(outcome->model, motion->fastest_body), 0.5 * motion->fastest * gap / half_turn);
 }
 
-/* Runs a simulation that has been created, with the names of all files known. record: all that records have. */
+/* Runs a simulation that has been created. names: the final names of all files. record: all quantities of the
+ * records. */
 static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
                           unsigned record, kt_checkpoint *checkpoint, kt_mode_watch *modes) {
     kt_results results = {.keep.output.lock = -1};
@@ -548,7 +551,7 @@ static void warn_of_until(kt_outcome *outcome) {
                 outcome->scene->until.when);
 }
 
-/* What an import has left out was printed when the scene was read. */
+/* Lists the items that an import has left out. They were printed when the scene was read. */
 static void list_notes(kt_outcome *outcome) {
     const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
     for (int i = 0; i < outcome->scene->note_count; i++)
@@ -590,7 +593,7 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
                                             const kt_outcome *outcome, const kt_run_manner *manner) {
     kt_simulation_options options = kt_simulation_options_default();
     options.unprojected = arguments->unprojected;
-    /* They are marked in pictures and listed in summaries, which may be asked for at the break. */
+    /* Contacts are marked in pictures and listed in summaries. A resumed run may request these after the break. */
     options.record_contacts = names->view != NULL || names->plot != NULL || names->summary != NULL ||
                               arguments->checkpoint != NULL || arguments->resume != NULL;
     options.kinematics = names->view != NULL || names->glb != NULL || outcome->half_turns.count > 0;
@@ -598,7 +601,7 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
     if (outcome->compressions.count > 0)
         options.record |= KT_RECORD_MULTIPLIER; /* and whether distances push */
-    /* A resumed run may write a summary, too: what it tells of the run before the break is watched from the start. */
+    /* A resumed run may also write a summary. Its values for the time before the break need a watch from the start. */
     if (names->summary != NULL || names->plot != NULL || arguments->checkpoint != NULL || arguments->resume != NULL)
         options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     options.watch_works = kt_watches_works(outcome);
@@ -609,7 +612,7 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
     return options;
 }
 
-/* Creates the simulation, with the scene's events; calls of a program are told, and left out. */
+/* Creates the simulation, with the scene's events. Calls of a program are left out with a warning. */
 static kt_status create_simulation(kt_outcome *outcome, kt_simulation_options *options, kt_error *error) {
     const kt_status status = kt_simulate_scene(outcome->scene, outcome->model, outcome->run, outcome->absolute, options,
                                                &outcome->simulation, &outcome->events, error);
@@ -624,7 +627,7 @@ static kt_status create_simulation(kt_outcome *outcome, kt_simulation_options *o
     return status;
 }
 
-/* Creates and runs the simulation, with the names of all files known. Returns an exit code. */
+/* Creates and runs the simulation. names: the final names of all files. Returns an exit code. */
 static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
                           const kt_run_manner *manner) {
     kt_error error = {0};

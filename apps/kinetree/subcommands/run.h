@@ -75,8 +75,8 @@ typedef struct kt_written {
     uint64_t sum;
 } kt_written;
 
-/* Opens records that begin with those of `before`, in NAME.partial or, if that does not exist, in NAME; the bytes after
- * them are cut off. Returns -1 on success, else an exit code: other records are refused. */
+/* Opens records that begin with the records of `before`, in NAME.partial or, if that does not exist, in NAME. The bytes
+ * after them are cut off. Other records are rejected. Returns -1 on success, else an exit code. */
 int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, const kt_written *before);
 /* Adds the bytes `from` to `to` - 1 of a file to a sum. Returns false if they cannot be read. */
 bool kt_csv_sum(int file, long long from, long long to, uint64_t *sum);
@@ -89,7 +89,7 @@ int kt_csv_close(kt_csv *csv, kt_output_fate fate);
 /* Time of a monotonic clock, s. */
 double kt_clock(void);
 
-/* What kt_watch_stability has seen. */
+/* The observations of kt_watch_stability. */
 typedef struct kt_stability_watch {
     int estimates;         /* records at which the fastest mode was estimated */
     int compared, bounded; /* parts of the run between them; those whose steps were at the limit */
@@ -143,8 +143,9 @@ typedef struct kt_outcome {
     kt_warnings warnings;
 } kt_outcome;
 
-/* Records as HDF5 (keep.h): the side file, to which rows are added, and the file that is made of it. The first returns -1 or
- * an exit code, the other 0, or -1 after printing the error; it does nothing if there is no side file. */
+/* Records as HDF5 (keep.h). The function kt_run_keep_start opens the side file, to which rows are added. It returns -1
+ * or an exit code. The function kt_run_keep_end makes the HDF5 file from the side file, and does nothing if there is no
+ * side file. It returns 0, or -1 after printing the error. */
 int kt_run_keep_start(kt_keep *keep, const char *out);
 int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int code, kt_output_fate fate);
 
@@ -152,18 +153,20 @@ int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int c
  * error. */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
-/* Warns of what the simulation has counted: corrections and Jacobians that methods did without, and states next to singular
- * positions. */
+/* Warns of irregularities that the simulation has counted: omitted corrections and Jacobians, and states next to
+ * singular positions. */
 void kt_warn_of_counts(kt_outcome *outcome);
 
-/* Lets the simulation that is created with these options warn while it runs, once, if adaptive steps are so short that it needs
- * many: how many, for how long, and why. */
+/* Sets options so that the simulation can warn once while it runs. The warning appears if adaptive steps are so short
+ * that the run needs many. It reports their number, the time that they take, and the cause. */
 void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options);
 
-/* Warns of own columns that are not finite at some records: one warning, with how many, and the first time. */
+/* Warns once of own columns that are not finite at some records. The warning reports their number and the first
+ * time. */
 void kt_warn_of_gaps(kt_outcome *outcome);
 
-/* Warns where restitutions of hard contacts were made less, and where their friction left several motions or reactions. */
+/* Warns if restitutions of hard contacts were reduced, or if their friction left several motions or reactions
+ * possible. */
 void kt_warn_of_contacts(kt_outcome *outcome);
 
 /* Creates a watch on the fastest mode for runs with fixed steps. Returns NULL for other runs, and, after a warning, if
@@ -172,32 +175,34 @@ kt_mode_watch *kt_watch_steps(kt_outcome *outcome);
 /* Estimates the fastest mode at a record, unless the watch has used more than 60 evaluations plus a fiftieth of the
  * run's. watch may be NULL. */
 void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record);
-/* Warns if the step is outside of the method's region of stability, or gives too few steps per period of an
- * oscillation, at the state with the fastest mode or at the last state; each warning is given once, with the smallest
- * suggested step. The states of an unstable run say little about the true motion: this is then computed with adaptive
- * steps, at most 10,000, and its modes decide. */
+/* Warns if the step is outside of the method's region of stability, or if there are too few steps per period of an
+ * oscillation. Examines the state with the fastest mode and the last state. Each warning is given once, with the
+ * smallest suggested step. The states of an unstable run differ from the true motion. The true motion is then computed
+ * with adaptive steps (at most 10,000), and its modes decide. */
 void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch);
 
-/* kt_watch_correction examines, at a record, the velocity corrections of the projection onto the loops;
- * kt_warn_of_correction warns if one was, with fixed steps, KT_CORRECTION_ERROR of the velocities themselves or more, and
- * with adaptive ones if it was an impact where the path bends next to a singular position. */
+/* kt_watch_correction examines, at a record, the velocity corrections of the projection onto the loops.
+ * kt_warn_of_correction warns of large corrections. With fixed steps, a correction is large from KT_CORRECTION_ERROR of
+ * the velocities on. With adaptive steps, it must have acted as an impact where the path bends next to a singular
+ * position. */
 #define KT_CORRECTION_ERROR 0.1
 void kt_watch_correction(kt_outcome *outcome);
 void kt_warn_of_correction(kt_outcome *outcome);
 
-/* For adaptive steps of an explicit method: kt_watch_stability estimates the fastest mode at a dozen records (17
- * evaluations each at most), kt_warn_of_stability warns if steps were bounded by stability for most of the run. */
+/* For adaptive steps of an explicit method. The function kt_watch_stability estimates the fastest mode at a dozen
+ * records, with at most 17 evaluations each. The function kt_warn_of_stability warns if stability bounded the steps for
+ * most of the run. */
 void kt_watch_stability(kt_outcome *outcome, const kt_record *record);
 void kt_warn_of_stability(kt_outcome *outcome);
 
-/* Whether works are estimated at the ends of steps to watch the energy: in motions that are damped or driven by forces,
- * where that costs little. Where loops drive it, powers need accelerations and reactions: their balance is recorded only
- * where it is asked for. */
+/* Returns whether works are estimated at the ends of steps to watch the energy. This holds for motions that are damped
+ * or driven by forces, if the estimate costs little. If loops drive the motion, powers need accelerations and
+ * reactions. The balance is then recorded only on request. */
 bool kt_watches_works(const kt_outcome *outcome);
 /* Why the energy is not watched, in words; NULL: it is. */
 const char *kt_energy_not_watched(const kt_outcome *outcome);
-/* Warns if a motion with adaptive steps has been next to a singular position, and its energy is off by more than such
- * steps leave elsewhere. */
+/* Warns if a motion with adaptive steps passed near a singular position and has a large error of the energy. The error
+ * is large if it exceeds the usual error of such steps. */
 void kt_warn_of_passages(kt_outcome *outcome);
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);

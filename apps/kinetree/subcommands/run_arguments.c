@@ -345,7 +345,8 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
-/* Parses "1e-9", or "1e-9,1e-12": relative and absolute tolerance, one of which may be 0. */
+/* Parses one tolerance, "1e-9", or a relative and an absolute tolerance, "1e-9,1e-12". At most one tolerance may be
+ * 0. */
 static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
     double tolerance[2] = {0.0, 0.0};
     const int count = kt_numbers_read(arguments->tolerance, tolerance, 2);

@@ -20,7 +20,7 @@ typedef struct kt_stability_subject {
 } kt_stability_subject;
 
 /* Writes "slider, right, left": the joints with at least a tenth of the largest amplitude in a mode, in descending
- * order; at most four are named, followed by "and N more". The text is empty if the amplitudes are unknown (NULL). */
+ * order. At most four are named, followed by "and N more". The text is empty if the amplitudes are unknown (NULL). */
 void kt_write_movers(const kt_model *model, const double *moves, char *text, size_t size);
 
 /* Writes "decay of 8117 /s", "undamped oscillation of 3.2 Hz" ... */

@@ -80,7 +80,7 @@ const kt_usage kt_usage_sweep = {
 
 /* ---- lines in files ---------------------------------------------------------------------------------------------- */
 
-/* What lines are written to. */
+/* The files that receive the lines and records of a sweep, and its progress. */
 typedef struct sink {
     const kt_sweep *sweep;
     FILE *file;
@@ -90,7 +90,7 @@ typedef struct sink {
     double start, flushed; /* s, when lines were written out last */
 } sink;
 
-/* Records first: a run with a line has all. */
+/* Writes the records before the line, so that every run with a line has all its records. */
 static int write_result(void *user, int64_t run, const kt_sweep_result *result) {
     sink *s = user;
     const size_t columns = s->sweep->column_count + 1;
@@ -100,7 +100,8 @@ static int write_result(void *user, int64_t run, const kt_sweep_result *result) 
         kt_keep_close_run(s->keep, run, result->code, result->rows, columns) != 0)
         return -1;
     const double now = kt_clock();
-    const bool is_due = now - s->flushed > 0.02 || run + 1 == s->end; /* what a break may cost */
+    const bool is_due =
+        now - s->flushed > 0.02 || run + 1 == s->end; /* s; a break loses at most the lines of this time */
     if (fputs(line, s->file) < 0 || (is_due && fflush(s->file) != 0)) {
         kt_say("sweep: the line of run %lld cannot be written: %s", (long long)run, strerror(errno));
         return -1;
@@ -116,8 +117,8 @@ static int write_result(void *user, int64_t run, const kt_sweep_result *result) 
     return 0;
 }
 
-/* Bytes of a line up to its status: of a build with fused lanes the digits behind it are those of no other company of
- * runs. Else all. */
+/* Returns the number of bytes of a line to compare: all, or with fused lanes the bytes up to the status. The digits
+ * behind the status then depend on the runs that share the lanes. */
 static size_t compared_bytes(const kt_sweep *sweep, const char *line) {
     size_t count = 0;
     for (int commas = sweep->plan.count + 2; kt_batch_is_fused() && line[count] != '\0'; count++)
@@ -126,7 +127,8 @@ static size_t compared_bytes(const kt_sweep *sweep, const char *line) {
     return strlen(line) + 1;
 }
 
-/* Whether a line of an earlier sweep is what this one computes. */
+/* Returns -1 if a line of an earlier sweep equals the line that this sweep computes. Otherwise prints the error and
+ * returns an exit code. */
 static int check_line(const kt_sweep *sweep, const char *name, int64_t run, const char *line) {
     kt_sweep_worker worker = {.has_scene = false};
     kt_sweep_result own = kt_sweep_one(sweep, &worker, run);
@@ -142,7 +144,7 @@ static int check_line(const kt_sweep *sweep, const char *name, int64_t run, cons
     return same ? -1 : KT_EXIT_USAGE;
 }
 
-/* Why lines with one header do not belong to those with another one, and what is to be done. */
+/* Prints the reason why lines with two different headers do not belong together, and the remedy. */
 static void say_columns(const char *name, const char *header, const char *own, const char *than, const char *remedy) {
     const bool is_fused = strstr(header, KT_SWEEP_LANES ",why\n") != NULL;
     if (is_fused != (strstr(own, KT_SWEEP_LANES ",why\n") != NULL))
@@ -153,7 +155,8 @@ static void say_columns(const char *name, const char *header, const char *own, c
         kt_say("sweep: %s has other columns than %s; %s", name, than, remedy);
 }
 
-/* Reads what a broken sweep has left: *next is the first run that has no line, or `end`, and the file ends before it. */
+/* Reads the lines that a broken sweep has left. *next: the first run without a line, or `end`. The file ends before
+ * this run. */
 static int take_up(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t end, int64_t *next) {
     char *header = kt_sweep_header(sweep), *line = NULL;
     size_t room = 0;
@@ -398,7 +401,8 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
         kt_ranks_work(ranks, &sweep, arguments->jobs > 0 ? threads_of(arguments) : 1);
         code = KT_EXIT_DONE;
     }
-    if (code < 0 && !arguments->resume) /* before files are emptied; else where it is known which runs are left */
+    if (code < 0 &&
+        !arguments->resume) /* before files are emptied; --resume confirms when the missing runs are known */
         code = kt_sweep_confirm(&sweep, first, end, ranks != NULL ? 0 : threads_of(arguments));
     if (code < 0)
         code = write_results(&sweep, ranks, arguments->out != NULL ? arguments->out : out, first, end);
