@@ -1,12 +1,12 @@
-/* What a joint transmits by its structure alone.
+/* Computes the wrench that a joint transmits by its structure alone.
  *
- * A coordinate of a joint moves the body by a twist (w, l). What effects and drives exert in the joint has no power but in
- * these twists. If w is not zero, it is a moment along w:
+ * A coordinate of a joint moves the body by a twist (w, l). The wrench of effects and drives in the joint has power
+ * only in these twists. If w is not zero, this wrench is a moment along w and is removed:
  *
  *     M <- M - a (a.M + p a.F),   a = w / |w|,   p = a.l / |w|, the pitch,
  *
- * and else a force along l. Axes that are oblique to each other (of a universal joint) are made orthogonal, so that each can
- * be left out alone. The point about which moments are taken does not matter, for it lies on the free axes. */
+ * If w is zero, the wrench is a force along l. Oblique axes (of a universal joint) are made orthogonal, so that each
+ * can be removed alone. The reference point of the moments does not matter, because it lies on the free axes. */
 #include "records/bearing.h"
 
 #include "kinetree/joint.h"

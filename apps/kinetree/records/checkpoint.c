@@ -1,13 +1,14 @@
-/* Checkpoints of a run: a header, what the run has recorded so far, the simulation's state and that of the watch on
- * modes, the extremes of all columns, the warnings and marks so far as JSON, and a checksum over all of it.
+/* Checkpoints of a run. A checkpoint has a header, the progress of the run, the states of the simulation and of the
+ * watch on modes, and the extremes of all columns. The warnings and marks so far follow as JSON, and a checksum over
+ * the whole content ends the file.
  *
  * A checkpoint belongs to one scene, one set of options and one beginning of a file of records. The fingerprints are
- * computed from the scene as it would be written now, without and with the options of the command line applied, and from
- * the library's version; of the records it holds the length and a checksum.
+ * computed from the library's version and the scene as it would be written now. One fingerprint is without, the other
+ * with the options of the command line. The checkpoint also holds the length and a checksum of the records.
  *
- * Order of writing: the records, flushed to the disk; the checkpoint as FILE.new, flushed; FILE.new renamed to FILE; the
- * folder, flushed. So FILE is complete at any moment, and never ahead of the records. Whichever file bears the name FILE
- * is locked by the run that writes it: a new one before it gets that name. */
+ * Order of writing: the records, flushed to the disk; the checkpoint as FILE.new, flushed; FILE.new renamed to FILE;
+ * the folder, flushed. So FILE is complete at any moment, and never ahead of the records. The run that writes FILE
+ * locks it, and locks a new file before renaming it to FILE. */
 #include "records/checkpoint.h"
 
 #include "base/sum.h"
@@ -51,8 +52,9 @@ static bool say_no_memory(void) {
     return false;
 }
 
-/* The sum of a scene with these settings, and of the library's version; 0: memory is insufficient. Events are summed by
- * themselves: a scene in which they set what numbers follow is not written. */
+/* Returns the checksum of a scene with these settings, and of the library's version; 0: memory is insufficient. Events
+ * are added separately, because a scene cannot be written if its events set parameters that numbers of the scene
+ * follow. */
 static uint64_t sum_of_scene(const kt_scene *from, const kt_run *run) {
     char *text = NULL;
     size_t size = 0;
@@ -253,7 +255,7 @@ static bool take(FILE *file, void *bytes, size_t size, uint64_t *sum) {
     return true;
 }
 
-/* What a checkpoint file holds, and where it is wrong. */
+/* The content of a checkpoint file, and its fault. */
 typedef struct kt_checkpoint_content {
     kt_progress_so_far so_far;
     kt_extreme *extremes; /* of all columns */
@@ -270,7 +272,7 @@ bool kt_checkpoint_is_one(const char *path) {
     char begin[sizeof kind - 1];
     struct stat status;
     if (stat(path, &status) != 0 || !S_ISREG(status.st_mode))
-        return true; /* reading it says what it is */
+        return true; /* the error of reading it describes it */
     FILE *file = fopen(path, "rb");
     const size_t count = file != NULL ? fread(begin, 1, sizeof begin, file) : 0;
     if (file != NULL)
@@ -319,7 +321,7 @@ static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t colum
         refuse(content, "its sum is wrong: it has been damaged");
 }
 
-/* Puts what was read into force; sets content->wrong if the simulation refuses it. */
+/* Restores the run from the content; sets content->wrong if the simulation rejects the content. */
 static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_outcome *outcome) {
     const kt_progress_so_far *so_far = &content->so_far;
     kt_error error = {0};

@@ -22,7 +22,8 @@ typedef struct kt_checkpoint {
 
 /* Locks the file, computes the fingerprints, and allocates the memory for a checkpoint. path may be NULL (only to
  * resume). modes: the run's watch on fast modes, or NULL. Returns -1 on success, else an exit code after printing the
- * error: another run that writes its checkpoints there is one. kt_checkpoint_close must follow in any case. */
+ * error. It is an error if another run writes its checkpoints there. A call of kt_checkpoint_close must follow in any
+ * case. */
 int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double interval, const kt_outcome *outcome,
                        const kt_simulation_options *options, kt_mode_watch *modes);
 void kt_checkpoint_close(kt_checkpoint *checkpoint);
@@ -30,8 +31,8 @@ void kt_checkpoint_close(kt_checkpoint *checkpoint);
 /* Returns whether the interval since the last checkpoint has elapsed. */
 bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
 
-/* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. `lines`: the
- * records, all of which are written (kt_lines_flush); they are on the disk before the checkpoint is. Returns 0, or -1
+/* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. lines: the
+ * records, all of which must be written (kt_lines_flush). They reach the disk before the checkpoint. Returns 0, or -1
  * after printing the error. */
 int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines);
 
@@ -39,9 +40,9 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
  * file that is not regular counts as one, too: the error of reading it describes it. */
 bool kt_checkpoint_is_one(const char *path);
 
-/* Resumes a run from a checkpoint: restores the simulation, the watch on modes and the results so far in *outcome,
- * warnings among them; checkpoint->records are those that belong to it. Returns -1 on success, else an exit code after
- * printing the error, with *outcome unchanged. */
+/* Resumes a run from a checkpoint. Restores the simulation, the watch on modes, and the results and warnings so far in
+ * *outcome. Sets checkpoint->records to the records that belong to the checkpoint. Returns -1 on success, else an exit
+ * code after printing the error, with *outcome unchanged. */
 int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome *outcome);
 
 #endif

@@ -1,4 +1,4 @@
-/* What the columns of a run's records are called, in files and in charts. */
+/* Names of the columns of a run's records, in files and in charts. */
 #include "records/columns.h"
 
 #include "kinetree/descriptor.h"

@@ -1,5 +1,5 @@
-/* The columns of a run's records, and own columns of a scene (kt_scene_column): formulas over all columns that records of
- * its model may have, recorded or not. Only the columns that formulas read are computed.
+/* The columns of a run's records, and the own columns of a scene (kt_scene_column). An own column is a formula over all
+ * columns that records of its model may have, recorded or not. Only the columns that formulas read are computed.
  */
 #include "records/columns.h"
 
@@ -104,7 +104,7 @@ static bool add_marker(kt_columns *columns, const kt_marker_pair *pair, kt_colum
     return true;
 }
 
-/* What is recorded of markers, marker by marker. */
+/* Adds the columns of markers, marker by marker. */
 static bool add_markers(kt_columns *columns, const kt_run *run, unsigned record) {
     bool fine = true;
     for (int i = 0; i < run->marker_count && fine; i++) {
@@ -145,7 +145,7 @@ static bool add_closures(kt_columns *columns) {
     return fine;
 }
 
-/* And the room for what they quantity. */
+/* Adds the columns of effects, and allocates the memory for their quantities. */
 static bool add_effects(kt_columns *columns) {
     bool fine = true;
     int at = 0;
@@ -165,7 +165,8 @@ static bool add_states(kt_columns *columns) {
     return fine;
 }
 
-/* All that is switched is on, and friction that sticks does: of its two switches that of its loop is on. */
+/* Returns the set in which every switched loop and effect is on. Friction sticks in this set: the switch of its loop is
+ * on, and the switch of its effect is off. */
 static uint64_t full_set(const kt_model *model) {
     uint64_t set = ((uint64_t)1 << kt_switch_count(model)) - 1;
     for (int i = 0; i < kt_effect_count(model); i++)
@@ -174,10 +175,10 @@ static uint64_t full_set(const kt_model *model) {
     return set;
 }
 
-/* Without memory for singular values. */
+/* Lists all columns, but allocates no memory for singular values. */
 static bool list_columns(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
                          unsigned record) {
-    /* With all that is switched on, so that everything has its columns; what is off is 0 in them. */
+    /* All switched loops and effects are on, so that each has its columns. Their values are 0 while they are off. */
     const kt_model *all = kt_model_switched(model, full_set(model));
     *columns = (kt_columns){.model = all, .description = &scene->description, .record = record};
     bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
@@ -254,7 +255,7 @@ static double component_of(const kt_wrench *wrenches, int index, int k) {
     return x[k];
 }
 
-/* What a group of columns that follow each other has in common, computed at the first of them. */
+/* The common values of a group of successive columns, computed at the first column. */
 typedef struct kt_column_group {
     double value[7];
 } kt_column_group;

@@ -1,4 +1,4 @@
-/* The columns of a run's records: what they are called, what they quantity, and their values in a record. */
+/* The columns of a run's records: their names, their quantities, and their values in a record. */
 #ifndef KT_COMMAND_RECORDS_COLUMNS_H
 #define KT_COMMAND_RECORDS_COLUMNS_H
 
@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Where the value of a column comes from. */
+/* The source of the values of a column. */
 typedef enum kt_column_source {
     KT_COLUMN_TIME,
     KT_COLUMN_POSITION, /* of the joint of body `index`: its coordinate `component` */
@@ -54,15 +54,15 @@ typedef struct kt_columns {
     size_t count, room;
     double *values;                  /* [count], of the record that was evaluated last */
     kt_own_columns *own;             /* NULL: there are none */
-    const kt_scene_column *formulas; /* of the scene: what these are called */
+    const kt_scene_column *formulas; /* of the scene: the names of these */
     const bool *is_used;             /* [count]: which are evaluated; NULL: all */
     double *quantities;              /* of all effects, likewise; NULL: they are not recorded */
     double *jacobian;                /* room for that of a body; NULL: bearings are not recorded */
     kt_singular *singular;           /* NULL: singular values are not recorded */
 } kt_columns;
 
-/* Lists the columns of what is recorded (KT_RECORD_ bits); the scene and its model must outlive the list. Returns false if memory
- * is insufficient; kt_columns_free releases the list in any case. */
+/* Lists the columns of the recorded quantities (`record`: KT_RECORD_ bits). The scene and its model must outlive the
+ * list. Returns false if memory is insufficient. Ownership: kt_columns_free releases the list in any case. */
 bool kt_columns_list(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
                      unsigned record);
 void kt_columns_free(kt_columns *columns);
@@ -78,11 +78,11 @@ KT_CHECKED kt_status kt_columns_own_record(const kt_scene *scene, const kt_model
 /* Writes the name of a column, "position.crank", as snprintf does; returns its length. */
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size);
 
-/* Does the same, with the unit of what effects exert behind it: "effect.tyre.force [N]", as the first line of a file has
- * it. */
+/* Writes the name of a column as in the first line of a file. For quantities of effects, the unit follows:
+ * "effect.tyre.force [N]". */
 int kt_column_header(const kt_columns *columns, size_t column, char *text, size_t size);
 
-/* What a chart calls columns that share an axis, and their unit. */
+/* The title and the unit that a chart shows for columns on one axis. */
 typedef struct kt_quantity {
     const char *title, *unit;
 } kt_quantity;

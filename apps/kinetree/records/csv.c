@@ -59,7 +59,7 @@ int kt_csv_open(kt_csv *csv, const char *path, const kt_columns *columns) {
     if (code >= 0)
         return code;
     const char *name = kt_output_path(&csv->output);
-    /* Checkpoints read back what is written, where that is a file. */
+    /* Checkpoints read the written records back if the output is a file. */
     const int mode = csv->output.partial != NULL ? O_RDWR : O_WRONLY;
     int file = strcmp(path, "-") == 0 ? STDOUT_FILENO : kt_output_open(&csv->output, mode | O_CREAT);
     if (file < 0 || (csv->output.partial != NULL && ftruncate(file, 0) != 0)) {
@@ -107,8 +107,8 @@ static bool copy_beginning(const char *from, int to, long long size) {
     return fine;
 }
 
-/* Opens the records up to the checkpoint: the partial file that an interrupted run has left, or else a copy of the
- * first bytes of a finished result, whose remainder is computed again; then *copied is true. */
+/* Opens the records up to the checkpoint. They are the partial file of an interrupted run, or else a copy of the first
+ * bytes of a finished result. In the latter case, *copied is true, and the run computes the remainder again. */
 static int open_beginning(kt_output *output, long long written, bool *copied) {
     int file = kt_output_open(output, O_RDWR);
     *copied = file < 0 && errno == ENOENT && output->partial != NULL && access(output->name, R_OK) == 0;
@@ -136,8 +136,8 @@ bool kt_csv_sum(int file, long long from, long long to, uint64_t *sum) {
     return true;
 }
 
-/* Returns NULL if the file holds the records that a checkpoint belongs to, from its first byte on; otherwise what is
- * wrong. */
+/* Returns NULL if the file holds the records that a checkpoint belongs to, from its first byte on. Otherwise returns
+ * the text of the error. */
 static const char *find_fault(const kt_lines *lines, const kt_written *before) {
     struct stat status;
     uint64_t sum = KT_SUM_START;

@@ -8,8 +8,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Of one column: plain numbers, which checkpoints hold. NaN until it has a value. A value that is not finite counts as a
- * gap alone. */
+/* Extremes of one column: plain numbers, which checkpoints hold. They are NaN until the column has a value. A value
+ * that is not finite counts only as a gap. */
 typedef struct kt_extreme {
     double least, greatest;           /* values */
     double least_time, greatest_time; /* s, of the first record that has them */
@@ -23,16 +23,17 @@ typedef struct kt_extremes {
     size_t count;
 } kt_extremes;
 
-/* Returns false if memory is insufficient; kt_extremes_free releases it in any case. */
+/* Allocates the extremes of `count` columns. Returns false if memory is insufficient. Ownership: kt_extremes_free
+ * releases them in any case. */
 bool kt_extremes_start(kt_extremes *extremes, size_t count);
 void kt_extremes_free(kt_extremes *extremes);
 
 /* Adds the values of a record, one for each column. */
 void kt_extremes_add(kt_extremes *extremes, double time, const double *values);
 
-/* Object that maps the name of each column but time to {min, min_time, max, max_time, rms, end, unit}, and where
- * there are gaps {gaps: {count, time}}; the square is
- * integrated by the trapezoidal rule, and records on both sides of a gap are not joined. */
+/* Returns an object that maps the name of each column except time to {min, min_time, max, max_time, rms, end, unit}. A
+ * column with gaps also has {gaps: {count, time}}. The square is integrated with the trapezoidal rule. Records on both
+ * sides of a gap are not joined. */
 json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns);
 
 #endif

@@ -1,5 +1,5 @@
-/* Records as HDF5, which h5py, MATLAB and Julia read: /columns and /units, and a dataset of rows and columns for each run,
- * in chunks that are compressed, with the run's values as attributes.
+/* Records as HDF5, which h5py, MATLAB and Julia read. The file has /columns and /units, and a dataset of rows and
+ * columns for each run. The datasets have compressed chunks, and the run's values as attributes.
  *
  * Times are not stored, so that equal runs give equal bytes.
  */
@@ -98,7 +98,7 @@ static void describe_run(writer *w, hid_t set, const kt_kept_run *head, const kt
     free(values);
 }
 
-/* Chunks of whole rows; what has no rows has no chunks. */
+/* Returns the layout of a dataset: compressed chunks of whole rows, or no chunks if the dataset has no rows. */
 static hid_t layout(writer *w, const hsize_t extent[2]) {
     const hid_t properties = taken(w, H5Pcreate(H5P_DATASET_CREATE));
     check(w, H5Pset_obj_track_times(properties, false));
@@ -166,7 +166,7 @@ static void write_all(writer *w, FILE *file, const kt_keep_words *words) {
 
 int kt_hdf5_write(const char *path, FILE *file, const kt_keep_words *words) {
     writer w = {.group = -1};
-    (void)H5Eset_auto2(H5E_DEFAULT, NULL, NULL); /* errors are told below */
+    (void)H5Eset_auto2(H5E_DEFAULT, NULL, NULL); /* errors are reported below */
     const hid_t access = taken(&w, H5Pcreate(H5P_FILE_ACCESS));
     check(&w, H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18)); /* its groups have no times */
     w.creation = taken(&w, H5Pcreate(H5P_GROUP_CREATE));

@@ -5,8 +5,8 @@
 
 #include "kinetree/status.h"
 
-/* Watches for SIGINT, unless that is ignored. path: the partial file, which stays as it is. counted: "record" if each line
- * behind the first one is a record; NULL: the lines are not counted. Does nothing if path is NULL. */
+/* Watches for SIGINT, unless that is ignored. path: the partial file, which stays as it is. Does nothing if path is
+ * NULL. counted: "record" if each line behind the first one is a record. If it is NULL, the lines are not counted. */
 void kt_interrupt_start(const char *path, const char *counted);
 
 /* Sets the last sentences of the message, which replace earlier ones. */

@@ -1,6 +1,5 @@
-/* Writes lines of text to a file. They are buffered for some milliseconds and then written in such a way that only
- * whole lines are left, even if this process is killed (SIGKILL). On a pipe or a terminal each line is written at
- * once. */
+/* Writes lines of text to a file. They are buffered for some milliseconds and then written. Only whole lines are left
+ * in the file, even if this process is killed (SIGKILL). On a pipe or a terminal each line is written at once. */
 #ifndef KT_COMMAND_RECORDS_LINES_H
 #define KT_COMMAND_RECORDS_LINES_H
 

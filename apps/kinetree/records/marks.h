@@ -1,5 +1,5 @@
-/* Events that have written rows, and those of hard contacts, for pictures: when, and their names. Summaries and checkpoints list them,
- * so that pictures of finished records have those of the run. */
+/* Times and names of the events that have written rows, and of hard contacts, for pictures. Summaries and checkpoints
+ * list them, so that pictures of finished records show the events of the run. */
 #ifndef KT_COMMAND_RECORDS_MARKS_H
 #define KT_COMMAND_RECORDS_MARKS_H
 
@@ -22,17 +22,19 @@ typedef struct kt_marks {
     json_t *read; /* owns the names of those that were read; NULL: none were */
 } kt_marks;
 
-/* Adds the event of a record, if it is one and not the one that was added last: before and behind it there is a row. */
+/* Adds the event of a record, if the record has one. An event has a row before and a row behind it, so that the event
+ * that was added last is not added again. */
 void kt_marks_add(kt_marks *marks, const kt_record *record);
 
 /* A new object with "marks", a list of {time, name}, and "marks_cut". */
 json_t *kt_marks_describe(const kt_marks *marks);
 
-/* Takes the marks of an object that describes them, among other things, and shares it; kt_marks_free follows. False: it does not. */
+/* Reads the marks of an object of kt_marks_describe, which may have other members. Returns false if the object has no
+ * valid marks. Ownership: takes a reference to the object; kt_marks_free releases it. */
 bool kt_marks_read(kt_marks *marks, json_t *object);
 void kt_marks_free(kt_marks *marks);
 
-/* What a subtitle says of them: "", or how many are shown of more. */
+/* Returns the note for a subtitle: "", or the number of marked events if there were more. */
 const char *kt_marks_note(const kt_marks *marks);
 
 #endif

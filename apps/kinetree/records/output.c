@@ -113,7 +113,8 @@ static bool is_named(int file, const char *name) {
            open_one.st_ino == named.st_ino;
 }
 
-/* Where another file has got the name as often as we have looked, another run goes on putting files there. */
+/* Returns EBUSY in errno if the file is locked. Also returns it if another file took the name at every try, because
+ * another run then keeps putting files there. */
 int kt_open_locked(const char *name, int flags) {
     for (int i = 0; i < OPEN_TRIES; i++) {
         const int file = open(name, flags | O_CLOEXEC, 0666);

@@ -14,8 +14,8 @@ typedef struct kt_output {
     int lock;      /* -1: none; else a descriptor that keeps the file locked until it has its name */
 } kt_output;
 
-/* Determines the names; "-" stands for standard output. Returns -1 on success, else an exit code after printing the
- * error. kt_output_end must follow. */
+/* Determines the names; "-" means standard output. Returns -1 on success, else an exit code after printing the error. A
+ * call of kt_output_end must follow. */
 int kt_output_start(kt_output *output, const char *path);
 /* Returns the path of the file to write. */
 const char *kt_output_path(const kt_output *output);
@@ -53,11 +53,11 @@ char *kt_part_name(const char *path);
  * is empty. Appends nothing if there is no such file. */
 void kt_note_replaced(const char *path, char *text, size_t size);
 
-/* Prints an error if a result of a format of its own would get a name that says otherwise; path: NULL, or as given to
- * the option. Devices have any name. Returns -1 if there is no error, else KT_EXIT_USAGE. */
+/* Prints an error if the ending of a result's name does not match its format. path: NULL, or as given to the option.
+ * Devices may have any name. Returns -1 if there is no error, else KT_EXIT_USAGE. */
 int kt_check_ending(const char *option, const char *path, const char *ending);
 
-/* The same of records, whose names end as the user likes, but not as those of pages, pictures and glTF files do. */
+/* Does the same for records. Their names may have any ending except those of pages, pictures and glTF files. */
 int kt_check_records(const char *path);
 
 /* A file that a command reads or writes, with the name given by the user; NULL: none. */
@@ -67,8 +67,8 @@ typedef struct kt_file_use {
     bool is_written;
 } kt_file_use;
 
-/* Prints an error if a result would be written over another result or over an input, by whatever name, or if a result
- * could not be written at the end. Returns -1 if there is no error, else an exit code. */
+/* Prints an error if a result would overwrite another result or an input, even under a different name. Also prints an
+ * error if a result could not be written at the end. Returns -1 if there is no error, else an exit code. */
 int kt_check_files(const char *command, const kt_file_use *uses, int count);
 
 #endif

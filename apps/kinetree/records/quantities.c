@@ -1,5 +1,5 @@
-/* A loop bears the force of a hard contact, a hard stop or friction that sticks. The library computes the quantities of
- * effects without reactions, and these effects are 0 there. This file adds the reactions of the loops:
+/* The force of a hard contact, a hard stop or sticking friction is the reaction of a loop. The library computes the
+ * quantities of effects without reactions, and these effects are 0 there. This file adds the reactions of the loops:
  *
  *     hard stop           force = sum of the multipliers of NAME.lower and NAME.upper
  *     sticking friction   force = multiplier of NAME.stick

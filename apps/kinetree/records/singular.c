@@ -1,5 +1,5 @@
-/* Singular values by one-sided Jacobi rotations (Hestenes 1958; Demmel and Veselic 1992): the vectors a_i, rows or columns of
- * A, whichever are fewer, are rotated in pairs,
+/* Singular values by one-sided Jacobi rotations (Hestenes 1958; Demmel and Veselic 1992). The vectors a_i are the rows
+ * or columns of A, whichever are fewer. They are rotated in pairs,
  *
  *     tan 2 theta = 2 a_i . a_j / (a_i . a_i - a_j . a_j),
  *

@@ -10,8 +10,8 @@ typedef struct kt_singular kt_singular;
 kt_singular *kt_singular_create(const kt_model *model);
 void kt_singular_free(kt_singular *singular);
 
-/* The r-th largest singular value of A (kt_loop_equations) at (t, q, v), with r the rank of A at generic positions: it is 0 at
- * a singular position. Infinite if r is 0; NaN if the state is not finite. */
+/* Returns the r-th largest singular value of A (kt_loop_equations) at (t, q, v). Here r is the rank of A at generic
+ * positions. The value is 0 at a singular position. Infinite if r is 0; NaN if the state is not finite. */
 double kt_singular_evaluate(kt_singular *singular, const kt_model *model, double t, const double *q, const double *v);
 
 #endif

@@ -86,7 +86,8 @@ static json_t *describe_crossings(const kt_outcome *outcome) {
     return singular;
 }
 
-/* What is on at the end. Of friction that sticks: whether it acts, and whether it sticks, which its two switches say together. */
+/* Lists the switched loops and effects, and whether they are on at the end. For sticking friction, its two switches
+ * together determine whether it acts and whether it sticks. */
 static json_t *list_switched(const kt_model *model) {
     json_t *switched = json_object();
     const uint64_t set = kt_switch_set(model);
@@ -110,14 +111,15 @@ static const kt_scene_event *event_of(const kt_scene *scene, int k) {
     return k < scene->event_count ? &scene->events[k] : &scene->until;
 }
 
-/* Whether an event of the scene has not happened; where another one has ended the run, nothing is held against `until`. */
+/* Returns whether an event of the scene has not happened. If another event has ended the run, `until` does not count as
+ * missed. */
 static bool is_missed(const kt_outcome *outcome, int k) {
     const kt_scene_event *event = event_of(outcome->scene, k);
     const bool is_moot = event == &outcome->scene->until && kt_simulation_stopped(outcome->simulation) != NULL;
     return !is_moot && kt_simulation_event_count(outcome->simulation, event->name) == 0;
 }
 
-/* How often each event has happened, which ones never, and which one has ended the run. */
+/* Lists the count of each event, the missed events, and the event that has ended the run. */
 static void list_events(const kt_outcome *outcome, json_t *root) {
     const kt_scene *scene = outcome->scene;
     const kt_event *stopped = kt_simulation_stopped(outcome->simulation);
@@ -148,7 +150,7 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
     json_decref(counts);
 }
 
-/* What hard stops, contacts and slack ropes have done. */
+/* Lists the counts of hard stops, contacts and slack ropes. */
 static void list_contacts(const kt_outcome *outcome, json_t *root) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     json_t *contacts = json_object();
@@ -176,7 +178,7 @@ static void list_states(const kt_outcome *outcome, json_t *root) {
 }
 
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
-    const kt_model *model = kt_simulation_model(outcome->simulation); /* with what is on at the end */
+    const kt_model *model = kt_simulation_model(outcome->simulation); /* with its switches at the end */
     const kt_simulation *simulation = outcome->simulation;
     double kinetic = kt_kinetic_energy(model, data);
     double potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, kt_simulation_time(simulation),
@@ -199,7 +201,7 @@ static json_t *measure_balance(const kt_outcome *outcome) {
     return balance;
 }
 
-/* By what the energy was watched, and how far. */
+/* Describes the quantity that watched the energy, its errors, and the reason for a missing watch. */
 static json_t *describe_watch(const kt_outcome *outcome) {
     const kt_energy_watch *energy = &outcome->energy;
     const char *missing = kt_energy_not_watched(outcome);
@@ -219,7 +221,7 @@ static json_t *describe_watch(const kt_outcome *outcome) {
 }
 
 static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
-    const kt_model *model = kt_simulation_model(outcome->simulation); /* with what is on at the end */
+    const kt_model *model = kt_simulation_model(outcome->simulation); /* with its switches at the end */
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
     kt_mobility dof = kt_model_mobility(model);

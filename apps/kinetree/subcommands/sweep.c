@@ -402,7 +402,7 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
         code = KT_EXIT_DONE;
     }
     if (code < 0 &&
-        !arguments->resume) /* before files are emptied; --resume confirms when the missing runs are known */
+        !arguments->resume) /* before files are emptied; --resume confirms after it has found the missing runs */
         code = kt_sweep_confirm(&sweep, first, end, ranks != NULL ? 0 : threads_of(arguments));
     if (code < 0)
         code = write_results(&sweep, ranks, arguments->out != NULL ? arguments->out : out, first, end);
