@@ -1,7 +1,7 @@
 /* Finds the folder of the bundled scenes. If the environment variable KINETREE_SCENES is set, it names the folder.
- * Otherwise the folder is searched for, in this order: relative to the program as installed, so that an installation
- * can be moved, if the system tells a program its own path; in the source tree from which the program was built; where
- * the build was configured to install the scenes. */
+ * Otherwise three folders are tried, in this order. The first is relative to the installed program, so that an
+ * installation can be moved, if the system provides the program's own path. The second is in the source tree from which
+ * the program was built. The third is the folder in which the build was configured to install the scenes. */
 #include "scene/bundled.h"
 #include "command.h"
 

@@ -1,4 +1,4 @@
-/* What the `simulate` section of a scene says about its computation, as options of the libraries. */
+/* Converts the settings of a scene's `simulate` section for its computation to options of the libraries. */
 #include "command.h"
 
 kt_model_options kt_compile_options(const kt_scene *scene) {

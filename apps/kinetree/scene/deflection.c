@@ -1,6 +1,6 @@
 /* Small motions at an amplitude that can be seen.
  *
- * A point of a body moves by Re(exp(i phi) (a + i b)), an ellipse: its squared distance from the place at rest is
+ * A point of a body moves by Re(exp(i phi) (a + i b)), an ellipse. Its squared distance from the position at rest is
  *
  *     |a cos phi - b sin phi|^2 = (|a|^2 + |b|^2) / 2 + (|a|^2 - |b|^2) / 2 cos 2 phi - a.b sin 2 phi,
  *

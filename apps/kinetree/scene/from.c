@@ -16,7 +16,7 @@
 /* A result: a summary, or records of which one row is the state. */
 typedef struct source {
     char *path;
-    double time;    /* s, that was asked for; NaN: the end */
+    double time;    /* s, the requested time; NaN: the end */
     json_t *root;   /* NULL: records */
     kt_table table; /* of these */
     size_t row;
@@ -24,7 +24,8 @@ typedef struct source {
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
-/* "run.csv:2.5" is the record at 2.5 s of run.csv, unless there is a file of that whole name. */
+/* Splits the name of a result from its time. "run.csv:2.5" is the record at 2.5 s of run.csv, unless a file has this
+ * whole name. */
 static char *split_path(const char *result, const char *folder, double *time) {
     const bool is_here = folder == NULL || result[0] == '/';
     const size_t room = strlen(result) + (is_here ? 0 : strlen(folder)) + 2;
@@ -237,7 +238,7 @@ static bool has_functions_of_time(const kt_scene *scene) {
     return any;
 }
 
-/* Reads the own states that the result has; what it has not starts as the scene says. */
+/* Reads the auxiliary states of the result. A state that the result lacks keeps its initial value in the scene. */
 static kt_status take_own_states(kt_scene *scene, const source *s, const kt_model *model, kt_error *error) {
     const int count = kt_own_state_count(model);
     double *x = calloc((size_t)count + 1, sizeof *x);
@@ -253,7 +254,7 @@ static kt_status take_own_states(kt_scene *scene, const source *s, const kt_mode
     return status;
 }
 
-/* What is released there is released here; records do not say it. */
+/* Releases the loops and effects that are released in the result. Records do not list them. */
 static void take_released(kt_scene *scene, const source *s) {
     const json_t *list = json_object_get(s->root, "released");
     char names[400];

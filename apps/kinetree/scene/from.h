@@ -4,11 +4,11 @@
 
 #include "command.h"
 
-/* Makes the state of a result the scene's initial state, by the names of joints, and prints what does not fit: joints of the
- * scene that the result has not, and the reverse. result: a summary (JSON), whose state is the last one, or records
- * (CSV); ":TIME" after the name takes the record nearest to that time, default: the last. `folder`: of the scene, where
- * a result that is named in it is looked for; NULL: here. Returns KT_EXIT_DONE, or an exit code after printing the error,
- * and then the scene is unchanged. */
+/* Makes the state of a result the initial state of the scene, matching the names of joints. Prints the mismatches:
+ * joints of the scene that the result lacks, and the reverse. The result is a summary (JSON) with the last state, or
+ * records (CSV). ":TIME" after the name selects the record nearest to that time; the default is the last record. The
+ * name is relative to `folder`, the folder of the scene; NULL: the current folder. Returns KT_EXIT_DONE, or an exit
+ * code after printing the error. The scene is then unchanged. */
 int kt_start_from(kt_scene *scene, const char *result, const char *folder);
 
 #endif

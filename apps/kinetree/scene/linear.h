@@ -35,8 +35,8 @@ kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error
 /* Linearises about the state and computes the modes. Returns an exit code. */
 int kt_small_motion_linearize(kt_small_motion *motion);
 
-/* Name of a velocity coordinate: "crank", "ball about z" or "slider length"; of a planar joint by the directions in the
- * joint's frame: "puck z", "puck [0.6, 0, -0.8]". */
+/* Name of a velocity coordinate: "crank", "ball about z" or "slider length". Names for planar joints have the
+ * directions in the joint's frame: "puck z", "puck [0.6, 0, -0.8]". */
 typedef struct kt_coordinate_name {
     char text[112];
 } kt_coordinate_name;
@@ -49,17 +49,17 @@ kt_coordinate_name kt_name_column(const kt_model *model, int coordinate);
 /* Returns whether a mode's eigenvalue cannot be distinguished from zero. */
 bool kt_mode_is_neutral(const kt_mode *mode);
 /* Returns whether a mode is neutral only because the error of its eigenvalue exceeds its magnitude. A double eigenvalue
- * zero, as of a body that drifts, is computed with an error of the order of the square root of the rounding errors; it
- * counts as zero and not as uncertain. */
+ * zero, as for a body that drifts, has an error of the order of the square root of the rounding errors. It counts as
+ * zero and not as uncertain. */
 bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode);
 
 /* Returns whether a mode grows at a rate that exceeds its error. */
 bool kt_mode_grows(const kt_mode *mode);
 
-/* Finds the coordinates with the largest amplitudes in a mode, each divided by its unit, in descending order, with
- * their share of the largest. Amplitudes are those of the positions, or of the velocities if no position moves, or of own
- * states where nothing moves: own state k is coordinate nv + k. Returns
- * the number of those found, at most `most`, whose share exceeds `least`. */
+/* Finds the coordinates with the largest amplitudes in a mode, in descending order. Each amplitude is divided by its
+ * unit, and its share of the largest one is given. Amplitudes are those of the positions, or of the velocities if no
+ * position moves. If nothing moves, they are those of auxiliary states: auxiliary state k is coordinate nv + k. Returns
+ * the number of coordinates found, at most `most`, whose share exceeds `least`. */
 typedef struct kt_mover {
     int coordinate;
     double share, phase; /* phase relative to the first, rad */

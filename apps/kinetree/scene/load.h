@@ -1,4 +1,4 @@
-/* What loading a scene consists of. */
+/* The first part of loading a scene. */
 #ifndef KT_COMMAND_SCENE_LOAD_H
 #define KT_COMMAND_SCENE_LOAD_H
 

@@ -1,4 +1,4 @@
-/* The simulation of a scene with all that the scene says about its run: the formulation, the events, `until`.
+/* The simulation of a scene with all the scene's settings for its run: the formulation, the events, `until`.
  *
  *     kt_play play;
  *     status = kt_play_start(&play, &scene, model, absolute, &error);
@@ -16,10 +16,10 @@
 
 #include <stdbool.h>
 
-/* Creates the simulation of a scene's model, and the watch of its events and `until`, for every subcommand that follows a
- * motion. Calls of a program are left out. It sets what options say of the formulation and of events. absolute: NULL if
- * the tree coordinates are integrated. The caller releases *simulation and *events (NULL: there are none), in this order,
- * also after an error. */
+/* Creates the simulation of a scene's model, and the watch of its events and `until`, for every subcommand that follows
+ * a motion. Calls of a program are left out. Sets the members of *options for the formulation and for events. absolute:
+ * NULL if the tree coordinates are integrated. Ownership: the caller releases *simulation and *events (NULL: there are
+ * none), in this order, also after an error. */
 kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const kt_run *run,
                             const kt_absolute *absolute, kt_simulation_options *options, kt_simulation **simulation,
                             kt_scene_watch **events, kt_error *error);
@@ -29,7 +29,7 @@ typedef struct kt_play {
     const kt_model *model;
     kt_simulation *simulation;
     kt_scene_watch *events;
-    double ended;          /* s, when an event ends the run; NaN: none does, or it is not known yet */
+    double ended;          /* s, when an event ends the run; NaN: none does, or the end is not found yet */
     const char *ended_by;  /* its name, "until" for the condition of the scene; NULL: none */
     bool is_over;          /* that event has happened: the simulation stays where it is */
     const kt_model *shown; /* the model that data belong to: events change it */

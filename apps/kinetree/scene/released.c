@@ -1,4 +1,4 @@
-/* Lists what is released, and lets a scene begin with it. */
+/* Lists the released loops and effects, and lets a scene begin with them released. */
 #include "scene/released.h"
 
 #include "text/json.h"
@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Of a hard stop, a contact or a slack rope: a loop that bounds a side; -1: there is none of this name. */
+/* Returns a loop that bounds one side (of a hard stop, a contact or a slack rope); -1: there is none of this name. */
 static int find_side(const kt_model *model, const char *name) {
     static const char *const suffixes[] = {"", ".lower", ".upper"};
     char text[512];
@@ -30,7 +30,7 @@ static bool is_released(const kt_simulation *simulation, const char *name) {
     return at >= 0 && (kt_switch_set(model) >> at & 1) == 0;
 }
 
-/* The name of the k-th loop, and behind them effect; NULL: it has none, or is not switched. */
+/* Returns the name of the k-th loop or effect, loops first; NULL: it has none, or is not switched. */
 static const char *name_of(const kt_description *d, int k) {
     const kt_switching switching = k < d->loop_count ? d->loops[k].switching : d->effects[k - d->loop_count].switching;
     const char *name = k < d->loop_count ? d->loops[k].name : d->effects[k - d->loop_count].name;

@@ -1,4 +1,5 @@
-/* Which loops and effects of a scene that are switched are off or released at the end of a run: what goes on from there begins so. */
+/* The switched loops and effects that are off or released at the end of a run. A scene that continues the run begins
+ * with them in this state. */
 #ifndef KT_COMMAND_SCENE_RELEASED_H
 #define KT_COMMAND_SCENE_RELEASED_H
 
@@ -7,15 +8,17 @@
 
 #include <jansson.h>
 
-/* Returns the loops and effects that do not act in the present state. Each switched one has a bit: loops first, in the
- * order of the scene. kt_released_holds returns whether a set has the loop or effect of this name (NULL: no). */
+/* Returns the loops and effects that do not act in the present state. Each switched loop or effect has a bit: loops
+ * first, in the order of the scene. The function kt_released_holds returns whether a set has the loop or effect of this
+ * name (NULL: no). */
 uint64_t kt_released_set(const kt_scene *scene, const kt_simulation *simulation);
 bool kt_released_holds(const kt_scene *scene, uint64_t set, const char *name);
 
 /* Their names, as a new list. */
 json_t *kt_released_list(const kt_scene *scene, const kt_simulation *simulation);
 
-/* Lets the listed ones begin released, and the others engaged. The scene's loops and effects are its own (kt_scene_start_from). */
+/* Lets the listed loops and effects begin released, and the others engaged. The scene must own its loops and effects
+ * (kt_scene_start_from). */
 void kt_released_apply(kt_scene *scene, const json_t *list);
 
 /* Writes the names of all that are switched, "string, floor", as snprintf does. */

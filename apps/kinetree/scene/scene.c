@@ -53,7 +53,8 @@ typedef struct kt_reported {
 /* One fault of a generated file often comes with all its like. */
 enum { ROBOT_FAULTS_MOST = 12 };
 
-/* ":LINE:COLUMN" at the end of a place whose path is too long to stand in it; NULL: it stands there. */
+/* Returns ":LINE:COLUMN" at the end of a location whose path was cut because of its length; NULL: the path is
+ * complete. */
 static const char *place_in_file(const char *where) {
     const char *end = where + strlen(where);
     if (strncmp(where, "...", 3) != 0)
@@ -99,7 +100,7 @@ static bool is_xml(const char *text, size_t size) {
     return i < size && text[i] == '<';
 }
 
-/* Whether a regular file begins as XML does, whatever its name is. */
+/* Returns whether a regular file begins as XML does. The name of the file does not matter. */
 static bool is_xml_file(const char *path) {
     char text[512];
     struct stat status;

@@ -1,4 +1,4 @@
-/* Assembles the initial state of a scene, and reports what the assembly changed. */
+/* Assembles the initial state of a scene, and reports the changes that the assembly made. */
 #include "scene/start.h"
 
 #include "advice/advice.h"
@@ -126,7 +126,7 @@ static void say_half_held(const char *path, const kt_scene *scene, const kt_mode
     free(given);
 }
 
-/* What changes values that the scene gives. */
+/* Returns the cause of changes to values that the scene gives. */
 static const char *cause_of_changes(const kt_model *model, bool is_struck) {
     if (is_struck)
         return "impacts at the start, and assembly where loops were open,";
@@ -248,7 +248,8 @@ const char *kt_start_jumping(const kt_scene *scene) {
 
 /* ---- inertias ---------------------------------------------------------------------------------------------------- */
 
-/* Infinite where a principal moment is negative, or where one stands alone. */
+/* Returns the excess of the body's inertia. It is infinite if a principal moment is negative, or if only one moment is
+ * not zero. */
 static double excess_of(const kt_body *body) {
     kt_vec3 com;
     kt_sym3 inertia;

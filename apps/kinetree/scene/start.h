@@ -1,28 +1,28 @@
-/* The assembled initial state of a scene, with a report of what the assembly changed, or why it failed. */
+/* The assembled initial state of a scene, with a report of the changes or of the reason for a failure. */
 #ifndef KT_COMMAND_SCENE_START_H
 #define KT_COMMAND_SCENE_START_H
 
 #include "command.h"
 #include "text/json.h"
 
-/* Assembles the initial state into q, v, and reports which of the given values changed, or which residuals remain and
- * what would close the loops. Returns KT_EXIT_DONE or an exit code. */
+/* Assembles the initial state into q, v, and reports which of the given values changed. After a failure, reports the
+ * remaining residuals and changes that would close the loops. Returns KT_EXIT_DONE or an exit code. */
 int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *data, double *q, double *v);
 
 /* Assembles the initial state in temporary memory, for callers that need only the report. */
 int kt_start_report(const kt_scene *scene, const kt_model *model);
 
-/* Reports the given values that differ in the assembled state: as a warning about the file at `path` (NULL: as a
- * message of the command). `is_struck`: hard contacts, stops or ropes that touch at the start had impacts. Returns their
- * number. */
+/* Reports the given values that differ in the assembled state, and returns their number. The report is a warning about
+ * the file at `path` (NULL: a message of the command). If `is_struck`, hard contacts, stops or ropes that touch at the
+ * start had impacts. */
 int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q, const double *v,
                        bool is_struck);
 
 /* Returns the same changes as a list of {joint, part, from, to}. */
 json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);
 
-/* Returns the name of the first motion loop that follows a table with linear interpolation, so that its joint's
- * velocity jumps at the rows; NULL: none. */
+/* Returns the name of the first motion loop that follows a table with linear interpolation; NULL: none. The velocity of
+ * its joint jumps at the rows. */
 const char *kt_start_jumping(const kt_scene *scene);
 
 /* Prints how many inertias violate the triangle inequality, which `inertia_check: warn` permits, and the worst of them.
