@@ -92,11 +92,11 @@ static bool closes_with_joint(const kt_scene *scene, int body, const kt_joint *c
 
 /* ---- equations that repeat each other ----------------------------------------------------------------------------- */
 
-/* Types with fewer equations, the first of which may stand in place of another. */
+/* Types with fewer equations, in the order in which they are tried as replacements. */
 static const kt_loop_type lesser[] = {KT_LOOP_INLINE, KT_LOOP_UNIVERSAL, KT_LOOP_SPHERICAL, KT_LOOP_CYLINDRICAL,
                                       KT_LOOP_PLANAR};
 
-/* What loops leave: degrees of freedom, and whether their equations disagree. */
+/* The result of closing the loops: the degrees of freedom left, and whether equations disagree. */
 typedef struct mobility {
     bool closes, disagrees;
     int left;
@@ -117,8 +117,8 @@ static mobility mobility_of(const kt_scene *scene, const kt_description *descrip
     return found;
 }
 
-/* The type that a loop may have instead, with which the mechanism closes, moves as before (left: its degrees of freedom;
- * -1: not known) and has no equations that disagree; NULL: none of those tried. */
+/* Returns another type for a loop; NULL: none was found. With it, the mechanism closes, moves as before, and has no
+ * equations that disagree. left: the degrees of freedom of the mechanism; -1: undetermined. */
 static const char *find_lesser(const kt_scene *scene, int loop, int left) {
     kt_description d = scene->description;
     kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
@@ -276,17 +276,17 @@ static double find_change(const kt_scene *scene, const length *l, double gap) {
 
 /* ---- millimetres ------------------------------------------------------------------------------------------------- */
 
-/* A length that is so many times all the others of its loop together has another unit than these. */
+/* A length that exceeds the sum of the other lengths of its loop by this factor probably has another unit. */
 static const double MILLIMETRES = 30.0;
 
-/* The significant digits that two lengths need to be told apart. */
+/* Returns the number of significant digits that distinguish two lengths. */
 static int digits_of(double one, double other) {
     const double apart = fabs(one - other) / fmax(fabs(one), fabs(other));
     return apart > 0.0 ? (int)fmin(fmax(3.0, 2.0 + ceil(-log10(apart))), 15.0) : 3;
 }
 
-/* One of 'lengths', 1000 times as long as what closes: it was probably given in millimetres. Returns the number of
- * suggestions. */
+/* Suggests the length of a loop that was probably given in millimetres: divided by 1000, it closes the loop. Returns
+ * the number of suggestions. */
 static int advise_on_millimetres(const kt_scene *scene, int loop) {
     const kt_description *d = &scene->description;
     length list[LENGTHS_MAX];

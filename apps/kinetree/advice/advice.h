@@ -6,8 +6,8 @@
 
 enum { KT_ADVICE_COORDINATES_MAX = 60 }; /* larger mechanisms are not tried: a failing assembly takes long */
 
-/* Returns whether the scene's loops close if the joint number `out` of `initial: hold` is released (-1: none is) and
- * the joint named `in` is held in addition (NULL: none is). */
+/* Returns whether the scene's loops close with another list of held joints. Joint number `out` of `initial: hold` is
+ * released (-1: none is). The joint with the name `in` is held in addition (NULL: none is). */
 bool kt_closes_holding(const kt_scene *scene, int out, const char *in);
 
 /* Prints, each after `before`, which joints have their motion prescribed by two loops. Returns how many. */
@@ -16,8 +16,8 @@ int kt_say_double_motions(const char *before, const kt_scene *scene);
 /* Called after a failed assembly: prints the residual of each equation and changes that would close the loops. */
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model);
 
-/* Says which loops of a compiled model disagree because their data are rounded, by how much, and what is free of it.
- * Returns how many. */
+/* Reports the loops of a compiled model that disagree because their data are rounded, with the amounts. Suggests loop
+ * types without such equations. Returns the number of these loops. */
 int kt_say_disagreement(const kt_scene *scene, const kt_model *model);
 
 #endif

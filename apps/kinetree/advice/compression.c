@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Of the largest force that a distance has borne: what is below is rounding. */
+/* Share of the largest force in a distance. Smaller forces are rounding. */
 #define ROUNDING 1e-9
 
 void kt_compressions_begin(kt_compressions *c, const kt_scene *scene, const kt_model *model) {

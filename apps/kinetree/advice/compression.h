@@ -1,4 +1,4 @@
-/* Distances that push: what a rod does and a rope cannot. */
+/* Distances that push. A rod can push, and a rope cannot. */
 #ifndef KT_COMMAND_ADVICE_COMPRESSION_H
 #define KT_COMMAND_ADVICE_COMPRESSION_H
 
@@ -22,7 +22,7 @@ void kt_compressions_begin(kt_compressions *compressions, const kt_scene *scene,
 /* Takes the multipliers of a record; `model`: of the same shape, with the loops that are on. */
 void kt_compressions_add(kt_compressions *compressions, const kt_model *model, double time, const double *multipliers);
 
-/* Says on standard error which distances push; and as an object, by their names. */
+/* Report the distances that push: on standard error, and as an object with their names. */
 void kt_compressions_say(const kt_compressions *compressions, const kt_scene *scene);
 json_t *kt_compressions_describe(const kt_compressions *compressions, const kt_scene *scene);
 

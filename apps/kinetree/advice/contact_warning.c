@@ -1,7 +1,7 @@
 /* Warnings about hard contacts: where a law had to be weakened, and where it does not decide. */
 #include "subcommands/run.h"
 
-/* Warns if impacts had to give back less than their restitutions ask. */
+/* Warns if impacts had to give back less than their restitutions require. */
 static void warn_of_reduced(kt_outcome *outcome) {
     const unsigned long long reduced = kt_simulation_contacts(outcome->simulation).reduced;
     const kt_warning warning =
@@ -13,7 +13,7 @@ static void warn_of_reduced(kt_outcome *outcome) {
                 reduced == 1 ? "" : "s");
 }
 
-/* Warns where friction of contacts has not one motion, or not one set of normal forces. */
+/* Warns if friction of contacts allowed several motions, or several sets of normal forces. */
 static void warn_of_friction(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     const kt_warning several = kt_warning_of("friction_undecided", (double)seen.undecided, NULL,
@@ -32,7 +32,7 @@ static void warn_of_friction(kt_outcome *outcome) {
                 "contacts that stick wedge a body: their normal forces are not unique, and the least ones were taken");
 }
 
-/* Warns where the direction of slow slip was not found. */
+/* Warns if the direction of slow slip was not found. */
 static void warn_of_slow_slip(kt_outcome *outcome) {
     const unsigned long long count = kt_simulation_contacts(outcome->simulation).unconverged;
     const kt_warning warning = kt_warning_of("contact_capped", (double)count, NULL,

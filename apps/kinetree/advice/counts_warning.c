@@ -1,9 +1,10 @@
-/* Warnings of what a simulation has counted: corrections and Jacobians that methods did without, and states next to
+/* Warnings of irregularities that a simulation has counted: omitted corrections and Jacobians, and states next to
  * singular positions. */
 #include "subcommands/run.h"
 
-/* An estimate of the fastest decay (rkc2, rkc4) that has not settled is taken with a margin, and only stands in the
- * summary. */
+/* Warns if steps of an implicit method continued without a new Jacobian, or without convergence of Newton's iteration.
+ * An estimate of the fastest decay (rkc2, rkc4) that has not converged is used with a margin. Only the summary lists
+ * it. */
 static void warn_of_caps(kt_outcome *outcome) {
     const unsigned long long capped = kt_simulation_counts_get(outcome->simulation).capped;
     const kt_method *method = kt_method_find(outcome->run->integrator);
@@ -25,7 +26,7 @@ static void warn_of_caps(kt_outcome *outcome) {
             capped, capped == 1 ? "" : "s");
 }
 
-/* Warns if what a formula of time does next was not found within the effort that a search may take. */
+/* Warns if the search for the next feature of a formula of time was cut, because it took too many evaluations. */
 static void warn_of_cuts(kt_outcome *outcome) {
     const unsigned long long cut = kt_simulation_counts_get(outcome->simulation).cut;
     const kt_warning warning = kt_warning_of(
@@ -54,7 +55,7 @@ static void warn_of_event_cuts(kt_outcome *outcome) {
             outcome->run->step);
 }
 
-/* Near a dead point of drives, which a run may pass, or end at. */
+/* Warns if the acceleration near a dead point of drives is beyond use. A run may pass the dead point, or end there. */
 static void warn_of_joined(kt_outcome *outcome) {
     const unsigned long long joined = kt_simulation_counts_get(outcome->simulation).joined;
     const kt_warning warning = kt_warning_of(
@@ -67,7 +68,8 @@ static void warn_of_joined(kt_outcome *outcome) {
             joined, joined == 1 ? "" : "s", joined == 1 ? "is" : "are");
 }
 
-/* Warns if rounding decides where a motion goes on from next to a singular position, whatever drives or brakes it. */
+/* Warns if rounding decides how a motion continues next to a singular position. This also applies to driven and damped
+ * motions. */
 static void warn_of_crossings(kt_outcome *outcome) {
     const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
     const kt_warning warning =
@@ -81,9 +83,9 @@ static void warn_of_crossings(kt_outcome *outcome) {
                 seen.smallest, seen.error, outcome->run->relative);
 }
 
-/* Warns if the rounding of lengths may decide on which branch a motion goes on: where lengths are off by d of themselves,
- * branches that would meet miss each other, and the motion comes as near to the position as s = sqrt(d) or, as measured
- * with parallelograms of many sizes, 3.3 times that. */
+/* Warns if the rounding of lengths may decide on which branch a motion continues. If lengths have a relative error d,
+ * branches that would meet miss each other. The motion then comes as near to the singular position as s = sqrt(d).
+ * Measurements on parallelograms of many sizes gave 3.3 times this distance. */
 static void warn_of_branches(kt_outcome *outcome) {
     const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
     const double off = seen.smallest * seen.smallest, accepted = outcome->scene->description.tolerance;

@@ -6,10 +6,15 @@
 #include <math.h>
 #include <stdio.h>
 
-/* What the watch costs, in instructions (callgrind): once a step some 250, and 50 for each effect; an evaluation takes 800,
- * 500 for each body, 300 for each degree of freedom, 160 for each effect on a joint and 600 for others. Measured are 0.01
- * to 2.8 % of a step, the most for a cart and a pole with four effects. Where loops drive the motion powers need inverse
- * dynamics, too: 4 to 6 %. */
+/* Returns whether the watch costs at most 2 % of the evaluations of a step, and loops do not drive the motion. The
+ * counts are instructions (callgrind):
+ *
+ *     watch, once a step   250 + 50 for each effect
+ *     evaluation           800 + 500 for each body + 300 for each degree of freedom
+ *                          + 160 for each effect on a joint + 600 for each other effect
+ *
+ * Measured costs are 0.01 to 2.8 % of a step. A cart and a pole with four effects has the largest share. If loops drive
+ * the motion, powers also need inverse dynamics, and the watch costs 4 to 6 %. */
 static bool is_cheap(const kt_outcome *outcome, const kt_method *method) {
     const kt_description *d = &outcome->scene->description;
     double watch = 250.0, evaluation = 800.0 + 500.0 * d->body_count + 300.0 * kt_model_nv(outcome->model);
@@ -41,8 +46,9 @@ const char *kt_energy_not_watched(const kt_outcome *outcome) {
                : "only whether it rises: more would cost more than 2 % here; 'balance' among the records watches it";
 }
 
-/* The error of a method of order p is proportional to h^p, so that h is reduced by the p-th root of the reduction of
- * the error. Errors of 0.1 and more are outside of this asymptotic range. */
+/* Writes the remedy for an error of the energy. The error of a method of order p is proportional to h^p. Therefore h is
+ * reduced by the p-th root of the reduction of the error. Errors of 0.1 and more are outside of this asymptotic
+ * range. */
 static void write_remedy(const kt_outcome *outcome, double error, char *text, size_t size) {
     const kt_run *run = outcome->run;
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
@@ -101,8 +107,8 @@ void kt_warn_of_energy(kt_outcome *outcome) {
                 energy->error, error, scale, KT_ENERGY_ERROR, energy->excess_time);
 }
 
-/* Steps whose errors add up leave less than a tenth of a tolerance each: a thirtieth was measured in linkages away from
- * singular positions. */
+/* If the errors of steps add up, each step contributes less than a tenth of the tolerance. A thirtieth was measured in
+ * linkages away from singular positions. */
 void kt_warn_of_passages(kt_outcome *outcome) {
     const kt_energy_watch *energy = &outcome->energy;
     const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);

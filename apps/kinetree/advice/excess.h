@@ -7,15 +7,17 @@
 
 #include <stdbool.h>
 
-/* A speed of a joint above this one, m/s or rad/s (that of light), or an own state above that number, belongs to no motion of a
- * mechanism. */
+/* Limits for motions of mechanisms: the speed of a joint, in m/s or rad/s (the speed of light), and an auxiliary
+ * state. */
 #define KT_SPEED_MOST 299792458.0
 #define KT_STATE_MOST 1e100
 
-/* Sets the error, and returns true, if a record has such a value: with these, energies are finite. O(coordinates). */
+/* Sets the error, and returns true, if a record has a value above these limits. Energies are finite below them. Cost:
+ * O(coordinates). */
 bool kt_find_excess(const kt_record *record, kt_error *error);
 
-/* Whether the records show anything of the error of the energy: not if energy is supplied and nothing accounts for it. */
+/* Returns whether the records show the error of the energy. They do not if energy is supplied and no work accounts for
+ * it. */
 bool kt_energy_is_known(const kt_energy_watch *energy);
 
 #endif

@@ -1,5 +1,5 @@
-/* Warnings of columns without a finite value at some records: own columns, whose formulas have none, and forces of
- * contacts whose direction of slip is unknown. */
+/* Warnings of columns without a finite value at some records. They are own columns whose formulas have no finite value,
+ * and forces of contacts whose direction of slip is undetermined. */
 #include "subcommands/run.h"
 
 #include "kinetree/mechanism.h"

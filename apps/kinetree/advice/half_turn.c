@@ -1,6 +1,7 @@
-/* Angles of loops that jump. An angle that no joints count is the one nearest to its start (kt_effect_coordinate): where the
- * mechanism takes it through half a turn from there, it goes on on the other side, a whole turn away, and so do the forces of
- * springs, stops and servos in it. Between two records that is a change by more than half a turn. */
+/* Angles of loops that jump. If no joints count an angle, its value is the one nearest to its start
+ * (kt_effect_coordinate). When the mechanism takes it through half a turn from there, it jumps by a whole turn. The
+ * forces of springs, stops and servos in the angle jump with it. Between two records, such a jump is a change by more
+ * than half a turn. */
 #include "advice/half_turn.h"
 
 #include <math.h>

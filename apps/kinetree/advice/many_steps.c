@@ -60,7 +60,7 @@ static double find_fastest(const kt_outcome *outcome, char *text, size_t size, b
     return rate;
 }
 
-/* Why steps of this length are taken, and what to do about it. */
+/* Finds the cause of steps of this length, and a remedy. */
 static void find_cause(const kt_outcome *outcome, double step, double corners, char *cause, char *remedy, size_t size) {
     char mode[256];
     bool decays = false;

@@ -106,8 +106,8 @@ static bool is_moving(const kt_description *d, const kt_body *body) {
     return false;
 }
 
-/* Upper bound of the moment of all weights about a joint in any direction of gravity: the sum of m g times the distance
- * from it, N m. */
+/* Returns an upper bound of the moment of all weights about a joint, N m. It is the sum of m g times the distance from
+ * the joint, and holds for any direction of gravity. */
 static double moment_of_weights(const start *s, int on) {
     const kt_description *d = &s->scene->description;
     const kt_vec3 axis = kt_body_pose(s->model, s->data, on).position;
@@ -124,8 +124,8 @@ static double moment_of_weights(const start *s, int on) {
     return sum;
 }
 
-/* Warns of a limit with more than twice the force that weights can cause at rest: the weight of all bodies (prismatic
- * joint), or the moment of their weights about the joint (revolute joint). */
+/* Warns of a limit with more than twice the force that weights can cause at rest. This force is the weight of all
+ * bodies (prismatic joint), or the moment of their weights about the joint (revolute joint). */
 static int warn_of_limit(const start *s, const kt_penetration *penetration) {
     const kt_effect *effect = penetration->effect;
     const char *unit = penetration->is_length ? "m" : "rad", *beyond = penetration->is_below ? "lower" : "upper";

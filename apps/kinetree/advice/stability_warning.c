@@ -1,9 +1,9 @@
-/* A warning about adaptive steps of an explicit method, or those that auto makes with one, that its stability bounds,
- * not the accuracy that is asked for.
+/* Warns if stability bounds the adaptive steps of an explicit method, and not the requested accuracy. This includes the
+ * explicit steps of auto.
  *
- * At SAMPLES + 1 records, evenly over the run, the rate of the fastest mode is estimated (kt_mode_watch), and compared
- * with the mean step of the method up to the next of them. Where the motion is stiff their product is near the limit of
- * the method's stability on the real axis, whatever the tolerance. */
+ * At SAMPLES + 1 records, evenly over the run, the rate of the fastest mode is estimated (kt_mode_watch). It is
+ * compared with the mean step of the method up to the next of these records. If the motion is stiff, their product is
+ * near the limit of the method's stability on the real axis, for any tolerance. */
 #include "subcommands/run.h"
 
 #include <math.h>
@@ -14,7 +14,8 @@ enum {
     STEPS_LEAST = 500 /* of a run: shorter ones are not worth the estimates */
 };
 
-/* A mean step of this part of the limit counts as bounded: estimated rates are some too low, and steps vary. */
+/* A mean step counts as bounded from this share of the limit on. Estimated rates are slightly too low, and steps
+ * vary. */
 #define BOUNDED 0.6
 
 static bool is_switching(const kt_method *method) { return strcmp(kt_method_family_name(method), "switching") == 0; }

@@ -221,8 +221,8 @@ static void warn_by(kt_outcome *outcome, const kt_method *method, const kt_spect
         warn_of_samples(outcome, method, spectrum, &sampling);
 }
 
-/* The states of an unstable run, and above all of one that ended early, do not belong to the true motion; the modes of
- * the latter are therefore used first. */
+/* The states of an unstable run do not belong to the true motion, above all if the run ended early. The modes of the
+ * true motion are therefore used first. */
 static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt_mode_watch *watch) {
     const kt_simulation *simulation = outcome->simulation;
     const kt_fast_state fastest = kt_mode_watch_fastest(watch);
@@ -276,9 +276,10 @@ void kt_watch_correction(kt_outcome *outcome) {
         outcome->corrected_since = correction.time;
 }
 
-/* Adaptive steps follow a path that bends, and projections then change velocities by some 1e-6 of the fastest at most.
- * Where a path bends within less than the rounding of positions, next to a singular position, they do what an impact does
- * (a scissor lift of unequal bars that swings through its folded position: 0.3, and 12 of 33 J are lost). */
+/* Adaptive steps follow a path that bends. Projections then change velocities by some 1e-6 of the fastest at most. Next
+ * to a singular position, a path may bend within less than the rounding of positions. Projections then act as an
+ * impact. Example: a scissor lift of unequal bars swings through its folded position. Velocities change by 0.3 of the
+ * fastest, and the motion loses 12 J. Its energy was 33 J. */
 #define IMPACT_LEAST 1e-3
 
 static void warn_of_impact(kt_outcome *outcome) {

@@ -1,4 +1,4 @@
-/* Warnings: facts that a result does not show and its reader must know. Each is printed once on standard error, and
+/* Warnings: facts that a result does not show and that its reader needs. Each is printed once on standard error, and
  * listed in the JSON summary under "warnings". */
 #ifndef KT_COMMAND_ADVICE_WARNINGS_H
 #define KT_COMMAND_ADVICE_WARNINGS_H
@@ -29,8 +29,8 @@ static inline kt_warning kt_warning_of(const char *code, double value, const cha
     return (kt_warning){.code = code, .time = (double)NAN, .value = value, .unit = unit, .remedy = remedy};
 }
 
-/* Prints "kinetree: warning: WHAT. REMEDY", or "PATH: warning: WHAT. REMEDY", and adds the warning to the list. The
- * format gives WHAT, a sentence without its full stop. Texts are copied. */
+/* Prints "kinetree: warning: FACT. REMEDY", or "PATH: warning: FACT. REMEDY", and adds the warning to the list. The
+ * format gives FACT, a sentence without its full stop. Texts are copied. */
 void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *format, ...) KT_PRINTF(3, 4);
 
 /* Returns the list for a summary: [{"code", "what", "remedy", "time", "value", "unit"}, ...], a new reference. */
