@@ -193,7 +193,7 @@ static int find_marker(const kt_body *body, const char *name) {
     return -1;
 }
 
-/* The point of an end in its body's frame, m. */
+/* Returns the point of an end in its body's frame, m. */
 static kt_vec3 point_of_end(const kt_description *d, const kt_end *end) {
     const int body = find_body(d, end->body), marker = body >= 0 ? find_marker(&d->bodies[body], end->marker) : -1;
     return marker >= 0 ? d->bodies[body].markers[marker].at : end->at;

@@ -112,7 +112,7 @@ static void warn_of_leaps(kt_outcome *outcome) {
             bend, step);
 }
 
-/* "velocity.arm", "velocity.ball[2]" */
+/* Writes the name of a velocity: "velocity.arm", "velocity.ball[2]". */
 static void name_velocity(const kt_model *model, int v, char *text, size_t size) {
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);

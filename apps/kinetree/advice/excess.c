@@ -11,7 +11,7 @@
 static const char remedy[] =
     "the integration has blown up; take smaller steps, or an adaptive method, or find the force that drives the motion";
 
-/* The index of the first value beyond a limit; count: there is none. NaN is beyond. */
+/* Returns the index of the first value beyond a limit; `count`: there is none. NaN is beyond every limit. */
 static int find_beyond(const double *values, int count, double most) {
     for (int i = 0; i < count; i++)
         if (!(fabs(values[i]) <= most))

@@ -13,7 +13,8 @@ static bool is_of(const kt_columns *columns, size_t column, kt_column_source sou
            (source == KT_COLUMN_OWN || kt_effect_type_of(columns->model, c->index) == KT_EFFECT_CONTACT);
 }
 
-/* "tension (12 records from t = 0.5 s on)" of each, the first of them; returns how many there are. */
+/* Writes the names, counts and first times of the first columns with gaps: "'tension' at 12 records, first at t = 0.5
+ * s". Returns the number of all columns with gaps. */
 static int list_gaps(const kt_columns *columns, kt_column_source source, const kt_extremes *extremes, char *text,
                      size_t size) {
     enum { NAMED = 4 };

@@ -30,7 +30,7 @@ static void write_time(double seconds, char *text, size_t size) {
         (void)snprintf(text, size, "%.3g days", seconds / 86400.0);
 }
 
-/* The fastest mode in the present state, in words; returns its rate, 0 if it is not found. */
+/* Describes the fastest mode in the present state, in words. Returns its rate, 1/s; 0: no mode was found. */
 static double find_fastest(const kt_outcome *outcome, char *text, size_t size, bool *decays) {
     const kt_simulation *simulation = outcome->simulation;
     const double t = kt_simulation_time(simulation), *q = kt_simulation_positions(simulation);

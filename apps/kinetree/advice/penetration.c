@@ -32,7 +32,7 @@ static kt_vec3 point_of(const kt_model *model, const kt_data *data, const kt_end
     return kt_point_position(model, data, body, marker >= 0 ? kt_marker_at(model, body, marker) : end->at);
 }
 
-/* An axis in the frame of an end, of length 1, in the world's axes. */
+/* Returns the unit vector of an axis, which is given in the frame of an end, in the world's axes. */
 static kt_vec3 direction_of(const kt_model *model, const kt_data *data, const kt_end *end, kt_vec3 axis) {
     const int body = body_of(model, end);
     kt_mat3 turn = kt_mat3_identity();
@@ -43,7 +43,7 @@ static kt_vec3 direction_of(const kt_model *model, const kt_data *data, const kt
     return kt_mat3_apply(kt_body_pose(model, data, body).rotation, kt_mat3_apply(turn, kt_vec3_normalize(axis)));
 }
 
-/* How far below its centre a sphere reaches, or a disc, which has an axle. */
+/* Returns the distance by which a sphere, or a disc (with an axle), reaches below its centre, m. */
 static double reach_of(const kt_model *model, const kt_data *data, const kt_effect *effect, kt_vec3 normal) {
     if (kt_vec3_norm_wide(effect->axle) == 0.0)
         return effect->radius;

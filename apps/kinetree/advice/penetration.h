@@ -16,7 +16,7 @@ typedef struct kt_penetration {
     bool is_below;  /* joint_limit: beyond `lower` */
 } kt_penetration;
 
-/* Whether an effect is a contact or a joint limit. */
+/* Returns whether an effect is a contact or a joint limit. */
 bool kt_effect_can_penetrate(const kt_effect *effect);
 
 /* Evaluates effect `index`, a contact or joint limit, at q, for which data must contain the kinematics. For any other effect the depth

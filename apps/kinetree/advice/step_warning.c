@@ -38,7 +38,7 @@ kt_mode_watch *kt_watch_steps(kt_outcome *outcome) {
 void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_record *record) {
     if (watch == NULL)
         return;
-    /* Those of the steps alone: of a run that was interrupted they are as many as of one that was not. */
+    /* These are the evaluations of the steps only. Their number is equal in an interrupted and an uninterrupted run. */
     const kt_method *method = kt_method_find(outcome->run->integrator);
     const uint64_t stages = method != NULL ? (uint64_t)method->stages : 1;
     const uint64_t evaluations = stages * kt_simulation_counts_get(outcome->simulation).steps;
@@ -141,7 +141,7 @@ static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
     return true;
 }
 
-/* The modes cannot be computed without LAPACK or memory: warns that the stability is unknown. */
+/* Warns that the stability is undetermined, since the modes cannot be computed without LAPACK or memory. */
 static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest,
                           const kt_error *error) {
     const kt_warning warning = {.code = "unknown_stability",

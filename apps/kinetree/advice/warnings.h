@@ -24,7 +24,7 @@ typedef struct kt_warning {
     const char *remedy; /* a sentence without its full stop: "Take steps below 0.01 s" */
 } kt_warning;
 
-/* One that is not related to a time. */
+/* Returns a warning that is not related to a time. */
 static inline kt_warning kt_warning_of(const char *code, double value, const char *unit, const char *remedy) {
     return (kt_warning){.code = code, .time = (double)NAN, .value = value, .unit = unit, .remedy = remedy};
 }

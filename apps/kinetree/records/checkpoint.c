@@ -89,7 +89,8 @@ static bool take_fingerprints(kt_checkpoint *checkpoint, const kt_outcome *outco
     return true;
 }
 
-/* The file is empty until the first checkpoint; one that an earlier run has left keeps its content until then. */
+/* Locks the file of checkpoints. A new file is empty until the first checkpoint. A file of an earlier run keeps its
+ * content until then. */
 static bool take_lock(kt_checkpoint *checkpoint) {
     if (checkpoint->path == NULL)
         return true;

@@ -9,14 +9,14 @@
 #include <stdio.h>
 #include <string.h>
 
-/* "KIND.NAME", or "KIND.NAME[k]" if there is more than one of them. */
+/* Writes "KIND.NAME", or "KIND.NAME[k]" if there are several. */
 static int name_numbered(char *text, size_t size, const char *kind, const char *name, const char *of, int k,
                          int count) {
     return count == 1 ? snprintf(text, size, "%s.%s%s", kind, name, of)
                       : snprintf(text, size, "%s.%s%s[%d]", kind, name, of, k);
 }
 
-/* "effect.tyre.force"; "effect[2].force" of one without a name. */
+/* Writes the name of a quantity: "effect.tyre.force", or "effect[2].force" if the effect has no name. */
 static int name_quantity(const kt_columns *columns, const kt_column *c, char *text, size_t size) {
     const char *name = kt_effect_name(columns->model, c->index);
     const char *quantity = kt_quantity_name(kt_effect_quantity_at(columns->model, c->index, c->component),
@@ -147,7 +147,7 @@ static kt_quantity quantity_of_effect(const kt_columns *columns, const kt_column
     return (kt_quantity){"Effects", ""};
 }
 
-/* One that has a unit is a quantity of its own. */
+/* Returns the quantity of an own column. A column with a unit is a quantity of its own. */
 static kt_quantity own_quantity(const kt_scene_column *column) {
     return column->unit != NULL ? (kt_quantity){column->name, column->unit} : (kt_quantity){"Own columns", ""};
 }

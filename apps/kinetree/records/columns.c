@@ -51,12 +51,13 @@ static bool add_coordinates(kt_columns *columns, kt_column_source source) {
     return fine;
 }
 
-/* A coupling of joints has joint forces only and therefore no wrench. */
+/* Returns whether a loop has a wrench. A coupling of joints has joint forces only and therefore no wrench. */
 static bool has_wrench(const kt_model *model, int loop) {
     return !kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(model, loop)), KT_KEY_TERMS);
 }
 
-/* A loop between joints, not between points of bodies, has one equation, whose multiplier is its generalised force. */
+/* Returns whether a loop is between joints, not between points of bodies. Such a loop has one equation, whose
+ * multiplier is its generalised force. */
 static bool is_relation(const kt_model *model, int loop) {
     return !has_wrench(model, loop) ||
            kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(model, loop)), KT_KEY_JOINT);
@@ -78,7 +79,7 @@ static bool add_reactions(kt_columns *columns) {
     return fine;
 }
 
-/* And the room for a Jacobian. */
+/* Adds the columns of bearings, and allocates the memory for a Jacobian. */
 static bool add_bearings(kt_columns *columns) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
@@ -87,7 +88,7 @@ static bool add_bearings(kt_columns *columns) {
     return columns->jacobian != NULL;
 }
 
-/* The multipliers that add_reactions leaves out. */
+/* Adds the multipliers that add_reactions leaves out. */
 static bool add_all_multipliers(kt_columns *columns, bool has_reactions) {
     bool fine = true;
     for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++)
@@ -262,7 +263,7 @@ typedef struct kt_column_group {
 
 static kt_column_group vector_group(kt_vec3 u) { return (kt_column_group){{u.x, u.y, u.z}}; }
 
-/* In world axes, then in body axes. */
+/* Returns a vector of a body in world axes, then in body axes. */
 static kt_column_group rotation_group(const kt_model *model, const kt_data *data, int body, kt_vec3 u) {
     const kt_vec3 w = kt_mat3_apply_transposed(kt_body_pose(model, data, body).rotation, u);
     return (kt_column_group){{u.x, u.y, u.z, w.x, w.y, w.z}};
@@ -288,7 +289,7 @@ static kt_column_group closure_group(const kt_model *model, const kt_data *data,
     return (kt_column_group){{m.position.x, m.position.y, m.position.z, turn.x, turn.y, turn.z, arc}};
 }
 
-/* Whether group_of computes anything for a source. */
+/* Returns whether group_of computes anything for a source. */
 static bool is_grouped(kt_column_source source) {
     return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_MOMENTUM) || source == KT_COLUMN_CLOSURE ||
            source == KT_COLUMN_SINGULAR_VALUE || source == KT_COLUMN_BEARING;
@@ -473,7 +474,7 @@ static const char *list_name(void *user, int k) {
 
 /* ---- what is needed ---------------------------------------------------------------------------------------------- */
 
-/* The bits that a simulation computes for a column. */
+/* Returns the bits that a simulation must compute for a column. */
 static unsigned record_for(kt_column_source source) {
     switch (source) {
     case KT_COLUMN_TIME:

@@ -71,7 +71,7 @@ void kt_columns_free(kt_columns *columns);
  * compute for them (kt_simulation_options.record). Errors: KT_ERROR_SCENE (a name that is no column), KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error);
 
-/* These bits alone, for who creates the simulation before the columns. Errors: as above. */
+/* Determines only these bits, for callers that create the simulation before the columns. Errors: as above. */
 KT_CHECKED kt_status kt_columns_own_record(const kt_scene *scene, const kt_model *model, unsigned *record,
                                            kt_error *error);
 
@@ -89,8 +89,8 @@ typedef struct kt_quantity {
 
 kt_quantity kt_column_quantity(const kt_columns *columns, size_t column);
 
-/* The values of all columns in a record, NaN where it does not have them. They are the list's own, until the next
- * call. */
+/* Returns the values of all columns in a record; NaN if the record does not have a value. Ownership: the list owns
+ * them, until the next call. */
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record);
 
 /* kinetic + potential + dissipated - supplied, J, which is constant along the exact motion. NaN if the works are

@@ -28,7 +28,7 @@ static hid_t taken(writer *w, hid_t id) {
 
 static void check(writer *w, herr_t result) { w->failed = w->failed || result < 0; }
 
-/* The longest of some texts, with its end. */
+/* Returns the bytes of the longest text, with its terminating zero. */
 static size_t longest(const char *const *texts, size_t count) {
     size_t most = 1;
     for (size_t i = 0; i < count; i++)
@@ -43,7 +43,7 @@ static hid_t type_of_text(writer *w, size_t size) {
     return type;
 }
 
-/* A dataset of texts, which are padded to the longest. */
+/* Writes a dataset of texts, which are padded to the longest. */
 static void write_texts(writer *w, const char *name, const char *const *texts, size_t count) {
     const size_t size = longest(texts, count);
     const hsize_t extent = count;
@@ -188,7 +188,7 @@ int kt_hdf5_write(const char *path, FILE *file, const kt_keep_words *words) {
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
-/* The texts of a dataset, each with its end; *size: bytes of one. */
+/* Returns the texts of a dataset, each with its terminating zero; *size: bytes of each text. */
 static char *read_texts(writer *w, const char *name, size_t *count, size_t *size) {
     hsize_t extent = 0;
     const hid_t set = taken(w, H5Dopen2(w->file, name, H5P_DEFAULT));
@@ -212,7 +212,7 @@ static char *read_texts(writer *w, const char *name, size_t *count, size_t *size
     return texts;
 }
 
-/* A table without rows that has the names. */
+/* Reads the names of the columns into a table without rows. */
 static void read_names(writer *w, kt_table *table) {
     size_t count = 0, size = 0;
     table->text = read_texts(w, "columns", &count, &size);
@@ -223,7 +223,7 @@ static void read_names(writer *w, kt_table *table) {
         table->names[i] = table->text + i * size;
 }
 
-/* The rows of a dataset as columns. */
+/* Reads the rows of a dataset into the columns of a table. */
 static void read_rows(writer *w, hid_t place, const char *name, kt_table *table) {
     hsize_t extent[2] = {0, 0};
     const hid_t set = taken(w, H5Dopen2(place, name, H5P_DEFAULT)), space = taken(w, H5Dget_space(set));
@@ -242,7 +242,7 @@ static void read_rows(writer *w, hid_t place, const char *name, kt_table *table)
     (void)H5Dclose(set);
 }
 
-/* Adds one run; an exit code, or -1. */
+/* Adds one run. Returns -1, or an exit code. */
 static int add_run(writer *w, hid_t place, const char *name, const char *label, kt_table *table) {
     kt_table one = {0};
     int code = -1;

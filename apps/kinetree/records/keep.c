@@ -83,7 +83,7 @@ int kt_keep_rows(kt_keep *keep, const double *numbers, size_t rows, size_t colum
                : say(keep, "cannot be written");
 }
 
-/* The head is written last: without it the run is not whole. */
+/* Writes the head of a run, after its records. Without the head the run is not whole. */
 int kt_keep_close_run(kt_keep *keep, int64_t run, int64_t status, size_t rows, size_t columns) {
     const kt_kept_run head = {.run = run, .status = status, .rows = (int64_t)rows, .columns = (int64_t)columns};
     if (keep->file == NULL)
@@ -95,7 +95,8 @@ int kt_keep_close_run(kt_keep *keep, int64_t run, int64_t status, size_t rows, s
     return say(keep, "cannot be written");
 }
 
-/* The HDF5 file has a name of its own until it is whole; that of the side file, where an earlier result has its own. */
+/* Makes the HDF5 file. It has the name NAME.new until it is whole. A partial result gets the name of the side file if
+ * an earlier result has the name. */
 static int make_file(kt_keep *keep, const kt_keep_words *words, bool whole) {
     const size_t room = strlen(keep->output.name) + 8;
     char *name = malloc(room), *part = kt_part_name(keep->output.name);

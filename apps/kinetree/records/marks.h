@@ -26,7 +26,7 @@ typedef struct kt_marks {
  * that was added last is not added again. */
 void kt_marks_add(kt_marks *marks, const kt_record *record);
 
-/* A new object with "marks", a list of {time, name}, and "marks_cut". */
+/* Returns a new object with "marks", a list of {time, name}, and "marks_cut". */
 json_t *kt_marks_describe(const kt_marks *marks);
 
 /* Reads the marks of an object of kt_marks_describe, which may have other members. Returns false if the object has no

@@ -21,7 +21,8 @@
 /* Below this speed, m/s, friction does not oppose the present slip but the slip of the next instant (lib/mechanism/slip.c). */
 static const double slow = 4e-6;
 
-/* How many loops an effect has. They follow those of the description, in the order of the effects. */
+/* Returns the number of loops of an effect. These loops follow the loops of the description, in the order of the
+ * effects. */
 static int loops_of(const kt_effect *effect) {
     const bool is_hard = !isinf(effect->restitution);
     switch (effect->type) {
@@ -68,7 +69,8 @@ typedef struct contact_force {
     double normal, friction, power;
 } contact_force;
 
-/* The force of a loop on the sphere: the second end in the plane's loop, the first end in a rolling one. */
+/* Returns the force of a loop on the sphere. The sphere is the second end of a plane's loop, and the first end of a
+ * rolling loop. */
 static kt_vec3 force_on_sphere(const kt_record *record, int loop) {
     const double sign = kt_loop_type_of(record->model, loop) == KT_LOOP_ROLLING ? -1.0 : 1.0;
     return kt_vec3_scale(sign, record->loop_reactions[loop].force);
@@ -81,7 +83,7 @@ static double quantity_of(const kt_record *record, int index, kt_effect_quantity
     return (double)NAN;
 }
 
-/* The present coefficient: events set parameters of effects that have a name. */
+/* Returns the present coefficient of friction. Events can set the parameters of effects that have a name. */
 static double coefficient_of(const kt_record *record, const kt_effect *effect) {
     char name[512];
     kt_parameter parameter;
@@ -98,7 +100,7 @@ static kt_vec3 velocity_at(const kt_record *record, int body, kt_vec3 point) {
     return kt_point_velocity(record->model, record->data, body, at);
 }
 
-/* The direction in which the sphere slips, of length 1; NaN if it has just begun. */
+/* Returns the unit vector of the sphere's slip; NaN if the slip has just begun. */
 static kt_vec3 direction_of_slip(const kt_record *record, int index, kt_vec3 normal, const double *values) {
     const kt_vec3 point = {quantity_of(record, index, KT_QUANTITY_POINT_X, values),
                            quantity_of(record, index, KT_QUANTITY_POINT_Y, values),

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Object that maps "BODY.MARKER" to [x, y, z] in the world frame. */
+/* Returns an object that maps "BODY.MARKER" to [x, y, z] in the world frame, m. */
 static json_t *list_markers(const kt_model *model, const kt_data *data) {
     json_t *object = json_object();
     for (int body = 0; body < kt_model_body_count(model); body++)
@@ -59,7 +59,7 @@ static json_t *count_cost(const kt_outcome *outcome) {
                      (json_int_t)counts.balance, "cpu_seconds", outcome->cpu_seconds);
 }
 
-/* The numbers that the scene was computed with, where it has parameters or was given settings. */
+/* Lists the numbers of the scene in this run, if the scene has parameters or settings. */
 static void list_parameters(const kt_scene *scene, json_t *root) {
     json_t *parameters = json_object(), *settings = json_array();
     for (int i = 0; i < scene->parameter_count; i++)
@@ -106,7 +106,7 @@ static json_t *list_switched(const kt_model *model) {
     return switched;
 }
 
-/* The k-th event of the scene, `until` last. */
+/* Returns the k-th event of the scene; `until` is the last one. */
 static const kt_scene_event *event_of(const kt_scene *scene, int k) {
     return k < scene->event_count ? &scene->events[k] : &scene->until;
 }

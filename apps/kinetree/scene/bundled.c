@@ -18,7 +18,7 @@ static bool is_folder(const char *path) {
     return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-/* The folder of this program, without a trailing slash. Linux has /proc/self/exe; on other systems this returns
+/* Finds the folder of this program, without a trailing slash. Linux has /proc/self/exe; on other systems this returns
  * false. */
 static bool find_own_folder(char *folder, size_t size) {
     ssize_t length = readlink("/proc/self/exe", folder, size - 1);

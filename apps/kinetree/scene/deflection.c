@@ -24,7 +24,7 @@ static kt_status fail_memory(kt_error *error) {
     return KT_ERROR_MEMORY;
 }
 
-/* The part of the shape at a phase, as velocities of all joints. */
+/* Computes the part of the shape at a phase, as velocities of all joints. */
 static void take_part(const kt_small_motion *motion, int mode, double amplitude, double phase, double *v) {
     const double *shape = kt_modes_positions(motion->modes, mode);
     for (int i = 0; i < kt_model_nv(motion->model); i++)
@@ -50,14 +50,14 @@ static kt_vec3 velocity_at(const kt_twist *twist, kt_vec3 arm) {
     return kt_vec3_add(twist->linear, kt_vec3_cross(twist->angular, arm));
 }
 
-/* The half of the longest axis of the ellipse of a + i b, and the phase at which it is reached. */
+/* Returns the length of the longest semi-axis of the ellipse of a + i b. *phase: the phase at its end, rad. */
 static double longest_half(kt_vec3 a, kt_vec3 b, double *phase) {
     const double aa = kt_vec3_dot(a, a), bb = kt_vec3_dot(b, b), ab = kt_vec3_dot(a, b);
     *phase = 0.5 * atan2(-2.0 * ab, aa - bb);
     return sqrt(0.5 * (aa + bb) + hypot(0.5 * (aa - bb), ab));
 }
 
-/* The corners of a solid's box, relative to the origin of its body, in the world's axes. */
+/* Returns a corner of a solid's box, relative to the origin of the solid's body, in the world's axes. */
 static kt_vec3 corner_of(const kt_solid *solid, kt_pose body, int corner) {
     const kt_vec3 h = solid->half;
     const kt_vec3 at = kt_vec3_make(corner & 1 ? h.x : -h.x, corner & 2 ? h.y : -h.y, corner & 4 ? h.z : -h.z);

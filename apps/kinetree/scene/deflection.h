@@ -20,13 +20,13 @@ extern const double kt_deflection_share;
 kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt_picture *picture,
                                kt_deflection *deflection, kt_error *error);
 
-/* The poses of all bodies in the deflected positions: the joints move along their exponential maps, and then the least
- * change closes the loops. Loops that cannot be closed stay as open as the deflection leaves them, which is of second
- * order in the amplitude. NULL: at rest. The motion's data are overwritten. */
+/* Computes the poses of all bodies in the deflected positions. The joints move along their exponential maps, and then
+ * the least change closes the loops. Loops that cannot be closed stay as open as the deflection leaves them, which is
+ * of second order in the amplitude. NULL: at rest. The motion's data are overwritten. */
 kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_deflection *deflection, kt_pose *poses,
                               kt_error *error);
 
-/* The twists of all bodies (bodies[0]: the world) to first order: the real and the imaginary part for each. */
+/* Computes the twists of all bodies (index 0: the world) to first order, with a real and an imaginary part for each. */
 kt_status kt_deflection_twists(const kt_small_motion *motion, int mode, kt_twist *real, kt_twist *imaginary,
                                kt_error *error);
 

@@ -45,7 +45,7 @@ static char *split_path(const char *result, const char *folder, double *time) {
     return path;
 }
 
-/* Whether the file begins as JSON does. */
+/* Returns whether the file begins as JSON does. */
 static bool is_json(const char *path) {
     FILE *file = fopen(path, "r");
     int c = file != NULL ? fgetc(file) : EOF;
@@ -56,7 +56,7 @@ static bool is_json(const char *path) {
     return c == '{';
 }
 
-/* Whether a line of the file begins with the key that every scene has. */
+/* Returns whether one of the first 100 lines of the file begins with the key that every scene has. */
 static bool is_scene(const char *path) {
     FILE *file = fopen(path, "r");
     char line[512];
@@ -186,7 +186,7 @@ static int read_state(const source *s, const kt_model *model, double *q, double 
     return found;
 }
 
-/* A joint of the summary that the scene does not have. */
+/* Prints the joints of the summary that the scene does not have. */
 static void say_unknown(const source *s, const kt_model *model) {
     const char *name;
     json_t *value;
@@ -200,7 +200,7 @@ static void say_unknown(const source *s, const kt_model *model) {
     }
 }
 
-/* Whether a formula reads t: a name of this letter alone. */
+/* Returns whether a formula reads t: the name that consists of this letter alone. */
 static bool reads_time(const char *formula) {
     const char *const in_names = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
     for (const char *at = formula; at != NULL && *at != '\0';) {
@@ -254,7 +254,8 @@ static kt_status take_own_states(kt_scene *scene, const source *s, const kt_mode
     return status;
 }
 
-/* Releases the loops and effects that are released in the result. Records do not list them. */
+/* Releases the loops and effects that the result lists as released, and engages the others. Records have no such
+ * list. */
 static void take_released(kt_scene *scene, const source *s) {
     const json_t *list = json_object_get(s->root, "released");
     char names[400];

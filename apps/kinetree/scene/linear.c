@@ -101,7 +101,7 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
     return fail(status, &error);
 }
 
-/* Names a direction in a joint's frame: "z" or "-x". A direction along no axis is written as its vector: "[0.6, 0,
+/* Names a direction in a joint's frame: "z" or "-x". If it lies along no axis, the name is the vector "[0.6, 0,
  * -0.8]". */
 static void name_direction(char *text, size_t size, kt_vec3 direction) {
     const double d[3] = {direction.x, direction.y, direction.z}, rounding = 1e-9;
@@ -149,7 +149,7 @@ static int body_of(const kt_model *model, int coordinate) {
     return 0;
 }
 
-/* The joint in the scene of a body in the model; NULL: it is none of the scene's. */
+/* Returns the scene's joint of a body in the model; NULL: the scene does not have it. */
 static const kt_joint *joint_of(const kt_small_motion *motion, int body) {
     const kt_description *d = &motion->scene.description;
     for (int i = 0; i < d->body_count; i++)

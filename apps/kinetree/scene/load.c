@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The folder of a file, which the caller frees; NULL: memory is insufficient. */
+/* Returns the folder of a file, which the caller frees; NULL: memory is insufficient. */
 static char *folder_of(const char *path) {
     const char *slash = strrchr(path, '/');
     return slash != NULL ? strndup(path, (size_t)(slash - path)) : strdup(".");
@@ -27,7 +27,8 @@ int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene
     return kt_read_scene_from(path, settings, NULL, scene);
 }
 
-/* How many hard stops, contacts, slack ropes and joints with friction that sticks there are; *first: the loop of the first one. */
+/* Counts the loops of hard stops, contacts, slack ropes and sticking friction. *first: the first of these loops, unset
+ * if there is none. */
 static int count_contacts(const kt_model *model, int *first) {
     int count = 0;
     for (int i = kt_loop_count(model) - 1; i >= 0; i--)

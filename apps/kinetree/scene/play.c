@@ -102,7 +102,7 @@ kt_vec3 kt_play_point(const kt_play *play, int body, int marker) {
     return kt_point_position(play->shown, play->data, body, kt_marker_at(play->shown, body, marker));
 }
 
-/* An event that sets a parameter, a state or a velocity may supply energy. */
+/* Creates the watch. An event that sets a parameter, a state or a velocity may supply energy. */
 kt_energy_watch kt_energy_watch_of(const kt_scene *scene, const kt_model *model) {
     kt_energy_watch watch = kt_energy_watch_start(model);
     for (int i = 0; i < scene->event_count; i++)

@@ -51,10 +51,11 @@ kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *
 /* Writes the poses of all bodies in the present state. */
 kt_status kt_play_poses(kt_play *play, kt_pose *poses, kt_error *error);
 
-/* The place of a marker in the present state; the kinematics are those of the last kt_play_poses. */
+/* Returns the position of a marker in the present state, in the world frame, m. The kinematics are those of the last
+ * kt_play_poses. */
 kt_vec3 kt_play_point(const kt_play *play, int body, int marker);
 
-/* A watch over the energy of a scene's motion, before it begins. */
+/* Returns a watch over the energy of a scene's motion, before the motion begins. */
 kt_energy_watch kt_energy_watch_of(const kt_scene *scene, const kt_model *model);
 
 #endif

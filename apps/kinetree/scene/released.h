@@ -14,7 +14,7 @@
 uint64_t kt_released_set(const kt_scene *scene, const kt_simulation *simulation);
 bool kt_released_holds(const kt_scene *scene, uint64_t set, const char *name);
 
-/* Their names, as a new list. */
+/* Returns the names of these loops and effects, as a new list. */
 json_t *kt_released_list(const kt_scene *scene, const kt_simulation *simulation);
 
 /* Lets the listed loops and effects begin released, and the others engaged. The scene must own its loops and effects

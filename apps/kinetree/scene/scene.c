@@ -83,7 +83,8 @@ static void suggest_ending(const char *path) {
         kt_say("did you mean '%s'?", whole);
 }
 
-/* Whether a file is a robot, by its name, or a text by its first character; of which format, the reader sees. */
+/* Returns whether a file is a robot, from the ending of its name. is_xml decides from the first character of the text.
+ * The reader of robots finds the format. */
 static bool is_robot_name(const char *path) {
     static const char *const endings[] = {".urdf", ".xml", ".sdf", ".world", ".mjcf"};
     const char *dot = strrchr(path, '.');
@@ -114,7 +115,8 @@ static bool is_xml_file(const char *path) {
     return is_xml(text, size);
 }
 
-/* A robot has no parameters, and no keys of a scene. */
+/* Rejects settings for a robot, which has no parameters and no keys of a scene. Returns -1 without settings, else an
+ * exit code. */
 static int refuse_settings(const char *path, const kt_settings *settings) {
     if (settings == NULL || settings->count == 0)
         return -1;
@@ -137,7 +139,8 @@ static char *add_folders(char *path, const char *more) {
     return longer;
 }
 
-/* The folders in which packages and models are looked for: those that are given, then those of the environment. */
+/* Returns the search path for packages and models: the given folders, then the folders of the environment. The caller
+ * frees it; NULL: memory is insufficient. */
 static char *search_path(const char *given) {
     static const char *const variables[] = {"KINETREE_SEARCH", "ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH",
                                             "GAZEBO_MODEL_PATH"};

@@ -225,7 +225,7 @@ int kt_start_report(const kt_scene *scene, const kt_model *model) {
 
 /* ---- motions ----------------------------------------------------------------------------------------------------- */
 
-/* Whether the value of a formula may jump. */
+/* Returns whether the value of a formula may jump. */
 static bool may_jump(const char *text) {
     static const char *const words[] = {"sign(", "step(", "<", ">", "==", "!="};
     for (size_t k = 0; k < sizeof words / sizeof *words; k++)

@@ -29,17 +29,17 @@ const char *kt_start_jumping(const kt_scene *scene);
  * Returns their number. */
 int kt_start_say_inertias(const kt_scene *scene);
 
-/* The joints that move no mass (kt_massless_count): printed, and as a list of names. */
+/* Report the joints that move no mass (kt_massless_count): on standard error, and as a list of names. */
 void kt_start_say_massless(const kt_model *model);
 json_t *kt_start_massless(const kt_model *model);
 
-/* Object that maps each body whose inertia violates the triangle inequality to the relative excess. */
+/* Returns an object that maps each body whose inertia violates the triangle inequality to the relative excess. */
 json_t *kt_start_inertias(const kt_scene *scene);
 
-/* The loops that disagree, by [m, rad] (kt_loop_disagreement_of). */
+/* Returns an object that maps each loop that disagrees to its disagreement, [m, rad] (kt_loop_disagreement_of). */
 json_t *kt_start_disagreement(const kt_model *model);
 
-/* Whether a loop that changes with time drives the mechanism. */
+/* Returns whether a loop that changes with time drives the mechanism. */
 bool kt_is_driven(const kt_description *description);
 
 #endif

@@ -97,7 +97,7 @@ static int say_no_method(const char *name) {
     return KT_EXIT_USAGE;
 }
 
-/* The methods of --integrators in the order of kt_method_at, without repetition. */
+/* Reads the methods of --integrators, in the order of kt_method_at and without repetition. */
 static int read_methods(kt_accuracy_arguments *arguments) {
     char text[512];
     char *rest = text;

@@ -76,10 +76,10 @@ void kt_findings_print(const kt_findings *findings);
 /* Prints the cost of variants of the simulation (other reduction, metric, plan, formulation, no projection) at one
  * point. Returns an exit code. */
 int kt_findings_print_prices(const kt_findings *findings);
-/* With --formulations, prints this table instead: every formulation at one setting of each method, with a sentence on
- * its errors. Returns an exit code. */
+/* Prints the table of --formulations instead of the other tables: every formulation at one setting of each method, with
+ * a sentence on its errors. Returns an exit code. */
 int kt_findings_print_formulations(const kt_findings *findings);
-/* With --baselines, prints this table alone: differential-algebraic formulations by implicit methods. Returns an exit
+/* Prints only the table of --baselines: differential-algebraic formulations with implicit methods. Returns an exit
  * code. */
 int kt_findings_print_baselines(const kt_findings *findings);
 /* Writes every point as CSV. Returns an exit code. */
@@ -92,7 +92,7 @@ int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark
 /* Makes a study of a scene, with the settings of the arguments; returns an exit code. */
 typedef int kt_accuracy_study(const kt_accuracy_arguments *arguments, const char *path, const char *base);
 
-/* With --vary: a study for each value, and a line of CSV for each in --out. Returns an exit code. */
+/* Runs the studies of --vary: one for each value, and a line of CSV for each in --out. Returns an exit code. */
 int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
                           const char *base);
 /* Writes the line of a study, in place of its report. */

@@ -66,7 +66,7 @@ void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *finding
     along->written = true;
 }
 
-/* The studies run one after the other, because parallel studies would disturb each other's measured times. */
+/* Runs all studies, one after the other, because parallel studies would disturb each other's measured times. */
 static int write_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
                      kt_accuracy_study *study, const char *path, const char *base) {
     int code = KT_EXIT_DONE;

@@ -7,7 +7,7 @@
 static const char *const methods[] = {"implicit-euler", "crank-nicolson", "bdf2", "two-step", "radau5"};
 enum { METHODS = sizeof methods / sizeof *methods, STEPS_MOST = 8 };
 
-/* The steps of --steps, or three of the study's own. */
+/* Chooses the steps of --steps, or else three steps of the study. */
 static int choose_steps(const kt_findings *findings, double *steps) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int count = 0;

@@ -93,7 +93,7 @@ static int warn_of_double_motions(const check *c) {
 
 /* ---- gravity ----------------------------------------------------------------------------------------------------- */
 
-/* Whether the assembled state is one of rest that nothing disturbs. */
+/* Returns whether the assembled state is at rest, without effects, drives and accelerations. */
 static bool stays_at_rest(const check *c) {
     const kt_description *d = &c->scene->description;
     bool rests = d->effect_count == 0 && !kt_is_driven(d);
@@ -122,7 +122,8 @@ static bool carries(const check *c, int body, int other) {
     return other == body;
 }
 
-/* The sum of m d^2 of the bodies that a joint carries, d being the distance of their centres of mass from its body's origin. */
+/* Returns the sum of m d^2 of the bodies that a joint carries, kg m^2. Here d is the distance of a body's centre of
+ * mass from the origin of the joint's body. */
 static double largest_inertia(const check *c, int body) {
     const kt_vec3 origin = kt_body_pose(c->model, c->data, body).position;
     double sum = 0.0;
@@ -177,7 +178,8 @@ static void check_inertia(check *c) {
 
 /* ---- angles ------------------------------------------------------------------------------------------------------ */
 
-/* An angle beyond one turn that is not a multiple of 0.001 degrees was probably given in degrees without the unit. */
+/* Returns whether an angle was probably given in degrees without the unit: it is beyond one turn, and no multiple of
+ * 0.001 degrees. */
 static bool is_doubtful_angle(double x) {
     const double turn = 2.0 * 3.14159265358979323846, degrees = 1000.0 * 360.0 * (x / turn);
     return fabs(x) > turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
@@ -205,7 +207,8 @@ static bool turns(const check *c, const char *joint) {
     return body >= 0 && kt_joint_coordinate_kind(kt_body_coordinates(c->model, body).type, 0) == KT_COORDINATE_ANGLE;
 }
 
-/* Whether a key is a position of the joint that the item acts in: an angle, if the joint turns. */
+/* Returns whether a key is a position of the joint in which the item acts. The position is an angle if the joint
+ * turns. */
 static bool is_position(const kt_key *key, kt_key_kind kind) {
     return key->kind == kind && strcmp(key->unit, "rad|m") == 0;
 }

@@ -198,13 +198,13 @@ static void lay_times(motion *m, double end) {
 
 static double speed_of(const kt_draw_arguments *arguments) { return arguments->speed > 0.0 ? arguments->speed : 1.0; }
 
-/* The frames of an animation of so many seconds. */
+/* Returns the number of frames of an animation of this length in seconds. */
 static int count_frames(double seconds) {
     const double units = ceil(FRAME_RATE * fmin(seconds, FRAMES_MOST) / FRAME_UNIT);
     return FRAME_UNIT * (int)fmin(fmax(units, 1.0), (double)FRAMES_MOST / FRAME_UNIT) + 1;
 }
 
-/* The times of all states. Returns -1, or an exit code after printing the error. */
+/* Chooses the times of all states. Returns -1, or an exit code after printing the error. */
 static int choose_times(const kt_draw_arguments *arguments, motion *m, double until) {
     if (arguments->at != NULL && arguments->strobe > 0) {
         kt_say("draw: --at and --strobe exclude each other");
@@ -554,7 +554,7 @@ static void release(motion *m) {
     free(m->name);
 }
 
-/* The title: the name of the scene, or else that of its file. */
+/* Returns the title: the name of the scene, or else the name of its file. */
 static char *title_of(const motion *m, const char *base) {
     const char *name = kt_model_name(m->model);
     return strdup(name != NULL && *name != '\0' ? name : base);

@@ -46,7 +46,7 @@ static void say_lost(void *user, const char *what, int count) {
     fprintf(stderr, "%s: note: left out or changed: %s (%d)\n", (const char *)user, what, count);
 }
 
-/* The folder of a file; NULL: there is none, since it is standard output, or memory is insufficient. */
+/* Returns the folder of a file; NULL: the file is standard output, or memory is insufficient. */
 static char *folder_of(const char *out) {
     const char *slash = strrchr(out, '/');
     if (strcmp(out, "-") == 0)

@@ -64,7 +64,7 @@ static bool are_alike(const kt_loop_group *a, const kt_loop_group *b) {
            a->equations == b->equations && a->rank == b->rank;
 }
 
-/* The number of groups from `first` on that differ in nothing that is shown. */
+/* Returns the number of successive groups from `first` on with equal printed values. */
 static int alike_from(const kt_model *model, int first) {
     const kt_loop_group group = kt_loop_group_at(model, first);
     int end = first + 1;
@@ -342,7 +342,7 @@ static int show_all(const kt_scene *scene, const kt_model *model, const kt_model
     return code;
 }
 
-/* The plan is that of the model that is integrated. */
+/* Shows the plan of the model that is integrated. */
 static int show_plan(const kt_scene *scene, const kt_model *model, const kt_model *integrated, bool json) {
     kt_plan_step steps[KT_PLAN_STEPS_MAX];
     kt_run run = scene->run;

@@ -136,7 +136,7 @@ static void make_random(kt_maker *maker, kt_body *body, double *length) {
         body->joint.position[0] = draw(&maker->random, -1.0, 1.0);
 }
 
-/* How many degrees of freedom of a joint are rotations. */
+/* Returns the number of rotational degrees of freedom of a joint. */
 static int rotations_of(kt_joint_type type) {
     int count = 0;
     for (int k = 0; k < KT_JOINT_NV_MAX; k++) {

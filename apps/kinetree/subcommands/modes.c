@@ -256,7 +256,7 @@ static json_t *list_outputs(const kt_model *model) {
     return list;
 }
 
-/* Object that maps each joint to a list of [re, im], one per coordinate. */
+/* Returns an object that maps each joint to a list of [re, im], one per coordinate. */
 static json_t *describe_shape(const kt_model *model, const double *shape) {
     json_t *object = json_object();
     for (int body = 1; body < kt_model_body_count(model); body++) {
@@ -272,7 +272,7 @@ static json_t *describe_shape(const kt_model *model, const double *shape) {
     return object;
 }
 
-/* The same of own states. */
+/* Returns the same object for auxiliary states. */
 static json_t *describe_own_states(const kt_model *model, const double *shape) {
     json_t *object = json_object();
     for (int k = 0; k < kt_own_state_count(model); k++)

@@ -164,13 +164,14 @@ typedef struct kt_chart {
     kt_plot_event events[KT_MARKS_MAX]; /* as lines */
 } kt_chart;
 
-/* Whether a column is of the scene's own and has a unit. */
+/* Returns whether a column is an own column of the scene with a unit. */
 static bool has_own_unit(const char *name) {
     const size_t length = strlen(name);
     return kind_of(name) == NAMED_KINDS - 1 && strstr(name, " [") != NULL && name[length - 1] == ']';
 }
 
-/* The kind of a column in a picture: one that has a unit of its own is alone, as long as there is room. */
+/* Returns the kind of a column in a picture. An own column with a unit gets a kind of its own, as long as there is
+ * room. */
 static int panel_of(kt_chart *chart, const char *name) {
     for (int i = 0; i < chart->own_count; i++)
         if (strcmp(chart->own[i].name, name) == 0)
@@ -193,7 +194,7 @@ static struct kind kind_at(const kt_chart *chart, int kind) {
     return (struct kind){.name = own->name, .title = own->title, .unit = own->unit};
 }
 
-/* A logarithmic axis shows magnitudes and cannot show zero. */
+/* Returns the magnitudes of a column for a logarithmic axis, with NaN in place of zeros. */
 static const double *take_magnitudes(kt_chart *chart, const double *y) {
     double *to = chart->magnitudes + chart->magnitude_count;
     for (size_t i = 0; i < chart->table->rows; i++)
@@ -305,7 +306,7 @@ static bool has_part(const char *column, const char *name) {
     return false;
 }
 
-/* For a name that is not a column: prints the columns that contain it. Returns whether there are any. */
+/* Prints the columns that contain a name, which is not a column itself. Returns whether there are any. */
 static bool say_columns_about(const kt_table *table, const char *option, const char *name) {
     enum { NAMED = 4 };
     char columns[400] = "";
@@ -333,7 +334,7 @@ static int say_no_column(const kt_table *table, const char *option, const char *
     return KT_EXIT_USAGE;
 }
 
-/* Whether a column is there already, as one of 'position,position.arm' would be twice. */
+/* Returns whether a column is listed already. 'position,position.arm' would list one column twice. */
 static bool is_listed(const kt_chart *chart, const char *name) {
     for (int i = 0; i < chart->candidate_count; i++)
         if (chart->candidates[i].name == name)
@@ -433,7 +434,8 @@ static int read_marks(const char *path, kt_marks *marks, char *name, size_t size
     return fine ? -1 : say_no_marks(path);
 }
 
-/* The name of the scene, from the summary next to records: NAME.json of NAME.csv, if it ends when they do. */
+/* Finds the name of the scene in the summary next to the records: NAME.json for NAME.csv. The summary must end at the
+ * same time as the records. */
 static void find_scene_name(kt_chart *chart, const char *path) {
     const char *ending = strrchr(path, '.');
     char summary[4096];
@@ -470,7 +472,7 @@ static int add_marks(kt_chart *chart) {
     return code;
 }
 
-/* The line below the title: how many records and results, and the columns that are left out. */
+/* Writes the line below the title: the numbers of records and results, and the omitted columns. */
 static void write_subtitle(const kt_chart *chart, char *subtitle, size_t size) {
     const kt_table *table = chart->table;
     const kt_noise_words noise = kt_candidates_note_noise(chart->candidates, chart->candidate_count);

@@ -84,7 +84,7 @@ static bool stays_blown_up(kt_outcome *outcome) {
     return steps >= outcome->sound_steps + STEPS;
 }
 
-/* Frames of a view are evenly spaced, but for the end of the run. */
+/* Returns whether a record is a frame of a view. Frames are evenly spaced, except for the end of the run. */
 static bool is_frame(const kt_record *record) { return record->event == NULL || record->event->stop; }
 
 static int take_record(const kt_record *record, void *user) {
@@ -209,7 +209,7 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
-/* A resumed run may continue to write the checkpoint file from which it started. */
+/* Checks the names of all files. A resumed run may continue to write the checkpoint file from which it started. */
 static int check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
     if (arguments->resume != NULL && access(arguments->resume, R_OK) != 0) {
         kt_say("checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
@@ -336,7 +336,7 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
     return whole ? rest : code;
 }
 
-/* The names of partial results, NULL for none; *fine is false if memory was insufficient for one. */
+/* Returns the name of a partial result; NULL: no result. Sets *fine to false if memory is insufficient. */
 static char *name_part(const char *path, bool *fine) {
     char *part = kt_part_name(path);
     *fine = *fine && (part != NULL || path == NULL);
@@ -574,7 +574,8 @@ static void report_start(kt_outcome *outcome, bool quiet) {
                                  kt_simulation_contacts(outcome->simulation).impacts > 0);
 }
 
-/* "BASE.csv". The caller frees it. */
+/* Returns a name such as "BASE.csv", which the caller frees. Returns NULL after printing the error if memory is
+ * insufficient. */
 static char *name_after(const char *base, const char *ending) {
     const size_t room = strlen(base) + strlen(ending) + 1;
     char *name = malloc(room);
@@ -588,7 +589,7 @@ static char *name_after(const char *base, const char *ending) {
 /* Records in a view play at 60 a second, but are neither very few nor very many. */
 static double frame_interval(double duration) { return duration / fmin(fmax(60.0 * duration, 600.0), 6000.0); }
 
-/* The quantities that records have besides those that are written. */
+/* Chooses the options of the simulation, with the quantities that records have besides the written ones. */
 static kt_simulation_options choose_options(const kt_run_arguments *arguments, const kt_result_names *names,
                                             const kt_outcome *outcome, const kt_run_manner *manner) {
     kt_simulation_options options = kt_simulation_options_default();

@@ -199,7 +199,7 @@ void kt_warn_of_stability(kt_outcome *outcome);
  * or driven by forces, if the estimate costs little. If loops drive the motion, powers need accelerations and
  * reactions. The balance is then recorded only on request. */
 bool kt_watches_works(const kt_outcome *outcome);
-/* Why the energy is not watched, in words; NULL: it is. */
+/* Returns the reason, in words, why the energy is not watched; NULL: it is watched. */
 const char *kt_energy_not_watched(const kt_outcome *outcome);
 /* Warns if a motion with adaptive steps passed near a singular position and has a large error of the energy. The error
  * is large if it exceeds the usual error of such steps. */
@@ -228,7 +228,7 @@ typedef struct kt_method_words {
 
 kt_method_words kt_describe_method(const kt_run *run);
 
-/* Why the run has its method; NULL where the scene or the command line names it. */
+/* Returns the reason for the choice of the method; NULL: the scene or the command line names the method. */
 const char *kt_method_reason(const kt_outcome *outcome);
 
 /* ---- progress ---------------------------------------------------------------------------------------------------- */

@@ -141,7 +141,7 @@ static size_t size_of_option(const kt_option *option) {
     }
 }
 
-/* The first option that is given but has no meaning for modes; NULL: there is none. */
+/* Returns the first given option that has no meaning for modes; NULL: there is none. */
 static const char *option_of_runs(const kt_run_arguments *arguments) {
     static const char *const kept[] = {"set", "view", "boxes", "quiet", "modes"};
     for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
@@ -345,8 +345,8 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
-/* Parses one tolerance, "1e-9", or a relative and an absolute tolerance, "1e-9,1e-12". At most one tolerance may be
- * 0. */
+/* Parses one tolerance, as 1e-9, or a relative and an absolute tolerance, with a comma between them. At most one
+ * tolerance may be 0. */
 static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
     double tolerance[2] = {0.0, 0.0};
     const int count = kt_numbers_read(arguments->tolerance, tolerance, 2);
@@ -395,7 +395,7 @@ static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
     return arguments->integrator != NULL || arguments->tolerance != NULL ? KT_EXIT_USAGE : KT_EXIT_SCENE;
 }
 
-/* The scene was checked when it was read, so that any error here comes from an option. */
+/* Checks the limits of the run. The scene was checked when it was read, so that any error here comes from an option. */
 static int check_limits(const kt_run *run) {
     kt_error error = {0};
     if (kt_run_check(run, &error) != KT_OK) {

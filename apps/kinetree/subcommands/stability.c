@@ -68,7 +68,8 @@ enum { LISTED_MAX = 8 };
 
 static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
 
-/* A real or imaginary part below the error of the eigenvalue, or a millionth of its magnitude, counts as zero. */
+/* Returns whether a real or imaginary part counts as nonzero. It does if it exceeds the error of the eigenvalue and a
+ * millionth of its magnitude. */
 static bool is_part(double part, const kt_mode *mode) {
     return fabs(part) > mode->error && fabs(part) > 1e-6 * size_of(mode);
 }
@@ -131,7 +132,7 @@ static void write_verdict(double growth, char *text, size_t size) {
         snprintf(text, size, "unstable: diverges");
 }
 
-/* The method at an index, with the scene's rho where it is the one to draw. */
+/* Returns the method at an index. The method to draw has the scene's rho. */
 static const kt_method *method_at(const kt_stability_subject *subject, int index) {
     const kt_method *method = kt_method_at(index);
     return subject->method != NULL && strcmp(method->name, subject->method->name) == 0 ? subject->method : method;

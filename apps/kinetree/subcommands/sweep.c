@@ -289,7 +289,7 @@ static int write_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *keep, con
 
 static void values_of_run(const void *user, int64_t run, double *values) { kt_sweep_plan_values(user, run, values); }
 
-/* The HDF5 file, of all runs that were added; lines are whole only with it. */
+/* Writes the HDF5 file with all runs that were added. The result is whole only with this file. */
 static int end_keep(kt_keep *keep, kt_sweep *sweep, int code) {
     const char *names[KT_SWEEP_AXES_MAX];
     const size_t count = sweep->column_count + 1;
@@ -347,7 +347,7 @@ static bool read_shard(const char *text, long long *k, long long *n) {
     return end != second && *end == '\0' && *k >= 1 && *n >= *k && *n <= 1000000;
 }
 
-/* The runs of a part, or all. */
+/* Determines the runs of a part, or all runs. Returns -1, or an exit code after printing the error. */
 static int choose_shard(const char *text, int64_t runs, int64_t *first, int64_t *end) {
     long long k = 1, n = 1;
     if (text != NULL && !read_shard(text, &k, &n)) {
@@ -455,7 +455,7 @@ static int open_parts(part *parts, int count, char **names) {
     return code;
 }
 
-/* The part with the lowest run; NULL: none has any. */
+/* Returns the part with the lowest run; NULL: no part has a run. */
 static part *lowest(part *parts, int count) {
     part *found = NULL;
     for (int i = 0; i < count; i++)
