@@ -365,7 +365,7 @@ static double largest_gap(const kt_model *model, int loop, const double *residua
     return most;
 }
 
-/* Distance between the ends of a loop: the norm of its residuals that are lengths, m. */
+/* Returns the distance between the ends of a loop: the norm of its residuals that are lengths, m. */
 static double gap_length(const kt_model *model, int loop, const double *residual) {
     const kt_loop_rows rows = kt_loop_rows_of(model, loop);
     double sum = 0.0;
@@ -498,7 +498,7 @@ static kt_vec3 without_rounding(kt_vec3 a) {
     return (kt_vec3){fabs(a.x) > least ? a.x : 0.0, fabs(a.y) > least ? a.y : 0.0, fabs(a.z) > least ? a.z : 0.0};
 }
 
-/* Tries each end of a loop where the other one is. Returns the number of suggestions. */
+/* Tries each end of a loop at the position of the other end. Returns the number of suggestions. */
 static int advise_on_places(const kt_scene *scene, const reached *r, int loop, double gap) {
     const kt_description *d = &scene->description;
     const kt_end *ends = d->loops[loop].between;
@@ -521,7 +521,8 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
 /* Residuals that data with few digits may leave, m or rad. */
 #define NEARLY 1e-3
 
-/* Equations that repeat others and nearly agree with them. */
+/* Suggests another type for a loop whose equations repeat others and nearly agree with them. Returns the number of
+ * suggestions. */
 static int advise_on_types(const kt_scene *scene, const int *open, int count) {
     for (int i = 0; i < count; i++) {
         const char *type = find_lesser(scene, open[i], -1);

@@ -107,8 +107,8 @@ void kt_warn_of_energy(kt_outcome *outcome) {
                 energy->error, error, scale, KT_ENERGY_ERROR, energy->excess_time);
 }
 
-/* If the errors of all steps add up, each step contributes less than a tenth of the tolerance. A thirtieth was measured
- * in linkages away from singular positions. */
+/* Warns if the energy has a larger error than usual steps leave. If the errors of all steps add up, each step
+ * contributes less than a tenth of the tolerance. A thirtieth was measured in linkages away from singular positions. */
 void kt_warn_of_passages(kt_outcome *outcome) {
     const kt_energy_watch *energy = &outcome->energy;
     const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);

@@ -13,12 +13,12 @@ enum { BETWEEN = 2000, WINDOW = 5, MANY = 1000000, COORDINATES_MOST = 60 };
 
 /* Steps of at least this part of 1 / rate resolve the mode. Explicit methods at usual tolerances take from 0.02 to 3. */
 static const double resolved = 3e-3;
-/* This part of all steps that end at corners is their cause. */
+/* If more than this part of all steps ends at breakpoints, the breakpoints are the cause. */
 static const double often = 0.1;
 /* Tolerances below this are near rounding. */
 static const double tight = 1e-11;
 
-/* Expected seconds in words. */
+/* Writes a number of seconds in words. */
 static void write_time(double seconds, char *text, size_t size) {
     if (seconds < 120.0)
         (void)snprintf(text, size, "%.0f seconds", seconds);

@@ -34,7 +34,7 @@ static double limit_of(const kt_method *method) {
                                                                                 : HUGE_VAL;
 }
 
-/* |lambda| of the fastest mode at a record; 0 where it is not found. */
+/* Returns |lambda| of the fastest mode at a record, 1/s; 0 if it is not found. */
 static double rate_at(const kt_outcome *outcome, const kt_record *record) {
     kt_mode_watch *watch = NULL;
     if (kt_mode_watch_create(outcome->model, &watch, NULL) != KT_OK)

@@ -221,8 +221,8 @@ static void warn_by(kt_outcome *outcome, const kt_method *method, const kt_spect
         warn_of_samples(outcome, method, spectrum, &sampling);
 }
 
-/* The states of an unstable run do not belong to the true motion, above all if the run ended early. The modes of the
- * true motion are therefore used first. */
+/* Warns with the modes of the mechanism. The states of an unstable run do not belong to the true motion, above all if
+ * the run ended early. The modes of the true motion are therefore used first. */
 static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt_mode_watch *watch) {
     const kt_simulation *simulation = outcome->simulation;
     const kt_fast_state fastest = kt_mode_watch_fastest(watch);

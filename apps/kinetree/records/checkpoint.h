@@ -20,10 +20,10 @@ typedef struct kt_checkpoint {
     size_t size, mode_size;
 } kt_checkpoint;
 
-/* Locks the file, computes the fingerprints, and allocates the memory for a checkpoint. path may be NULL (only to
- * resume). modes: the run's watch on fast modes, or NULL. Returns -1 on success, else an exit code after printing the
- * error. It is an error if another run writes its checkpoints there. A call of kt_checkpoint_close must follow in any
- * case. */
+/* Locks the file, computes the fingerprints, and allocates the memory for a checkpoint. The path may be NULL (only to
+ * resume). The run's watch on fast modes, `modes`, may be NULL. Returns -1 on success, else an exit code after printing
+ * the error. It is an error if another run writes its checkpoints there. A call of kt_checkpoint_close must follow in
+ * any case. */
 int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double interval, const kt_outcome *outcome,
                        const kt_simulation_options *options, kt_mode_watch *modes);
 void kt_checkpoint_close(kt_checkpoint *checkpoint);
@@ -31,9 +31,9 @@ void kt_checkpoint_close(kt_checkpoint *checkpoint);
 /* Returns whether the interval since the last checkpoint has elapsed. */
 bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
 
-/* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. lines: the
- * records, all of which must be written (kt_lines_flush). They reach the disk before the checkpoint. Returns 0, or -1
- * after printing the error. */
+/* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. All records
+ * in `lines` must be written (kt_lines_flush). They reach the disk before the checkpoint. Returns 0, or -1 after
+ * printing the error. */
 int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines);
 
 /* Returns false if a file is certainly no checkpoint. An empty file counts as a checkpoint before its first record. A

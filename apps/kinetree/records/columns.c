@@ -25,7 +25,8 @@ static int own_count(const kt_own_columns *own);
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
-/* at: of the first of them. */
+/* Adds `count` columns of one source, with the components from 0 on. at: index of the first column's value. Returns
+ * false if memory is insufficient. */
 static bool add(kt_columns *columns, kt_column_source source, int index, int count, int at) {
     if (columns->room - columns->count < (size_t)count) {
         const size_t room = 2 * columns->room + (size_t)count + 32;
@@ -125,7 +126,7 @@ static bool add_orientations(kt_columns *columns) {
     return fine;
 }
 
-/* x, y, z in world axes, then in body axes. */
+/* Adds x, y, z in world axes, then in body axes, for every body. */
 static bool add_rotations(kt_columns *columns, kt_column_source source) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
@@ -137,7 +138,7 @@ static bool is_curve(const kt_model *model, int loop) {
     return kt_descriptor_kind(kt_loop_descriptor(kt_loop_type_of(model, loop)), KT_KEY_TRACK) != NULL;
 }
 
-/* Relations of joints have no ends, and no columns. */
+/* Adds the closures of loops. Relations of joints have no ends, and therefore no columns. */
 static bool add_closures(kt_columns *columns) {
     bool fine = true;
     for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++)
@@ -328,7 +329,8 @@ static kt_column_group group_of(const kt_columns *columns, const kt_column *c, c
     }
 }
 
-/* Equations have other numbers where other loops are switched on. */
+/* Returns the multiplier of a column; 0 while the loop is off. The index of an equation depends on the loops that are
+ * on. */
 static double multiplier_of(const kt_column *c, const kt_record *record) {
     const kt_loop_rows rows = kt_loop_rows_of(record->model, c->index);
     return c->component < rows.count ? coordinate(record->multipliers, rows.first + c->component) : 0.0;
@@ -520,7 +522,8 @@ static unsigned record_for(kt_column_source source) {
     return 0;
 }
 
-/* Columns that are computed together begin with component 0. */
+/* Marks the columns that a formula reads as used, and returns the bits that they need. A group of columns is computed
+ * at its component 0, which is marked, too. */
 static unsigned use_symbols(kt_own_columns *own, const kt_expression *formula) {
     unsigned record = 0;
     const size_t count = kt_expression_symbols(formula, 0, NULL);

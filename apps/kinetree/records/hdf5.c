@@ -15,7 +15,7 @@ const bool kt_hdf5_is_there = true;
 
 enum { CHUNK = 1 << 14 /* numbers: 128 kB */, LEVEL = 4, RUNS_MOST = 200 /* curves that a picture can show */ };
 
-/* Identifiers, the first failure being kept. */
+/* Identifiers of an open file, and whether any call has failed. */
 typedef struct writer {
     hid_t file, group, creation;
     bool failed;

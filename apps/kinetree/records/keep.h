@@ -24,8 +24,8 @@ typedef struct kt_kept_run {
     int64_t rows, columns;
 } kt_kept_run;
 
-/* kt_keep_is_meant returns whether a name ends as HDF5 does (.h5, .hdf5). kt_keep_check returns -1 if this program can
- * write HDF5, else an exit code after printing the error. */
+/* Examine the name of a file of records. The first function returns whether the name ends as HDF5 does (.h5, .hdf5).
+ * The second function returns -1 if this program can write HDF5, else an exit code after printing the error. */
 bool kt_keep_is_meant(const char *path);
 int kt_keep_check(const char *path);
 

@@ -7,7 +7,7 @@
 
 #include <jansson.h>
 
-/* Pictures show the first ones of more. */
+/* Pictures show at most this number of events: the first ones. */
 enum { KT_MARKS_MAX = 500 };
 
 typedef struct kt_mark {

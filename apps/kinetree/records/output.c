@@ -53,7 +53,7 @@ static char *find_name(const char *path) {
     return whole;
 }
 
-/* Devices, pipes and links to nonexistent files are written directly, without a partial file. */
+/* Returns whether a file is written directly, without a partial file: devices, pipes and links to nonexistent files. */
 static bool is_written_in_place(const char *path) {
     struct stat status;
     if (stat(path, &status) == 0)

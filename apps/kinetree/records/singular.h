@@ -6,7 +6,7 @@
 
 typedef struct kt_singular kt_singular;
 
-/* Memory for the models of this one and its sets; NULL if there is not enough. */
+/* Allocates the memory for singular values of a model and its sets. Returns NULL if memory is insufficient. */
 kt_singular *kt_singular_create(const kt_model *model);
 void kt_singular_free(kt_singular *singular);
 

@@ -57,7 +57,7 @@ static char *read_names(kt_table *table) {
     return lines;
 }
 
-/* Words in quotes, in which a quote is doubled. */
+/* Returns the length of words in quotes. A quote within the words is doubled. */
 static size_t length_of_quoted(const char *at) {
     const char *end = at + 1;
     while (*end != '\0' && (*end != '"' || end[1] == '"'))
@@ -146,7 +146,8 @@ static bool has_same_columns(const kt_table *a, const kt_table *b) {
     return same;
 }
 
-/* Columns with so many more rows: a gap before them, unless they are the first. */
+/* Appends the rows of another table, behind a row of NaN unless they are the first. Returns false if memory is
+ * insufficient. */
 static bool append_rows(kt_table *table, const kt_table *below) {
     const size_t gap = table->rows > 0, rows = table->rows + gap + below->rows;
     double *cells = malloc((size_t)table->columns * rows * sizeof *cells);

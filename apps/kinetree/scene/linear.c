@@ -101,8 +101,8 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
     return fail(status, &error);
 }
 
-/* Names a direction in a joint's frame: "z" or "-x". If it lies along no axis, the name is the vector "[0.6, 0,
- * -0.8]". */
+/* Names a direction in a joint's frame: "z" or "-x". If it lies along no axis, the name is its vector, as in
+ * "[0.6, 0, -0.8]". */
 static void name_direction(char *text, size_t size, kt_vec3 direction) {
     const double d[3] = {direction.x, direction.y, direction.z}, rounding = 1e-9;
     double shown[3];

@@ -43,7 +43,7 @@ typedef struct kt_coordinate_name {
 
 kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordinate);
 
-/* Name of a velocity coordinate as in the columns of results: "crank", "ball[2]". */
+/* Returns the name of a velocity coordinate as in the columns of results: "crank", "ball[2]". */
 kt_coordinate_name kt_name_column(const kt_model *model, int coordinate);
 
 /* Returns whether a mode's eigenvalue cannot be distinguished from zero. */

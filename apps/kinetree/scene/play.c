@@ -50,7 +50,7 @@ kt_status kt_play_to(kt_play *play, double time, kt_error *error) {
     return status;
 }
 
-/* Back to the start, which `block` holds; parameters that events have set are as they were. */
+/* Returns the play to its start, which `block` holds. Also restores the parameters that events have set. */
 static kt_status rewind_play(kt_play *play, const void *block, kt_error *error) {
     const kt_status status = kt_simulation_restore(play->simulation, block, error);
     play->is_over = false;
@@ -74,7 +74,8 @@ kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *
     return status;
 }
 
-/* Switches lead to another model, which has data of its own. */
+/* Creates the data of the present model, if the model has changed: switches select another model, which needs its own
+ * data. */
 static kt_status use_data(kt_play *play, kt_error *error) {
     const kt_model *model = kt_simulation_model(play->simulation);
     if (model == play->shown)

@@ -50,7 +50,7 @@ typedef struct kt_reported {
     int faults, most; /* most: printed; 0: all */
 } kt_reported;
 
-/* One fault of a generated file often comes with all its like. */
+/* Printed faults of a robot's file. Generated files often repeat one fault many times. */
 enum { ROBOT_FAULTS_MOST = 12 };
 
 /* Returns ":LINE:COLUMN" at the end of a location whose path was cut because of its length; NULL: the path is
@@ -197,7 +197,7 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
     return kt_exit_code(status);
 }
 
-/* Robots are read with the search path of the environment. */
+/* Reads a scene or a robot. The folders of the environment extend the search path of robots. */
 static int read_with(const char *path, bool is_robot, const kt_robot_options *options, const kt_settings *settings,
                      kt_scene *scene) {
     kt_robot_options with = *options;

@@ -45,7 +45,7 @@ typedef struct value_text {
     char text[160];
 } value_text;
 
-/* "60 deg", "0.1 m", "3 rad/s", "[0, 1, 2]" */
+/* Writes the value of a joint's part: `60 deg`, `0.1 m`, `3 rad/s`, `[0, 1, 2]`. */
 static value_text show_value(const kt_model *model, int body, const part_name *part, const double *x) {
     const kt_coordinates at = kt_body_coordinates(model, body);
     const int all = part->of_velocity ? at.nv : at.nq, count = part->count ? part->count : all;

@@ -47,8 +47,8 @@ int kt_reference_read(const char *path, const kt_model *model, double duration, 
 
 /* ---- formulations to compare ------------------------------------------------------------------------------------- */
 
-/* The formulations of --formulations: KT_COMPARED_FORMULATIONS variants, and the methods that are used if none are
- * given. The second function returns the number of methods. */
+/* Write the formulations of --formulations (KT_COMPARED_FORMULATIONS variants), and the default methods. The second
+ * function returns the number of methods. */
 void kt_compared_formulations(const kt_scene *scene, kt_variant *variants);
 int kt_compared_methods(const kt_method **methods);
 

@@ -84,7 +84,8 @@ static void check_mobility(check *c) {
              f.tree, f.rank);
 }
 
-/* Two loops that prescribe the same motion of a joint agree now, and need not later. */
+/* Warns of joints whose motion is prescribed by two loops. The loops agree in the initial state, but may disagree
+ * later. */
 static int warn_of_double_motions(const check *c) {
     char before[512];
     snprintf(before, sizeof before, "%s: warning: ", c->path);
@@ -274,7 +275,7 @@ static void check_function_angles(check *c, const char *what, const char *name, 
 #undef CHECK_PART
 }
 
-/* Positions as functions of time: of a joint's motion, and those that effects pull it to. */
+/* Checks positions as functions of time: prescribed motions of joints, and positions to which effects pull joints. */
 static void check_driven_angles(check *c) {
     const kt_description *d = &c->scene->description;
     for (int i = 0; i < d->loop_count; i++) {

@@ -102,7 +102,8 @@ static view_words name_angles(double azimuth, double elevation) {
     return words;
 }
 
-/* Along a coordinate axis, from its positive side; along y from the front, unless y is up. */
+/* Returns a camera that faces along a coordinate axis, from its positive side. Along y, it faces from the front, unless
+ * y is up. */
 static kt_camera face_axis(const kt_picture *picture, char axis) {
     const kt_vec3 vertical = kt_picture_vertical(picture);
     const kt_vec3 towards = kt_vec3_make(axis == 'x' ? 1.0 : 0.0,
@@ -190,7 +191,7 @@ static int read_times(const char *list, motion *m) {
     return m->state_count > 0 ? -1 : refuse_times(list);
 }
 
-/* Evenly spaced times from the start to the end. */
+/* Sets evenly spaced times from the start to the end. */
 static void lay_times(motion *m, double end) {
     for (int i = 0; i < m->state_count; i++)
         m->times[i] = m->state_count > 1 ? end * i / (m->state_count - 1) : 0.0;
@@ -362,7 +363,7 @@ static void thin_states(motion *m, int count) {
     m->state_count = count;
 }
 
-/* Bytes of an SVG; 0 of other files. */
+/* Returns the size of an SVG in bytes; 0 for other files. */
 static long long svg_size(const char *path) {
     struct stat status;
     const char *end = strrchr(path, '.');

@@ -321,7 +321,7 @@ static json_t *describe(const kt_small_motion *motion, const char *state) {
 
 /* ---- command ----------------------------------------------------------------------------------------------------- */
 
-/* Each of --period and --formulation prints a table of its own. */
+/* Rejects options that exclude each other. Each of --period and --formulation prints a table of its own. */
 static int check_together(const kt_modes_arguments *a) {
     const bool period = !isnan(a->period), formulation = a->formulation >= 0;
     if (period && (formulation || a->at >= 0 || a->nearest || a->plot != NULL || a->view != NULL)) {

@@ -186,7 +186,7 @@ static int panel_of(kt_chart *chart, const char *name) {
     return NAMED_KINDS + chart->own_count++;
 }
 
-/* Titles and units are the chart's. */
+/* Returns the kind at an index. Ownership: the chart owns titles and units. */
 static struct kind kind_at(const kt_chart *chart, int kind) {
     if (kind < NAMED_KINDS)
         return kinds[kind];

@@ -245,7 +245,8 @@ static int check_files(const kt_run_arguments *arguments, const char *path, cons
     return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
 }
 
-/* `kinetree demo` must not replace existing results of the user. */
+/* Rejects existing files as results, because `kinetree demo` must not replace results of the user. Returns -1, or an
+ * exit code after printing the error. */
 static int spare_results(const kt_result_names *names) {
     const char *const results[] = {names->out, names->summary, names->plot, names->view, names->glb};
     for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
@@ -400,7 +401,7 @@ static int write_scene(const kt_outcome *outcome, const char *path) {
     return KT_EXIT_INTEGRATION;
 }
 
-/* Goes on from a checkpoint: numbers of the model that events had set by then are set again. */
+/* Resumes from a checkpoint. Also sets the numbers of the model again that events had set before the checkpoint. */
 static int resume(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint) {
     kt_error error;
     const int code = kt_checkpoint_resume(checkpoint, arguments->resume, outcome);
@@ -509,7 +510,8 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     return code;
 }
 
-/* Joints and loops share the column names of reactions, so that their names must differ. */
+/* Rejects loops with the name of a joint if reactions are recorded, because joints and loops share the column names of
+ * reactions. */
 static int check_columns(const char *command, const kt_model *model, const kt_run *run) {
     for (int i = 0; i < kt_loop_count(model) && (kt_run_record(run, model) & KT_RECORD_REACTION) != 0; i++)
         if (kt_body_of_joint(model, kt_loop_name(model, i)) > 0) {
@@ -586,7 +588,8 @@ static char *name_after(const char *base, const char *ending) {
     return name;
 }
 
-/* Records in a view play at 60 a second, but are neither very few nor very many. */
+/* Returns the interval between the records of a view, s. A view plays 60 records a second, but has neither very few nor
+ * very many. */
 static double frame_interval(double duration) { return duration / fmin(fmax(60.0 * duration, 600.0), 6000.0); }
 
 /* Chooses the options of the simulation, with the quantities that records have besides the written ones. */

@@ -86,7 +86,7 @@ int kt_csv_write(kt_csv *csv, const double *values);
 /* Writes the buffer and closes the file, which `fate` names or removes. Returns 0, or -1 after printing the error. */
 int kt_csv_close(kt_csv *csv, kt_output_fate fate);
 
-/* Time of a monotonic clock, s. */
+/* Returns the time of a monotonic clock, s. */
 double kt_clock(void);
 
 /* The observations of kt_watch_stability. */

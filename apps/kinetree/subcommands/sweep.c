@@ -336,7 +336,7 @@ static int check_names(const kt_sweep_arguments *arguments) {
     return arguments->keep != NULL ? kt_keep_check(arguments->keep) : -1;
 }
 
-/* "K/N" with 1 <= K <= N. */
+/* Reads "K/N" with 1 <= K <= N. Returns false if the text has another form. */
 static bool read_shard(const char *text, long long *k, long long *n) {
     char *end;
     *k = strtoll(text, &end, 10);
