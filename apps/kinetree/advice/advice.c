@@ -375,7 +375,7 @@ static double gap_length(const kt_model *model, int loop, const double *residual
     return sqrt(sum);
 }
 
-/* The state where an assembly ended, with loops open. */
+/* The state in which an assembly ended, with loops open. */
 typedef struct reached {
     const kt_model *model;
     kt_data *data;    /* with its kinematics */
@@ -390,7 +390,8 @@ static void free_reached(reached *r) {
     free(r->residual);
 }
 
-/* Returns whether there is one: the assembly has failed. free_reached frees it in either case. */
+/* Returns whether the assembly has failed, so that there is such a state. Ownership: free_reached frees it in either
+ * case. */
 static bool find_reached(const kt_model *model, reached *r) {
     *r = (reached){.model = model,
                    .state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *r->state),

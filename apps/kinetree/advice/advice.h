@@ -10,7 +10,8 @@ enum { KT_ADVICE_COORDINATES_MAX = 60 }; /* larger mechanisms are not tried: a f
  * released (-1: none is). The joint with the name `in` is held in addition (NULL: none is). */
 bool kt_closes_holding(const kt_scene *scene, int out, const char *in);
 
-/* Prints, each after `before`, which joints have their motion prescribed by two loops. Returns how many. */
+/* Prints the pairs of loops that prescribe the motion of one joint, each line after `before`. Returns the number of
+ * pairs. */
 int kt_say_double_motions(const char *before, const kt_scene *scene);
 
 /* Called after a failed assembly: prints the residual of each equation and changes that would close the loops. */

@@ -8,7 +8,7 @@
 
 enum { KT_COMPRESSIONS_MOST = 256 };
 
-/* The first distances of a scene, and by how much each pushes its ends apart and pulls them together. */
+/* The first distances of a scene, with the largest forces that push the ends apart and pull them together. */
 typedef struct kt_compressions {
     int count, left;                    /* left: distances beyond these, which are not watched */
     int loop[KT_COMPRESSIONS_MOST];     /* index in the description */
@@ -17,9 +17,9 @@ typedef struct kt_compressions {
     double since[KT_COMPRESSIONS_MOST];                                      /* s, when it first does */
 } kt_compressions;
 
-/* Lists the distances of a scene. `model`: the one that is integrated, in absolute coordinates or those of the tree. */
+/* Lists the distances of a scene. model: the integrated model, in absolute or tree coordinates. */
 void kt_compressions_begin(kt_compressions *compressions, const kt_scene *scene, const kt_model *model);
-/* Takes the multipliers of a record; `model`: of the same shape, with the loops that are on. */
+/* Takes the multipliers of a record. model: of the same shape, with the loops that are on. */
 void kt_compressions_add(kt_compressions *compressions, const kt_model *model, double time, const double *multipliers);
 
 /* Report the distances that push: on standard error, and as an object with their names. */

@@ -1,4 +1,4 @@
-/* Warnings about hard contacts: where a law had to be weakened, and where it does not decide. */
+/* Warnings about hard contacts: a law had to be weakened, or it does not decide the motion. */
 #include "subcommands/run.h"
 
 /* Warns if impacts had to give back less than their restitutions require. */

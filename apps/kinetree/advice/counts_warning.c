@@ -1,5 +1,6 @@
-/* Warnings of irregularities that a simulation has counted: omitted corrections and Jacobians, and states next to
- * singular positions. */
+/* Warnings of irregularities that a simulation has counted. They are iterations and searches that reached a limit,
+ * missing Jacobians, and velocities that events could not set. They are also states next to dead points and singular
+ * positions. */
 #include "subcommands/run.h"
 
 /* Warns if steps of an implicit method continued without a new Jacobian, or without convergence of Newton's iteration.

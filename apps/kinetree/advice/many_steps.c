@@ -1,8 +1,8 @@
-/* A warning about adaptive steps that are so short that the run takes many of them: while it runs, and once.
+/* Warns once, while the run proceeds, if adaptive steps are so short that the run takes many of them.
  *
- * After every BETWEEN steps the pace of the last WINDOW steps is compared with the rest of the run. If more than MANY steps
- * are left, the warning gives the length of steps, the expected time and the cause. The cause is one of these: functions of time
- * at whose corners steps end, the fastest mode of the mechanism, or a tolerance near rounding. */
+ * After every BETWEEN steps the pace of the last WINDOW steps is compared with the rest of the run. If more than MANY
+ * steps are left, the warning gives the length of steps, the expected time and the cause. The cause is one of these:
+ * functions of time at whose breakpoints steps end, the fastest mode of the mechanism, or a tolerance near rounding. */
 #include "subcommands/run.h"
 #include "subcommands/stability.h"
 

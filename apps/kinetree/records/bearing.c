@@ -5,8 +5,9 @@
  *
  *     M <- M - a (a.M + p a.F),   a = w / |w|,   p = a.l / |w|, the pitch,
  *
- * If w is zero, the wrench is a force along l. Oblique axes (of a universal joint) are made orthogonal, so that each
- * can be removed alone. The reference point of the moments does not matter, because it lies on the free axes. */
+ * If w is zero, this wrench is a force along l, which is removed. Oblique axes (of a universal joint) are made
+ * orthogonal, so that each can be removed alone. The reference point of the moments does not matter, because it lies on
+ * the free axes. */
 #include "records/bearing.h"
 
 #include "kinetree/joint.h"

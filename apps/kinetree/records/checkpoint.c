@@ -297,7 +297,7 @@ static bool check_head(const kt_checkpoint *checkpoint, const kt_checkpoint_head
     return content->wrong[0] == '\0';
 }
 
-/* Reads a checkpoint of a run with so many columns into *content and the block. */
+/* Reads a checkpoint of a run with this number of columns into *content and the block. */
 static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t columns, kt_checkpoint_content *content) {
     kt_checkpoint_head head;
     kt_progress_so_far *so_far = &content->so_far;

@@ -33,14 +33,14 @@ typedef enum kt_column_source {
     KT_COLUMN_MULTIPLIER,           /* of equation `component` of loop `index` */
     KT_COLUMN_CLOSURE,              /* of loop `index`: d, Euler vector; of a curve the arc length alone */
     KT_COLUMN_OWN,                  /* `index` of output.columns */
-    KT_COLUMN_STATE,                /* own state `index` */
+    KT_COLUMN_STATE,                /* auxiliary state `index` */
     KT_COLUMN_EFFECT,               /* quantity `component` of effect `index`; at: among all quantities */
 } kt_column_source;
 
 typedef struct kt_column {
     kt_column_source source;
     int index, component, marker;
-    int at; /* of coordinates and multipliers: their place in q, v, a or among the multipliers */
+    int at; /* of coordinates and multipliers: their index in q, v, a or among the multipliers */
 } kt_column;
 
 typedef struct kt_own_columns kt_own_columns; /* of output.columns, with all that their formulas read */
@@ -67,8 +67,9 @@ bool kt_columns_list(kt_columns *columns, const kt_scene *scene, const kt_model 
                      unsigned record);
 void kt_columns_free(kt_columns *columns);
 
-/* Adds those of output.columns; the scene must outlive the list. *record: the KT_RECORD_ bits that simulations have to
- * compute for them (kt_simulation_options.record). Errors: KT_ERROR_SCENE (a name that is no column), KT_ERROR_MEMORY. */
+/* Adds the columns of output.columns. The scene must outlive the list. *record: the KT_RECORD_ bits that simulations
+ * must compute for these columns (kt_simulation_options.record). Errors: KT_ERROR_SCENE (a name that is no column),
+ * KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigned *record, kt_error *error);
 
 /* Determines only these bits, for callers that create the simulation before the columns. Errors: as above. */
@@ -93,8 +94,8 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column);
  * them, until the next call. */
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record);
 
-/* kinetic + potential + dissipated - supplied, J, which is constant along the exact motion. NaN if the works are
- * unknown. */
+/* Returns kinetic + potential + dissipated - supplied, J. This balance is constant along the exact motion. NaN if the
+ * works are not available. */
 static inline double kt_balance_of(const kt_record *record) {
     return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
 }

@@ -42,8 +42,8 @@ static int write_whole(const kt_lines *lines) {
     return reason;
 }
 
-/* Writes whole lines from a child process in a session of its own, which signals to this process or its group do not
- * reach. The child shares this process's memory (vfork) and changes nothing in it that is used afterwards. */
+/* Writes whole lines from a child process in a separate session. Signals to this process or its group do not reach the
+ * child. The child shares this process's memory (vfork) and changes nothing in it that is used afterwards. */
 static int write_apart(const kt_lines *lines) {
     int status = 0;
     /* NOLINTBEGIN(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork): fork costs much more */

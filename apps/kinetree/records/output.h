@@ -27,7 +27,7 @@ int kt_output_open(kt_output *output, int flags);
  * with errno; EBUSY: another run has it. */
 int kt_open_locked(const char *name, int flags);
 
-/* Flushes a file's name to the disk, where the file system can: after a crash of the system the file is found. */
+/* Flushes a file's name to the disk, if the file system can. The file then survives a crash of the system. */
 void kt_sync_folder(const char *path);
 
 typedef enum kt_output_fate {

@@ -8,11 +8,12 @@
 /* A mode moves the mechanism by Re(amplitude exp(i phase) dq), dq being its shape (kt_modes_positions). */
 typedef struct kt_deflection {
     double amplitude; /* 0: nothing that is shown moves */
-    double phase;     /* rad; that at which the point that moves most is farthest from its place at rest */
-    double moved;     /* m; how far this point then moves, to first order */
+    double phase;     /* rad; at this phase, the point that moves most is farthest from its position at rest */
+    double moved;     /* m; the distance of this point from its position at rest, to first order */
 } kt_deflection;
 
-/* The share of the picture's size by which the point that moves most moves, if no body turns by too much for it. */
+/* The displacement of the point that moves most, as a share of the picture's size. The displacement is smaller if a
+ * body would turn by too much. */
 extern const double kt_deflection_share;
 
 /* Chooses amplitude and phase of a mode. The picture is that of the state of the linearisation. The motion's data are
@@ -21,8 +22,9 @@ kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt
                                kt_deflection *deflection, kt_error *error);
 
 /* Computes the poses of all bodies in the deflected positions. The joints move along their exponential maps, and then
- * the least change closes the loops. Loops that cannot be closed stay as open as the deflection leaves them, which is
- * of second order in the amplitude. NULL: at rest. The motion's data are overwritten. */
+ * the least change closes the loops. Loops that cannot be closed stay as open as the deflection leaves them. The gaps
+ * are of second order in the amplitude. deflection: NULL for the position at rest. The motion's data are
+ * overwritten. */
 kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_deflection *deflection, kt_pose *poses,
                               kt_error *error);
 

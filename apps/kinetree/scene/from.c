@@ -129,8 +129,8 @@ static void close_source(source *s) {
 
 /* ---- the state --------------------------------------------------------------------------------------------------- */
 
-/* Reads `count` numbers of "position" or "velocity" of a joint. Returns how many there are: 0, or another number than
- * count, is nothing that was read. */
+/* Reads `count` numbers of "position" or "velocity" of a joint. Returns the count of numbers that the result has. The
+ * array is complete only if this is `count`; otherwise records may still have filled a part of the array. */
 static int read_part(const source *s, const char *part, const char *joint, int count, double *out) {
     char name[512];
     if (s->root != NULL) {

@@ -45,7 +45,7 @@ void kt_play_end(kt_play *play);
 kt_status kt_play_to(kt_play *play, double time, kt_error *error);
 
 /* Sets *time to the end of the run within `limit`: the event that ends it, or the limit. The play must be at its start,
- * and is there again afterwards; ended and ended_by then name the event. Cost: of the run, where the scene has events. */
+ * and is there again afterwards; ended and ended_by then name the event. Cost: a run, if the scene has events. */
 kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *error);
 
 /* Writes the poses of all bodies in the present state. */

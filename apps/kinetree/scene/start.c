@@ -84,7 +84,7 @@ static double *given_state(const kt_model *model) {
     return state;
 }
 
-/* Prints those of the changed joints that `hold` could fix. */
+/* Prints the changed joints that `hold` could fix. */
 static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_initial_change *changes, int count) {
     const char *before = "; 'initial: {hold: [JOINT]}' would keep ";
     int last = 0, tried = 0;

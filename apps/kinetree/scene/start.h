@@ -25,8 +25,8 @@ json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);
  * its joint jumps at the rows. */
 const char *kt_start_jumping(const kt_scene *scene);
 
-/* Prints how many inertias violate the triangle inequality, which `inertia_check: warn` permits, and the worst of them.
- * Returns their number. */
+/* Prints the number of inertias that violate the triangle inequality, and the worst inertia. `inertia_check: warn`
+ * permits such inertias. Returns their number. */
 int kt_start_say_inertias(const kt_scene *scene);
 
 /* Report the joints that move no mass (kt_massless_count): on standard error, and as a list of names. */

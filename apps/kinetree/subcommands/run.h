@@ -114,10 +114,10 @@ typedef struct kt_pace {
 typedef struct kt_outcome {
     const kt_scene *scene;
     const kt_model *model;
-    const kt_absolute *absolute; /* its absolute formulation, where that is integrated; else NULL */
+    const kt_absolute *absolute; /* its absolute formulation, if that is integrated; else NULL */
     const kt_run *run;           /* with the options of the command line applied */
     kt_simulation *simulation;
-    kt_scene_watch *events;       /* those of the scene; NULL: it has none */
+    kt_scene_watch *events;       /* the scene's events; NULL: none */
     const char *name;             /* the scene's name, or the file's if it has none */
     bool unprojected;             /* --unprojected */
     int64_t records;              /* number of records passed to the recorder */
@@ -143,9 +143,9 @@ typedef struct kt_outcome {
     kt_warnings warnings;
 } kt_outcome;
 
-/* Records as HDF5 (keep.h). The function kt_run_keep_start opens the side file, to which rows are added. It returns -1
- * or an exit code. The function kt_run_keep_end makes the HDF5 file from the side file, and does nothing if there is no
- * side file. It returns 0, or -1 after printing the error. */
+/* Records as HDF5 (keep.h). The function kt_run_keep_start opens the side file, to which rows are added. It returns -1,
+ * or an exit code after printing the error. The function kt_run_keep_end makes the HDF5 file from the side file, and
+ * does nothing if there is no side file. It returns 0, or -1 after printing the error. */
 int kt_run_keep_start(kt_keep *keep, const char *out);
 int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int code, kt_output_fate fate);
 
@@ -153,8 +153,9 @@ int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int c
  * error. */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
-/* Warns of irregularities that the simulation has counted: omitted corrections and Jacobians, and states next to
- * singular positions. */
+/* Warns of irregularities that the simulation has counted. They are iterations and searches that reached a limit,
+ * missing Jacobians, and velocities that events could not set. They are also states next to dead points and singular
+ * positions. */
 void kt_warn_of_counts(kt_outcome *outcome);
 
 /* Sets options so that the simulation can warn once while it runs. The warning appears if adaptive steps are so short
