@@ -90,7 +90,7 @@ static bool closes_with_joint(const kt_scene *scene, int body, const kt_joint *c
     return closed;
 }
 
-/* ---- equations that repeat each other ----------------------------------------------------------------------------- */
+/* ---- equations that repeat each other ---------------------------------------------------------------------------- */
 
 /* Types with fewer equations, in the order in which they are tried as replacements. */
 static const kt_loop_type lesser[] = {KT_LOOP_INLINE, KT_LOOP_UNIVERSAL, KT_LOOP_SPHERICAL, KT_LOOP_CYLINDRICAL,
@@ -245,7 +245,8 @@ static bool closes_with_joint_at(const kt_scene *scene, int child, kt_vec3 to) {
     return closes_with_joint(scene, child, &joint);
 }
 
-/* Tests the assembly with an end of a loop at `to`. Other loops may use its marker, so it gets a position of its own. */
+/* Tests the assembly with an end of a loop at `to`. The end gets its own position, because other loops may use its
+ * marker. */
 static bool closes_with_end_at(const kt_scene *scene, int loop, int end, kt_vec3 to) {
     kt_loop changed = scene->description.loops[loop];
     changed.between[end].marker = NULL;

@@ -11,7 +11,8 @@
 
 enum { BETWEEN = 2000, WINDOW = 5, MANY = 1000000, COORDINATES_MOST = 60 };
 
-/* Steps of at least this part of 1 / rate resolve the mode. Explicit methods at usual tolerances take from 0.02 to 3. */
+/* Steps of at least this part of 1 / rate resolve the mode. Explicit methods at usual tolerances take from 0.02 to
+ * 3. */
 static const double resolved = 3e-3;
 /* If more than this part of all steps ends at breakpoints, the breakpoints are the cause. */
 static const double often = 0.1;

@@ -19,8 +19,8 @@ typedef struct kt_penetration {
 /* Returns whether an effect is a contact or a joint limit. */
 bool kt_effect_can_penetrate(const kt_effect *effect);
 
-/* Evaluates effect `index`, a contact or joint limit, at q, for which data must contain the kinematics. For any other effect the depth
- * is 0. */
+/* Evaluates effect `index`, a contact or joint limit, at q, for which data must contain the kinematics. For any other
+ * effect the depth is 0. */
 kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, const kt_description *d, int index,
                                  const double *q);
 

@@ -422,7 +422,7 @@ static kt_status no_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
 }
 
-/* ---- own columns: all that formulas may read ------------------------------------------------------------------------------------------------- */
+/* ---- own columns: all that formulas may read --------------------------------------------------------------------- */
 
 static kt_marker_pair *list_all_markers(const kt_model *model, int *count) {
     *count = 0;
@@ -447,7 +447,7 @@ static bool list_all(kt_columns *all, const kt_scene *scene, const kt_model *mod
     return fine;
 }
 
-/* ---- own columns: names ------------------------------------------------------------------------------------------------------- */
+/* ---- own columns: names ------------------------------------------------------------------------------------------ */
 
 static bool find_name(void *user, const char *name, kt_symbol *symbol) {
     const kt_columns *all = user;
@@ -561,7 +561,7 @@ static kt_status read_formula(kt_own_columns *own, int k, unsigned *record, kt_e
     return KT_OK;
 }
 
-/* ---- own columns: the list ---------------------------------------------------------------------------------------------------- */
+/* ---- own columns: the list --------------------------------------------------------------------------------------- */
 
 static void free_own(kt_own_columns *own) {
     for (int k = 0; own != NULL && own->memory != NULL && k < own->scene->column_count; k++)

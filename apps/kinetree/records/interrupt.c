@@ -1,5 +1,5 @@
-/* The handler of SIGINT calls only functions that POSIX permits in handlers: open, read, write, raise. A second Ctrl-C ends
- * the program at once, also while the lines of a long file are counted. */
+/* The handler of SIGINT calls only functions that POSIX permits in handlers: open, read, write, raise. A second Ctrl-C
+ * ends the program at once, also while the lines of a long file are counted. */
 #include "records/interrupt.h"
 
 #include "command.h"

@@ -1,5 +1,5 @@
-/* Ctrl-C (SIGINT) while results are written: a message names the partial file, counts its lines, and states how to continue.
- * Then the program ends by the signal, which shells show as exit status 130. */
+/* Ctrl-C (SIGINT) while results are written: a message names the partial file, counts its lines, and states how to
+ * continue. Then the program ends by the signal, which shells show as exit status 130. */
 #ifndef KT_COMMAND_RECORDS_INTERRUPT_H
 #define KT_COMMAND_RECORDS_INTERRUPT_H
 

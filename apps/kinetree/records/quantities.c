@@ -18,7 +18,8 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Below this speed, m/s, friction does not oppose the present slip but the slip of the next instant (lib/mechanism/slip.c). */
+/* Below this speed, m/s, friction does not oppose the present slip. It opposes the slip of the next instant
+ * (lib/mechanism/slip.c). */
 static const double slow = 4e-6;
 
 /* Returns the number of loops of an effect. These loops follow the loops of the description, in the order of the

@@ -101,8 +101,8 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
     return fail(status, &error);
 }
 
-/* Names a direction in a joint's frame: "z" or "-x". If it lies along no axis, the name is its vector, as in
- * "[0.6, 0, -0.8]". */
+/* Names a direction in a joint's frame: "z" or "-x". If it lies along no axis, the name is its vector, as in `[0.6, 0,
+ * -0.8]`. */
 static void name_direction(char *text, size_t size, kt_vec3 direction) {
     const double d[3] = {direction.x, direction.y, direction.z}, rounding = 1e-9;
     double shown[3];
@@ -116,8 +116,8 @@ static void name_direction(char *text, size_t size, kt_vec3 direction) {
     snprintf(text, size, "[%g, %g, %g]", shown[0], shown[1], shown[2]);
 }
 
-/* Names velocity component k of a joint that has several: "x", "about x", "angle"; "angle 1" if it has two. Translations
- * of a planar joint go along the first two axes of the triad about its normal. */
+/* Names velocity component k of a joint that has several: "x", "about x", "angle"; "angle 1" if it has two.
+ * Translations of a planar joint go along the first two axes of the triad about its normal. */
 static kt_coordinate_name name_component(const kt_joint *joint, kt_joint_type type, int k) {
     const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
     kt_coordinate_name name = {""};

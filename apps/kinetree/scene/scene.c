@@ -126,7 +126,7 @@ static int refuse_settings(const char *path, const kt_settings *settings) {
     return KT_EXIT_USAGE;
 }
 
-/* ---- robots ------------------------------------------------------------------------------------------------------- */
+/* ---- robots ------------------------------------------------------------------------------------------------------ */
 
 /* Adds folders to a search path; the caller frees the result. NULL: memory is insufficient. */
 static char *add_folders(char *path, const char *more) {
@@ -280,7 +280,7 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
     return kt_exit_code(status);
 }
 
-/* ---- writing ----------------------------------------------------------------------------------------------------------- */
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 static kt_status write_stream(const kt_scene *scene, FILE *stream, kt_error *error) {
     const kt_status status = kt_scene_write(scene, stream, error);
@@ -312,7 +312,7 @@ kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *erro
     return status;
 }
 
-/* ---- names ------------------------------------------------------------------------------------------------------------- */
+/* ---- names ------------------------------------------------------------------------------------------------------- */
 
 char *kt_base_name(const char *path) {
     if (strcmp(path, "-") == 0)

@@ -31,7 +31,8 @@ kt_mode_title kt_modes_title(int number, const kt_mode *mode, bool moves);
  * speeds. */
 int kt_modes_slowest(const kt_small_motion *motion, int most, int *list, int *listed);
 
-/* Writes a page that animates the slowest modes. Returns an exit code. kt_view_modes: of a scene that is not open yet. */
+/* Writes a page that animates the slowest modes. Returns an exit code. The function kt_view_modes opens the scene
+ * first. */
 int kt_modes_view(const kt_small_motion *motion, const char *state, const char *path, long count, bool boxes);
 int kt_view_modes(const char *scene, const char *path, const kt_settings *settings, bool boxes);
 
