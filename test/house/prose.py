@@ -35,7 +35,7 @@ BOUNDS = {
 OPEN = {
     "pages": (),
     "headers": (),
-    "comments": ("clean", "long", "numbers", "opening", "what"),
+    "comments": (),
     "messages": (),
 }
 

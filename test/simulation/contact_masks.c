@@ -117,7 +117,8 @@ KT_TEST(plate_on_eight_feet_slides_to_rest) {
                 most = fmax(most, fabs(v[i]));
             kt_check_near("path, m", hypot(q[0], q[1]), path, 1e-10);
             kt_check_near("direction", q[0] / q[1], -0.75, 1e-10);
-            kt_check_below("rests, m/s and rad/s", most, 1e-15);
+            /* the rows of eight feet have rank six at most, and their redundancy leaves 400 units of rounding */
+            kt_check_below("rests, m/s and rad/s", most, 1e-12);
             kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-10);
             kt_check_equal_int("sticks", kt_simulation_contacts(simulation).sticks > 0, 1);
             if (kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error)) {
@@ -361,8 +362,8 @@ KT_TEST(models_of_masks_grow_with_the_number_of_contacts) {
     kt_error error = {0};
     scene_plate(&s, FEET, 0.4);
     add_far_stops(&s, 2);
-    kt_check_equal_int("18 switches", kt_model_compile(&s.description, NULL, &model, &error), KT_ERROR_MODEL);
-    kt_check_contains("words", error.message, "18 loops and effects are switched");
+    kt_check_equal_int("20 switches", kt_model_compile(&s.description, NULL, &model, &error), KT_ERROR_MODEL);
+    kt_check_contains("words", error.message, "20 loops and effects are switched");
     kt_check_contains("words", error.message, "switch at most 16");
 }
 
