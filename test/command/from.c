@@ -84,6 +84,15 @@ KT_TEST(what_does_not_fit_is_told) {
     kt_write_file("r.csv", "time,position.arm,velocity.arm\n0,1,0\n0.5,2,0\n");
     kt_expect(0, "has no record at 0.4 s; the nearest one, at 0.5 s, is taken",
               "$K run chain.yaml --from r.csv:0.4 --duration 0.1 --quiet --out /dev/null");
+    kt_write_file("part.csv",
+                  "time,position.ball[0],position.ball[1],position.ball[2],position.ball[3],velocity.ball[0]\n"
+                  "0,1,0,0,0,7\n");
+    kt_expect(0, "part.csv has no velocities of 1 joint, which starts at rest",
+              "$K run chain.yaml --from part.csv --duration 0.1 --quiet --out part-run.csv --record velocity");
+    ran = kt_shell(
+        "awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == \"velocity.ball[0]\") k = i } NR == 2 { print $k }' "
+        "part-run.csv");
+    kt_check_text("of a part of the columns nothing is taken", ran.out, "0\n");
     char text[2048];
     const char *simulate = strstr(chain, "simulate:");
     snprintf(text, sizeof text, "%.*s  - {type: motor, joint: arm, torque: {sine: {amplitude: 1, frequency: 1}}}\n%s",

@@ -175,7 +175,10 @@ static int read_state(const source *s, const kt_model *model, double *q, double 
             used = used < room ? used : room - 1;
             continue;
         }
-        still += read_part(s, "velocity", joint, at.nv, y) != at.nv;
+        if (read_part(s, "velocity", joint, at.nv, y) != at.nv) {
+            memset(y, 0, sizeof y); /* records may have some of its columns */
+            still++;
+        }
         memcpy(q + at.q, x, (size_t)at.nq * sizeof *q);
         memcpy(v + at.v, y, (size_t)at.nv * sizeof *v);
         found++;
