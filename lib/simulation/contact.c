@@ -94,15 +94,6 @@ static double slip_of_joint(const kt_model *model, const kt_contact *contact, co
     return direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
 }
 
-/* The slip of a contact along its direction, from the last evaluation. */
-static double slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact) {
-    size_t slips = 0;
-    for (int i = 0; i < contact->loop; i++)
-        slips += model->loop[i].slips > 0;
-    const double *s = data->slip_velocity + 2 * slips, *d = data->slip + 2 * slips;
-    return s[0] * d[0] + s[1] * d[1];
-}
-
 /* The event value of a contact's friction: the reserve of the cone, or the slip along its direction. */
 static double friction_of(const struct kt_contacts *c, const kt_instant *at, int k) {
     const kt_model *model = at->model;
@@ -114,7 +105,7 @@ static double friction_of(const struct kt_contacts *c, const kt_instant *at, int
         return kt_contact_coefficient(model, friction) * c->reaction[kt_contact_row(model, contact)] -
                hypot(tangent[0], tangent[1]);
     }
-    return slip_along(model, at->data, contact) - friction->simulation->memory.closes_at[k] + turned;
+    return kt_contact_slip_along(model, at->data, contact) - friction->simulation->memory.closes_at[k] + turned;
 }
 
 /* The gaps of open contacts, and the reactions of closed ones. */
@@ -514,56 +505,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, dou
     return KT_OK;
 }
 
-/* ---- slip that reverses ------------------------------------------------------------------------------------------ */
-
-/* Copies the directions of slip to the data of a model, or from there. */
-static void copy_directions(kt_simulation *simulation, bool takes) {
-    const struct kt_contacts *c = simulation->contacts;
-    double *d = simulation->data->slip;
-    for (size_t i = 0; i < simulation->model->n.loop; i++)
-        for (int k = 0; simulation->model->loop[i].slips > 0 && k < c->sides; k++)
-            if (c->item[k].loop == (int)i) {
-                double *own = simulation->memory.slip[k];
-                memcpy(takes ? own : d, takes ? d : own, sizeof simulation->memory.slip[k]);
-                d += 2;
-            }
-}
-
-static void follow(kt_simulation *simulation) { copy_directions(simulation, false); }
-
-/* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
- * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest
- * changed. */
-static bool follow_slip(kt_simulation *simulation) {
-    const struct kt_contacts *c = simulation->contacts;
-    const kt_model *model = simulation->model;
-    const double *y = kt_integrator_state(simulation->integrator);
-    if (model->n.slip == 0)
-        return false;
-    simulation->cached = KT_CACHED_NOTHING;
-    bool changes = kt_slip_follow(model, simulation->data, y, y + simulation->size.nq);
-    copy_directions(simulation, true);
-    for (int k = c->sides; k < c->n; k++) {
-        if (!kt_contact_rubs(c, k) || kt_contact_is_closed(model, &c->item[k]) ||
-            !kt_contact_is_closed(model, &c->item[c->item[k].of]))
-            continue;
-        const double along = slip_along(model, simulation->data, &c->item[c->item[k].of]);
-        double *rest = &simulation->memory.closes_at[k];
-        changes = changes || (*rest < 0.0 && along > *rest);
-        *rest = fmin(fmax(*rest, along), 0.0);
-    }
-    return changes;
-}
-
-/* Begins a step. If directions change, forces in the present state are the previous ones except for rounding. A
- * simulation that is restored here has the same directions. */
-static kt_status begin_step(kt_simulation *simulation, kt_error *error) {
-    if (follow_slip(simulation)) {
-        kt_integrator_change(simulation->integrator, true);
-        simulation->contact_time = simulation->event_time = (double)NAN;
-    }
-    return simulation->contacts->begin(simulation, error);
-}
+/* ---- at an instant ------------------------------------------------------------------------------------------------ */
 
 /* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
  * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
@@ -584,7 +526,7 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     }
     for (int k = c->sides; k < c->n; k++)
         simulation->memory.closes_at[k] = -HUGE_VAL;
-    (void)follow_slip(simulation);
+    (void)kt_contacts_follow_slip(simulation);
     simulation->contact_time = (double)NAN; /* values of this state have changed */
     return status;
 }
@@ -653,7 +595,7 @@ static bool rest(kt_simulation *simulation, size_t k) {
 static const kt_contact_calls calls = {.rest = rest,
                                        .open = open_all,
                                        .resolve = resolve,
-                                       .follow = follow,
+                                       .follow = kt_contacts_put_directions,
                                        .check = kt_contacts_check_record,
                                        .keep = kt_simulation_keep,
                                        .take_back = kt_simulation_take_change_back,
@@ -746,7 +688,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     if (status == KT_OK && c->rubs) {
         c->watch = *simulation->watch;
         c->begin = c->watch.begin;
-        c->watch.begin = begin_step;
+        c->watch.begin = kt_contacts_begin_step;
         simulation->watch = &c->watch;
     }
     simulation->contact_count = n;

@@ -164,6 +164,17 @@ KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, con
 KT_CHECKED kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u,
                                        uint64_t leaving, uint64_t *on, kt_error *error);
 
+/* The slip of a contact along its direction, from the last evaluation (contact_slip.c). */
+double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
+/* Writes the directions of slip to the simulation's data. */
+void kt_contacts_put_directions(kt_simulation *simulation);
+/* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
+ * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest
+ * changed. */
+bool kt_contacts_follow_slip(kt_simulation *simulation);
+/* Begins a step: follows slip, and lets slip that turns round its rest come to rest. */
+KT_CHECKED kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error);
+
 /* Computes impulses without a collision, if no accelerations obey Coulomb's law (Painleve's paradox). They stop or
  * reverse the slip. Returns false if there are none. Otherwise u and c->v become the values after these impulses, and
  * *lost grows by the dissipated energy. */

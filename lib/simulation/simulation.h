@@ -69,6 +69,8 @@ typedef struct kt_simulation_memory {
     kt_contact_counts contacts;
     double slip[KT_FAMILY_SWITCHES][2];   /* directions in which contacts slip, in the order of contact.c */
     double closes_at[KT_FAMILY_SWITCHES]; /* likewise: gaps at which open contacts close, slips that are rest; <= 0 */
+    uint64_t turns[KT_FAMILY_SWITCHES];   /* likewise: how often slow slip has turned round its rest, or has shrunk */
+    double speed[KT_FAMILY_SWITCHES];     /* likewise: of slip at the beginning of the last step, m/s */
     uint64_t released; /* contacts that do not act, as bits of the set; for friction of joints both switches */
     uint64_t held;     /* friction that slips in joints that contacts or loops hold, as bits of the set */
     uint64_t counted;  /* contacts that are closed, and friction that sticks, as `contacts` counts them */

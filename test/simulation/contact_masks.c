@@ -134,6 +134,48 @@ KT_TEST(plate_on_eight_feet_slides_to_rest) {
     kt_model_free(model);
 }
 
+/* Thrown plates rock on their rims, and creep: slip that turns round its rest ends, and so do the steps. Their energy is what they lose. */
+KT_TEST(thrown_plates_come_to_rest_in_few_steps) {
+    static const char *const methods[] = {"dopri5", "radau5", "auto"};
+    for (int feet = 6; feet <= 8; feet += 2) {
+        scene s;
+        scene_plate(&s, feet, 0.3);
+        s.body[0].joint.position[2] = 0.22;
+        s.body[0].joint.velocity[0] = 1.0;
+        s.body[0].joint.velocity[3] = 0.3;
+        s.body[0].joint.velocity[4] = 0.2;
+        s.body[0].joint.velocity[5] = 2.0;
+        for (int i = 0; i < feet; i++)
+            s.effect[i].restitution = 0.3;
+        kt_model *model = kt_scene_compile(&s.description);
+        for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+            kt_simulation *simulation = start(model, methods[m], 0.0);
+            kt_error error = {0};
+            const double energy = simulation != NULL ? kt_scene_balance(simulation) : 0.0;
+            kt_status status = KT_ERROR_MEMORY;
+            uint64_t steps = 0;
+            for (status = simulation != NULL ? KT_OK : status; status == KT_OK && steps < 40000;) {
+                status = kt_simulation_step(simulation, 2.0, &error);
+                steps = kt_simulation_counts_get(simulation).steps;
+                if (status == KT_OK && kt_simulation_time(simulation) >= 2.0)
+                    break;
+            }
+            if (kt_fine(methods[m], status, &error)) {
+                double most = 0.0;
+                for (int i = 0; i < 6; i++)
+                    most = fmax(most, fabs(kt_simulation_velocities(simulation)[i]));
+                kt_check_near("its end, s", kt_simulation_time(simulation), 2.0, 0.0);
+                kt_check_below("steps", (double)steps, 4000.0);
+                kt_check_below("rests, m/s and rad/s", most, 1e-9);
+                kt_check_near("height, m", kt_simulation_positions(simulation)[2], 0.1, 1e-9);
+                kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-8);
+            }
+            kt_simulation_free(simulation);
+        }
+        kt_model_free(model);
+    }
+}
+
 /* Sliders fall on stops of their own: between impacts parabolas, of which each is lower by e^2. */
 KT_TEST(eight_sliders_bounce_each_by_its_own_restitution) {
     const double end = 1.5;

@@ -1,0 +1,116 @@
+/* Directions of slip of hard contacts, from step to step (mechanism/slip.c).
+ *
+ * A direction d is fixed along a step, and slip against d ends the step. If slip has turned from d when a step begins,
+ * d becomes its direction. Slip that comes to rest by friction with little to spare turns at a rate of mu N / (m |s|)
+ * next to rest, which has no bound. The error of a step is then below the tolerances however slip turns within it. Slip
+ * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
+ *
+ * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
+ * slip below kt_contact_resting shrinks, since rounding hides turns there. After TURNS of them, contacts that slip below
+ * their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter parts
+ * (contact.c). If friction cannot hold them, they begin to slip again.
+ */
+#include "integrator/integrator.h"
+#include "mechanism/evaluate.h"
+#include "simulation/contact.h"
+
+#include <math.h>
+
+enum { TURNS = 8 };
+
+/* The index of a contact's slip among all contacts that slip. */
+static size_t index_of_slip(const kt_model *model, const kt_contact *contact) {
+    size_t slips = 0;
+    for (int i = 0; i < contact->loop; i++)
+        slips += model->loop[i].slips > 0;
+    return slips;
+}
+
+double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact) {
+    const size_t slips = index_of_slip(model, contact);
+    const double *s = data->slip_velocity + 2 * slips, *d = data->slip + 2 * slips;
+    return s[0] * d[0] + s[1] * d[1];
+}
+
+/* Whether contact k slips in a model. */
+static bool is_slipping(const kt_simulation *simulation, int k) {
+    return simulation->model->loop[simulation->contacts->item[k].loop].slips > 0;
+}
+
+void kt_contacts_put_directions(kt_simulation *simulation) {
+    for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++)
+        if (is_slipping(simulation, k))
+            memcpy(simulation->data->slip + 2 * index_of_slip(simulation->model, &simulation->contacts->item[k]),
+                   simulation->memory.slip[k], sizeof simulation->memory.slip[k]);
+}
+
+/* Takes the directions from the data, and counts the turns of slow slip. */
+static void take_directions(kt_simulation *simulation) {
+    kt_simulation_memory *memory = &simulation->memory;
+    for (int k = 0; k < simulation->contacts->sides; k++) {
+        if (!is_slipping(simulation, k)) {
+            memory->turns[k] = 0;
+            continue;
+        }
+        const kt_contact *contact = &simulation->contacts->item[k];
+        const size_t at = 2 * index_of_slip(simulation->model, contact);
+        const double *d = simulation->data->slip + at, *s = simulation->data->slip_velocity + at;
+        const double speed = hypot(s[0], s[1]);
+        const bool is_slow = speed <= simulation->model->loop[contact->loop].rest_velocity;
+        const bool turns = d[0] != memory->slip[k][0] || d[1] != memory->slip[k][1];
+        const bool shrinks = speed <= kt_contact_resting && speed < memory->speed[k];
+        memory->turns[k] = is_slow ? memory->turns[k] + (turns || shrinks) : 0;
+        memory->speed[k] = speed;
+        memcpy(memory->slip[k], d, sizeof memory->slip[k]);
+    }
+}
+
+bool kt_contacts_follow_slip(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model;
+    const double *y = kt_integrator_state(simulation->integrator);
+    if (model->n.slip == 0)
+        return false;
+    simulation->cached = KT_CACHED_NOTHING;
+    bool changes = kt_slip_follow(model, simulation->data, y, y + simulation->size.nq);
+    take_directions(simulation);
+    for (int k = c->sides; k < c->n; k++) {
+        if (!kt_contact_rubs(c, k) || kt_contact_is_closed(model, &c->item[k]) ||
+            !kt_contact_is_closed(model, &c->item[c->item[k].of]))
+            continue;
+        const double along = kt_contact_slip_along(model, simulation->data, &c->item[c->item[k].of]);
+        double *rest = &simulation->memory.closes_at[k];
+        changes = changes || (*rest < 0.0 && along > *rest);
+        *rest = fmin(fmax(*rest, along), 0.0);
+    }
+    return changes;
+}
+
+/* Lets slow slip that turns round its rest come to rest. */
+static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    bool turns = false;
+    for (int k = 0; k < c->sides; k++) {
+        const bool many = simulation->memory.turns[k] >= TURNS;
+        turns = turns || many;
+        simulation->memory.turns[k] = many ? 0 : simulation->memory.turns[k];
+    }
+    if (!turns)
+        return KT_OK;
+    c->stops = true;
+    const kt_status status = simulation->contact_calls->resolve(simulation, 0, error);
+    c->stops = false;
+    simulation->memory.contacts.rested++;
+    return status;
+}
+
+/* If directions change, forces in the present state are the previous ones except for rounding. A simulation that is
+ * restored here has the same directions. */
+kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error) {
+    if (kt_contacts_follow_slip(simulation)) {
+        kt_integrator_change(simulation->integrator, true);
+        simulation->contact_time = simulation->event_time = (double)NAN;
+    }
+    const kt_status status = end_turns(simulation, error);
+    return status == KT_OK ? simulation->contacts->begin(simulation, error) : status;
+}
