@@ -1,6 +1,6 @@
-/* Many states in lanes against the same states one by one: how many times as many a second, on one core. Both sides compute
- * the same states in turns in one run, and their results are compared first, bit by bit. And a rollout of many states by
- * one thread against two, by the clock on the wall, which asks for a machine that does nothing else. */
+/* Many states in lanes against the same states one by one: how many times as many a second, on one core. Both sides
+ * compute the same states in turns in one run, and their results are compared first, bit by bit. And a rollout of many
+ * states by one thread against two, by the clock on the wall, which asks for a machine that does nothing else. */
 #include "../bench.h"
 #include "../chain.h"
 #include "../report.h"

@@ -1,9 +1,9 @@
-/* The clutch of apps/scenes/clutch.yaml: a motor drives a load through dry friction with Stribeck's curve, which slips, sticks, slips
- * when the motor drives harder, and sticks again.
+/* The clutch of apps/scenes/clutch.yaml: a motor drives a load through dry friction with Stribeck's curve, which slips,
+ * sticks, slips when the motor drives harder, and sticks again.
  *
- * While it slips the rate of the slip r depends on nothing but the slip, r' = P / I1 - f(r) (1 / I1 + 1 / I2), so that the time from one
- * slip to another is the integral of dr / r'; and I1 w1 + I2 w2 grows by the integral of the torque P. It sticks while the
- * plates transmit what the load takes, P I2 / (I1 + I2), and that is within f(0). */
+ * While it slips the rate of the slip r depends on nothing but the slip, r' = P / I1 - f(r) (1 / I1 + 1 / I2), so that
+ * the time from one slip to another is the integral of dr / r'; and I1 w1 + I2 w2 grows by the integral of the torque
+ * P. It sticks while the plates transmit what the load takes, P I2 / (I1 + I2), and that is within f(0). */
 #include "clutch.h"
 
 #include "events.h"
@@ -29,7 +29,8 @@ static double slip_rate(double push, double slip) {
     return push / inertia[0] - kt_clutch_friction(slip) * (1.0 / inertia[0] + 1.0 / inertia[1]);
 }
 
-/* The integral of dr / r' from one slip to another, by the Gauss-Legendre rule of order ten: for slips of a millisecond. */
+/* The integral of dr / r' from one slip to another, by the Gauss-Legendre rule of order ten: for slips of a
+ * millisecond. */
 static double slip_time(double push, double from, double to) {
     static const double node[5] = {-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831,
                                    0.9061798459386640};

@@ -1,5 +1,6 @@
-/* The clutch in ODE, which has no Stribeck curve: dry friction is the motor of a joint that wants no speed, with as much torque as the
- * curve has for the slip before each step. There is no other number to choose; the error goes with the step. */
+/* The clutch in ODE, which has no Stribeck curve: dry friction is the motor of a joint that wants no speed, with as
+ * much torque as the curve has for the slip before each step. There is no other number to choose; the error goes with
+ * the step. */
 #include "clutch.h"
 #include "ode.h"
 

@@ -1,5 +1,6 @@
-/* The spinning coin in MuJoCo: a free body with a cylinder of 2 um, on a plane. Its contact is as stiff as that of the other motions
- * without restitution: of 2 to 20 steps, damping ratios of 1 and 0.3, and the integrators Euler, implicit and RK4 these have the least error. */
+/* The spinning coin in MuJoCo: a free body with a cylinder of 2 um, on a plane. Its contact is as stiff as that of the
+ * other motions without restitution: of 2 to 20 steps, damping ratios of 1 and 0.3, and the integrators Euler, implicit
+ * and RK4 these have the least error. */
 #include "coin.h"
 #include "mujoco.h"
 

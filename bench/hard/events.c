@@ -2,19 +2,24 @@
  *
  *     creep    a block on a slope of tan(a) = 0.95 mu stays where it lies
  *     bounce   a ball that falls from 1 m bounces with e = 1/2, ever lower, and rests from 3 sqrt(2 / g) on
- *     belt     a block on a spring is carried along by a belt at w0 until k x = mu m g; from then on it swings about that
+ *     belt     a block on a spring is carried along by a belt at w0 until k x = mu m g; from then on it swings about
+ *     that
  *              place, at w^2 = k / m, by w0 / w: friction of a belt that is always faster is constant
- *     roll     a ball slides, at v = v0 - mu g t, until its spin 5 mu g t / (2 r) is v / r, at t = 2 v0 / (7 mu g); from then on
+ *     roll     a ball slides, at v = v0 - mu g t, until its spin 5 mu g t / (2 r) is v / r, at t = 2 v0 / (7 mu g);
+ *     from then on
  *              it rolls at 5/7 v0
  *     pinch    a block between a wall and a jaw that presses with F, 2 mu F = 95 m g, stays where it is
- *     cradle   of equal balls in a row, a little apart, each hands its speed on to the next one and rests; the last one leaves
+ *     cradle   of equal balls in a row, a little apart, each hands its speed on to the next one and rests; the last one
+ *     leaves
  *     heap     balls above each other fall freely, each until it lies on the one below, which lies by then
- *     rope     a stone that hangs on a rope of length L and is struck at v0, 2 g L < v0^2 < 5 g L, swings up until the rope is
- *              slack, above the horizontal by an angle a, 3 g L sin(a) = v0^2 - 2 g L; it flies with v^2 = g L sin(a) for
- *              4 v cos(a) / g, until the rope takes its velocity along itself, and swings on with the rest
- *     rock     a block of half diagonal R that leans on an edge falls back and rocks from edge to edge (G. W. Housner, Bull. Seism.
- *              Soc. Am. 53, 1963). With f the angle of that diagonal from the vertical, a where the block stands, f'' = p^2 sin(f),
- *              p^2 = 3 g / (4 R); each impact leaves 1 - 3/2 sin(a)^2 of its rate, until it rests
+ *     rope     a stone that hangs on a rope of length L and is struck at v0, 2 g L < v0^2 < 5 g L, swings up until the
+ *     rope is
+ *              slack, above the horizontal by an angle a, 3 g L sin(a) = v0^2 - 2 g L; it flies with v^2 = g L sin(a)
+ *              for 4 v cos(a) / g, until the rope takes its velocity along itself, and swings on with the rest
+ *     rock     a block of half diagonal R that leans on an edge falls back and rocks from edge to edge (G. W. Housner,
+ *     Bull. Seism.
+ *              Soc. Am. 53, 1963). With f the angle of that diagonal from the vertical, a where the block stands, f'' =
+ *              p^2 sin(f), p^2 = 3 g / (4 R); each impact leaves 1 - 3/2 sin(a)^2 of its rate, until it rests
  *
  * This engine takes the contacts as they are (restitution, friction), with steps of its own to 1e-10. */
 #include "events.h"
@@ -109,7 +114,8 @@ static double elliptic_f(double phi, double k) {
     return ldexp(phi / a, -MEANS);
 }
 
-/* The horizontal place after t of a pendulum that passes the angle at a rate: sin(angle / 2) = k sn(u), u' = sqrt(g / L). */
+/* The horizontal place after t of a pendulum that passes the angle at a rate: sin(angle / 2) = k sn(u), u' = sqrt(g /
+ * L). */
 static double swinging(double length, double frequency, double angle, double rate, double t) {
     const double k = hypot(0.5 * rate / frequency, sin(0.5 * angle)), u = elliptic_f(asin(sin(0.5 * angle) / k), k);
     const double half = k * jacobi_sn(u + copysign(frequency * t, rate), k);
@@ -134,9 +140,9 @@ typedef struct arc {
     double cosine, top, reach; /* cos(f) at the top; s */
 } arc;
 
-/* The arcs of a block, until they are too small to be seen. p^2 cos(f) + f'^2 / 2 is constant between impacts; an impact leaves `keep` of
- * f' at f = a, and therefore keep^2 of d = cos(f) - cos(a) at the top. From the top on sin(f / 2) = sin(f_top / 2) / dn(p t, k),
- * k = cos(f_top / 2), and f = a where sn(p t) = sqrt(d / 2) / (k sin(a / 2)). */
+/* The arcs of a block, until they are too small to be seen. p^2 cos(f) + f'^2 / 2 is constant between impacts; an
+ * impact leaves `keep` of f' at f = a, and therefore keep^2 of d = cos(f) - cos(a) at the top. From the top on sin(f /
+ * 2) = sin(f_top / 2) / dn(p t, k), k = cos(f_top / 2), and f = a where sn(p t) = sqrt(d / 2) / (k sin(a / 2)). */
 enum { ARCS = 64 };
 
 static void find_arcs(double alpha, double top, double p, arc arcs[ARCS]) {
@@ -425,8 +431,8 @@ static kt_effect *add_effect(slides *s, kt_effect_type type) {
     return effect;
 }
 
-/* A sphere in the upper body on a plane of the lower one, normal to the axis: blocks that do not turn touch so, and balls that move there
- * along the axis alone, or on a floor. */
+/* A sphere in the upper body on a plane of the lower one, normal to the axis: blocks that do not turn touch so, and
+ * balls that move there along the axis alone, or on a floor. */
 static kt_effect *add_contact(slides *s, const kt_events_contact *contact) {
     const kt_events_problem *p = s->watch->problem;
     kt_effect *effect = add_effect(s, KT_EFFECT_CONTACT);

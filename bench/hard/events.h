@@ -1,4 +1,5 @@
-/* Motions with impacts, stick and slip, in this engine and in others: the error against the closed form, and the time. */
+/* Motions with impacts, stick and slip, in this engine and in others: the error against the closed form, and the
+ * time. */
 #ifndef KT_BENCH_HARD_EVENTS_H
 #define KT_BENCH_HARD_EVENTS_H
 
@@ -23,7 +24,8 @@ typedef struct kt_events_body {
     double mass, speed, push; /* kg; along x at the start, m/s; a constant force along x, N */
 } kt_events_body;
 
-/* `upper` stays on the positive side of `lower` along the axis. Engines that look for contacts themselves need only the planes. */
+/* `upper` stays on the positive side of `lower` along the axis. Engines that look for contacts themselves need only the
+ * planes. */
 typedef struct kt_events_contact {
     int lower, upper; /* bodies; a lower one of -1 is the plane through the origin */
     kt_events_axis axis;
@@ -35,8 +37,9 @@ typedef struct kt_events_watch kt_events_watch;
 typedef bool kt_events_engine(kt_events_watch *watch);
 kt_events_engine kt_events_kinetree, kt_events_mujoco, kt_events_ode;
 
-/* Bodies in the plane of x and z, and their contacts, which all have the same friction and restitution. The first one is perhaps on
- * a spring along x, whose other end moves at -`belt`, as seen from a belt, or on a rope whose other end is the origin. */
+/* Bodies in the plane of x and z, and their contacts, which all have the same friction and restitution. The first one
+ * is perhaps on a spring along x, whose other end moves at -`belt`, as seen from a belt, or on a rope whose other end
+ * is the origin. */
 typedef struct kt_events_problem kt_events_problem;
 struct kt_events_problem {
     const char *name, *measured;
@@ -86,8 +89,8 @@ double kt_events_clock(void);
 typedef void kt_events_rate(const double y[], double rate[]);
 void kt_events_step(kt_events_rate *rate, int n, double y[], double h);
 
-/* Runs a scene with its events in this engine, by dopri5 for the problem's duration, with a record each millisecond, which `see` takes
- * with `user`. */
+/* Runs a scene with its events in this engine, by dopri5 for the problem's duration, with a record each millisecond,
+ * which `see` takes with `user`. */
 bool kt_events_run(kt_events_watch *watch, const kt_scene *scene, kt_recorder *see, void *user);
 
 /* Does the same with a scene's text, named after the problem. */

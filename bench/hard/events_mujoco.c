@@ -1,7 +1,8 @@
-/* Impacts, stick and slip in MuJoCo: bodies on slides, perhaps on a hinge, each a box or a sphere, and planes. Its contacts are soft by
- * design; those without restitution are as stiff as is advised for the step, with the elliptic cone, ten times the impedance along
- * friction, and the solver that removes slip. MuJoCo has no restitution: such a contact is a spring and a damper that do not pull,
- * whose damping ratio gives back e (T. Schwager, T. Poeschel, Granular Matter 9, 2007). */
+/* Impacts, stick and slip in MuJoCo: bodies on slides, perhaps on a hinge, each a box or a sphere, and planes. Its
+ * contacts are soft by design; those without restitution are as stiff as is advised for the step, with the elliptic
+ * cone, ten times the impedance along friction, and the solver that removes slip. MuJoCo has no restitution: such a
+ * contact is a spring and a damper that do not pull, whose damping ratio gives back e (T. Schwager, T. Poeschel,
+ * Granular Matter 9, 2007). */
 #include "mujoco.h"
 
 #include <math.h>
@@ -9,7 +10,8 @@
 
 static const char *const axes[KT_EVENTS_AXES] = {"1 0 0", "0 0 1"};
 
-/* The damping ratio z of e = exp(-z / w (pi - atan2(2 z w, 1 - 2 z^2))), w = sqrt(1 - z^2), which falls with z; 0 for e = 1. */
+/* The damping ratio z of e = exp(-z / w (pi - atan2(2 z w, 1 - 2 z^2))), w = sqrt(1 - z^2), which falls with z; 0 for e
+ * = 1. */
 double kt_mujoco_damping(double e) {
     const double pi = 3.14159265358979323846;
     double low = 0.0, high = 0.999;
@@ -20,9 +22,10 @@ double kt_mujoco_damping(double e) {
     return low;
 }
 
-/* Contacts that give back e oscillate at w, the fraction of 1 / step with which the error of the bouncing ball was the least of 0.03
- * to 1.3; others take two steps (of the block that rocks two to ten are alike, 4e-5 to 2e-4 m). In a cradle no w helps: contacts that
- * overlap in time are solved together, as one impact of all balls, from which the first one comes back. */
+/* Contacts that give back e oscillate at w, the fraction of 1 / step with which the error of the bouncing ball was the
+ * least of 0.03 to 1.3; others take two steps (of the block that rocks two to ten are alike, 4e-5 to 2e-4 m). In a
+ * cradle no w helps: contacts that overlap in time are solved together, as one impact of all balls, from which the
+ * first one comes back. */
 static void write_contacts(FILE *xml, const kt_events_problem *p) {
     const double w = 0.18 / p->step;
     if (p->restitution > 0.0)
@@ -74,7 +77,8 @@ static void write_scene(FILE *xml, const kt_events_problem *p) {
     (void)fputs("</mujoco>", xml);
 }
 
-/* Coordinates are counted from the start. A body's slides come first among its joints, that along x before that along z. */
+/* Coordinates are counted from the start. A body's slides come first among its joints, that along x before that along
+ * z. */
 static void see(kt_events_watch *watch, const mjModel *m, mjData *d, double t) {
     const kt_events_problem *p = watch->problem;
     for (int i = 0; i < p->body_count; i++) {

@@ -13,7 +13,8 @@ enum { KT_MUJOCO_REASON = 300 };
 /* The model of an MJCF in memory, which is freed; NULL and MuJoCo's words where there is no text, or it is refused. */
 mjModel *kt_mujoco_read(char *text, size_t size, char reason[KT_MUJOCO_REASON]);
 
-/* The same of a scene that includes "part.xml" (NULL: does not): MuJoCo's parser nests no more than a hundred elements in one file. */
+/* The same of a scene that includes "part.xml" (NULL: does not): MuJoCo's parser nests no more than a hundred elements
+ * in one file. */
 typedef struct kt_mujoco_text {
     char *text;
     size_t size;

@@ -1,7 +1,7 @@
 /* A trebuchet whose sling lets go at a height: the ball's place while it is slung and flies, and where it lands.
  *
- * Held to its own equations (test/scene/trebuchet.c), integrated by RK4 in steps of 1/64 ms up to the release, whose time is that of the
- * last step at whose end the ball is at the height, and to a parabola from there on. */
+ * Held to its own equations (test/scene/trebuchet.c), integrated by RK4 in steps of 1/64 ms up to the release, whose
+ * time is that of the last step at whose end the ball is at the height, and to a parabola from there on. */
 #include "trebuchet.h"
 
 #include <math.h>

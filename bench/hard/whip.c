@@ -1,14 +1,15 @@
 /* A whip of 100 links that falls until its end is caught by a rope.
  *
- * Held to an integration of its own equations, in angles against the ground and accelerations of the links' ends. A link of length l, mass
- * m and moment of inertia J about its centre, with e along it and n across, turns at w; a is the acceleration of its first end,
- * F the force there, a+ and F+ those of the next link:
+ * Held to an integration of its own equations, in angles against the ground and accelerations of the links' ends. A
+ * link of length l, mass m and moment of inertia J about its centre, with e along it and n across, turns at w; a is the
+ * acceleration of its first end, F the force there, a+ and F+ those of the next link:
  *     a+ = a + l (w' n - w^2 e),  F = F+ + m (a + l/2 (w' n - w^2 e) - g),  J w' = -l/2 n.(F + F+)
  * With F+ = A+ a+ + b+ for the next one, w' = -(h.a + k) / D, with
  *     h = l A+ n + m l/2 n,  c = b+ - l w^2 A+ e,  k = l n.c - m l/2 n.g,  D = J + m l^2/4 + l^2 n.A+ n,
  * and F = A a + b:  A = A+ + m 1 - h h'/D,  b = c - m l/2 w^2 e - m g - h k/D
- * A pull f of the rope along u on the tip is b+ = -f u behind the last link; accelerations are linear in it, and f is such that the tip
- * stays on its circle. Where the rope becomes taut an impulse, to which rates belong as w' do to forces, takes the tip's speed along it. */
+ * A pull f of the rope along u on the tip is b+ = -f u behind the last link; accelerations are linear in it, and f is
+ * such that the tip stays on its circle. Where the rope becomes taut an impulse, to which rates belong as w' do to
+ * forces, takes the tip's speed along it. */
 #include "../../test/simulation/whip.h"
 
 #include "events.h"
@@ -47,7 +48,8 @@ static tip tip_of(const motion *s) {
     return p;
 }
 
-/* Angular accelerations under a pull along u, and the tip's acceleration along it; `rate` of NULL: those that belong to the pull alone. */
+/* Angular accelerations under a pull along u, and the tip's acceleration along it; `rate` of NULL: those that belong to
+ * the pull alone. */
 static double accelerate(const double *angle, const double *rate, double pull, const tip *p, double *turn) {
     double hx[N], hy[N], k[N], D[N], Axx = 0.0, Axy = 0.0, Ayy = 0.0, bx = -pull * p->ux, by = -pull * p->uy;
     double ex[N], ey[N], ax = 0.0, ay = 0.0;

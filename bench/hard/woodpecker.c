@@ -1,4 +1,5 @@
-/* A woodpecker toy that jams, slides and pecks its way down a pole: its period, held to a time stepping of its own equations. */
+/* A woodpecker toy that jams, slides and pecks its way down a pole: its period, held to a time stepping of its own
+ * equations. */
 #include "../../test/scene/woodpecker.h"
 
 #include "events.h"

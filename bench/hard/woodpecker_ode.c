@@ -1,7 +1,7 @@
-/* The woodpecker toy in ODE: a carrier that slides, on it a sleeve that turns, on that a bird, spheres at the edges and at the beak, and a
- * plane where each of these meets the pole. dWorldStep bounds friction by normal forces as they are without it, so that nothing jams there
- * and the toy slides off; dWorldQuickStep bounds it by those with it. Of 20 to 200 iterations with relaxations of 1 to 1.8, 100 with 1.7 have
- * the least error; others have 5e-4 to 1.5e-1 s. */
+/* The woodpecker toy in ODE: a carrier that slides, on it a sleeve that turns, on that a bird, spheres at the edges and
+ * at the beak, and a plane where each of these meets the pole. dWorldStep bounds friction by normal forces as they are
+ * without it, so that nothing jams there and the toy slides off; dWorldQuickStep bounds it by those with it. Of 20 to
+ * 200 iterations with relaxations of 1 to 1.8, 100 with 1.7 have the least error; others have 5e-4 to 1.5e-1 s. */
 #include "events.h"
 #include "woodpecker.h"
 

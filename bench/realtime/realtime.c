@@ -9,7 +9,8 @@
  *
  * The torques are a spring and a damper in every joint and a wave on top, in proportion to its inertia, which keep the
  * mechanism moving near its start however long it runs. A line is trusted if every step succeeded, there were as many
- * as it says (more where hard stops end them), no iteration ended at its cap, and the mechanism is where springs keep it.
+ * as it says (more where hard stops end them), no iteration ended at its cap, and the mechanism is where springs keep
+ * it.
  */
 #include "leg.h"
 #include "options.h"

@@ -274,9 +274,9 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
  *
  * Lanes compute trees, and mechanisms whose loops a batch computes in lanes, with effects and auxiliary states. After
  * steps the loops are closed state by state. Methods must be explicit; auto is explicit while the motion is not stiff.
- * Simulations that compute works are excluded. The models may differ only in the initial state, gravity, masses, centres
- * of mass, inertias and lengths. All other simulations run one after the other; the report counts them and gives the
- * reason.
+ * Simulations that compute works are excluded. The models may differ only in the initial state, gravity, masses,
+ * centres of mass, inertias and lengths. All other simulations run one after the other; the report counts them and
+ * gives the reason.
  *
  * After each step of a lane, events are sought on its dense output. A step with an event is repeated in lanes up to the
  * event. A lane takes its steps separately while it is under inputs, or while its model differs from the others. If a

@@ -1,9 +1,11 @@
-/* Names and calls of version 0.1, for programs that have not changed yet. They are deprecated, and leave with version 0.3.
+/* Names and calls of version 0.1, for programs that have not changed yet. They are deprecated, and leave with version
+ * 0.3.
  *
  *     cc -DKT_COMPAT_0_1 program.c ...
  *
- * With this definition, kinetree.h includes this header. The calls below then have their signatures of version 0.1, in the
- * whole source file. Without it, they have the signatures of this version. Nothing here adds a symbol to the library.
+ * With this definition, kinetree.h includes this header. The calls below then have their signatures of version 0.1, in
+ * the whole source file. Without it, they have the signatures of this version. Nothing here adds a symbol to the
+ * library.
  */
 #ifndef KINETREE_COMPAT_H
 #define KINETREE_COMPAT_H

@@ -31,7 +31,8 @@
  * Derivatives serve kt_acceleration_derivatives, steps and their gradients, linear systems and implicit methods. They
  * are exact if the effect gives its own, here
  *
- *     static int pull_derivatives(void *user, double t, const kt_effect_end *ends, kt_effect_derivatives *derivatives) {
+ *     static int pull_derivatives(void *user, double t, const kt_effect_end *ends,
+ *                                 kt_effect_derivatives *derivatives) {
  *         const double k = *(const double *)user;
  *         (void)t, (void)ends;
  *         for (int i = 0; i < 2; i++)

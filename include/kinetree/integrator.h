@@ -108,8 +108,8 @@ typedef struct kt_rosenbrock kt_rosenbrock;
  * Ownership: the arrays stay the caller's and must outlive the integrator. */
 typedef struct kt_method {
     const char *name; /* as in scene files: "rk4" */
-    const char *
-        title; /* for people: "Runge-Kutta 4, Kutta 1901"; NULL in a library for a machine without an operating system */
+    /* For people: "Runge-Kutta 4, Kutta 1901". NULL in a library for a machine without an operating system. */
+    const char *title;
     const char *source; /* where the coefficients are published; likewise */
 
     /* NULL: explicit, as a caller's own table must be. The stages of a stabilised method follow from a recurrence. A

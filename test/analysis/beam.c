@@ -4,7 +4,8 @@
  *     M_ij = sum over k >= max(i, j) of m_k (X_k - x_i) (X_k - x_j) + I_k
  *     K_ij = stiffness_i delta_ij + g sum over k >= max(i, j) of (m_k c_k + l_k (masses beyond k))
  *
- * with hinges x_i, mass centres X_k = x_k + c_k and lengths l_k of a straight chain of relative angles, which hangs if g
+ * with hinges x_i, mass centres X_k = x_k + c_k and lengths l_k of a straight chain of relative angles, which hangs if
+ * g
  * > 0. All terms are positive, so 1/omega^2, the eigenvalues of L^-1 M L^-T, K = L L', are good to some eps of the
  * largest. They are computed by Jacobi's rotations, which share nothing with LAPACK's method.
  */

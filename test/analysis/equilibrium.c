@@ -79,8 +79,8 @@ KT_TEST(motor_torque_lifts_a_pendulum_to_its_angle_or_turns_it_for_ever) {
     linkage_free(&l);
 }
 
-/* A motor of 1.7 m g l / 2, which no position balances, next to a soft stop: the search stalls where the stop begins, which
- * is no end. */
+/* A motor of 1.7 m g l / 2, which no position balances, next to a soft stop: the search stalls where the stop begins,
+ * which is no end. */
 KT_TEST(search_that_stalls_at_a_stop_has_found_nothing) {
     kt_effect stop = kt_effect_default();
     linkage l;

@@ -27,7 +27,8 @@ static kt_floquet *multipliers(const linkage *l, double period, int steps) {
 
 /* ---- Mathieu ----------------------------------------------------------------------------------------------------- */
 
-/* A point mass 1 m below a pivot that is at A cos 2 t: theta'' + (g - 4 A cos 2 t) theta = 0 is y'' + (a - 2 q cos 2 t) y
+/* A point mass 1 m below a pivot that is at A cos 2 t: theta'' + (g - 4 A cos 2 t) theta = 0 is y'' + (a - 2 q cos 2 t)
+ * y
  * = 0 with a = g, q = 2 A. */
 static bool make_mathieu(linkage *l, double a, double q) {
     linkage_begin(l);
@@ -72,8 +73,8 @@ static double trace(double a, double q) {
     return sum;
 }
 
-/* Abramowitz and Stegun, table 20.1: at a_0, b_2, a_2 there is a solution of period pi, both multipliers are 1; at b_1, a_1
- * one of period 2 pi, they are -1. Eight digits are given; d trace / d a is up to some 10. */
+/* Abramowitz and Stegun, table 20.1: at a_0, b_2, a_2 there is a solution of period pi, both multipliers are 1; at b_1,
+ * a_1 one of period 2 pi, they are -1. Eight digits are given; d trace / d a is up to some 10. */
 KT_TEST(mathieus_pendulum_is_neutral_at_the_published_characteristic_values) {
     static const struct {
         double a, q, trace;
@@ -155,7 +156,8 @@ static bool make_rotor(linkage *l, const rotor *r) {
     return linkage_build(l, 0.0);
 }
 
-/* With z = x + i y of the hub and w = sum_k i exp(i psi_k) zeta_k of the lag angles, R. P. Coleman (NACA TR 1351, 1958):
+/* With z = x + i y of the hub and w = sum_k i exp(i psi_k) zeta_k of the lag angles, R. P. Coleman (NACA TR 1351,
+ * 1958):
  *
  *     M z'' + C z' + K z + S w'' = 0
  *     I D^2 w + c D w + W^2 e S w + (N / 2) S z'' = 0,   D = d/dt - i W

@@ -127,10 +127,10 @@ KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
     end(&m);
 }
 
-/* ---- at limits and where nothing holds a state -------------------------------------------------------------------- */
+/* ---- at limits and where nothing holds a state ------------------------------------------------------------------- */
 
-/* A mass that hangs between two chambers that a valve fills: x' of both is the valve's opening, and at rest that is shut, so that
- * only their difference is known: m g = a - b. And a controller at its limit, whose slope is zero there;
+/* A mass that hangs between two chambers that a valve fills: x' of both is the valve's opening, and at rest that is
+ * shut, so that only their difference is known: m g = a - b. And a controller at its limit, whose slope is zero there;
  * and one whose force lags, and swings through zero on the way. */
 KT_TEST(motion_leads_to_rest_where_newton_s_method_does_not) {
     static const struct {

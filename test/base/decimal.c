@@ -1,4 +1,5 @@
-/* Numbers in decimal: as the C library rounds them in the C locale, whatever the locale is, and no more than the grammar. */
+/* Numbers in decimal: as the C library rounds them in the C locale, whatever the locale is, and no more than the
+ * grammar. */
 #include "base/decimal.h"
 
 #include <float.h>

@@ -423,8 +423,8 @@ static uint64_t hash_of(const kt_tree *tree, const kt_rollout_task *tasks) {
     return hash;
 }
 
-/* The first step of motion i, every other of which begins at own states that are not the initial ones. Results: A, B and the
- * own states. */
+/* The first step of motion i, every other of which begins at own states that are not the initial ones. Results: A, B
+ * and the own states. */
 static kt_step_task step_task(const kt_tree *tree, int i, double *results) {
     static const double x[OWN] = {0.75, 0.25};
     const size_t side = 2 * (size_t)tree->nv + OWN;

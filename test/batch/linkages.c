@@ -9,7 +9,8 @@ static kt_vec3 draw_offset(bool flat, kt_random *random) {
     return kt_vec3_make(x, 0.0, flat ? 0.0 : kt_random_uniform(random, -1.0, 1.0));
 }
 
-/* A link on another one (-1: on the ground): a revolute joint about y or, now and then, a prismatic one in the plane. */
+/* A link on another one (-1: on the ground): a revolute joint about y or, now and then, a prismatic one in the
+ * plane. */
 static int add_link(kt_linkages *x, int parent, kt_vec3 offset, bool prismatic, kt_random *random) {
     kt_body *body = &x->body[x->description.body_count++];
     const int at = body_of(x, body);

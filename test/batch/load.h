@@ -12,8 +12,8 @@ typedef struct kt_load_list {
     char formula[7][96];
 } kt_load_list;
 
-/* Adds them to a described tree that has not been compiled. `formulas`: those by formulas, too, which are evaluated lane by
- * lane. */
+/* Adds them to a described tree that has not been compiled. `formulas`: those by formulas, too, which are evaluated
+ * lane by lane. */
 void kt_load_add(kt_load_list *list, kt_tree *tree, bool formulas, kt_random *random);
 
 /* Adds those by formulas alone, which store no energy. */

@@ -29,12 +29,13 @@ typedef struct kt_many {
 bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method);
 void kt_many_free(kt_many *many);
 
-/* Gives all states but some gravity and masses of their own: those of the first group the same copy of the model, others
- * a copy each. False: it failed, and the test does. */
+/* Gives all states but some gravity and masses of their own: those of the first group the same copy of the model,
+ * others a copy each. False: it failed, and the test does. */
 bool kt_many_vary(kt_many *many, kt_random *random);
 
-/* How many states differ: in a bit of their results (or by more than rounding where lanes are fused), in their status, or in what a failed state leaves. Inverse dynamics
- * are those of the accelerations in many->a; steps are so many of h, by the method or semi-implicit ones. */
+/* How many states differ: in a bit of their results (or by more than rounding where lanes are fused), in their status,
+ * or in what a failed state leaves. Inverse dynamics are those of the accelerations in many->a; steps are so many of h,
+ * by the method or semi-implicit ones. */
 int kt_many_compare_forward(kt_many *many, kt_data *data);
 int kt_many_compare_inverse(kt_many *many, kt_data *data);
 int kt_many_compare_sensors(kt_many *many, kt_data *data); /* of all bodies and markers */

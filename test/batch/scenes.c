@@ -1,5 +1,5 @@
-/* Every bundled scene as a batch, and random linkages: with effects and loops, in lanes and state by state. The states lie
- * around the initial one, loops closed. */
+/* Every bundled scene as a batch, and random linkages: with effects and loops, in lanes and state by state. The states
+ * lie around the initial one, loops closed. */
 #include "check.h"
 #include "closures.h"
 #include "linkages.h"
@@ -204,8 +204,8 @@ static void spoil_states(kt_many *many, kt_random *random) {
     }
 }
 
-/* Compares mechanism n, whose states lie `most` around the initial one, some of them spoilt; returns how many differ, or -1 if
- * it could not be made. */
+/* Compares mechanism n, whose states lie `most` around the initial one, some of them spoilt; returns how many differ,
+ * or -1 if it could not be made. */
 static int compare_random(const kt_description *description, kt_isa isa, int n, double most, bool spoilt,
                           kt_random *random, findings *f) {
     const kt_model_options options = {.isa = isa};

@@ -1,5 +1,5 @@
-/* Loops that repeat each other, of data that are rounded: they close, move as those of exact data, and what is more than
- * rounding is refused. */
+/* Loops that repeat each other, of data that are rounded: they close, move as those of exact data, and what is more
+ * than rounding is refused. */
 #include "../check.h"
 #include "../interpose.h"
 #include "../random.h"
@@ -168,8 +168,8 @@ static double largest(const machine *m) {
 
 /* ---- claims ------------------------------------------------------------------------------------------------------ */
 
-/* What rounding moves grows along the motion: measured over a fifth of a second, the worst is a unit (Bennett's linkage). A tilted pin
- * acts in second order, and a door turns about its axis whatever its hinges are. */
+/* What rounding moves grows along the motion: measured over a fifth of a second, the worst is a unit (Bennett's
+ * linkage). A tilted pin acts in second order, and a door turns about its axis whatever its hinges are. */
 KT_TEST(rounded_machines_close_and_move_as_exact_ones) {
     for (int k = 0; k < MAKERS; k++) {
         kt_worst apart = kt_worst_make(makers[k].name);
@@ -221,8 +221,8 @@ KT_TEST(what_is_more_than_rounding_is_refused) {
         }
 }
 
-/* Bars of 1, 1.5 and 1 m cannot reach over 3.5000001 m: what is left of the gap is within the tolerance, but stretched they
- * cannot move, so that no equation repeats another. */
+/* Bars of 1, 1.5 and 1 m cannot reach over 3.5000001 m: what is left of the gap is within the tolerance, but stretched
+ * they cannot move, so that no equation repeats another. */
 KT_TEST(linkage_out_of_reach_by_little_is_refused) {
     machine m;
     kt_error error = {0};

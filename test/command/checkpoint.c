@@ -83,8 +83,8 @@ KT_TEST(killed_linkage_goes_on_to_the_last_byte) {
     check_break(KT_SCENES "/slider-crank-spring.yaml", "--integrator rk4 --step 1e-3");
 }
 
-/* An event has set the stiffness of a spring before most of the breaks, another one a force; formulas of time have corners;
- * a joint sticks and slips, and meets a stop. */
+/* An event has set the stiffness of a spring before most of the breaks, another one a force; formulas of time have
+ * corners; a joint sticks and slips, and meets a stop. */
 KT_TEST(killed_run_with_events_and_contacts_goes_on_to_the_last_byte) {
     kt_write_file(
         "events.yaml",

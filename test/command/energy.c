@@ -141,8 +141,8 @@ KT_TEST(resolution_of_the_watch_is_what_the_page_says) {
     }
 }
 
-/* The four-bar with a damper, and with a motor: its energy changes, and is watched all the same; not where a loop drives
- * it, which is told. */
+/* The four-bar with a damper, and with a motor: its energy changes, and is watched all the same; not where a loop
+ * drives it, which is told. */
 KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {
     static const struct {
         const char *effects, *name;

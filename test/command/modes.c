@@ -251,7 +251,8 @@ KT_TEST(modes_over_a_period_are_multipliers) {
                       "no --at, --nearest, --plot or --formulation with it");
 }
 
-/* What planar joints are called follows the joint's own directions: the first two axes of the triad about the normal. */
+/* What planar joints are called follows the joint's own directions: the first two axes of the triad about the
+ * normal. */
 KT_TEST(modes_names_planar_coordinates_by_their_directions) {
     static const struct {
         const char *axis, *first, *second;

@@ -440,9 +440,9 @@ KT_TEST(run_tells_velocities_that_do_not_fit_the_loops) {
     kt_check_equal_int("a better method", count(ran.err, "do not fit the loops"), 0);
 }
 
-/* A scissor lift of two stages that sinks through its folded position, a bar longer or shorter than the others. Where it
- * is shorter both bars of the lower stage come to hang down, and the upper stage swings through between them: there two
- * loops fold at once. `floor` is the loop that holds b1's foot at the height of a1's. */
+/* A scissor lift of two stages that sinks through its folded position, a bar longer or shorter than the others. Where
+ * it is shorter both bars of the lower stage come to hang down, and the upper stage swings through between them: there
+ * two loops fold at once. `floor` is the loop that holds b1's foot at the height of a1's. */
 static void make_lift(const char *file, double length, const char *floor) {
     char scene[1600];
     snprintf(
@@ -504,8 +504,8 @@ KT_TEST(two_loops_that_fold_at_once_stay_on_their_branch) {
     kt_check_worst(&worst);
 }
 
-/* Sarrus' linkage without a spring, one of its bars too long by d: the platform falls through the position in which both
- * legs lie flat. */
+/* Sarrus' linkage without a spring, one of its bars too long by d: the platform falls through the position in which
+ * both legs lie flat. */
 static void make_sarrus(const char *file, double d) {
     char scene[1600];
     snprintf(scene, sizeof scene,
@@ -530,8 +530,8 @@ static void make_sarrus(const char *file, double d) {
     kt_write_file(file, scene);
 }
 
-/* From t = 0.564 s on, next to a bend of the path, interpolated accelerations are off by 1e-3 to one side, and direct ones
- * by 1e-8: interpolated ones lose 2.6e-6 J, while 3e-8 J is what the tolerance costs. */
+/* From t = 0.564 s on, next to a bend of the path, interpolated accelerations are off by 1e-3 to one side, and direct
+ * ones by 1e-8: interpolated ones lose 2.6e-6 J, while 3e-8 J is what the tolerance costs. */
 KT_TEST(stages_take_the_direct_acceleration_where_rounding_leaves_it_exact) {
     make_sarrus("sarrus.yaml", 2.1544346900318845e-4);
     const kt_ran ran =

@@ -111,8 +111,8 @@ KT_TEST(open_loops_are_told_equation_by_equation) {
     kt_expect(3, "they close if 'rocker' is not in 'initial: hold'", "$K info f.yaml");
 }
 
-/* A door whose second hinge is off by so much across the first one's axis, and not along any length from joint to end. The
- * place that is told closes it, whatever the size. */
+/* A door whose second hinge is off by so much across the first one's axis, and not along any length from joint to end.
+ * The place that is told closes it, whatever the size. */
 KT_TEST(ends_of_loops_that_are_apart_are_told_where_to_go) {
     static const double apart[] = {1e-8, 1e-6, 1e-3};
     static const char door[] =
@@ -264,7 +264,8 @@ KT_TEST(contacts_that_start_inside_are_judged_together_by_every_command) {
     kt_check_text("at rest", kt_shell("$K check t.yaml").out, "t.yaml: ok\n");
 }
 
-/* At 1 m/s against a stop that it touches, with a restitution of 1/2: no assembly does this, and `hold` would not keep it. */
+/* At 1 m/s against a stop that it touches, with a restitution of 1/2: no assembly does this, and `hold` would not keep
+ * it. */
 KT_TEST(an_impact_at_the_start_is_named_as_what_changes_velocities) {
     kt_write_file("i.yaml", "kinetree: 1\nbodies: [{name: slide, joint: {type: prismatic, velocity: -1}, mass: 1}]\n"
                             "effects: [{name: stop, type: joint_limit, joint: slide, lower: 0, restitution: 0.5}]\n"

@@ -214,8 +214,8 @@ KT_TEST(closed_pipe_ends_the_run_quietly) {
     kt_check_text("standard error", ran.err, "");
 }
 
-/* A parallelogram whose cranks differ by 2e-7 turns over where it lies flat, which its exact twin does not; with a second
- * coupler, which repeats it, the pins are moved by these digits, and both pass it alike. */
+/* A parallelogram whose cranks differ by 2e-7 turns over where it lies flat, which its exact twin does not; with a
+ * second coupler, which repeats it, the pins are moved by these digits, and both pass it alike. */
 #define CRANKS                                                                                                         \
     "kinetree: 1\ngravity: [0, 0, 0]\nparameters: {L: 1, Q: 0.2}\nbodies:\n"                                           \
     "  - {name: a, joint: {type: revolute, axis: z, position: =Q, velocity: -2}, mass: 1,\n"                           \
@@ -249,8 +249,8 @@ KT_TEST(lengths_whose_rounding_decides_the_branch_are_told) {
     }
 }
 
-/* A crank that is too long by 6e-15 bends the path within 1e-7 rad, which steps of dop853 leap over as if it were straight;
- * what of it reaches their stages is magnified between their ends. */
+/* A crank that is too long by 6e-15 bends the path within 1e-7 rad, which steps of dop853 leap over as if it were
+ * straight; what of it reaches their stages is magnified between their ends. */
 #define HEAVY                                                                                                          \
     "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {L: 1}\nbodies:\n"                                               \
     "  - {name: a, joint: {type: revolute, axis: z, position: 1, velocity: 3}, mass: 1,\n"                             \

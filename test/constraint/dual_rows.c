@@ -1,6 +1,6 @@
-/* What loops add to derivatives (constraint/gradient.h), against differences of their equations: of every type, in space
- * and in a plane, on the manifold and off it, for any accelerations and multipliers; and planar loops against dual
- * numbers (dual_rows.h).
+/* What loops add to derivatives (constraint/gradient.h), against differences of their equations: of every type, in
+ * space and in a plane, on the manifold and off it, for any accelerations and multipliers; and planar loops against
+ * dual numbers (dual_rows.h).
  *
  * Differences of order eight, of steps H and H / 2: the second is off by 1 / 256 of what the first is off by, and so
  * their extrapolation by about 1 / 256 of their difference, or by rounding, some eps / H of the numbers.

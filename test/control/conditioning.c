@@ -1,8 +1,8 @@
 /* Reciprocal condition numbers that come with results: of a slider-crank near its dead point against its geometry,
  * of feet that a loop holds, and of arms near their stretched position; and what is singular is refused.
  *
- * Slider-crank, crank r at the angle a from the line of the slider, rod l at the angle a + b, r sin a + l sin(a + b) = 0.
- * With c = cos(a + b), the slider x = r cos a + l c has
+ * Slider-crank, crank r at the angle a from the line of the slider, rod l at the angle a + b, r sin a + l sin(a + b) =
+ * 0. With c = cos(a + b), the slider x = r cos a + l c has
  *     dx/da = -r sin a - l sin(a + b) (1 + db/da),   (1 + db/da) = -r cos a / (l c)
  * so that near a = 0 one metre of the slider turns the crank by 1 / (dx/da) radians.
  */

@@ -36,7 +36,8 @@ typedef struct census {
     int columns, compared;
 } census;
 
-/* *near becomes true where the acceleration came from neighbouring states of a singular position, which are on the manifold. */
+/* *near becomes true where the acceleration came from neighbouring states of a singular position, which are on the
+ * manifold. */
 static bool accelerate(const tangle *g, input what, int j, double h, bool *near, double *a) {
     double q[KT_TREE_NQ], v[KT_TREE_NV], tau[KT_TREE_NV], step[KT_TREE_NV] = {0};
     kt_error e = {0};

@@ -1,6 +1,6 @@
-/* What effects add to derivatives (derivative/effect_derivatives.h), against differences of their joint forces: of every
- * type, on trees in space and in a plane. Differences as in tangent_loop.c; rounding is some eps / H of forces and
- * derivatives (measured over twelve seeds: up to 0.36 of the bounds).
+/* What effects add to derivatives (derivative/effect_derivatives.h), against differences of their joint forces: of
+ * every type, on trees in space and in a plane. Differences as in tangent_loop.c; rounding is some eps / H of forces
+ * and derivatives (measured over twelve seeds: up to 0.36 of the bounds).
  */
 #include "../constraint/tangle.h"
 

@@ -157,7 +157,7 @@ KT_TEST(right_hand_sides_of_projections_are_solved) {
     }
 }
 
-/* ---- derivatives -------------------------------------------------------------------------------------------------- */
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
 typedef struct derivatives {
     double q[MOST], v[MOST], tau[MOST];
@@ -283,7 +283,7 @@ KT_TEST(reduced_matrices_along_the_tree_are_those_of_dense_factors) {
     compare_ways(true, name);
 }
 
-/* ---- stiffness ---------------------------------------------------------------------------------------------------- */
+/* ---- stiffness --------------------------------------------------------------------------------------------------- */
 
 enum { WINDOWS = 15, ROW_NV = 2 * WINDOWS + 1 };
 

@@ -1,6 +1,6 @@
-/* What can be recorded of effects, of every type on one mechanism in random states: their powers against the generalised
- * forces, which inverse dynamics computes; lengths' rates against differences; forces against each type's formula of the
- * lengths and rates that stand next to them.
+/* What can be recorded of effects, of every type on one mechanism in random states: their powers against the
+ * generalised forces, which inverse dynamics computes; lengths' rates against differences; forces against each type's
+ * formula of the lengths and rates that stand next to them.
  */
 #include "../simulation/scenes.h"
 

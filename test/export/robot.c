@@ -157,8 +157,8 @@ static void compare_places(const compiled *ours, const compiled *theirs, kt_wors
             }
 }
 
-/* Moments and masses that MuJoCo rejects are raised to 1.5e-14 in URDF. 64 eps: some ten rotations and products of numbers that rounding has met on the way into text and back, and rpy of URDF
- * close to a pitch of a quarter turn. */
+/* Moments and masses that MuJoCo rejects are raised to 1.5e-14 in URDF. 64 eps: some ten rotations and products of
+ * numbers that rounding has met on the way into text and back, and rpy of URDF close to a pitch of a quarter turn. */
 static void compare(const compiled *ours, const compiled *theirs, kt_random *random, findings *f) {
     enum { COORDINATES = 256 };
     int positions[COORDINATES], velocities[COORDINATES];
@@ -619,7 +619,8 @@ static int compare_accelerations(const kt_description *d, const kt_description *
     return kt_check_true("both have accelerations", fine) ? compared : 0;
 }
 
-/* Joints of one body, tendons of several joints, springs and dampers in them, motors, servos and equalities come back. */
+/* Joints of one body, tendons of several joints, springs and dampers in them, motors, servos and equalities come
+ * back. */
 KT_TEST(imported_robots_come_back_with_their_drives_and_tendons) {
     static const char *const names[] = {"tree", "tendons", "servos"};
     const kt_robot_options options = {.inertia = KT_ROBOT_INERTIA_ACCEPT, .keyframe = "start"};

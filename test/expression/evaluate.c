@@ -294,8 +294,8 @@ static double third_difference(const kt_expression *formula, const double *at, c
     return (8.0 * (g[3] - g[1]) - (g[4] - g[0])) / (12.0 * h);
 }
 
-/* An exponential of y has a relative error of y units of rounding: in long double 5e-16, and differences with steps of 2e-2 err by
- * some 5e-12. */
+/* An exponential of y has a relative error of y units of rounding: in long double 5e-16, and differences with steps of
+ * 2e-2 err by some 5e-12. */
 KT_TEST(values_are_numbers_where_numbers_within_overflow) {
     static const double range[] = {700.0, 9000.0};
     kt_random random = kt_random_of_test();
@@ -320,7 +320,8 @@ KT_TEST(values_are_numbers_where_numbers_within_overflow) {
     kt_check_worst(&three);
 }
 
-/* The first operation that has no number, with its arguments; what only exceeds the largest one is named if there is none. */
+/* The first operation that has no number, with its arguments; what only exceeds the largest one is named if there is
+ * none. */
 KT_TEST(operation_that_makes_a_value_infinite_is_named) {
     static const struct {
         const char *text, *fault;

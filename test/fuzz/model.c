@@ -104,8 +104,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     kt_fuzz_must((checked == KT_OK) == (faults.count == 0), "faults are told where there are some");
     kt_fuzz_must(checked == KT_OK || strcmp(told.message, faults.first.message) == 0, "the first is the error");
     const kt_status compiled = kt_model_compile(&m.description, &options, &model, &error);
-    /* Only the compiler sees whether a joint moves inertia, and whether a loop's ends are on one rigid part; and the forces
-     * on a joint that moves none. */
+    /* Only the compiler sees whether a joint moves inertia, and whether a loop's ends are on one rigid part; and the
+     * forces on a joint that moves none. */
     kt_fuzz_must(compiled == checked || (checked == KT_OK && error.message[0] != '\0' &&
                                          (compiled == KT_ERROR_MODEL || compiled == KT_ERROR_NOT_FINITE || m.custom)),
                  "the compiler takes what the check takes (%d, %d): %s: %s", (int)checked, (int)compiled, error.where,

@@ -1,7 +1,7 @@
-/* Every public function with hostile arguments, one wrong at a time (hostile.py writes the calls): it does not crash, no
- * call succeeds with a number that is not finite, and a call that fails leaves its outputs as they were. Each function
- * runs in a process of its own, on a tree, on a four-bar that is driven, and on a model without a joint; the sanitizers
- * see what does not crash. */
+/* Every public function with hostile arguments, one wrong at a time (hostile.py writes the calls): it does not crash,
+ * no call succeeds with a number that is not finite, and a call that fails leaves its outputs as they were. Each
+ * function runs in a process of its own, on a tree, on a four-bar that is driven, and on a model without a joint; the
+ * sanitizers see what does not crash. */
 #include "check.h"
 #include "sanitized.h"
 
@@ -157,8 +157,8 @@ static bool all_finite(const double *x, size_t n) {
     return true;
 }
 
-/* What moves and is evaluated from now on with the same objects: a short run of the simulation, which is taken back, the
- * accelerations, the states of the batch and that of the integrator. A call that is refused changes none of it. */
+/* What moves and is evaluated from now on with the same objects: a short run of the simulation, which is taken back,
+ * the accelerations, the states of the batch and that of the integrator. A call that is refused changes none of it. */
 static void find_later(fixture *f, double *out) {
     const size_t nq = (size_t)kt_model_nq(f->model), nv = (size_t)kt_model_nv(f->model);
     double *at = out;

@@ -1,4 +1,5 @@
-/* Every function that a public header declares is in the libraries of this build: this program would not link otherwise. */
+/* Every function that a public header declares is in the libraries of this build: this program would not link
+ * otherwise. */
 #include "kinetree/kinetree.h"
 
 #include "check.h"

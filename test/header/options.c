@@ -57,7 +57,7 @@ static int decay(double t, const double *y, double *dydt, void *user) {
     return 0;
 }
 
-/* ---- right options, and the call that reads them ------------------------------------------------------------------ */
+/* ---- right options, and the call that reads them ----------------------------------------------------------------- */
 
 static kt_run right_kt_run(void) {
     kt_run run = kt_run_default();
@@ -280,7 +280,7 @@ static kt_status try_kt_variant(const kt_variant *variant, kt_error *error) {
     return try_kt_accuracy_options(&options, error);
 }
 
-/* ---- the table ---------------------------------------------------------------------------------------------------- */
+/* ---- the table --------------------------------------------------------------------------------------------------- */
 
 /* Two links that swing. */
 static bool make(void) {

@@ -38,8 +38,8 @@ static void put_vector(drawing *d, const char *name, int first, int last) {
     fprintf(d->to, "\"");
 }
 
-/* Vertices alone, whose faces are those of their hull; or a cube with corners at random distances, a star that encloses less
- * than its hull does. */
+/* Vertices alone, whose faces are those of their hull; or a cube with corners at random distances, a star that encloses
+ * less than its hull does. */
 static void write_mesh(drawing *d, int index) {
     static const char *const rules[] = {"legacy", "exact", "convex", "shell"};
     const bool is_cloud = chance(d, 2);
@@ -161,7 +161,7 @@ static void write_free_body(drawing *d) {
     fprintf(d->to, "</body>\n");
 }
 
-/* ---- tendons and actuators ----------------------------------------------------------------------------------------- */
+/* ---- tendons and actuators --------------------------------------------------------------------------------------- */
 
 static int any_scalar(drawing *d) {
     int joint = kt_random_int(d->random, 0, d->joint_count - 1);
@@ -260,7 +260,7 @@ static void write_actuator(drawing *d) {
     fprintf(d->to, "/>\n");
 }
 
-/* ---- equalities, options ------------------------------------------------------------------------------------------- */
+/* ---- equalities, options ----------------------------------------------------------------------------------------- */
 
 static void write_equality(drawing *d) {
     const int a = kt_random_int(d->random, 0, d->body_count - 1), b = (a + 1) % d->body_count;

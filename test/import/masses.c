@@ -9,7 +9,8 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* A link with a box of 0.1 x 0.2 x 0.3 m at (0, 0, 1) and a ball of 0.1 m at the origin, which has no mass, and one of 2 kg. */
+/* A link with a box of 0.1 x 0.2 x 0.3 m at (0, 0, 1) and a ball of 0.1 m at the origin, which has no mass, and one of
+ * 2 kg. */
 #define URDF                                                                                                           \
     "<robot name='r'><link name='base'/><link name='a'><visual><origin xyz='0 0 1'/><geometry><box size='0.1 0.2 0.3'" \
     "/></geometry></visual><visual><geometry><sphere radius='0.1'/></geometry></visual></link><link name='b'>"         \

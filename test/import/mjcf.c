@@ -363,8 +363,8 @@ static char *repeat(const char *before, const char *part, size_t count, const ch
     return text;
 }
 
-/* A model that is too large for its copies must not lose them without a message, and names that copies make longer and longer
- * must not take all memory. */
+/* A model that is too large for its copies must not lose them without a message, and names that copies make longer and
+ * longer must not take all memory. */
 KT_TEST(large_models_are_refused_and_lose_nothing) {
     static const struct {
         const char *before, *part, *after, *fault;
@@ -654,7 +654,8 @@ KT_TEST(attached_models_are_those_written_by_hand) {
     remove_attached(folder);
 }
 
-/* Frames around it are lost, their classes are not; those of another model never were its own. Numbers of MuJoCo 3.14. */
+/* Frames around it are lost, their classes are not; those of another model never were its own. Numbers of MuJoCo
+ * 3.14. */
 KT_TEST(an_attached_body_has_the_class_of_what_is_around_it_in_its_model) {
     char folder[] = "/tmp/kinetree-mjcf-XXXXXX";
     kt_scene scene;
@@ -693,7 +694,8 @@ KT_TEST(long_prefixes_are_refused) {
     free(text);
 }
 
-/* Of such joints there are only copies: a keyframe has no number for each, and their class is that of the attached model. */
+/* Of such joints there are only copies: a keyframe has no number for each, and their class is that of the attached
+ * model. */
 KT_TEST(keyframes_of_models_in_replicates_are_refused_at_their_place) {
     static const char within[] = "<mujoco><default><joint type='ball'/></default><asset>" MODEL(
         "part.xml") "</asset><worldbody><replicate count='2' offset='0 1 0'><attach model='x' prefix='p_'/>"

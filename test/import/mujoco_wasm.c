@@ -2,10 +2,10 @@
  * names its folder): the same mass matrix, bias force, places of bodies, forces of springs, dampers, motors and servos,
  * and accelerations, at random states; and the residuals of equalities.
  *
- * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. Lengths of tendons, which are
- * coordinates here alone, follow from the joints: ours are compared as v = T v', M' = T' M T, f' = T' f. KT_ROBOT_FILES names
- * more files, apart by blanks, and KT_ROBOT_KEYFRAME=k has the controls of their only keyframe act, if that is `k`; what one of
- * both refuses is said. */
+ * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. Lengths of tendons, which
+ * are coordinates here alone, follow from the joints: ours are compared as v = T v', M' = T' M T, f' = T' f.
+ * KT_ROBOT_FILES names more files, apart by blanks, and KT_ROBOT_KEYFRAME=k has the controls of their only keyframe
+ * act, if that is `k`; what one of both refuses is said. */
 #include "../scene_files.h"
 #include "check.h"
 #include "draw.h"
@@ -140,8 +140,8 @@ static bool is_length(const pair *p, const kt_loop *loop) {
            !is_theirs(p, loop->terms[0].joint) && is_theirs(p, loop->terms[1].joint);
 }
 
-/* Compiles the tree, without loops but for the lengths of tendons; what only other loops move needs them. Dry friction is a
- * constraint of MuJoCo's. */
+/* Compiles the tree, without loops but for the lengths of tendons; what only other loops move needs them. Dry friction
+ * is a constraint of MuJoCo's. */
 static kt_status compile(pair *p, kt_error *error) {
     kt_description d = p->scene.description;
     kt_effect *effects = calloc((size_t)d.effect_count + 1, sizeof *effects);
@@ -369,7 +369,8 @@ static kt_pose pose_of_body(const pair *p, const char *name) {
     return index > 0 ? kt_body_pose(p->model, p->data, index) : kt_pose_identity();
 }
 
-/* The sum of a linear coupling of joints. Formulas, and lengths of tendons, are compared with MuJoCo 2.2.2 (mjcf_mujoco.c). */
+/* The sum of a linear coupling of joints. Formulas, and lengths of tendons, are compared with MuJoCo 2.2.2
+ * (mjcf_mujoco.c). */
 static bool compare_coupling(const pair *p, const kt_loop *loop, double theirs, kt_worst *worst) {
     double sum = -loop->offset;
     for (int k = 0; k < loop->term_count; k++) {
@@ -527,7 +528,8 @@ static int compare_files(const model_file *files, int count) {
     return read;
 }
 
-/* Of meshes MuJoCo has the vertices as single-precision numbers: 6e-8 of their size, several of which make an inertia. */
+/* Of meshes MuJoCo has the vertices as single-precision numbers: 6e-8 of their size, several of which make an
+ * inertia. */
 KT_TEST(models_are_those_that_mujoco_of_today_reads) {
     static const model_file files[] = {
         {MODELS "/mjcf/tree.xml", 4e-14, NULL, false, false},    {MODELS "/mjcf/masses.xml", 4e-14, NULL, false, false},
@@ -589,14 +591,14 @@ static void compare_random(int count, bool has_meshes, double bound) {
     (void)rmdir(folder);
 }
 
-/* Random models of what decides forces and accelerations: bounds of actuators, of joints and of tendons, each of one or of
- * several, springs, dampers, tendons with armature, what flags turn off, masses by shells, frames of inertia. Forces and
- * masses to rounding (the masses of small geoms within large ones lose digits), accelerations, which lose what the mass
- * matrix does, to 1e-7. */
+/* Random models of what decides forces and accelerations: bounds of actuators, of joints and of tendons, each of one or
+ * of several, springs, dampers, tendons with armature, what flags turn off, masses by shells, frames of inertia. Forces
+ * and masses to rounding (the masses of small geoms within large ones lose digits), accelerations, which lose what the
+ * mass matrix does, to 1e-7. */
 KT_TEST(random_models_have_the_accelerations_that_mujoco_of_today_computes) { compare_random(150, false, 2.5e-10); }
 
-/* Meshes of each rule, of faces or of vertices alone. MuJoCo's axes of their inertia are off by up to 1e-8, and a light body
- * with a spring-damper of its own inertia multiplies that. */
+/* Meshes of each rule, of faces or of vertices alone. MuJoCo's axes of their inertia are off by up to 1e-8, and a light
+ * body with a spring-damper of its own inertia multiplies that. */
 KT_TEST(random_meshes_have_the_masses_that_mujoco_of_today_computes) { compare_random(60, true, 1e-6); }
 
 /* ---- exports ----------------------------------------------------------------------------------------------------- */

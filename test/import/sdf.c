@@ -115,8 +115,8 @@ KT_TEST(joint_types_are_ours) {
     }
 }
 
-/* The link is turned by 90 degrees about z: the model's x is its -y. Until 1.4 an axis is the model's, then the joint's,
- * but for what until 1.6 says otherwise. */
+/* The link is turned by 90 degrees about z: the model's x is its -y. Until 1.4 an axis is the model's, then the
+ * joint's, but for what until 1.6 says otherwise. */
 KT_TEST(axes_are_in_the_frame_that_the_version_says) {
     static const struct {
         const char *version, *within;

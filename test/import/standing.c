@@ -1,6 +1,6 @@
-/* Robots that stand on the ground of their file: four legs with servos, contacts of random stiffness, damping, friction and
- * cone, dropped from a small height. After 3 s they stand where today's MuJoCo has them (mujoco_wasm.mjs; KT_MUJOCO_WASM
- * names the folder of npm's @mujoco/mujoco). */
+/* Robots that stand on the ground of their file: four legs with servos, contacts of random stiffness, damping, friction
+ * and cone, dropped from a small height. After 3 s they stand where today's MuJoCo has them (mujoco_wasm.mjs;
+ * KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco). */
 #include "check.h"
 #include "random.h"
 
@@ -141,8 +141,8 @@ KT_TEST(planes_touch_the_points_of_solids_that_masks_pairs_and_excludes_allow) {
     }
 }
 
-/* A ball of 1 kg with a constant impedance: A = 1, and K = k d^2 / (1 - d) = 1 / (T^2 (1 - d)) with d = dmax. The margin
- * raises the plane; a ground is one more. */
+/* A ball of 1 kg with a constant impedance: A = 1, and K = k d^2 / (1 - d) = 1 / (T^2 (1 - d)) with d = dmax. The
+ * margin raises the plane; a ground is one more. */
 KT_TEST(contacts_have_the_stiffness_of_the_file) {
     static const char text[] =
         MODEL("pos='0 0 .5'", "<geom size='.1' mass='1' condim='1' margin='.01' friction='.7'/>", "");

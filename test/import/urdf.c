@@ -670,8 +670,8 @@ KT_TEST(inertias_are_judged_by_rigid_parts) {
         }
 }
 
-/* 1 kg at 0.5 m from the link's origin has 0.25 kg m^2 about it, whose rounding is some 1e-16; a moment of 1e-12 that is
- * alone is none. */
+/* 1 kg at 0.5 m from the link's origin has 0.25 kg m^2 about it, whose rounding is some 1e-16; a moment of 1e-12 that
+ * is alone is none. */
 KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
     static const struct {
         const char *inertia;
@@ -698,11 +698,12 @@ KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
 }
 
 /* The part is a dumbbell: two points of 1 kg, 1 m apart along x, whose links have an odd inertia each, 0.1 along x
- * and -0.1 along y. Together: 0.2 - 0.2 + 0.5 about y. That of one link alone, or with the parallel axes the wrong way round, is
- * refused. */
+ * and -0.1 along y. Together: 0.2 - 0.2 + 0.5 about y. That of one link alone, or with the parallel axes the wrong way
+ * round, is refused. */
 KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
     for (int tenths = 0; tenths < 10; tenths++) {
-        /* x: 0.4; y: -0.2 + d^2 / 2; z: 0.2 + d^2 / 2. z <= x + y always; x <= y + z: 0.4 <= d^2; y >= 0: d^2 >= 0.4. */
+        /* x: 0.4; y: -0.2 + d^2 / 2; z: 0.2 + d^2 / 2. z <= x + y always; x <= y + z: 0.4 <= d^2; y >= 0: d^2 >=
+         * 0.4. */
         const double d = 0.1 * tenths, x = 0.4, y = -0.2 + 0.5 * d * d, z = 0.2 + 0.5 * d * d;
         const bool is_body = y >= 0.0 && x <= y + z && z <= x + y + 1e-12;
         const kt_robot_options strict = {.inertia = KT_ROBOT_INERTIA_STRICT};

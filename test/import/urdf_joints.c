@@ -54,8 +54,9 @@ static void close_askew(askew *r) {
     kt_scene_free(&r->scene);
 }
 
-/* With the velocity V_i of the link's origin and the angular velocity W_i of each unit rate, in the world, and the centre
- * of mass at r from the origin:  M_ij = m (V_i + W_i x r) . (V_j + W_j x r) + W_i . I W_j,  h_i = -m g . (V_i + W_i x r).
+/* With the velocity V_i of the link's origin and the angular velocity W_i of each unit rate, in the world, and the
+ * centre of mass at r from the origin:  M_ij = m (V_i + W_i x r) . (V_j + W_j x r) + W_i . I W_j,  h_i = -m g . (V_i +
+ * W_i x r).
  */
 static void check_askew(const askew *r, const kt_vec3 *linear, const kt_vec3 *angular) {
     const kt_mat3 turn = kt_mat3_multiply(r->pose.rotation, kt_matrix_from_rpy(kt_vec3_make(0.2, 0.1, -0.4)));

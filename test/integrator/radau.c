@@ -97,8 +97,8 @@ KT_TEST(errors_of_smooth_motions_are_in_proportion_to_the_tolerance) {
     }
 }
 
-/* Eight reactions of a plant's cells to light (HIRES), stiff: F. Mazzia, C. Magherini, Test Set for IVP Solvers, release
- * 2.4, 2008, with its solution at t = 321.8122. */
+/* Eight reactions of a plant's cells to light (HIRES), stiff: F. Mazzia, C. Magherini, Test Set for IVP Solvers,
+ * release 2.4, 2008, with its solution at t = 321.8122. */
 static int light_response(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)user;
@@ -267,8 +267,8 @@ static int relaxing_jacobian(double t, const double *y, const double *dydt, void
 
 static const kt_newton relaxing_newton = {relaxing_jacobian, own_factor, own_solve, NULL, NULL};
 
-/* By the Jacobian of the stiff part iterations of the other converge in steps of 1e-5 s alone. Stiff again, they do by that
- * Jacobian. */
+/* By the Jacobian of the stiff part iterations of the other converge in steps of 1e-5 s alone. Stiff again, they do by
+ * that Jacobian. */
 KT_TEST(a_jacobian_by_which_iterations_diverge_is_left_out_where_none_can_be_computed) {
     static const struct {
         double lambda, end;
@@ -294,8 +294,8 @@ KT_TEST(a_jacobian_by_which_iterations_diverge_is_left_out_where_none_can_be_com
     integrator_free(it);
 }
 
-/* y1' = 6 - 5 y1 / y0, y0' = 1: from 0 the motion is y1 = y0, and slopes depend on the direction alone in which 0 is left.
- * Next to it there is no Jacobian. */
+/* y1' = 6 - 5 y1 / y0, y0' = 1: from 0 the motion is y1 = y0, and slopes depend on the direction alone in which 0 is
+ * left. Next to it there is no Jacobian. */
 static int leaving_rhs(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)user;
@@ -313,7 +313,8 @@ static int leaving_jacobian(double t, const double *y, const double *dydt, void 
     return y[0] > 1e-3 ? 0 : 1;
 }
 
-/* Iterations without a Jacobian diverge at any step, and need not converge where their corrections are below the tolerance. */
+/* Iterations without a Jacobian diverge at any step, and need not converge where their corrections are below the
+ * tolerance. */
 KT_TEST(a_point_whose_slopes_depend_on_the_direction_in_which_it_is_left_is_left) {
     static const kt_newton leaving = {leaving_jacobian, own_factor, own_solve, NULL, NULL};
     for (int k = 6; k <= 12; k += 3) {

@@ -326,7 +326,8 @@ KT_TEST(the_slope_in_time_is_asked_for_where_there_is_one) {
     }
 }
 
-/* The Jacobian fails from the second on: the first one serves, or none, each such step is counted, and the order is lost. */
+/* The Jacobian fails from the second on: the first one serves, or none, each such step is counted, and the order is
+ * lost. */
 KT_TEST(an_old_jacobian_serves_and_is_counted) {
     double h[3], error[3];
     for (int l = 0; l < 3; l++) {

@@ -115,8 +115,8 @@ KT_TEST(it_goes_over_where_it_is_stiff_and_comes_back) {
     }
 }
 
-/* The same at many tolerances. Where the matrix hid that the force had gone, it was stepped over at 6 of 161, with errors
- * of up to 9e6 of them. */
+/* The same at many tolerances. Where the matrix hid that the force had gone, it was stepped over at 6 of 161, with
+ * errors of up to 9e6 of them. */
 KT_TEST(a_stiff_force_that_fades_is_not_stepped_over) {
     enum { COUNT = 161 };
     static const char *const names[] = {"radau5", "auto", "rodas5p"};

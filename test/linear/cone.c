@@ -1,4 +1,5 @@
-/* The cone solver on random problems of rigid bodies, and problems with Coulomb's friction against enumeration and against their own laws. */
+/* The cone solver on random problems of rigid bodies, and problems with Coulomb's friction against enumeration and
+ * against their own laws. */
 #include "linear/cone.h"
 #include "base/arena.h"
 #include "enumeration.h"
@@ -198,7 +199,8 @@ static double distance_of(const kt_coulomb *c, const double *a, const double *b)
     return most / c->size;
 }
 
-/* Whatever enumeration solves is solved, and the motion is the same unless a problem has several; half of them have least impulses. */
+/* Whatever enumeration solves is solved, and the motion is the same unless a problem has several; half of them have
+ * least impulses. */
 KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
     kt_random random = kt_random_of_test();
     void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(KT_COULOMB_ITEMS));
@@ -268,7 +270,8 @@ KT_TEST(dry_friction_agrees_with_enumeration) {
     free(memory);
 }
 
-/* A rod whose end slides on a plane (Painleve 1895). A = 1 / m of the normal force with its friction, b the acceleration without it:
+/* A rod whose end slides on a plane (Painleve 1895). A = 1 / m of the normal force with its friction, b the
+ * acceleration without it:
  * A > 0 has one solution; A < 0 has two where b > 0, and none where b < 0. */
 KT_TEST(painleves_rod_has_the_solutions_of_its_regime) {
     kt_random random = kt_random_of_test();

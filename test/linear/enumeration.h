@@ -1,5 +1,5 @@
-/* All combinations of modes of a problem with Coulomb's friction, one after another: at most 4^items, or 6^items with least impulses. What
- * the cone solver is compared with. */
+/* All combinations of modes of a problem with Coulomb's friction, one after another: at most 4^items, or 6^items with
+ * least impulses. What the cone solver is compared with. */
 #ifndef KT_TEST_LINEAR_ENUMERATION_H
 #define KT_TEST_LINEAR_ENUMERATION_H
 
@@ -89,8 +89,8 @@ static inline void enumeration_search(const kt_coulomb *c, double turned, kt_cou
     }
 }
 
-/* Writes the first solution and how many there are, or returns false: there is none. Where none is found, directions are looked
- * for from others, too. Adds the combinations that were tried to *trials. */
+/* Writes the first solution and how many there are, or returns false: there is none. Where none is found, directions
+ * are looked for from others, too. Adds the combinations that were tried to *trials. */
 static inline bool enumeration_solve(const kt_coulomb *c, kt_coulomb_solution *solution, uint64_t *trials) {
     solution->count = 0;
     for (int start = 0; start < STARTS && solution->count == 0; start++)

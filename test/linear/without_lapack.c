@@ -1,6 +1,6 @@
-/* without-lapack: a quadruped whose legs are closed by four-bars, on contacts, and a rope of one large group, by a library
- * without LAPACK or with it. Prints the coordinates of the groups, the quadruped's last state in hexadecimal digits, and
- * what compiling the rope says (without_lapack.py compares them). */
+/* without-lapack: a quadruped whose legs are closed by four-bars, on contacts, and a rope of one large group, by a
+ * library without LAPACK or with it. Prints the coordinates of the groups, the quadruped's last state in hexadecimal
+ * digits, and what compiling the rope says (without_lapack.py compares them). */
 #include "kinetree/kinetree.h"
 
 #include <math.h>

@@ -35,7 +35,8 @@ enum { MOVING_NUMBERS = 8 };
 kt_loop_record moving_loop(kt_random *random, int type, double numbers[MOVING_NUMBERS]);
 jet moving_length(double t);
 
-/* phi, phi' and phi'' of all equations, but not those of a helix; returns their number. Those that are not holonomic have phi = NaN. */
+/* phi, phi' and phi'' of all equations, but not those of a helix; returns their number. Those that are not holonomic
+ * have phi = NaN. */
 int moving_equations(const kt_loop_record *loop, double t, const moving *first, const moving *second, jet phi[6]);
 
 /* phi' and phi'' as a row says they are. */

@@ -199,7 +199,8 @@ static void evaluate(mechanism *m, const result *at, result *r) {
                &e);
 }
 
-/* Assemblies close to 1e-12. At one state, rounding where all is given; first differences leave 1e-12, second ones 1e-10 of numbers up to 20. */
+/* Assemblies close to 1e-12. At one state, rounding where all is given; first differences leave 1e-12, second ones
+ * 1e-10 of numbers up to 20. */
 KT_TEST(loops_written_once_more_do_the_same) {
     static const double bounds[3] = {2e-10, 4e-12, 2e-14};
     for (int planar = 0; planar < 2; planar++) {
@@ -235,9 +236,9 @@ KT_TEST(loops_written_once_more_do_the_same) {
     }
 }
 
-/* A moment between ends that turn about different axes, the arm about its own, the sled about all: seen from the arm, the
- * rate of w is w2' - w1' - w1 x w2, and the last term is 10 to 20 % of accelerations here. Against `orthogonal`, whose
- * equation has the same slope where it is closed; bounds as above. */
+/* A moment between ends that turn about different axes, the arm about its own, the sled about all: seen from the arm,
+ * the rate of w is w2' - w1' - w1 x w2, and the last term is 10 to 20 % of accelerations here. Against `orthogonal`,
+ * whose equation has the same slope where it is closed; bounds as above. */
 KT_TEST(moments_between_turning_ends_are_those_of_orthogonal) {
     mechanism own;
     result expected;
@@ -299,8 +300,8 @@ KT_TEST(accelerations_of_custom_loops_have_their_derivatives) {
     release(&own);
 }
 
-/* Rows with moments: a hinge whose angle is driven, by residuals alone. With theta = 0.3 t about a fixed axis the body's
- * acceleration about it is 0. */
+/* Rows with moments: a hinge whose angle is driven, by residuals alone. With theta = 0.3 t about a fixed axis the
+ * body's acceleration about it is 0. */
 KT_TEST(moments_follow_from_residuals) {
     mechanism m;
     describe(&m, false);

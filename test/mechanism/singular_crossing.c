@@ -92,8 +92,8 @@ KT_TEST(steps_and_stages_may_land_on_a_singular_position) {
     }
 }
 
-/* Error control must not be led astray by what rounding does near such positions: forty windows at 1e-11. How many steps
- * are refused depends on where they happen to end: evaluations are the mean of runs at five tolerances. */
+/* Error control must not be led astray by what rounding does near such positions: forty windows at 1e-11. How many
+ * steps are refused depends on where they happen to end: evaluations are the mean of runs at five tolerances. */
 KT_TEST(adaptive_steps_pass_singular_positions) {
     static linkage l;
     static const struct {
@@ -283,8 +283,8 @@ static void drive_at(const double c[4], double t, double *angle, double *rate, d
     *acceleration = 2.0 * c[2] + 6.0 * c[3] * t;
 }
 
-/* The same with a drive that accelerates: the rocker does as the crank, flat or nearly so. The neighbouring states are those
- * of the motion only where the drive goes along with them. */
+/* The same with a drive that accelerates: the rocker does as the crank, flat or nearly so. The neighbouring states are
+ * those of the motion only where the drive goes along with them. */
 KT_TEST(driven_parallelogram_accelerates_with_its_drive_where_it_lies_flat) {
     static linkage l;
     const double turn[] = {0.4, 1.7, 0.6, -0.3};

@@ -1,5 +1,5 @@
-/* Loops and effects that are switched on and off: against models that were compiled without what is off, to the last bit;
- * and plastic impacts against their conditions and a closed form. */
+/* Loops and effects that are switched on and off: against models that were compiled without what is off, to the last
+ * bit; and plastic impacts against their conditions and a closed form. */
 #include "../constraint/tangle.h"
 
 #include "interpose.h"

@@ -40,9 +40,9 @@ KT_TEST(vertices_become_shared_and_nothing_else_changes) {
     kt_triangles_free(&ball);
 }
 
-/* Vertices are means of vertices in a cube of edge e: their distance from the surface is at most e^2 / 2 r times 3. The number
- * of triangles is within the bound, and not below a quarter of it: cubes of an edge shorter by one in n leave fewer than
- * four times as many. */
+/* Vertices are means of vertices in a cube of edge e: their distance from the surface is at most e^2 / 2 r times 3. The
+ * number of triangles is within the bound, and not below a quarter of it: cubes of an edge shorter by one in n leave
+ * fewer than four times as many. */
 KT_TEST(no_more_triangles_remain_than_are_asked_for) {
     static const int most[] = {3000, 700, 100};
     for (int i = 0; i < 3; i++) {

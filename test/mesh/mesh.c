@@ -14,8 +14,8 @@
 static const double corners[4][3] = {{0.5, 0.25, 1.0}, {2.5, 0.25, 1.0}, {0.5, 3.25, 1.0}, {0.5, 0.25, 5.0}};
 static const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
 
-/* The tetrahedron with edges a, b, c along the axes from the first corner: V = a b c / 6, its centroid a quarter of each
- * edge away, and Ixx = V (3/80) (b^2 + c^2), Ixy = V a b / 80 about it. */
+/* The tetrahedron with edges a, b, c along the axes from the first corner: V = a b c / 6, its centroid a quarter of
+ * each edge away, and Ixx = V (3/80) (b^2 + c^2), Ixy = V a b / 80 about it. */
 static void check_tetrahedron(const char *what, const kt_triangles *mesh, kt_volume_rule rule) {
     const double a = 2.0, b = 3.0, c = 4.0, v = 4.0;
     const kt_enclosed e = kt_triangles_enclosed(mesh, rule);
@@ -212,8 +212,8 @@ static bool hull_of(const double *points, int count, double slack, kt_triangles 
     return true;
 }
 
-/* A box a, b, c with points in its faces, edges and inside, some of them twice: volume and inertia are the box's. Far from
- * the origin, and flat. */
+/* A box a, b, c with points in its faces, edges and inside, some of them twice: volume and inertia are the box's. Far
+ * from the origin, and flat. */
 KT_TEST(hulls_of_many_points_of_a_box_are_that_box) {
     enum { MOST = 400 };
     static double points[3 * MOST];
@@ -246,7 +246,8 @@ KT_TEST(hulls_of_many_points_of_a_box_are_that_box) {
     kt_check_worst(&inertia);
 }
 
-/* n points on a sphere are all corners: 2 n - 4 triangles. Rounding of equal heights does not matter: those of a ring are. */
+/* n points on a sphere are all corners: 2 n - 4 triangles. Rounding of equal heights does not matter: those of a ring
+ * are. */
 KT_TEST(hulls_of_points_on_a_sphere_have_all_of_them) {
     enum { RINGS = 19, SPOKES = 30, COUNT = RINGS * SPOKES + 2 };
     static double points[3 * COUNT];

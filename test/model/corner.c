@@ -19,8 +19,8 @@ static curve compiled(kt_function function) {
     return c;
 }
 
-/* The jump of value (0), first (1) or second (2) derivative from just before t to just after. rounding: what it is where it
- * is continuous, at most, by the next derivative over that time and by roundings of the terms. */
+/* The jump of value (0), first (1) or second (2) derivative from just before t to just after. rounding: what it is
+ * where it is continuous, at most, by the next derivative over that time and by roundings of the terms. */
 static double jump(const curve *c, double t, int order, double *rounding) {
     double left[3], right[3], largest = 1.0;
     kt_curve_evaluate(&c->of, c->numbers, t - 4.0 * DBL_EPSILON * fabs(t), left);

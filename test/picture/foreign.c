@@ -1,6 +1,6 @@
-/* What a kinetree that was built without assimp says of the meshes which assimp would read: this program has a foreign.c
- * of its own, compiled without. And readers that end, that do not end, and that take all memory, in processes of their
- * own. */
+/* What a kinetree that was built without assimp says of the meshes which assimp would read: this program has a
+ * foreign.c of its own, compiled without. And readers that end, that do not end, and that take all memory, in processes
+ * of their own. */
 #include "check.h"
 
 #include "picture/apart.h"

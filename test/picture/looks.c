@@ -37,8 +37,9 @@ static bool write_tube(char *path) {
     return kt_check_equal_int("it is written", fclose(file), 0);
 }
 
-/* The box of the tube is 2 x 2 x 3 about (2, 0, 1.5); scaled by (1, 2, 1/2), turned about x by 90 degrees and moved. Points are
- * compared where they are in the body. On the side normals are radial, on the lid along z: the edge stays sharp. */
+/* The box of the tube is 2 x 2 x 3 about (2, 0, 1.5); scaled by (1, 2, 1/2), turned about x by 90 degrees and moved.
+ * Points are compared where they are in the body. On the side normals are radial, on the lid along z: the edge stays
+ * sharp. */
 KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     char path[] = "/tmp/kinetree-tube-XXXXXX.obj";
     if (!write_tube(path))
@@ -78,8 +79,8 @@ KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     (void)unlink(path);
 }
 
-/* A tetrahedron in centimetres, whose node is moved by 3 cm along x and doubled in z, in a file that calls y up: lengths
- * are metres then, and axes stay, as robots mean them. */
+/* A tetrahedron in centimetres, whose node is moved by 3 cm along x and doubled in z, in a file that calls y up:
+ * lengths are metres then, and axes stay, as robots mean them. */
 static const char collada[] =
     "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">"
     "<asset><unit name=\"centimeter\" meter=\"0.01\"/><up_axis>Y_UP</up_axis></asset>"
@@ -129,8 +130,8 @@ KT_TEST(collada_stands_in_metres_where_its_nodes_place_it) {
 #endif
 }
 
-/* Found by fuzzing: assimp ends at an empty file and at a list of numbers that does not say how many they are, and takes
- * the gigabytes that a file announces. */
+/* Found by fuzzing: assimp ends at an empty file and at a list of numbers that does not say how many they are, and
+ * takes the gigabytes that a file announces. */
 KT_TEST(files_that_end_assimp_do_not_end_the_program) {
 #ifdef KT_HAS_ASSIMP
     char damaged[sizeof collada];

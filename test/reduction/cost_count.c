@@ -46,7 +46,7 @@ static void close_loop(const char *first, double x, const char *second, double y
     loops[i].between[1] = end_at(second, y);
 }
 
-/* ---- mechanisms: each writes n of its parts and returns the number of bodies --------------------------------------- */
+/* ---- mechanisms: each writes n of its parts and returns the number of bodies ------------------------------------- */
 
 /* N four-bars that hang on a chain of N bodies. */
 static int build_tree(int n) {

@@ -26,8 +26,8 @@ KT_TEST(shafts_at_forty_degrees_turn_alike) {
     kt_case_close(&c);
 }
 
-/* Of both inertias J about their axes, at equal speeds: (J1 + J2) w' = 6 sin(3 pi t), w = w0 + (2 / pi) (1 - cos(3 pi t)) /
- * (J1 + J2), J = m r^2 / 2. */
+/* Of both inertias J about their axes, at equal speeds: (J1 + J2) w' = 6 sin(3 pi t), w = w0 + (2 / pi) (1 - cos(3 pi
+ * t)) / (J1 + J2), J = m r^2 / 2. */
 static double speed_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
     const double pi = 3.14159265358979323846, inertia = 0.5 * 2.0 * 0.04 * 0.04 + 0.5 * 8.0 * 0.25 * 0.25;
@@ -65,7 +65,8 @@ KT_TEST(bead_slides_evenly_along_a_helix) {
 
 /* ---- the ring ---------------------------------------------------------------------------------------------------- */
 
-/* x y' - y x' = 1.4 * 2.5, and the energy per mass, 2.5^2 / 2 + 1.5^2 / 2; the distance from the tube's middle is 0.4. */
+/* x y' - y x' = 1.4 * 2.5, and the energy per mass, 2.5^2 / 2 + 1.5^2 / 2; the distance from the tube's middle is
+ * 0.4. */
 static double ring_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
     const int q = kt_case_q(c, "marble"), v = kt_case_v(c, "marble");

@@ -178,7 +178,8 @@ static double flip_error(const kt_case *c, const kt_record *record, const void *
 }
 
 /* Each flip multiplies a difference by 1 / (1 - m) = 1.25e5: no double precision computation stays below some 1e-9. At
- * 1e-13 all of the error is rounding: runs at twelve tolerances between 1e-13 and half of that are apart by 2e-10 to 2e-8. */
+ * 1e-13 all of the error is rounding: runs at twelve tolerances between 1e-13 and half of that are apart by 2e-10 to
+ * 2e-8. */
 KT_TEST(flip_turns_over_as_elliptic_functions_say) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 4e-9}, {"dop853", 0.0, 1e-13, 2e-8}, {"dopri5", 0.0, 1e-10, 3e-7}, {"rk4", 1e-3, 0.0, 2e-8}};

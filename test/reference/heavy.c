@@ -1,7 +1,7 @@
 /* Grams and kilotonnes: with all masses, inertias and forces times s, every motion is the same function of time.
  *
- * For s = 2^k products and sums keep all their bits but the exponent, and so does everything that decides: pivots, ranks,
- * thresholds, step sizes. So whatever compares a mass or a force with a number of its own shows as other bits.
+ * For s = 2^k products and sums keep all their bits but the exponent, and so does everything that decides: pivots,
+ * ranks, thresholds, step sizes. So whatever compares a mass or a force with a number of its own shows as other bits.
  */
 #include "kinetree/analysis.h"
 #include "kinetree/descriptor.h"
@@ -99,7 +99,8 @@ static void free_heavier(heavier *h) {
 
 /* ---- what is compared -------------------------------------------------------------------------------------------- */
 
-/* What is found of a model: `count` numbers that masses do not change, or nothing where the call fails with `status`. */
+/* What is found of a model: `count` numbers that masses do not change, or nothing where the call fails with
+ * `status`. */
 typedef struct outcome {
     kt_status status;
     size_t count;

@@ -104,8 +104,8 @@ KT_TEST(cantilevers_converge_to_eulers_frequencies_at_second_order) {
 }
 
 /* Hinged at both ends (n pi)^2; clamped at both, and free at both, 22.3733. Without a clamped end errors of the second
- * order cancel, those of masses against those of springs. Between fixed ends a straight beam must stretch: one that keeps
- * its length is at a singular position there. */
+ * order cancel, those of masses against those of springs. Between fixed ends a straight beam must stretch: one that
+ * keeps its length is at a singular position there. */
 KT_TEST(other_ends_have_their_own_frequencies) {
     static const char stretching[] =
         "kinetree: 1\nbeams:\n  - {name: b, to: {body: world, at: [1, 0, 0]}, segments: @, "
@@ -133,8 +133,8 @@ KT_TEST(stretching_and_torsion_have_the_frequencies_of_bars) {
     check_order("torsional", SPACE, 5, 2, 0.25 * pi * 10.0, 2.0, 1e-2);
 }
 
-/* The same cantilever in space: bending about y and about z by their own stiffnesses, whether the beam stretches or not.
- * Rotary inertia and shear lower the frequencies by some 1e-5 and 1e-4 here. */
+/* The same cantilever in space: bending about y and about z by their own stiffnesses, whether the beam stretches or
+ * not. Rotary inertia and shear lower the frequencies by some 1e-5 and 1e-4 here. */
 KT_TEST(beams_in_space_bend_about_both_axes) {
     static const char *const texts[] = {"kinetree: 1\nbeams:\n  - {name: b, segments: @, length: 1, mass_per_length: "
                                         "1, inertia_per_length: 2e-6, GJ: 1, "
@@ -153,8 +153,8 @@ KT_TEST(beams_in_space_bend_about_both_axes) {
     }
 }
 
-/* A wedge of constant width that comes to a point, 5.315 sqrt(EI / (m L^4)) [G. Kirchhoff 1879]: EI falls as the cube of
- * the depth, here to a thousandth of it, at 33 stations. */
+/* A wedge of constant width that comes to a point, 5.315 sqrt(EI / (m L^4)) [G. Kirchhoff 1879]: EI falls as the cube
+ * of the depth, here to a thousandth of it, at 33 stations. */
 KT_TEST(a_tapered_beam_has_kirchhoffs_frequency) {
     static char text[8192];
     double omega[1];
@@ -201,8 +201,8 @@ KT_TEST(an_end_moment_bends_a_beam_into_a_full_circle) {
     }
 }
 
-/* K. Mattiasson, Numerical results from large deflection beam and frame problems analysed by means of elliptic integrals,
- * Int. J. Numer. Meth. Engng 17 (1981) 145: tip deflection and shortening over L under P L^2 / EI. */
+/* K. Mattiasson, Numerical results from large deflection beam and frame problems analysed by means of elliptic
+ * integrals, Int. J. Numer. Meth. Engng 17 (1981) 145: tip deflection and shortening over L under P L^2 / EI. */
 KT_TEST(the_elastica_under_an_end_load_has_mattiassons_numbers) {
     static const double rows[][3] = {
         {1.0, 0.30172, 0.05643}, {2.0, 0.49346, 0.16064}, {5.0, 0.71379, 0.38763}, {10.0, 0.81061, 0.55500}};
@@ -234,9 +234,9 @@ KT_TEST(the_elastica_under_an_end_load_has_mattiassons_numbers) {
 }
 
 /* The bend of 45 degrees, 100 in radius, of unit square section, under 600 out of its plane: K.-J. Bathe, S. Bolourchi,
- * Int. J. Numer. Meth. Engng 14 (1979) 961: (15.9, 47.2, 53.4); J. C. Simo, L. Vu-Quoc, CMAME 58 (1986) 79: (15.79, 47.23,
- * 53.37); A. Cardona, M. Geradin, Int. J. Numer. Meth. Engng 26 (1988) 2403: (15.55, 47.04, 53.50). The bend begins along
- * y and turns to x. */
+ * Int. J. Numer. Meth. Engng 14 (1979) 961: (15.9, 47.2, 53.4); J. C. Simo, L. Vu-Quoc, CMAME 58 (1986) 79: (15.79,
+ * 47.23, 53.37); A. Cardona, M. Geradin, Int. J. Numer. Meth. Engng 26 (1988) 2403: (15.55, 47.04, 53.50). The bend
+ * begins along y and turns to x. */
 KT_TEST(the_bend_of_45_degrees_goes_where_the_literature_says) {
     kt_vec3 tip;
     if (!settle("kinetree: 1\nbeams:\n"
@@ -271,9 +271,10 @@ KT_TEST(rotating_cantilevers_stiffen_as_wright_and_others_have_it) {
     }
 }
 
-/* A shaft that turns about its own axis at W, seen from axes that turn with it: omega - W and omega + W of its frequency
- * omega at rest. At the critical speed W = omega the first of them vanishes, and what is unbalanced bends without bound;
- * beyond it the shaft runs on [S. Timoshenko, Vibration Problems in Engineering; H. H. Jeffcott 1919]. */
+/* A shaft that turns about its own axis at W, seen from axes that turn with it: omega - W and omega + W of its
+ * frequency omega at rest. At the critical speed W = omega the first of them vanishes, and what is unbalanced bends
+ * without bound; beyond it the shaft runs on [S. Timoshenko, Vibration Problems in Engineering; H. H. Jeffcott
+ * 1919]. */
 KT_TEST(a_shaft_has_its_critical_speed_at_its_frequency) {
     static const char format[] =
         "kinetree: 1\nbodies:\n  - {name: hub, joint: {type: revolute, axis: x, velocity: %.17g}}\nbeams:\n"
@@ -298,14 +299,15 @@ KT_TEST(a_shaft_has_its_critical_speed_at_its_frequency) {
     kt_check_near("critical speed", rest, 3.51601526850015, 4e-3);
 }
 
-/* ---- strains and section forces ----------------------------------------------------------------------------------- */
+/* ---- strains and section forces ---------------------------------------------------------------------------------- */
 
 enum { SECTIONS = 8 };
 
-/* Small loads at the end of a cantilever of 2 m: the force (N, V_y, V_z) and the moment (T, M_y, M_z) are at a section s
- * (N, V_y, V_z), (T, M_y - V_z (L - s), M_z + V_y (L - s)), and strains follow from the stiffnesses. Recorded are what an
- * effect exerts on its second end, and the positions of the joints, strains times the length that a joint stands for: half
- * a segment for the first. What deflections of 1e-8 m add to the moments of a force of 2e-3 N is 1e-4 of them. */
+/* Small loads at the end of a cantilever of 2 m: the force (N, V_y, V_z) and the moment (T, M_y, M_z) are at a section
+ * s (N, V_y, V_z), (T, M_y - V_z (L - s), M_z + V_y (L - s)), and strains follow from the stiffnesses. Recorded are
+ * what an effect exerts on its second end, and the positions of the joints, strains times the length that a joint
+ * stands for: half a segment for the first. What deflections of 1e-8 m add to the moments of a force of 2e-3 N is 1e-4
+ * of them. */
 KT_TEST(strains_and_section_forces_are_those_of_a_cantilever) {
     static const double load[6] = {2e-3, 3e-7, -4e-7, 5e-7, 6e-7, -7e-7}, stiff[6] = {1e5, 2e4, 3e4, 50, 40, 60};
     static beam b;

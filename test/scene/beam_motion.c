@@ -1,5 +1,6 @@
-/* Beams that move, and a beam that bends in space: spin-up, a shaft through its first critical speed, the Princeton beam;
- * against solutions of beam equations that share nothing with segments, and against each other with finer segments. */
+/* Beams that move, and a beam that bends in space: spin-up, a shaft through its first critical speed, the Princeton
+ * beam; against solutions of beam equations that share nothing with segments, and against each other with finer
+ * segments. */
 #include "check.h"
 #include "collect.h"
 
@@ -66,7 +67,8 @@ static bool run(const char *text, const char *last, const char *method, double s
 /* ---- spin-up ----------------------------------------------------------------------------------------------------- */
 
 /* The beam of T. R. Kane, R. R. Ryan, A. K. Banerjee, J. Guidance 10 (1987) 139, with the numbers of J. C. Simo, L.
- * Vu-Quoc, J. Appl. Mech. 53 (1986) 855: 10 m, 1.2 kg/m, EI = 1.4e4 N m^2, EA = 2.8e7 N, turned up to `speed` in 15 s. */
+ * Vu-Quoc, J. Appl. Mech. 53 (1986) 855: 10 m, 1.2 kg/m, EI = 1.4e4 N m^2, EA = 2.8e7 N, turned up to `speed` in 15
+ * s. */
 #define SPIN_LENGTH 10.0
 #define SPIN_MASS 1.2
 #define SPIN_EI 1.4e4
@@ -184,14 +186,15 @@ KT_TEST(a_beam_that_has_been_spun_up_is_longer) {
 /* ---- a shaft through its first critical speed -------------------------------------------------------------------- */
 
 /* A shaft of 1 m, EI = 100, clamped in a bearing that turns it ever faster, carries an unbalanced disc of 1 kg at its
- * end, 1 mm off the axis, in a medium that damps with c = 1 N s/m. The shaft has 0.05 kg, of which 33 / 140 count in its
- * first mode (Rayleigh). */
+ * end, 1 mm off the axis, in a medium that damps with c = 1 N s/m. The shaft has 0.05 kg, of which 33 / 140 count in
+ * its first mode (Rayleigh). */
 #define SHAFT_EI 100.0
 #define SHAFT_MASS 0.05
 #define SHAFT_OFF 1e-3
 #define SHAFT_SLOPE 10.0 /* rad/s^2 */
 
-/* Jeffcott's rotor: (M + m) z'' + c z' + k z = M e (f'^2 - i f'') exp(i f), f = slope t^2 / 2. Returns the largest |z|. */
+/* Jeffcott's rotor: (M + m) z'' + c z' + k z = M e (f'^2 - i f'') exp(i f), f = slope t^2 / 2. Returns the largest
+ * |z|. */
 static double jeffcott(double stiffness, double mass, double end) {
     const double h = 2e-4;
     double y[4] = {0.0}, most = 0.0;
@@ -252,13 +255,13 @@ KT_TEST(a_shaft_runs_through_its_first_critical_speed_as_jeffcotts_rotor) {
 
 /* ---- the Princeton beam ------------------------------------------------------------------------------------------ */
 
-/* A thin strip clamped at one end bends and twists far under a weight at its other end, at an angle to its section: E. H.
- * Dowell, J. Traybar, Princeton AMS 1194 (1975): 0.508 m of 12.77 by 3.2 mm, aluminium, 13.345 N. Stiffnesses here are
- * those of that section: GJ, and EI about the axes y and z. */
+/* A thin strip clamped at one end bends and twists far under a weight at its other end, at an angle to its section: E.
+ * H. Dowell, J. Traybar, Princeton AMS 1194 (1975): 0.508 m of 12.77 by 3.2 mm, aluminium, 13.345 N. Stiffnesses here
+ * are those of that section: GJ, and EI about the axes y and z. */
 static const double strip[3] = {3.22, 2.506, 39.85}, strip_length = 0.508;
 
-/* The equations of a rod that keeps its length (Kirchhoff): r' = R x, R' = R [k], k = K^-1 R'((r_end - r) x F), from the
- * clamp to the end, whose place is found by repetition. */
+/* The equations of a rod that keeps its length (Kirchhoff): r' = R x, R' = R [k], k = K^-1 R'((r_end - r) x F), from
+ * the clamp to the end, whose place is found by repetition. */
 static kt_vec3 bend_rod(kt_vec3 force) {
     enum { STEPS = 400, TIMES = 200 };
     const double h = strip_length / STEPS;

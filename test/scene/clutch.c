@@ -1,5 +1,5 @@
-/* Clutches that events of a scene open and close: one that grips at once, and one of dry friction that sticks, against closed forms, an own time
- * stepping, and differences; and friction of joints that something else moves. */
+/* Clutches that events of a scene open and close: one that grips at once, and one of dry friction that sticks, against
+ * closed forms, an own time stepping, and differences; and friction of joints that something else moves. */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 
@@ -22,8 +22,8 @@ static const char clutch[] =
     "  - {name: grip, when: t - 0.5, direction: rising, then: [{engage: clutch}, {release: drive}]}\n"
     "simulate: {duration: 2, until: t - 1, tolerance: 1e-12}\n";
 
-/* At 0.5 s the engine turns at 20 rad/s: the common speed is (0.3 20 - 0.5 2) / 0.8, and the loss 0.3 0.5 / 0.8 22^2 / 2.
- * Constant accelerations are integrated exactly: what differs is rounding. */
+/* At 0.5 s the engine turns at 20 rad/s: the common speed is (0.3 20 - 0.5 2) / 0.8, and the loss 0.3 0.5 / 0.8 22^2 /
+ * 2. Constant accelerations are integrated exactly: what differs is rounding. */
 KT_TEST(a_clutch_that_grips_loses_what_two_discs_do) {
     rows r;
     if (!run_scene(clutch, "dopri5", &r) || !kt_check_equal_int("rows", r.count, 3))
@@ -58,8 +58,8 @@ static const char plates[] =
     "  - {name: pull, when: t - 5.5, then: {engage: drive}}\n"
     "simulate: {duration: 7, until: t - 6, tolerance: 1e-12}\n";
 
-/* Released, the drive has the engine alone; engaged, the plates slip with C until both turn alike, after r / ((C - P) / I1 + C / I2), and
- * then have one acceleration. What turns alike when they are engaged sticks at once. */
+/* Released, the drive has the engine alone; engaged, the plates slip with C until both turn alike, after r / ((C - P) /
+ * I1 + C / I2), and then have one acceleration. What turns alike when they are engaged sticks at once. */
 KT_TEST(a_clutch_of_friction_is_opened_and_closed) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5", "rkc2", "auto"};
     const double I1 = 0.3, I2 = 0.5, P = 1.0, C = 2.0, closing = (C - P) / I1 + C / I2, both = P / (I1 + I2);
@@ -136,7 +136,8 @@ static const char jerks[] =
     "  - {name: close, when: velocity.load < 0.05, then: {engage: plates}}\n"
     "simulate: {duration: 10, until: t - 6, tolerance: 1e-12}\n";
 
-/* The same by an own time stepping: the impulse that would stop the slip at the end of a step, cut off at C h. *opened: how often. */
+/* The same by an own time stepping: the impulse that would stop the slip at the end of a step, cut off at C h. *opened:
+ * how often. */
 static void step_jerks(double h, double *q, double *v, int *opened) {
     const double I1 = 0.3, I2 = 0.5, C = 0.8, k = 6.0;
     double angle = 0.0, turned = 0.0, w1 = 0.0, w2 = 0.0, before = 0.0;
@@ -177,7 +178,8 @@ KT_TEST(a_clutch_agrees_with_a_time_stepping_of_its_own) {
     }
 }
 
-/* What the plates slip by, and when they stick, depends on the speed at which the load begins; the clutch of the other two opens and closes when they say. */
+/* What the plates slip by, and when they stick, depends on the speed at which the load begins; the clutch of the other
+ * two opens and closes when they say. */
 KT_TEST(derivatives_pass_a_clutch_that_is_opened_and_closed) {
     check_derivatives(plates, 4.9, -10.0);
     check_derivatives(jerks, 6.0, 1.0);
@@ -228,7 +230,8 @@ static const char guide[] =
     "  - {name: contact, type: contact, point: body.foot, plane: table, restitution: 0}\n"
     "simulate: {duration: 5, until: t - 4, tolerance: 1e-10}\n";
 
-/* What holds the joint moves it on, to either side: friction is against it there and back, and dissipates C times the way. */
+/* What holds the joint moves it on, to either side: friction is against it there and back, and dissipates C times the
+ * way. */
 KT_TEST(friction_of_a_joint_that_is_moved_follows_where_it_has_rested) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5"};
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
@@ -242,8 +245,8 @@ KT_TEST(friction_of_a_joint_that_is_moved_follows_where_it_has_rested) {
     }
 }
 
-/* A block on a table, with dry friction along one coordinate of its joint alone. Thrown, it comes to rest along it after
- * v / mu at v^2 / (2 mu) from its start, mu = C / m, and stays; freely it moves on along the others. */
+/* A block on a table, with dry friction along one coordinate of its joint alone. Thrown, it comes to rest along it
+ * after v / mu at v^2 / (2 mu) from its start, mu = C / m, and stays; freely it moves on along the others. */
 static const char block[] = "kinetree: 1\n"
                             "gravity: [0, 0, 0]\n"
                             "bodies:\n"
@@ -284,7 +287,8 @@ KT_TEST(friction_sticks_in_one_coordinate_of_a_joint) {
         }
 }
 
-/* Hard stops on both sides of one coordinate throw it back with half its speed: at 0.5 m after 0.25 s, and at -0.5 m after 1.25 s. */
+/* Hard stops on both sides of one coordinate throw it back with half its speed: at 0.5 m after 0.25 s, and at -0.5 m
+ * after 1.25 s. */
 KT_TEST(a_hard_stop_bounds_one_coordinate_of_a_joint) {
     static const char text[] =
         "kinetree: 1\n"

@@ -215,7 +215,8 @@ static bool is_seen_to_cross(const drawn *f) {
 
 static kt_collected faults;
 
-/* Whether a scene with an event of this formula is read without a fault, or with the one of a formula that has no sign to change. */
+/* Whether a scene with an event of this formula is read without a fault, or with the one of a formula that has no sign
+ * to change. */
 static bool is_accepted(const char *formula) {
     char text[TEXT + 400];
     kt_scene scene;

@@ -171,8 +171,8 @@ KT_TEST(events_of_a_crank_are_found_in_long_steps) {
     close_run(&r);
 }
 
-/* Three events at t = 2, of which the first ends a part of the step and the second is its corner: they happen in the order of the
- * file, so that x becomes 123. */
+/* Three events at t = 2, of which the first ends a part of the step and the second is its corner: they happen in the
+ * order of the file, so that x becomes 123. */
 KT_TEST(events_at_a_corner_happen_together_in_order) {
     static const char text[] = "kinetree: 1\n"
                                "gravity: [0, 0, 0]\n"

@@ -1,5 +1,5 @@
-/* Markers with axes: an end at a marker is the end with the marker's rotation before its own, in every loop and effect that
- * has one, in space and in the plane; and what is refused. */
+/* Markers with axes: an end at a marker is the end with the marker's rotation before its own, in every loop and effect
+ * that has one, in space and in the plane; and what is refused. */
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 

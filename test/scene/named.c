@@ -1,4 +1,5 @@
-/* Named expressions: a formula with them has the value of the formulas that they stand for, and their faults are located. */
+/* Named expressions: a formula with them has the value of the formulas that they stand for, and their faults are
+ * located. */
 #include "kinetree/expression.h"
 #include "kinetree/scene.h"
 
@@ -59,7 +60,8 @@ static operand draw_operand(kt_random *random, int before, const double *values)
     return o;
 }
 
-/* Operators whose values depend on how strongly they bind: without parentheses around an expression they would differ. */
+/* Operators whose values depend on how strongly they bind: without parentheses around an expression they would
+ * differ. */
 static double combine(kt_random *random, operand a, operand b, char *text, size_t size) {
     static const char *const signs[] = {"+", "-", "*", "/"};
     const int sign = kt_random_int(random, 0, 6);

@@ -1,5 +1,5 @@
-/* A first fault has no followers: in the bundled scenes one key or one value is broken at a time. Where a fault is reported at
- * what was broken, it must be the only one.
+/* A first fault has no followers: in the bundled scenes one key or one value is broken at a time. Where a fault is
+ * reported at what was broken, it must be the only one.
  *
  * KT_BROKEN=N breaks each scene N times; 0: in every way.
  */

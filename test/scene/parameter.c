@@ -107,7 +107,8 @@ KT_TEST(a_parameter_that_nothing_uses_is_noted) {
     kt_scene_free(&scene);
 }
 
-/* A chain of parameters, each twice the next, in the order that is worst for a reader that goes through them in turn. */
+/* A chain of parameters, each twice the next, in the order that is worst for a reader that goes through them in
+ * turn. */
 KT_TEST(parameters_in_any_order_take_linear_time) {
     double seconds[2] = {0.0, 0.0};
     for (int size = 0; size < 2; size++) {

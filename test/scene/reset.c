@@ -1,5 +1,5 @@
-/* Parameters that events set: a run against its closed form, the equations behind an event against those of a scene that
- * is read with the new numbers, checkpoints, files, and what is refused. */
+/* Parameters that events set: a run against its closed form, the equations behind an event against those of a scene
+ * that is read with the new numbers, checkpoints, files, and what is refused. */
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"
 
@@ -55,8 +55,8 @@ static void stop(running *of) {
 
 /* ---- a closed form ----------------------------------------------------------------------------------------------- */
 
-/* m x'' = pull - k x, from x = 1 at rest; where x falls through 0.2 the stiffness becomes four times what it is, and the pull
- * grows by x. */
+/* m x'' = pull - k x, from x = 1 at rest; where x falls through 0.2 the stiffness becomes four times what it is, and
+ * the pull grows by x. */
 static const char hardens[] =
     "kinetree: 1\n"
     "parameters: {k: 100, m: 2, pull: 3, twice: =2*k}\n"
@@ -249,8 +249,8 @@ KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
     stop(&b);
 }
 
-/* Corners of formulas of time are roots, whose last bits depend on where the search began: steps behind a checkpoint end
- * at the same. Every step is gone on from. */
+/* Corners of formulas of time are roots, whose last bits depend on where the search began: steps behind a checkpoint
+ * end at the same. Every step is gone on from. */
 KT_TEST(checkpoints_keep_the_corners_of_formulas_of_time) {
     static const char driven[] =
         "kinetree: 1\n"
@@ -285,8 +285,8 @@ KT_TEST(checkpoints_keep_the_corners_of_formulas_of_time) {
 
 /* ---- all that can be set ----------------------------------------------------------------------------------------- */
 
-/* Whatever an event can set follows from p: gravity, a mass with the inertia of its shape, a centre, inertias, an armature,
- * numbers and functions of effects, a loop's length, a formula. */
+/* Whatever an event can set follows from p: gravity, a mass with the inertia of its shape, a centre, inertias, an
+ * armature, numbers and functions of effects, a loop's length, a formula. */
 static const char all_of_it[] =
     "kinetree: 1\n"
     "parameters: {p: 1, q: =p + 1}\n"

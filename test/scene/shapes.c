@@ -132,8 +132,8 @@ KT_TEST(faults_of_shapes_are_told_at_their_places) {
 
 /* ---- meshes ------------------------------------------------------------------------------------------------------ */
 
-/* A box of 20 x 30 x 40 mm from the origin as OBJ, whole or without its top. The file's name is relative to the folder of
- * the scene: none, so that it is written whole. */
+/* A box of 20 x 30 x 40 mm from the origin as OBJ, whole or without its top. The file's name is relative to the folder
+ * of the scene: none, so that it is written whole. */
 static bool write_box(char *path, bool is_open) {
     static const char corners[] =
         "v 0 0 0\nv 20 0 0\nv 20 30 0\nv 0 30 0\nv 0 0 40\nv 20 0 40\nv 20 30 40\nv 0 30 40\n";

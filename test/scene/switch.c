@@ -1,6 +1,6 @@
 /* Events of scenes that release and engage: a string that is let go, a rimless wheel that rolls down a
- * slope, against closed forms; a trebuchet, against GSL; a woodpecker toy, whose hard contacts jam and peck, against its published orbit; a spinning coin, to its end; prescribed
- * motions into boundaries; and what is refused. */
+ * slope, against closed forms; a trebuchet, against GSL; a woodpecker toy, whose hard contacts jam and peck, against
+ * its published orbit; a spinning coin, to its end; prescribed motions into boundaries; and what is refused. */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 
@@ -32,8 +32,9 @@
     "  - {name: let go, when: \"marker.stone.centre.x + sqrt(0.5)\", direction: falling, then: {release: string}}\n"   \
     "simulate: {duration: 10, until: \"marker.stone.centre.y < -5\", tolerance: 1e-12}\n"
 
-/* From rest at the height of the pivot, released 45 degrees behind the lowest point: v^2 = 2 g sqrt(1/2), and from there a
- * parabola. The energy is that of rest at the pivot's height, 0. Bounds: a hundred times the tolerance, 1e-12. */
+/* From rest at the height of the pivot, released 45 degrees behind the lowest point: v^2 = 2 g sqrt(1/2), and from
+ * there a parabola. The energy is that of rest at the pivot's height, 0. Bounds: a hundred times the tolerance,
+ * 1e-12. */
 static void check_parabola(const char *text) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5", "rodas5p"};
     const double s = sqrt(0.5), g = 9.81, v = sqrt(2.0 * g * s);
@@ -63,7 +64,8 @@ KT_TEST(a_slack_rope_that_is_let_go_leaves_a_parabola) { check_parabola(PENDULUM
 
 /* ---- a floor and a net ------------------------------------------------------------------------------------------- */
 
-/* Two fall 1 m and lie, one on a stop and one with friction on a plane, until that is taken away at 1 s; a net is spread for the first. */
+/* Two fall 1 m and lie, one on a stop and one with friction on a plane, until that is taken away at 1 s; a net is
+ * spread for the first. */
 #define FLOORS(more)                                                                                                   \
     "kinetree: 1\n"                                                                                                    \
     "gravity: [0, 0, -9.81]\n"                                                                                         \
@@ -95,7 +97,8 @@ KT_TEST(stops_and_contacts_are_released_and_engaged) {
     }
 }
 
-/* What is engaged while it is beyond its boundary ends the run in words; what lies while others are engaged is counted once. */
+/* What is engaged while it is beyond its boundary ends the run in words; what lies while others are engaged is counted
+ * once. */
 KT_TEST(a_floor_above_what_has_fallen_is_refused) {
     kt_scene scene = {.events = NULL};
     kt_model *model = NULL;
@@ -193,8 +196,9 @@ KT_TEST(an_event_of_a_name_that_another_one_has_is_refused) {
 
 /* ---- a rimless wheel --------------------------------------------------------------------------------------------- */
 
-/* Six spokes of 1 m about a hub of mass 1 and inertia 0.1, on a slope of 0.35 rad, along which gravity is inclined. The feet
- * land 1 m apart. Each impact leaves (I + m l^2 cos 60) / (I + m l^2) of the speed, and each step adds m g sin(slope) 1 m. */
+/* Six spokes of 1 m about a hub of mass 1 and inertia 0.1, on a slope of 0.35 rad, along which gravity is inclined. The
+ * feet land 1 m apart. Each impact leaves (I + m l^2 cos 60) / (I + m l^2) of the speed, and each step adds m g
+ * sin(slope) 1 m. */
 KT_TEST(a_rimless_wheel_keeps_what_each_impact_leaves) {
     static char text[6000];
     const double g = 9.81, slope = 0.35, inertia = 0.1, first = 3.0, pi = 3.14159265358979323846;
@@ -388,8 +392,8 @@ KT_TEST(a_coin_rolls_steadily_and_sinks_by_its_law) {
     kt_check_below("goes with the inclination", off[1], 0.6 * off[0]);
 }
 
-/* Flat, its rim has no lowest point, and what turns there has no inertia, m r^2 sin(alpha)^2: the run ends there in words that name the
- * coin, whether it is kept on the plane or touches it. */
+/* Flat, its rim has no lowest point, and what turns there has no inertia, m r^2 sin(alpha)^2: the run ends there in
+ * words that name the coin, whether it is kept on the plane or touches it. */
 static void check_end(bool touches) {
     char text[2000];
     watched w;
@@ -420,10 +424,10 @@ KT_TEST(a_coin_spins_to_its_end) {
     check_end(true);
 }
 
-/* ---- a rope that is out of reach ----------------------------------------------------------------------------------- */
+/* ---- a rope that is out of reach --------------------------------------------------------------------------------- */
 
-/* A cart takes a pendulum away, which hangs straight below the fixed end of a rope that is longer: from there no position closes the rope, and its
- * row is zero. Later it holds the pendulum where both lengths say. */
+/* A cart takes a pendulum away, which hangs straight below the fixed end of a rope that is longer: from there no
+ * position closes the rope, and its row is zero. Later it holds the pendulum where both lengths say. */
 KT_TEST(a_rope_out_of_reach_at_the_start_holds_what_a_drive_takes_away) {
     rows r;
     const double x = 0.6, length = 1.05, inclined = asin((1.0 + x * x - length * length) / (2.0 * x));
@@ -487,9 +491,9 @@ static void check_refusal(const char *what, const char *text, double t, const ch
     "     plane: {body: table, rotation: {axis: x, angle: -90 deg}}, restitution: 0.5}\n"                              \
     "simulate: {duration: 2}\n"
 
-/* A drive goes on through a stop, with and without a restitution, from a distance and from rest where it touches; a vice
- * presses a block against a wall; and a table is lifted against a pendulum that hangs straight down. u + W p with W = 0 has no
- * impulse p, whatever rounding makes of W. */
+/* A drive goes on through a stop, with and without a restitution, from a distance and from rest where it touches; a
+ * vice presses a block against a wall; and a table is lifted against a pendulum that hangs straight down. u + W p with
+ * W = 0 has no impulse p, whatever rounding makes of W. */
 KT_TEST(a_prescribed_motion_into_a_boundary_is_told) {
     static const char *const stop[] = {"'jaw.upper'", "'drive'", "a prescribed motion goes on", "elastic stop", NULL};
     static const char *const straight[] = {"'bump'", "'drive'", "a prescribed motion goes on", NULL};
@@ -537,8 +541,8 @@ static const char bouncing[] =
     "events: [{name: there, when: position.ball - 0.3, then: record}]\n"
     "simulate: {duration: 1.5, tolerance: 1e-9}\n";
 
-/* An event where the stop is happens once on the way down and once on the way up, at each impact: the times of these are
- * t, (1 + 2 e) t, (1 + 2 e + 2 e^2) t with t^2 = 2 h / g. */
+/* An event where the stop is happens once on the way down and once on the way up, at each impact: the times of these
+ * are t, (1 + 2 e) t, (1 + 2 e + 2 e^2) t with t^2 = 2 h / g. */
 KT_TEST(an_event_where_a_stop_is_happens_twice_at_each_impact) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5", "rodas5p"};
     const double t = sqrt(2.0 * 0.8 / 9.81), expected[3] = {t, 2.4 * t, 3.38 * t};

@@ -1,5 +1,5 @@
-/* A trebuchet. With angles q_i of beam, box and sling every mass is at a sum of r_i (cos q_i, sin q_i). With c_ij = sum m r_i r_j and the
- * moments of inertia on the diagonal, Lagrange's equations are
+/* A trebuchet. With angles q_i of beam, box and sling every mass is at a sum of r_i (cos q_i, sin q_i). With c_ij = sum
+ * m r_i r_j and the moments of inertia on the diagonal, Lagrange's equations are
  *     sum_j c_ij (cos(q_i - q_j) q_j'' + sin(q_i - q_j) q_j'^2) = -g sum m r_i cos q_i */
 #include "trebuchet.h"
 

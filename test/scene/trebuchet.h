@@ -2,7 +2,8 @@
 #ifndef KT_TEST_SCENE_TREBUCHET_H
 #define KT_TEST_SCENE_TREBUCHET_H
 
-/* A beam on a hinge at the origin, a box that hangs on its short arm, and a ball on a sling at its long one, which is a rod until it lets go. */
+/* A beam on a hinge at the origin, a box that hangs on its short arm, and a ball on a sling at its long one, which is a
+ * rod until it lets go. */
 typedef struct kt_trebuchet {
     double ball, box, beam;            /* masses, kg; the beam's centre is the origin */
     double long_arm, short_arm, sling; /* m */

@@ -1,4 +1,5 @@
-/* Masses that are functions of time: closed forms, and mechanisms of every kind against the same ones of constant masses. */
+/* Masses that are functions of time: closed forms, and mechanisms of every kind against the same ones of constant
+ * masses. */
 #include "check.h"
 #include "collect.h"
 
@@ -71,8 +72,8 @@ static void check_balance(const ending *last, double bound) {
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
 
-/* Straight up from 10 kg to 2 kg in 3 s: v = u ln(m0 / m) - g t, by mass that falls evenly and along a sine, by explicit
- * and implicit methods, of which Rosenbrock's has the derivative by time among its terms. */
+/* Straight up from 10 kg to 2 kg in 3 s: v = u ln(m0 / m) - g t, by mass that falls evenly and along a sine, by
+ * explicit and implicit methods, of which Rosenbrock's has the derivative by time among its terms. */
 KT_TEST(rocket_keeps_tsiolkovskys_equation) {
     static const struct {
         const char *mass, *method;
@@ -102,9 +103,9 @@ KT_TEST(rocket_keeps_tsiolkovskys_equation) {
     }
 }
 
-/* A chain of 1 m and 2 kg slides over the edge of a table without friction, 0.1 m of it hanging at first: l x'' = g x, so
- * x = x0 cosh(sqrt(g / l) t). Its two parts are bodies whose masses change hands at the edge at the velocity that both
- * have. */
+/* A chain of 1 m and 2 kg slides over the edge of a table without friction, 0.1 m of it hanging at first: l x'' = g x,
+ * so x = x0 cosh(sqrt(g / l) t). Its two parts are bodies whose masses change hands at the edge at the velocity that
+ * both have. */
 KT_TEST(chain_slides_off_its_table) {
     static const char text[] = "kinetree: 1\nparameters: {k: =sqrt(9.81)}\ngravity: [0, 0, -9.81]\nbodies:\n"
                                "  - {name: lying, joint: {type: prismatic, axis: x}, mass: \"2*(1 - 0.1*cosh(k*t))\"}\n"
@@ -120,7 +121,7 @@ KT_TEST(chain_slides_off_its_table) {
     kt_check_near("v, m/s", last.v[0], 0.1 * k * sinh(0.8 * k), 1e-11);
 }
 
-/* ---- the same equations, integrated by a file of their own -------------------------------------------------------- */
+/* ---- the same equations, integrated by a file of their own ------------------------------------------------------- */
 
 /* Classical Runge-Kutta steps of y' = f(t, y). */
 static void integrate(void (*f)(double t, const double *y, double *rate), int n, double *y, double end, int steps) {
@@ -138,8 +139,8 @@ static void integrate(void (*f)(double t, const double *y, double *rate), int n,
     }
 }
 
-/* A rod of 1 kg and 1 m with a vessel at its end that leaks from 3 kg to 1 kg: water that drips leaves at the velocity of
- * the vessel, and takes no force. */
+/* A rod of 1 kg and 1 m with a vessel at its end that leaks from 3 kg to 1 kg: water that drips leaves at the velocity
+ * of the vessel, and takes no force. */
 static void leaking(double t, const double *y, double *rate) {
     const double m = 3.0 - 0.5 * t;
     rate[0] = y[1];
@@ -167,8 +168,8 @@ KT_TEST(leaking_pendulum_swings_as_its_equation_says) {
         kt_check_near("angle by rodas5p", last.q[0], y[0], 1e-9);
 }
 
-/* A vessel of 3 kg that leaks falls on a floor by 0.2 m: N = k x^(3/2) max(0, 1 + 3/2 c x') (Hunt and Crossley) on a mass
- * that falls evenly. */
+/* A vessel of 3 kg that leaks falls on a floor by 0.2 m: N = k x^(3/2) max(0, 1 + 3/2 c x') (Hunt and Crossley) on a
+ * mass that falls evenly. */
 static void bouncing(double t, const double *y, double *rate) {
     const double depth = -y[0], pressed = 4e3 * depth * sqrt(fmax(depth, 0.0)) * fmax(0.0, 1.0 - 1.5 * 0.3 * y[1]);
     rate[0] = y[1];
@@ -176,7 +177,8 @@ static void bouncing(double t, const double *y, double *rate) {
 }
 
 /* Soft: against these equations, whose third bounce another mass would miss by centimetres. Hard: masses of any kind
- * bounce alike, at e times the speed after 2 e v / g, and what the floor takes and the leak takes along is accounted. */
+ * bounce alike, at e times the speed after 2 e v / g, and what the floor takes and the leak takes along is
+ * accounted. */
 KT_TEST(leaking_vessel_bounces) {
 #define VESSEL                                                                                                         \
     "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"                                                                   \

@@ -1,4 +1,5 @@
-/* Variables of scenes: every number of every bundled scene, changed by kt_scene_vary, against the scene read with it. */
+/* Variables of scenes: every number of every bundled scene, changed by kt_scene_vary, against the scene read with
+ * it. */
 #include "kinetree/scene.h"
 
 #include "scene/node.h"

@@ -101,7 +101,8 @@ static bool run_scene(const char *text, const char *integrator, rows *r) {
     return watched_close(&w, status);
 }
 
-/* Makes a scene's simulation, takes the column of A at t_end of the velocity j, and the state there of one that begins with `speed`. */
+/* Makes a scene's simulation, takes the column of A at t_end of the velocity j, and the state there of one that begins
+ * with `speed`. */
 static bool release_scene(const char *text, double t_end, int j, double speed, double *column, double *state) {
     double v[NUMBERS] = {0.0}, A[4 * NUMBERS * NUMBERS];
     watched w;
@@ -123,7 +124,8 @@ static bool release_scene(const char *text, double t_end, int j, double speed, d
     return watched_close(&w, status);
 }
 
-/* A column of A at t_end against a central difference: how the end changes with the second speed at the start, which is `speed`. */
+/* A column of A at t_end against a central difference: how the end changes with the second speed at the start, which is
+ * `speed`. */
 static void check_derivatives(const char *text, double t_end, double speed) {
     const double s = 1e-4;
     double column[NUMBERS] = {0.0}, none[NUMBERS], early[NUMBERS] = {0.0}, late[NUMBERS] = {0.0}, worst = 0.0;

@@ -76,8 +76,8 @@ static void run_beside(motion *m, double t_end, size_t j, double s, double *q, d
     memcpy(v, kt_simulation_velocities(m->simulation), m->nv * sizeof *v);
 }
 
-/* All columns against differences of order four, to `bound` of the largest number of A. Of quaternions the positions are
- * compared by what A says of them. */
+/* All columns against differences of order four, to `bound` of the largest number of A. Of quaternions the positions
+ * are compared by what A says of them. */
 static void compare(motion *m, const char *name, double t_end, double reach, double bound) {
     static const double at[4] = {-2.0, -1.0, 1.0, 2.0}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
     kt_error error = {0};
@@ -132,8 +132,9 @@ static void ball_make(kt_body *ball, kt_effect *floor, kt_description *d) {
     d->effects = floor, d->effect_count = 1;
 }
 
-/* The speed at the first impact is w = sqrt(v^2 + 2 g q); bounce k is at t_k = (v + w (1 + 2 (e + ... + e^(k-1)))) / g, and behind it,
- * with s = t - t_k,  q = e^k w s - g s^2 / 2,  v = e^k w - g s. Differences of what a bounce does, over 1e-4, are good to some 1e-11. */
+/* The speed at the first impact is w = sqrt(v^2 + 2 g q); bounce k is at t_k = (v + w (1 + 2 (e + ... + e^(k-1)))) / g,
+ * and behind it, with s = t - t_k,  q = e^k w s - g s^2 / 2,  v = e^k w - g s. Differences of what a bounce does, over
+ * 1e-4, are good to some 1e-11. */
 KT_TEST(derivatives_of_a_bouncing_ball_are_those_of_its_closed_form) {
     static const char *const methods[] = {"rk4", "dopri5", "radau5", "ab4", "auto"};
     double worst = 0.0;
@@ -165,7 +166,8 @@ KT_TEST(derivatives_of_a_bouncing_ball_are_those_of_its_closed_form) {
     kt_check_below("A of up to three bounces", worst, 1e-9);
 }
 
-/* An own state, the integral of the height: x = q s + ... behind bounce 1 is that up to it, by its own time, and from there on. */
+/* An own state, the integral of the height: x = q s + ... behind bounce 1 is that up to it, by its own time, and from
+ * there on. */
 KT_TEST(derivatives_of_an_own_state_pass_through_a_bounce) {
     const double e = 0.6, v = 0.3, w = sqrt(v * v + 2.0 * g), at = (v + w) / g, s = 0.5;
     const double by[2] = {g / w, v / w};
@@ -295,7 +297,8 @@ KT_TEST(derivatives_of_a_corner_that_strikes_agree_with_differences) {
     motion_free(&m);
 }
 
-/* A block between a spring and dry friction: it slides, rests, slips again as the other end of the spring swings on, and turns back. */
+/* A block between a spring and dry friction: it slides, rests, slips again as the other end of the spring swings on,
+ * and turns back. */
 KT_TEST(derivatives_of_stick_and_slip_agree_with_differences) {
     kt_body body[2];
     kt_effect effect[3];
@@ -337,7 +340,7 @@ KT_TEST(derivatives_of_stick_and_slip_agree_with_differences) {
     motion_free(&m);
 }
 
-/* ---- a program's own events ---------------------------------------------------------------------------------------- */
+/* ---- a program's own events -------------------------------------------------------------------------------------- */
 
 static int height(const kt_instant *at, double *value, kt_error *error, void *user) {
     (void)error, (void)user;
@@ -351,8 +354,8 @@ static int bounce(kt_simulation *simulation, const kt_occurrence *what, kt_error
     return kt_simulation_jump(simulation, NULL, &v, error) == KT_OK ? 0 : -1;
 }
 
-/* A table that moves at 0.5, and throws at a speed that depends on the time; of an action that does not say that it may be repeated
- * it is told. */
+/* A table that moves at 0.5, and throws at a speed that depends on the time; of an action that does not say that it may
+ * be repeated it is told. */
 KT_TEST(derivatives_through_a_programs_own_event_agree_with_differences) {
     for (int repeatable = 0; repeatable < 2; repeatable++) {
         const kt_event table = {.name = "table",
@@ -384,7 +387,8 @@ KT_TEST(derivatives_through_a_programs_own_event_agree_with_differences) {
     }
 }
 
-/* An event at which derivatives were refused takes effect once the simulation goes on, in the bits of one that was not asked. */
+/* An event at which derivatives were refused takes effect once the simulation goes on, in the bits of one that was not
+ * asked. */
 KT_TEST(an_event_without_derivatives_takes_effect_when_the_simulation_goes_on) {
     static const char *const names[] = {"advance", "step"};
     const kt_event table = {
@@ -454,7 +458,7 @@ KT_TEST(derivatives_through_a_release_agree_with_differences) {
     motion_free(&m);
 }
 
-/* ---- where there is none -------------------------------------------------------------------------------------------- */
+/* ---- where there is none ----------------------------------------------------------------------------------------- */
 
 static int flat_height(const kt_instant *at, double *value, kt_error *error, void *user) {
     const int status = height(at, value, error, user);

@@ -17,7 +17,8 @@
 
 enum { INSTANTS = 6, NUMBERS = 160 };
 
-/* Calls visit with each scene that has no more bodies than that and no own states or variable masses, compiled for both formulations. */
+/* Calls visit with each scene that has no more bodies than that and no own states or variable masses, compiled for both
+ * formulations. */
 static void visit_all(int most, void (*visit)(const char *name, const kt_scene *scene, const kt_model *model,
                                               const kt_absolute *absolute)) {
     struct dirent **entries = NULL;
@@ -180,8 +181,8 @@ static double arm_of(const kt_scene *scene) {
 }
 
 /* The first 200 steps of 50 000 (50 under sanitizers), which leave rounding alone to differ, as long as it is cheap.
- * Bounds: five times the largest of all scenes, and what springs and dampers make of that. Reactions of redundant loops are shared in more
- * ways than one. */
+ * Bounds: five times the largest of all scenes, and what springs and dampers make of that. Reactions of redundant loops
+ * are shared in more ways than one. */
 static void compare_motions(const char *name, const kt_scene *scene, const kt_model *model,
                             const kt_absolute *absolute) {
     static kt_both_trace tree, other;
@@ -255,8 +256,9 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
     kt_scene_free(&scene);
 }
 
-/* Ten crossings in 10 s, the first two of which are enough for sanitizers. At 1.229 s a step of the projection that leaves
- * the lost direction out makes matters worse by a hair, and it must go on. Bound: three times what was measured. */
+/* Ten crossings in 10 s, the first two of which are enough for sanitizers. At 1.229 s a step of the projection that
+ * leaves the lost direction out makes matters worse by a hair, and it must go on. Bound: three times what was
+ * measured. */
 KT_TEST(windows_pass_singular_positions_as_free_bodies) {
     static double tree[NUMBERS], free_bodies[NUMBERS];
     kt_scene scene;

@@ -1,5 +1,5 @@
-/* Changes of the state that are refused leave nothing behind. A twin that is asked for none of them is the oracle: every output and the
- * whole later motion have the same bits. */
+/* Changes of the state that are refused leave nothing behind. A twin that is asked for none of them is the oracle:
+ * every output and the whole later motion have the same bits. */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -55,7 +55,8 @@ static void make_lift(rig *r) {
     r->description->loops = r->loop;
 }
 
-/* An arm between two stops; with friction that sticks; a ball that bounces, slides and rolls on a plane; or that lift. */
+/* An arm between two stops; with friction that sticks; a ball that bounces, slides and rolls on a plane; or that
+ * lift. */
 static void make_rig(rig *r, scene which) {
     if (which == LIFT) {
         make_lift(r);
@@ -96,8 +97,8 @@ static void make_rig(rig *r, scene which) {
     r->effect[1].stick = true;
 }
 
-/* The first of two parameters can have its new numbers; the second is refused. A mass below zero is refused at once. The plate that
- * jumps above the ball is refused when loops have been closed and contacts are settled. */
+/* The first of two parameters can have its new numbers; the second is refused. A mass below zero is refused at once.
+ * The plate that jumps above the ball is refused when loops have been closed and contacts are settled. */
 static kt_status refused_change(kt_simulation *s, kt_model *model, scene which, kt_error *error) {
     kt_parameter_change change[2] = {{.values = {0.0, 0.0, -3.0}}, {.values = {which == LIFT ? 0.9 : -1.0}}};
     const kt_parameter_change before[2] = {change[0], change[1]};

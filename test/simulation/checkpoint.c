@@ -262,7 +262,8 @@ KT_TEST(checkpoint_of_other_settings_is_refused_in_words) {
     kt_model_free(model);
 }
 
-/* A block fits a model by its structure: one whose body has another name is another, a copy with another mass is not. */
+/* A block fits a model by its structure: one whose body has another name is another, a copy with another mass is
+ * not. */
 KT_TEST(checkpoint_knows_the_structure_of_its_model) {
     kt_lone lone;
     kt_pendulum_make(&lone, 1.0, 0.0);

@@ -1,4 +1,5 @@
-/* Coins that are thrown: the rim of a disc, its impacts and slip with Coulomb's friction, against time stepping of its own equations. */
+/* Coins that are thrown: the rim of a disc, its impacts and slip with Coulomb's friction, against time stepping of its
+ * own equations. */
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
@@ -54,8 +55,8 @@ static void coin_throw(coin *c, int n) {
 
 /* ---- the oracle -------------------------------------------------------------------------------------------------- */
 
-/* Moreau's time-stepping, in world axes: positions and the contact at mid-step, then momenta with the impulse there. R: the coin's axes,
- * L: its angular momentum, which it keeps in flight. It shares nothing with the library. */
+/* Moreau's time-stepping, in world axes: positions and the contact at mid-step, then momenta with the impulse there. R:
+ * the coin's axes, L: its angular momentum, which it keeps in flight. It shares nothing with the library. */
 typedef struct oracle {
     double x[3], R[9], v[3], L[3], w[3], A, C, friction, restitution;
 } oracle;

@@ -1,6 +1,6 @@
-/* Forces that jump while contacts are closed, sticking friction and slack ropes among them: drives whose accelerations jump, and joint
- * forces that a program sets. The oracles are closed forms: between two jumps every drive is a cubic of time, and so is the distance of
- * what falls. */
+/* Forces that jump while contacts are closed, sticking friction and slack ropes among them: drives whose accelerations
+ * jump, and joint forces that a program sets. The oracles are closed forms: between two jumps every drive is a cubic of
+ * time, and so is the distance of what falls. */
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"

@@ -1,4 +1,5 @@
-/* More hard contacts, stops and ropes than there are models of their sets: the same motion as by these, and closed forms. */
+/* More hard contacts, stops and ropes than there are models of their sets: the same motion as by these, and closed
+ * forms. */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -95,7 +96,8 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
 
-/* Eight feet slide at v0 and come to rest after v0^2 / (2 mu g); on a slope below mu they stay there, and their reactions carry the plate. */
+/* Eight feet slide at v0 and come to rest after v0^2 / (2 mu g); on a slope below mu they stay there, and their
+ * reactions carry the plate. */
 KT_TEST(plate_on_eight_feet_slides_to_rest) {
     static const char *const methods[] = {"dopri5", "rk4", "radau5", "auto", NULL};
     const double mu = 0.3, v0 = 1.2, path = v0 * v0 / (2.0 * mu * g), time = v0 / (mu * g);

@@ -1,4 +1,5 @@
-/* Hard stops, contacts and slack ropes in mechanisms: loops, rocking, ropes, a whip, and random chains with friction that sticks. */
+/* Hard stops, contacts and slack ropes in mechanisms: loops, rocking, ropes, a whip, and random chains with friction
+ * that sticks. */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -27,7 +28,8 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
 
 /* ---- in mechanisms ----------------------------------------------------------------------------------------------- */
 
-/* A parallelogram of cranks whose coupler is pinned: one degree of freedom, which a stop turns back: -e times all rates. */
+/* A parallelogram of cranks whose coupler is pinned: one degree of freedom, which a stop turns back: -e times all
+ * rates. */
 KT_TEST(stop_in_a_loop_turns_all_rates_back) {
     const double e = 0.6;
     kt_body body[3];
@@ -93,8 +95,8 @@ KT_TEST(stop_in_a_loop_turns_all_rates_back) {
     kt_model_free(model);
 }
 
-/* A block on two corners without friction: its centre falls straight down. With half width b, when a corner lands while the
- * block turns at w about the other,
+/* A block on two corners without friction: its centre falls straight down. With half width b, when a corner lands while
+ * the block turns at w about the other,
  *     w+ = w (I - m b^2) / (I + m b^2)
  * and the other leaves (Housner's block, whose corners do not slide, has I + m h^2 in place of I). */
 KT_TEST(rocking_block_keeps_the_part_of_its_rate_that_it_must) {
@@ -152,8 +154,8 @@ KT_TEST(rocking_block_keeps_the_part_of_its_rate_that_it_must) {
     kt_model_free(model);
 }
 
-/* A stone on a rope of length L, at a speed v0 in the lowest point: the rope is slack from the angle a above the horizontal
- * with g L sin a = v^2 = v0^2 - 2 g L (1 + sin a), for 4 v cos a / g, and then taut again, plastically. */
+/* A stone on a rope of length L, at a speed v0 in the lowest point: the rope is slack from the angle a above the
+ * horizontal with g L sin a = v^2 = v0^2 - 2 g L (1 + sin a), for 4 v cos a / g, and then taut again, plastically. */
 KT_TEST(slack_pendulum_flies_and_is_caught) {
     const double L = 1.3, v0 = sqrt(3.7 * g * L), s = (v0 * v0 / (g * L) - 2.0) / 3.0, c = sqrt(1.0 - s * s);
     const double v = sqrt(g * L * s), flight = 4.0 * v * c / g;
@@ -209,8 +211,8 @@ KT_TEST(slack_pendulum_flies_and_is_caught) {
 
 /* ---- a whip ------------------------------------------------------------------------------------------------------ */
 
-/* The rope is taut first when a whip without it, by another method, is so far away; from then on the tip never is farther, and the energy
- * that impacts dissipate is what is missing. */
+/* The rope is taut first when a whip without it, by another method, is so far away; from then on the tip never is
+ * farther, and the energy that impacts dissipate is what is missing. */
 KT_TEST(whip_with_a_slack_end_is_caught) {
     kt_whip w;
     kt_error error = {0};
@@ -261,8 +263,8 @@ typedef struct chain {
     kt_description description;
 } chain;
 
-/* Links in a chain or a tree, each revolute or prismatic about any axis, with a stop on one side, perhaps friction that sticks, and perhaps a rope from
- * the last one to the world. */
+/* Links in a chain or a tree, each revolute or prismatic about any axis, with a stop on one side, perhaps friction that
+ * sticks, and perhaps a rope from the last one to the world. */
 static void chain_make(chain *c, kt_random *random) {
     int used = 0;
     *c = (chain){.description = kt_description_default()};
@@ -315,7 +317,8 @@ static void chain_make(chain *c, kt_random *random) {
     c->description.loop_count = 2 * used - LINKS < KT_SWITCH_MAX && kt_random_int(random, 0, 1) == 0;
 }
 
-/* Of the suite: the first ones, and those whose events once followed each other without end, or that sank below a stop. */
+/* Of the suite: the first ones, and those whose events once followed each other without end, or that sank below a
+ * stop. */
 static bool is_chosen(int n) {
     static const int hard[] = {28, 59, 156, 206, 265, 292};
     bool chosen = n < 4;
@@ -367,9 +370,9 @@ KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
 
 /* ---- against time-stepping --------------------------------------------------------------------------------------- */
 
-/* Such a mechanism by Moreau's time-stepping: positions, masses, forces and what touches at mid-step, then velocities with the impulses of
- * all stops and the rope where they touch, and of friction, which sweeps of Gauss and Seidel find. The equations are Lagrange's by
- * Jacobians, M = sum m J'J + I Jw'Jw, and share nothing with the library. */
+/* Such a mechanism by Moreau's time-stepping: positions, masses, forces and what touches at mid-step, then velocities
+ * with the impulses of all stops and the rope where they touch, and of friction, which sweeps of Gauss and Seidel find.
+ * The equations are Lagrange's by Jacobians, M = sum m J'J + I Jw'Jw, and share nothing with the library. */
 enum { ROWS = 2 * LINKS + 1 };
 typedef struct stepper {
     const chain *c;
@@ -443,7 +446,8 @@ static void place_link(stepper *s, int i) {
     rotate(P, joint->axis, s->slides[i] ? 0.0 : s->q[i], s->R[i]);
 }
 
-/* The velocity of a point of a link by the rate of joint j, and of the link's angular velocity; false if j is no joint on its way. */
+/* The velocity of a point of a link by the rate of joint j, and of the link's angular velocity; false if j is no joint
+ * on its way. */
 static bool jacobian(const stepper *s, int link, int j, const double point[3], double J[3], double Jw[3]) {
     while (link > j)
         link = s->parent[link];
@@ -623,10 +627,11 @@ static void stepper_make(stepper *s, const chain *c) {
     }
 }
 
-/* Random mechanisms with joints, stops, friction that sticks and a rope: positions at T against time-stepping, whose error is of the order of
- * its step, but for paths that part (at an impact that one of the two does not have). Mechanism 216 is 4.6e-4 apart, with steps of 1e-7 s still: a
- * stop is struck 1.4e-7 s before another one, which the error of such steps decides otherwise. With steps of 5e-8 and 2e-8 s until then, and of
- * 1e-6 s behind, it agrees to 9e-7 and 2e-8. The first KT_CONTACTS, with steps of KT_STEP, or 8. */
+/* Random mechanisms with joints, stops, friction that sticks and a rope: positions at T against time-stepping, whose
+ * error is of the order of its step, but for paths that part (at an impact that one of the two does not have).
+ * Mechanism 216 is 4.6e-4 apart, with steps of 1e-7 s still: a stop is struck 1.4e-7 s before another one, which the
+ * error of such steps decides otherwise. With steps of 5e-8 and 2e-8 s until then, and of 1e-6 s behind, it agrees to
+ * 9e-7 and 2e-8. The first KT_CONTACTS, with steps of KT_STEP, or 8. */
 KT_TEST(random_mechanisms_agree_with_time_stepping) {
     kt_random random = kt_random_named("contacts");
     const char *asked = getenv("KT_CONTACTS"), *given = getenv("KT_STEP");

@@ -31,8 +31,9 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
     return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
 }
 
-/* A finger that is pressed against a stop bounces in ever lower jumps, at last lower than the rounding of where the stop is. It rests from
- * there on, and its work is what was lost. Speeds shrink by e, from the first down to the rest velocity or sqrt(2 a 16 eps x). */
+/* A finger that is pressed against a stop bounces in ever lower jumps, at last lower than the rounding of where the
+ * stop is. It rests from there on, and its work is what was lost. Speeds shrink by e, from the first down to the rest
+ * velocity or sqrt(2 a 16 eps x). */
 KT_TEST(pressed_finger_comes_to_rest_on_a_stop_anywhere) {
     static const char *const methods[] = {"dopri5", "rk4", "radau5", NULL};
     kt_random random = kt_random_of_test();

@@ -62,8 +62,9 @@ KT_TEST(pulse_of_two_milliseconds_after_a_rest_is_seen_by_every_method) {
     kt_model_free(model);
 }
 
-/* A bump begins and ends with nothing, where heun has its stages; a pulse with smooth flanks lies in the last quarter of a
- * step, which rkc4 has no stage in. Velocities are the areas: 16/35 of height times length, and height times length. */
+/* A bump begins and ends with nothing, where heun has its stages; a pulse with smooth flanks lies in the last quarter
+ * of a step, which rkc4 has no stage in. Velocities are the areas: 16/35 of height times length, and height times
+ * length. */
 KT_TEST(pulses_that_stages_lie_around_are_seen_by_every_method) {
     static const double tail = 0.02;
     const kt_function functions[] = {
@@ -107,8 +108,8 @@ static int ignore(const kt_record *record, void *user) {
     return 0;
 }
 
-/* Fixed steps of 0.1 s: a pulse of 2 ms lies between two stages, and a record of every millisecond shows it. Of 1 ms, of
- * which a stage is in each half of the pulse, or of a ramp of 3 s, nothing is refused. */
+/* Fixed steps of 0.1 s: a pulse of 2 ms lies between two stages, and a record of every millisecond shows it. Of 1 ms,
+ * of which a stage is in each half of the pulse, or of a ramp of 3 s, nothing is refused. */
 static void check_fixed(kt_function function, double step, kt_status expected) {
     pushed p;
     kt_error error = {0};

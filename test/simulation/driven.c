@@ -201,8 +201,8 @@ static void check_works(const char *text, supplied_at *right, double bound, doub
     kt_model_free(model);
 }
 
-/* Of up to 1.5 J, at tolerances of 1e-9; without error control of the works they are 14 J off (dop853: 140). Measured: up to
- * 3.4e-7 J within the first step of rkc4, whose dense output is of order 3 and which is not integrated again. */
+/* Of up to 1.5 J, at tolerances of 1e-9; without error control of the works they are 14 J off (dop853: 140). Measured:
+ * up to 3.4e-7 J within the first step of rkc4, whose dense output is of order 3 and which is not integrated again. */
 KT_TEST(work_of_a_drive_that_turns_a_crank_evenly_is_its_energy) { check_works(crank, supplied_to_crank, 1e-6, 1e-6); }
 
 /* Of up to 720 J. The power has a corner, where estimates are those of the error, up to 100 tolerances a step. */
@@ -234,14 +234,15 @@ static const char toggle[] =
     "1, "
     "dissipation: 0.1}\n";
 
-/* The ram is lifted by 0.02 m at most: cos(upper) >= 0.98, so that bars are never farther than 0.21 rad from straight. */
+/* The ram is lifted by 0.02 m at most: cos(upper) >= 0.98, so that bars are never farther than 0.21 rad from
+ * straight. */
 static int look_at_bars(const kt_record *record, void *user) {
     kt_worst_below(user, fabs(record->q[0]), 0.21, "upper at %g s", record->time);
     return 0;
 }
 
-/* The acceleration at the end of such a step is what rounding makes of it; its dense output leads to -14,357 rad and to a
- * work of 1.5e25 J. Whether the run passes the dead point is another matter. */
+/* The acceleration at the end of such a step is what rounding makes of it; its dense output leads to -14,357 rad and to
+ * a work of 1.5e25 J. Whether the run passes the dead point is another matter. */
 KT_TEST(records_of_a_step_that_ends_at_a_dead_point_are_of_the_motion) {
     static const double tolerances[] = {1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
     kt_error error;
@@ -328,8 +329,8 @@ static kt_status ask_in_between(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Records and works ask for accelerations between two steps: the second must be judged by its own errors, or a drive next to
- * its dead point moves on otherwise with a balance than without. */
+/* Records and works ask for accelerations between two steps: the second must be judged by its own errors, or a drive
+ * next to its dead point moves on otherwise with a balance than without. */
 KT_TEST(what_is_asked_between_steps_does_not_judge_the_next) {
     const kt_noise noise = {kt_simulation_noise.begin, judge};
     kt_error error;

@@ -226,8 +226,8 @@ KT_TEST(methods_keep_their_order_across_events) {
 
 /* ---- what is found ----------------------------------------------------------------------------------------------- */
 
-/* x = 0.5 - t + t^2, by a force: above 0.25 but for t = 0.5, in steps of 10 s; a level of 0.25 + 1e-6 is crossed twice within
- * 2 ms. */
+/* x = 0.5 - t + t^2, by a force: above 0.25 but for t = 0.5, in steps of 10 s; a level of 0.25 + 1e-6 is crossed twice
+ * within 2 ms. */
 KT_TEST(two_roots_in_one_step_are_found_where_a_parabola_shows_them) {
     kt_lone lone;
     kt_error error = {0};
@@ -268,8 +268,8 @@ static double edge_of_wave(void *user, double t) {
     return t < middle ? middle : HUGE_VAL;
 }
 
-/* A wheel that turns by itself at 7 rad/s passes multiples of pi at 0.1 + 7 t = k pi, however long the steps are; a pulse of
- * 2 ms, whose middle is told as its corner, is seen. */
+/* A wheel that turns by itself at 7 rad/s passes multiples of pi at 0.1 + 7 t = k pi, however long the steps are; a
+ * pulse of 2 ms, whose middle is told as its corner, is seen. */
 KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
     static const char *const methods[] = {"auto", "dopri5", "bs32", "dop853", "rkc2", "radau5", "rodas5p"};
     static const double pi = 3.14159265358979323846;
@@ -366,8 +366,8 @@ static int within(const told *t, double from, double to) {
     return number;
 }
 
-/* A pendulum whose event is disarmed from 2 s to 4 s, and another one that goes on from its checkpoint at 4 s. The oracle is one
- * whose event is always armed. */
+/* A pendulum whose event is disarmed from 2 s to 4 s, and another one that goes on from its checkpoint at 4 s. The
+ * oracle is one whose event is always armed. */
 KT_TEST(disarmed_events_do_not_happen) {
     kt_lone lone;
     kt_error error = {0};

@@ -1,6 +1,6 @@
-/* The search for the time of events: random wheels and pulses, whose events have closed forms. Every step takes a limited
- * number of values of the event's function. Where it finds them all, so must the closed form; where it does not, it counts
- * that.
+/* The search for the time of events: random wheels and pulses, whose events have closed forms. Every step takes a
+ * limited number of values of the event's function. Where it finds them all, so must the closed form; where it does
+ * not, it counts that.
  */
 #include "random.h"
 #include "scenes.h"

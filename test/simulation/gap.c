@@ -153,9 +153,9 @@ KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
 }
 
 /* A mass swings on a spring, without damping, 0.1 mm further than to its stop: it touches that for 10 ms of a period of
- * 6.3 s. The oracle: two harmonic motions in turn, so that it is at rest again after ten periods; where no touch is seen,
- * at 0.15 m/s. At each kink of the force a method is off by some 1e-6 m/s. The mass slides along x, or it is free and rotates
- * ten times as fast as it swings, held by a spring whose other end is far away. */
+ * 6.3 s. The oracle: two harmonic motions in turn, so that it is at rest again after ten periods; where no touch is
+ * seen, at 0.15 m/s. At each kink of the force a method is off by some 1e-6 m/s. The mass slides along x, or it is free
+ * and rotates ten times as fast as it swings, held by a spring whose other end is far away. */
 static void check_swing(kt_joint_type type, kt_effect touched) {
     static const double k = 1.0, stop = 1e5, reach = 0.5001, at = 0.5;
     kt_lone lone;
@@ -207,8 +207,8 @@ KT_TEST(swing_that_touches_a_stop_is_seen) {
     check_swing(KT_JOINT_PRISMATIC, stop);
 }
 
-/* A sphere at a corner of the mass, on a linear spring at a plane of the ground, is such a stop; so is one about the centre
- * of a mass that is free. */
+/* A sphere at a corner of the mass, on a linear spring at a plane of the ground, is such a stop; so is one about the
+ * centre of a mass that is free. */
 KT_TEST(swing_that_touches_the_ground_is_seen) {
     kt_effect contact = kt_effect_default();
     contact.type = KT_EFFECT_CONTACT;
@@ -272,7 +272,8 @@ static kt_simulation *simulate(const kt_model *model, const char *method) {
     return kt_scene_simulate(model, &run, NULL);
 }
 
-/* After ten swings by methods that have dense output of their own, one of high order, and one that ends steps at stops. */
+/* After ten swings by methods that have dense output of their own, one of high order, and one that ends steps at
+ * stops. */
 static void check_ten_swings(kt_worst *worst, const kt_description *description, int which) {
     static const char *const methods[] = {"auto", "dop853", "rkc4"};
     kt_model *model = kt_scene_compile(description);

@@ -102,7 +102,7 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
     kt_check_worst(&worst);
 }
 
-/* ---- own states ---------------------------------------------------------------------------------------------------- */
+/* ---- own states -------------------------------------------------------------------------------------------------- */
 
 /* A body on a ball joint with an arm, and states that read joints, a marker, time and each other; effects of all places
  * of formulas read them. With `loop` a second rod that is closed to the ground. */
@@ -146,8 +146,8 @@ static void close_states(states_scene *at) {
     kt_scene_free(&at->scene);
 }
 
-/* The equations (sigma - J) x = r as the matrices solve them: of the velocities Z'(..) = 0 alone where loops reduce them
- * (newton.c). */
+/* The equations (sigma - J) x = r as the matrices solve them: of the velocities Z'(..) = 0 alone where loops reduce
+ * them (newton.c). */
 static double states_defect(const kt_simulation *s, const double *jacobian, double sigma, const double *x,
                             const double *r) {
     const size_t nq = s->size.nq, nv = s->size.nv, n = s->size.n;

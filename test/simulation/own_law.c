@@ -1,5 +1,5 @@
-/* Laws in C, with own states and without: against the same laws by formulas, to the bit; their derivatives, exact and by
- * differences; what of them is refused. */
+/* Laws in C, with own states and without: against the same laws by formulas, to the bit; their derivatives, exact and
+ * by differences; what of them is refused. */
 #include "interpose.h"
 #include "scenes.h"
 
@@ -208,8 +208,8 @@ static void run(const mechanism *m, size_t k, records *r) {
     kt_simulation_free(s);
 }
 
-/* Of explicit methods to the bit. Given derivatives differ from those of formulas by rounding; with differences the steps of
- * implicit methods move within their tolerance. */
+/* Of explicit methods to the bit. Given derivatives differ from those of formulas by rounding; with differences the
+ * steps of implicit methods move within their tolerance. */
 KT_TEST(laws_in_c_move_as_formulas_do) {
     static records text, law;
     static mechanism m[3];

@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An arm in space, a four-bar that reads a marker of its coupler, and two states that depend on each other; no effect reads
- * the second, which is therefore a quadrature of the motion. */
+/* An arm in space, a four-bar that reads a marker of its coupler, and two states that depend on each other; no effect
+ * reads the second, which is therefore a quadrature of the motion. */
 #define ARM                                                                                                            \
     "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {T: 0.2}\nbodies:\n"                                             \
     "  - {name: arm, joint: {type: revolute, axis: z, position: 30 deg, velocity: 1}, mass: 1,\n"                      \
@@ -271,8 +271,8 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
 
 /* ---- refusals ---------------------------------------------------------------------------------------------------- */
 
-/* What begins and ends while nothing else moves, in the formula of a force, of a rate, and as a factor of a velocity; no
- * stage of a long step would see it. The impulse is 10 N over 1 ms; exp(-((t - 5)/w)^2) multiplies the velocity by
+/* What begins and ends while nothing else moves, in the formula of a force, of a rate, and as a factor of a velocity;
+ * no stage of a long step would see it. The impulse is 10 N over 1 ms; exp(-((t - 5)/w)^2) multiplies the velocity by
  * exp(w sqrt(pi)/2). */
 KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
     static const char text[] =

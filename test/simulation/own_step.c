@@ -1,5 +1,6 @@
-/* Derivatives of steps with own states: the step against a simulation's, A, B and C against differences of the step, and
- * gradients over many steps, through a loop, quaternions and markers; Floquet multipliers against the exponentials of the modes. */
+/* Derivatives of steps with own states: the step against a simulation's, A, B and C against differences of the step,
+ * and gradients over many steps, through a loop, quaternions and markers; Floquet multipliers against the exponentials
+ * of the modes. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
@@ -595,8 +596,8 @@ KT_TEST(failed_step_leaves_the_own_states) {
     end(&m);
 }
 
-/* J q'' = -P q + x - D q', x' = -20 q - 0.5 x: a linear system at rest, whose multipliers over T are exp(lambda T); that of a state
- * alone is exp(-3 T). */
+/* J q'' = -P q + x - D q', x' = -20 q - 0.5 x: a linear system at rest, whose multipliers over T are exp(lambda T);
+ * that of a state alone is exp(-3 T). */
 KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
     static const char text[] =
         "kinetree: 1\nbodies:\n  - {name: arm, joint: {type: prismatic, axis: x}, mass: 2}\n"

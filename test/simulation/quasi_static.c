@@ -1,5 +1,5 @@
-/* Joints that move no mass (quasi-statics, [MSD 8.1]): against closed forms, against small masses by an implicit method, and
- * who refuses them. */
+/* Joints that move no mass (quasi-statics, [MSD 8.1]): against closed forms, against small masses by an implicit
+ * method, and who refuses them. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
@@ -101,8 +101,8 @@ static void follows(const char *text, motion_call *motion) {
     end(&m);
 }
 
-/* [MSD example 8.1] with m1 = 0: k1 = 100 and k2 = 300 N/m in a row are one spring of 75 N/m, of which k1 takes 3/4 of the
- * stretch; m2 = 8 kg, let go with a stretch of 0.1 m. */
+/* [MSD example 8.1] with m1 = 0: k1 = 100 and k2 = 300 N/m in a row are one spring of 75 N/m, of which k1 takes 3/4 of
+ * the stretch; m2 = 8 kg, let go with a stretch of 0.1 m. */
 #define SPRINGS                                                                                                        \
     "kinetree: 1\nbodies:\n"                                                                                           \
     "  - {name: two, joint: {type: prismatic, axis: x, position: 1.0}, mass: 8}\n"                                     \
@@ -170,8 +170,8 @@ static void damper_and_spring(double t, double q[3], double v[3]) { maxwell(t, &
 
 KT_TEST(maxwell_element_is_a_state_of_first_order) { follows(MAXWELL, damper_and_spring); }
 
-/* Spring, damper and spring in a row, which two nodes join: along the sum of their motions nothing resists but springs. A
- * spring of 90 and one of 45 N/m are one of 30; the first node is at F / 90, the second one at x - F / 45. */
+/* Spring, damper and spring in a row, which two nodes join: along the sum of their motions nothing resists but springs.
+ * A spring of 90 and one of 45 N/m are one of 30; the first node is at F / 90, the second one at x - F / 45. */
 static void spring_damper_spring(double t, double q[3], double v[3]) {
     double z, vz;
     maxwell(t, &q[2], &z, &v[2], &vz);
@@ -193,10 +193,11 @@ KT_TEST(damper_between_two_nodes_leaves_one_balance_of_springs) {
             spring_damper_spring);
 }
 
-/* ---- small masses -------------------------------------------------------------------------------------------------- */
+/* ---- small masses ------------------------------------------------------------------------------------------------ */
 
 /* A pendulum in space that carries a flap without inertia, with a spring that hardens and a damper in its hinge or a
- * linear spring alone, and another spring at its tip, and a sensor's cage without mass on a bushing, whose six coordinates are all without mass. */
+ * linear spring alone, and another spring at its tip, and a sensor's cage without mass on a bushing, whose six
+ * coordinates are all without mass. */
 #define FLAP                                                                                                           \
     "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"                                                                   \
     "  - {name: arm, joint: {type: spherical, position: {axis: [0, 1, 0], angle: 50 deg}, velocity: [0.2, 0.1, "       \
@@ -304,7 +305,7 @@ KT_TEST(massless_cage_on_springs_is_where_its_six_forces_balance) {
     end(&m);
 }
 
-/* ---- runs ---------------------------------------------------------------------------------------------------------- */
+/* ---- runs -------------------------------------------------------------------------------------------------------- */
 
 KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
     static path whole, first, rest;
@@ -408,7 +409,7 @@ KT_TEST(mass_matrix_and_inverse_dynamics_know_no_armature) {
     end(&m);
 }
 
-/* ---- refusals ------------------------------------------------------------------------------------------------------ */
+/* ---- refusals ---------------------------------------------------------------------------------------------------- */
 
 static void refuses(const char *what, kt_status status, const kt_error *error) {
     kt_check_equal_int(what, status, KT_ERROR_UNSUPPORTED);

@@ -1,5 +1,5 @@
-/* Torques that are set at every tick, as samples of a smooth signal: what methods with a history make of it, against the
- * motion under the signal itself. */
+/* Torques that are set at every tick, as samples of a smooth signal: what methods with a history make of it, against
+ * the motion under the signal itself. */
 #include "check.h"
 
 #include "kinetree/simulation.h"
@@ -96,10 +96,10 @@ static bool find_reference(double expected[2]) {
     return fine;
 }
 
-/* Samples that are held for a tick lag behind the signal by half a tick: an error of order 1 that all methods have. With
- * their past they have no more of it, at fewer evaluations (ab2 has one past slope alone, and starts by a method that takes
- * as many). BDF2 would have twice the error, and starts anew. The figures are those of include/pages/step-cost.md, to
- * the digits that it gives. */
+/* Samples that are held for a tick lag behind the signal by half a tick: an error of order 1 that all methods have.
+ * With their past they have no more of it, at fewer evaluations (ab2 has one past slope alone, and starts by a method
+ * that takes as many). BDF2 would have twice the error, and starts anew. The figures are those of
+ * include/pages/step-cost.md, to the digits that it gives. */
 KT_TEST(methods_with_a_past_keep_it_under_smooth_inputs) {
     static const struct {
         const char *method;
@@ -127,8 +127,9 @@ KT_TEST(methods_with_a_past_keep_it_under_smooth_inputs) {
     kt_model_free(model);
 }
 
-/* Their history is how fast the right-hand side decays, which inputs hardly change: it is kept, whatever they are, so that
- * torques that change take no more evaluations than torques that do not (6.0 and 14.0 instead of 2.8 and 10.8 otherwise). */
+/* Their history is how fast the right-hand side decays, which inputs hardly change: it is kept, whatever they are, so
+ * that torques that change take no more evaluations than torques that do not (6.0 and 14.0 instead of 2.8 and 10.8
+ * otherwise). */
 KT_TEST(stabilised_methods_keep_their_spectral_radius) {
     static const char *const methods[] = {"rkc2", "rkc4"};
     double expected[2];

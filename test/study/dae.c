@@ -230,8 +230,8 @@ KT_TEST(condition_of_newtons_matrix_grows_with_the_index) {
 
 /* ---- what is infinitely fast ------------------------------------------------------------------------------------- */
 
-/* A pendulum that starts off its rod at 1 mm/s, which no motion on the loop does: with index 3 that excites the modes at
- * infinity, of which a step leaves what the method does there: -1 of Crank-Nicolson, -rho of [MSD 5.31]. */
+/* A pendulum that starts off its rod at 1 mm/s, which no motion on the loop does: with index 3 that excites the modes
+ * at infinity, of which a step leaves what the method does there: -1 of Crank-Nicolson, -rho of [MSD 5.31]. */
 static bool follow(const kt_method *method, double *lambda, int steps) {
     linkage l;
     kt_dae *dae = NULL;
