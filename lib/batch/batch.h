@@ -22,7 +22,6 @@ typedef struct kt_batch_counts {
     X(double, stage, n->width * n->N, "the state of a stage")                                                          \
     X(double, slope, n->width * n->N * n->stages, "slopes of the stages")                                              \
     X(double, moved, kt_where(n->loops, n->width *(n->nq + n->nv)), "the state of a stage, its loops being closed")    \
-    X(kt_stage_term, term, n->stages, "a row of the method's table without zeros")                                     \
     X(double, one_q, kt_lanes8(n->nq), "positions of one state")                                                       \
     X(double, one_v, kt_lanes8(n->nv), "velocities of one state")                                                      \
     X(double, one_tau, kt_lanes8(n->nv), "joint forces of one state")                                                  \

@@ -242,10 +242,7 @@ static kt_lane_mask evaluate_members(kt_ensemble *e, const kt_model *model, doub
         if (kt_lane_is_in(mask, i) && s->corners.any)
             e->t[i] = kt_simulation_time_inside(s, e->t[i]);
     }
-    if (e->n.nq == e->n.nv)
-        kt_copy(slope, at.v, q * sizeof *slope);
-    else
-        e->kernels->rate(model, e->work, at.q, at.v, slope);
+    e->kernels->rate(model, e->work, at.q, at.v, slope);
     const kt_lane_mask done = kt_lanes_accelerate(e->kernels, model, &at, &work);
     return e->n.nx > 0 ? done & e->kernels->own_rates(model, e->work, &at, slope + x) : done;
 }

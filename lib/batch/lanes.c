@@ -185,7 +185,10 @@ static kt_lane_mask energy(const kt_model *model, void *work, const double *q, c
 }
 
 static void rate(const kt_model *model, void *work, const double *q, const double *v, double *out) {
-    KT_KERNEL(kt_rates)(model_of(model, work), q, v, out);
+    if (model->n.q == model->n.v)
+        kt_copy(out, v, KT_LANES * model->n.v * sizeof *out);
+    else
+        KT_KERNEL(kt_rates)(model_of(model, work), q, v, out);
 }
 
 static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {

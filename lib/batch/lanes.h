@@ -88,7 +88,7 @@ typedef struct kt_lane_kernels {
      * that are closed. The numbers of other lanes are undefined. */
     kt_lane_mask (*project)(const kt_model *model, void *work, kt_lane_mask live, const double *t, double *q,
                             double *v);
-    /* Writes the rates of positions. */
+    /* Writes the rates of positions: the velocities, except for quaternions. */
     void (*rate)(const kt_model *model, void *work, const double *q, const double *v, double *out);
     /* Makes quaternions units, as kt_position_make_units. Returns the lanes where this could be done; the others are
      * unchanged. */

@@ -8,7 +8,6 @@
 
 #include "base/copy.h"
 #include "joint/joint.h"
-#include "kinetree/closure.h"
 #include "kinetree/joint.h"
 #include "mechanism/evaluate.h"
 
@@ -16,37 +15,13 @@
 
 static kt_lane_mask bit(size_t lane) { return (kt_lane_mask)1 << lane; }
 
-/* The rates of positions of a group: its velocities, but for quaternions. */
+/* The rates of positions of a group. */
 static void rate(kt_batch_work *w, const kt_batch_group *group, double *out) {
     const kt_batch *batch = w->batch;
-    const kt_batch_counts *n = &batch->n;
-    if (n->nq == n->nv) {
-        kt_copy(out, group->v, n->width * n->nv * sizeof *out);
-        return;
-    }
-    if (batch->kernels) {
+    if (batch->kernels)
         batch->kernels->rate(batch->model, w->lanes, group->q, group->v, out);
-        return;
-    }
-    for (size_t lane = 0; lane < n->width; lane++) {
-        kt_lane_take(group->q, n->width, lane, n->nq, w->one_q);
-        kt_lane_take(group->v, n->width, lane, n->nv, w->one_v);
-        kt_position_rate(batch->model, w->one_q, w->one_v, w->one_a);
-        kt_lane_put(w->one_a, n->width, lane, n->nq, out);
-    }
-}
-
-/* out = y + h sum_j weight_j k_j */
-static void combine(kt_batch_work *w, const double *y, double h, const double *weights, size_t count, double *out) {
-    const size_t N = w->batch->n.width * w->batch->n.N;
-    double *rows[KT_METHOD_STAGES_MAX];
-    size_t used = 0;
-    for (size_t j = 0; j < count; j++) {
-        rows[j] = w->slope + j * N;
-        if (weights[j] != 0.0)
-            w->term[used++] = (kt_stage_term){weights[j], j};
-    }
-    kt_combine(out, y, h, w->term, used, rows, N);
+    else /* groups of one state */
+        kt_position_rate(batch->model, group->q, group->v, out);
 }
 
 /* The rates of auxiliary states, state by state, as kt_batch_accelerate accelerations. */
@@ -84,18 +59,16 @@ static void take_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_ba
     at.x = w->stage + moving;
     for (size_t i = 0; i < n->stages && at.live; i++) {
         double *k = w->slope + i * N;
-        for (size_t lane = 0; lane < n->width; lane++) {
-            const double start = batch->t[group->first + lane];
-            t[lane] = m->c[i] == 1.0 ? start + h : start + m->c[i] * h;
-        }
-        combine(w, y, h, m->a + i * (i - (i > 0)) / 2, i, w->stage);
+        for (size_t lane = 0; lane < n->width; lane++)
+            t[lane] = kt_stage_time(m->c[i], batch->t[group->first + lane], h);
+        kt_combine_rows(w->stage, y, h, m->a + i * (i - (i > 0)) / 2, i, w->slope, N);
         rate(w, &at, k);
         kt_batch_accelerate(w, &at, t, fault);
         kt_copy(k + nq, w->result, (moving - nq) * sizeof *k);
         if (KT_HAS_FORMULAS && n->nx > 0)
             rate_own_states(w, &at, t, k + moving, fault);
     }
-    combine(w, y, h, m->b, n->stages, w->stage);
+    kt_combine_rows(w->stage, y, h, m->b, n->stages, w->slope, N);
     group->live = at.live;
 }
 
@@ -127,23 +100,15 @@ static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h
     }
 }
 
-/* Closes loops, and makes quaternions units, of the state in one_q and one_v. */
-static kt_status close_state(kt_batch_work *w, size_t state, double t, kt_error *error) {
-    if (KT_HAS_LOOPS && w->batch->model->n.group > 0)
-        return kt_state_project(w->batch->own[state], w->data, t, w->one_q, w->one_v, NULL, error);
-    return kt_position_make_units(w->batch->model, w->one_q)
-               ? KT_OK
-               : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");
-}
-
 static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, double h, kt_batch_fault *fault) {
     const kt_batch_counts *n = &w->batch->n;
-    const size_t nq = n->width * n->nq;
+    const size_t nq = n->width * n->nq, state = group->first + lane;
     kt_error made;
     kt_lane_take(w->stage, n->width, lane, n->nq, w->one_q);
     kt_lane_take(w->stage + nq, n->width, lane, n->nv, w->one_v);
-    if (close_state(w, group->first + lane, w->batch->t[group->first + lane] + h, &made) != KT_OK) {
-        kt_batch_fail(w, group->first + lane, &made, fault);
+    if (kt_state_close(w->batch->own[state], w->data, w->batch->t[state] + h, true, w->one_q, w->one_v, &made) !=
+        KT_OK) {
+        kt_batch_fail(w, state, &made, fault);
         group->live &= ~bit(lane);
         return;
     }

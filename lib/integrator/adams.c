@@ -43,12 +43,9 @@ static void change(kt_integrator *it, bool smooth) {
 static void advance(kt_integrator *it, const kt_interval *in, const double *weights) {
     double *k[KT_METHOD_STEPS_MAX + 1] = {it->k[SLOT_PREDICTED], it->k[SLOT_START]};
     kt_stage_term terms[KT_METHOD_STEPS_MAX + 1];
-    size_t count = 0;
     for (int j = 2; j <= it->method->steps; j++)
         k[j] = it->history + HISTORY_SLOPES + (size_t)(j - 2) * it->sizes.n;
-    for (size_t j = 0; j <= (size_t)it->method->steps; j++)
-        if (weights[j] != 0.0)
-            terms[count++] = (kt_stage_term){weights[j], j};
+    const size_t count = kt_stage_terms(weights, (size_t)it->method->steps + 1, terms);
     kt_combine(it->trial, in->y, in->h, terms, count, k, it->sizes.n);
 }
 

@@ -45,16 +45,9 @@ void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes) {
     sizes->terms = s * (s - 1) / 2 + KT_ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
 }
 
-/* Appends a row of `count` weights, without the zeros. */
+/* Appends a row of `count` weights; NULL: none. */
 static void compile_row(kt_integrator *it, size_t row, const double *weights, size_t count) {
-    size_t at = it->row[row];
-    for (size_t j = 0; weights != NULL && j < count; j++)
-        if (weights[j] != 0.0) {
-            it->terms[at].weight = weights[j];
-            it->terms[at].slot = j;
-            at++;
-        }
-    it->row[row + 1] = at;
+    it->row[row + 1] = it->row[row] + kt_stage_terms(weights, weights ? count : 0, it->terms + it->row[row]);
 }
 
 void kt_explicit_init(kt_integrator *it) {
@@ -110,6 +103,14 @@ void kt_combine(double *restrict out, const double *restrict y, double h, const 
     }
     for (; i < n; i++)
         out[i] = y[i] + h * sum_one(terms, count, k, i);
+}
+
+void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
+    kt_stage_term terms[KT_METHOD_STAGES_MAX];
+    double *rows[KT_METHOD_STAGES_MAX];
+    for (size_t j = 0; j < count; j++)
+        rows[j] = k + j * n;
+    kt_combine(out, y, h, terms, kt_stage_terms(weights, count, terms), rows, n);
 }
 
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_t first, size_t last, kt_try *result) {

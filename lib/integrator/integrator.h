@@ -344,9 +344,24 @@ kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *interval, k
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,
                                  kt_try *result);
 
+/* Writes the nonzero ones of `count` weights, weight j for slot j. Returns their number. */
+static inline size_t kt_stage_terms(const double *weights, size_t count, kt_stage_term *terms) {
+    size_t used = 0;
+    for (size_t j = 0; j < count; j++)
+        if (weights[j] != 0.0)
+            terms[used++] = (kt_stage_term){weights[j], j};
+    return used;
+}
+
+/* The time of a stage at the part c of a step. */
+static inline double kt_stage_time(double c, double t, double h) { return c == 1.0 ? t + h : t + c * h; }
+
 /* out = y + h sum_j weight_j k_j over one row, n values, summed in the order of the row (explicit.c). */
 void kt_combine(double *out, const double *y, double h, const kt_stage_term *terms, size_t count, double *const *k,
                 size_t n);
+
+/* The same over a row of `count` weights with zeros. k: rows of n numbers. */
+void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
 
 /* The error estimate of a step h from mean squares: err with a single estimate. With two estimates it is HNW
  * (II.10.17):

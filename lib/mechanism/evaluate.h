@@ -14,6 +14,11 @@ KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *dat
 KT_CHECKED kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               bool *changed, kt_error *error);
 
+/* Closes a state after a step at time t. If `projects`, the loops are closed by kt_state_project. Without loops, the
+ * quaternions become units (kt_position_make_units). */
+KT_CHECKED kt_status kt_state_close(const kt_model *model, kt_data *data, double t, bool projects, double *q, double *v,
+                                    kt_error *error);
+
 /* Scales quaternions to unit norm. Those within rounding of it keep their bits, because repeated division would let
  * them drift. Returns false if one is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);

@@ -6,6 +6,7 @@
 #include "mechanism/evaluate.h"
 
 #include "dynamics/dynamics.h"
+#include "joint/joint.h"
 
 #include <string.h>
 
@@ -76,6 +77,15 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
     const kt_input input = {.q = q, .v = v};
     const kt_status status = kt_input_check(model, &input, error);
     return status == KT_OK ? kt_state_project_trusted(model, data, t, q, v, changed, error) : status;
+}
+
+kt_status kt_state_close(const kt_model *model, kt_data *data, double t, bool projects, double *q, double *v,
+                         kt_error *error) {
+    if (KT_HAS_LOOPS && model->n.group && projects)
+        return kt_state_project(model, data, t, q, v, NULL, error);
+    return kt_position_make_units(model, q)
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");
 }
 
 kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

@@ -2,7 +2,6 @@
 #ifndef KT_SENSITIVITY_IMPLICIT_H
 #define KT_SENSITIVITY_IMPLICIT_H
 
-#include "integrator/integrator.h"
 #include "kinetree/joint.h"
 #include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"

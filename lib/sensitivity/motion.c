@@ -23,7 +23,6 @@
  * Systems, 2004, 7.1.
  */
 #include "dynamics/dynamics.h"
-#include "integrator/integrator.h"
 #include "kinetree/joint.h"
 #include "model/switching.h"
 #include "sensitivity/sensitivity.h"

@@ -137,30 +137,22 @@ static void fail(lanes_work *w, size_t lane) { w->live &= ~((kt_lane_mask)1 << l
 /* The status of a run without remaining lanes: its error is not read. */
 static kt_status goes_on(const lanes_work *w) { return w->live ? KT_OK : KT_ERROR_NOT_FINITE; }
 
-/* Computes out = y + h sum_j weight_j k_j for all lanes, as kt_step_combine. */
+/* Computes out = y + h sum_j weight_j k_j for all lanes, as kt_combine_rows. */
 static void combine(lanes_work *w, const double *y, const double *weights, size_t count, double *out) {
     double *rows[KT_METHOD_STAGES_MAX];
-    size_t used = 0;
-    for (size_t j = 0; j < count; j++) {
+    for (size_t j = 0; j < count; j++)
         rows[j] = w->slope + j * w->n.W * w->n.N;
-        if (weights[j] != 0.0)
-            w->term[used++] = (kt_stage_term){weights[j], j};
-    }
-    w->kernels->combine(out, y, w->h, w->term, used, rows, w->n.N);
+    w->kernels->combine(out, y, w->h, w->term, kt_stage_terms(weights, count, w->term), rows, w->n.N);
 }
 
 /* Sets the state of stage i, the rates of its positions, and its times. */
 static kt_lane_state set_stage(lanes_work *w, size_t i, const double *y) {
     const size_t W = w->n.W, at = i * W * w->n.N;
     const double *q = w->stage + at, *v = q + W * w->n.nq;
-    const double c = w->method->c[i];
     combine(w, y, kt_step_row(w->method, i), i, w->stage + at);
-    if (w->n.nq == w->n.n)
-        kt_copy(w->slope + at, v, W * w->n.n * sizeof *v);
-    else
-        w->kernels->rate(w->model, w->lanes, q, v, w->slope + at);
+    w->kernels->rate(w->model, w->lanes, q, v, w->slope + at);
     for (size_t lane = 0; lane < W; lane++)
-        w->t[lane] = c == 1.0 ? w->start[lane] + w->h[lane] : w->start[lane] + c * w->h[lane];
+        w->t[lane] = kt_stage_time(w->method->c[i], w->start[lane], w->h[lane]);
     return (kt_lane_state){.t = w->t, .q = q, .v = v, .tau = w->tau, .live = w->live};
 }
 
@@ -273,7 +265,7 @@ static void pull(lanes_work *w, size_t i) {
     memcpy(w->tangent + 2 * n, w->by_slope + nq, n * sizeof *w->tangent);
     w->live &= w->kernels->adjoint(w->model, w->lanes, w->adjoint, &at, accelerations(w, i), w->tangent);
     for (size_t lane = 0; lane < w->used && w->model->n.effect > 0; lane++) {
-        const double c = w->method->c[i], h = w->h[lane], t = w->start[lane] + (c == 1.0 ? h : c * h);
+        const double t = kt_stage_time(w->method->c[i], w->start[lane], w->h[lane]);
         kt_joint_effects_add(w->model, t, W, q + lane, v + lane, w->tangent + 2 * n + lane, w->tangent + lane,
                              w->tangent + n + lane);
     }

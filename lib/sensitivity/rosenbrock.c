@@ -97,10 +97,6 @@ static void solve(const kt_step_work *w, double *r) {
 
 /* ---- the step ---------------------------------------------------------------------------------------------------- */
 
-static double time_of(const kt_step *step, double part) {
-    return part == 1.0 ? step->t + step->h : step->t + part * step->h;
-}
-
 /* Computes the derivatives by time of the rates of auxiliary states. Returns true if a law has none: then differences
  * are used. */
 static bool differs_in_time(kt_step_work *w, double *rates) {
@@ -126,7 +122,7 @@ static kt_status find_time_derivative(kt_step_work *w, kt_error *error) {
     }
     for (int k = 1; k <= 2 && status == KT_OK; k++) {
         const double weight = k == 1 ? 2048.0 : -512.0;
-        status = kt_step_slope(w, time_of(step, (double)k / 1024.0), w->y, other, error);
+        status = kt_step_slope(w, step->t + k / 1024.0 * step->h, w->y, other, error);
         for (size_t l = nq; l < N; l++)
             slope[l] += weight * (other[l] - f[l]);
     }
@@ -146,8 +142,8 @@ static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
     const size_t N = numbers_of(w);
     double *y = w->stage + i * N, *f = w->slope + i * N, *u = w->increment + i * N;
     combine(w, table->a[i], i, y);
-    const kt_status status = i ? kt_step_slope(w, time_of(w->step, w->step->method->c[i]), y, f, error)
-                               : KT_OK; /* the slope at the start is available */
+    const kt_status status =
+        i ? kt_step_slope(w, kt_step_time(w->step, i), y, f, error) : KT_OK; /* the slope at the start is available */
     if (status != KT_OK)
         return status;
     memcpy(u, f, N * sizeof *u);
@@ -257,8 +253,7 @@ static kt_status add_stage(kt_step_work *w, size_t i, size_t held, kt_error *err
         add(w->right, 1.0, w->first, columns * N);
         return KT_OK;
     }
-    const kt_status status =
-        differentiate(w, 1, time_of(w->step, w->step->method->c[i]), y, w->slope + i * N + nq, held, error);
+    const kt_status status = differentiate(w, 1, kt_step_time(w->step, i), y, w->slope + i * N + nq, held, error);
     if (status != KT_OK)
         return status;
     combine_changes(w, table_of(w)->a[i], i, columns);

@@ -1,6 +1,6 @@
 /* Shared declarations of this folder. A held input is a joint force tau, or a parameter p of the model.
  *
- *     stage.c              the start of a step, sums over stages, and derivatives of accelerations at a stage
+ *     stage.c              the start of a step, and derivatives of accelerations at a stage
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   tangents of a step, column by column: A and B
  *     stage_states.c       the part of auxiliary states in the slope of a stage
@@ -37,6 +37,7 @@
 #include "dynamics/aba_inverse.h"
 #include "dynamics/derivative.h"
 #include "dynamics/rnea_gradient.h"
+#include "integrator/integrator.h"
 #include "kinetree/sensitivity.h"
 
 /* ---- quaternions ------------------------------------------------------------------------------------------------- */
@@ -415,9 +416,6 @@ KT_CHECKED kt_status kt_step_slope(const kt_step_work *w, double t, const double
 /* Sums the slopes up to `next`. */
 void kt_step_finish(kt_step_work *w);
 
-/* out = y + h sum_j weight_j k_j over a row of `count` weights, without zero weights. k: rows of n numbers. */
-void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
-
 /* The stages that count: without the last one of an explicit fsal method. */
 size_t kt_step_stages_of(const kt_method *method);
 
@@ -455,8 +453,7 @@ static inline const double *kt_step_row(const kt_method *method, size_t i) { ret
 
 /* The time of stage i. */
 static inline double kt_step_time(const kt_step *step, size_t i) {
-    const double c = step->method->c[i];
-    return c == 1.0 ? step->t + step->h : step->t + c * step->h;
+    return kt_stage_time(step->method->c[i], step->t, step->h);
 }
 
 /* Computes a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i. Computes the accelerations, too, unless
@@ -536,7 +533,7 @@ KT_CHECKED kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, 
 /* The checkpoints of a rollout. */
 int kt_checkpoints_of(const kt_rollout *rollout);
 
-/* Makes quaternions unit. Closes the loops unless `unprojected`, as a simulation does after a step. */
+/* kt_state_close after a step, which leaves loops as they are if it is `unprojected`. */
 KT_CHECKED kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,
                                    kt_error *error);
 

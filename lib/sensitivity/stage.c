@@ -1,8 +1,7 @@
-/* The start of a step, sums over its stages, and the derivatives of the accelerations of one of them. */
+/* The start of a step, and the derivatives of the accelerations of one of them. */
 #include "base/copy.h"
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
-#include "integrator/integrator.h"
 #include "kinetree/joint.h"
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
@@ -31,18 +30,6 @@ kt_status kt_step_slope(const kt_step_work *w, double t, const double *y, double
     const size_t nq = w->model->n.q;
     kt_position_rate(w->model, y, y + nq, slope);
     return kt_step_rates(w, t, y, slope + nq, error);
-}
-
-void kt_step_combine(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
-    kt_stage_term terms[KT_METHOD_STAGES_MAX];
-    double *rows[KT_METHOD_STAGES_MAX];
-    size_t used = 0;
-    for (size_t j = 0; j < count; j++) {
-        rows[j] = k + j * n;
-        if (weights[j] != 0.0)
-            terms[used++] = (kt_stage_term){weights[j], j};
-    }
-    kt_combine(out, y, h, terms, used, rows, n);
 }
 
 /* For a tree without effects, the accelerations are written to `a` unless that is NULL. Otherwise `known` holds

@@ -4,7 +4,6 @@
 #include "base/copy.h"
 #include "closure/project.h"
 #include "dynamics/dynamics.h"
-#include "integrator/integrator.h"
 #include "joint/joint.h"
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
@@ -127,14 +126,14 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
 const double *kt_step_stage(kt_step_work *w, size_t i, double **a) {
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     double *y = w->stage + i * N, *k = w->slope + i * N;
-    kt_step_combine(y, w->y, w->step->h, kt_step_row(w->step->method, i), i, w->slope, N);
+    kt_combine_rows(y, w->y, w->step->h, kt_step_row(w->step->method, i), i, w->slope, N);
     kt_position_rate(w->model, y, y + nq, k);
     *a = k + nq;
     return y;
 }
 
 void kt_step_finish(kt_step_work *w) {
-    kt_step_combine(w->next, w->y, w->step->h, w->step->method->b, w->stages, w->slope, kt_state_numbers(w->model));
+    kt_combine_rows(w->next, w->y, w->step->h, w->step->method->b, w->stages, w->slope, kt_state_numbers(w->model));
 }
 
 static kt_status explicit_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
@@ -162,11 +161,7 @@ kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_e
 
 kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,
                         kt_error *error) {
-    if (KT_HAS_LOOPS && model->n.group && !step->unprojected)
-        return kt_state_project(model, data, step->t + step->h, q, v, NULL, error);
-    return kt_position_make_units(model, q)
-               ? KT_OK
-               : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");
+    return kt_state_close(model, data, step->t + step->h, !step->unprojected, q, v, error);
 }
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
