@@ -90,7 +90,7 @@ size_t kt_coupled_most(const kt_method *method) {
 static size_t numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
 
 /* The index of the accelerations among the unknowns of a stage. */
-static size_t rates_of(const kt_step_work *w) { return kt_is_reduced(w->model) ? 0 : w->model->n.q; }
+static size_t rates_of(const kt_step_work *w) { return kt_is_plain(w->model) ? 0 : w->model->n.q; }
 
 /* Computes y + h sum_{j < end} a_ij k_j, for `count` numbers from index `from` on. */
 static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, size_t count, double *out) {
@@ -106,13 +106,13 @@ static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, si
 
 void kt_coupled_form(kt_step_work *w, kt_coupled c) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
-    for (size_t i = c.first; i < c.end && kt_is_reduced(w->model); i++) {
-        combine(w, i, c.end, nq, n, w->stage + i * N + nq);
+    for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++) {
+        combine(w, i, c.end, nq, N - nq, w->stage + i * N + nq);
         memcpy(w->slope + i * N, w->stage + i * N + nq, n * sizeof *w->slope);
     }
-    for (size_t i = c.first; i < c.end && kt_is_reduced(w->model); i++)
+    for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++)
         combine(w, i, c.end, 0, nq, w->stage + i * N);
-    for (size_t i = c.first; i < c.end && !kt_is_reduced(w->model); i++)
+    for (size_t i = c.first; i < c.end && !kt_is_plain(w->model); i++)
         combine(w, i, c.end, 0, N, w->stage + i * N);
 }
 
@@ -122,7 +122,7 @@ bool kt_coupled_has_mass(const kt_step_work *w) {
     return !w->model->n.group && !w->parameter && !kt_has_own_states(w->model);
 }
 
-/* to += factor F_i e for all unit vectors e, with quaternions or auxiliary states. */
+/* to += factor F_i e for all unit vectors e, with quaternions. */
 static void add_whole(const kt_step_work *w, size_t i, size_t place, double factor, size_t m, double *to) {
     const size_t N = numbers_of(w);
     double *unit = w->unit_state, *change = unit + N, *xi = change + N;
@@ -146,24 +146,24 @@ static double squared(const kt_method *method, kt_coupled c, size_t i, size_t j)
 
 /* Adds block (i, j) to the matrix, whose columns have m numbers. */
 static void add_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, size_t m, double *to) {
-    const size_t n = w->model->n.v, at = w->one_derivative ? 0 : i - c.first;
+    const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), at = w->one_derivative ? 0 : i - c.first;
     const double h = w->step->h, a = h * entry(w->step->method, i, j);
-    const double *by_q = w->by_q + at * n * n, *by_v = w->by_v + at * n * n;
+    const double *by_q = w->by_q + at * e * e, *by_v = w->by_v + at * e * e;
     const size_t rates = rates_of(w);
     for (size_t l = 0; l < w->unknowns && i == j; l++)
         to[l * m + l] += l < rates || !kt_coupled_has_mass(w) ? 1.0 : 0.0;
     for (size_t k = 0; k < n && i == j && kt_coupled_has_mass(w); k++)
         for (size_t l = 0; l < n; l++)
             to[(rates + k) * m + rates + l] += w->mass[(at * n + k) * n + l];
-    if (!kt_is_reduced(w->model)) {
+    if (!kt_is_plain(w->model)) {
         if (a != 0.0)
             add_whole(w, w->one_derivative ? w->derivative_at : i, at, -a, m, to);
         return;
     }
     const double twice = h * h * squared(w->step->method, c, i, j);
-    for (size_t k = 0; k < n && (a != 0.0 || twice != 0.0); k++)
-        for (size_t l = 0; l < n; l++)
-            to[k * m + l] -= a * by_v[k * n + l] + twice * by_q[k * n + l];
+    for (size_t k = 0; k < e && (a != 0.0 || twice != 0.0); k++)
+        for (size_t l = 0; l < e; l++)
+            to[k * m + l] -= a * by_v[k * e + l] + twice * by_q[k * e + l];
 }
 
 kt_status kt_coupled_factor(kt_step_work *w, kt_coupled c, kt_error *error) {
@@ -245,7 +245,7 @@ kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, k
 static kt_status find_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns;
-    const bool reduced = kt_is_reduced(model);
+    const bool reduced = kt_is_plain(model);
     kt_coupled_form(w, c);
     for (size_t i = c.first; i < c.end; i++) {
         const double *y = w->stage + i * N, *k = w->slope + i * N + (reduced ? model->n.q : 0);

@@ -30,12 +30,4 @@ KT_CHECKED kt_status kt_coupled_factor(kt_step_work *w, kt_coupled c, kt_error *
 void kt_coupled_solve(const kt_step_work *w, kt_coupled c, double *x);
 void kt_coupled_solve_transposed(const kt_step_work *w, kt_coupled c, double *x);
 
-/* Solves for dK of all columns at stages that have been differentiated. */
-typedef void kt_coupled_columns(kt_step_work *w, kt_coupled c, size_t columns);
-
-/* Takes the stages at (q, v), and dK of the columns at all stages that the step depends on. There are columns of the
- * state, and `held` more. */
-KT_CHECKED kt_status kt_coupled_change(kt_step_work *w, const double *q, const double *v, size_t held,
-                                       kt_coupled_columns *solve, kt_error *error);
-
 #endif

@@ -34,7 +34,7 @@ typedef struct column {
 } column;
 
 static column column_of(const kt_step_work *w, size_t columns, size_t k) {
-    const size_t Q = kt_padded(w->model->n.q), V = kt_padded(w->model->n.v);
+    const size_t Q = kt_padded_q(w->model), V = kt_padded_v(w->model);
     const bool plain = kt_is_plain(w->model);
     return (column){.start_q = w->start_q + k * Q,
                     .start_v = w->start_v + k * V,
@@ -45,26 +45,26 @@ static column column_of(const kt_step_work *w, size_t columns, size_t k) {
                     .next_v = columns * V};
 }
 
-/* Computes dP_i: positions into w->outside, velocities into change_v. */
+/* Computes dP_i: positions into w->outside, velocities and auxiliary states into change_v. */
 static void gather(kt_step_work *w, kt_coupled c, size_t i, const column *k) {
-    const size_t nq = w->model->n.q, n = w->model->n.v;
+    const size_t nq = w->model->n.q, e = kt_rate_numbers(w->model);
     const double h = w->step->h;
     double *dq = w->outside + (i - c.first) * nq, *dv = k->change_v + i * k->next_v;
     memcpy(dq, k->start_q, nq * sizeof *dq);
-    memcpy(dv, k->start_v, n * sizeof *dv);
+    memcpy(dv, k->start_v, e * sizeof *dv);
     for (size_t j = 0; j < c.first; j++) {
         const double a = h * entry(w->step->method, i, j);
         add(dq, a, k->rate_q + j * k->next_q, nq);
-        add(dv, a, k->rate_v + j * k->next_v, n);
+        add(dv, a, k->rate_v + j * k->next_v, e);
     }
 }
 
 /* Forms the right-hand side of stage i. */
 static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k, const double *held) {
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, at = i - c.first, rates = w->unknowns - n;
-    const double *q = w->stage + i * (nq + n), *dv = k->change_v + i * k->next_v;
-    const double *by_q = w->by_q + at * n * n, *by_v = w->by_v + at * n * n;
+    const size_t nq = model->n.q, n = model->n.v, e = kt_rate_numbers(model), at = i - c.first, rates = w->unknowns - e;
+    const double *q = w->stage + i * (nq + e), *dv = k->change_v + i * k->next_v;
+    const double *by_q = w->by_q + at * e * e, *by_v = w->by_v + at * e * e;
     double *dq = w->outside + at * nq, *right = w->correction + at * w->unknowns, *moved = w->unit_state, *xi = moved;
     if (rates) {
         kt_tangent_rate(model, q, q + nq, dq, dv, right);
@@ -74,10 +74,11 @@ static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k,
         for (size_t j = c.first; j < c.end; j++)
             add(xi, w->step->h * entry(w->step->method, i, j), k->change_v + j * k->next_v, n);
     }
-    memset(right + rates, 0, n * sizeof *right);
-    for (size_t l = 0; l < n; l++) { /* most columns begin as unit vectors */
-        add(right + rates, xi[l], by_q + l * n, n);
-        add(right + rates, dv[l], by_v + l * n, n);
+    memset(right + rates, 0, e * sizeof *right);
+    for (size_t l = 0; l < e; l++) { /* most columns begin as unit vectors */
+        if (l < n)
+            add(right + rates, xi[l], by_q + l * e, e);
+        add(right + rates, dv[l], by_v + l * e, e);
     }
     if (held)
         add(right + rates, 1.0, held + at * n * w->held_most, n);
@@ -95,15 +96,19 @@ static bool begins(const kt_step_work *w, kt_coupled c) {
 /* Forms the right-hand sides of column j if `begins` holds. They are columns of F, in which a velocity moves positions
  * by h sum a_ij, or columns of held inputs. */
 static void form_unit(kt_step_work *w, kt_coupled c, size_t j, const column *k, const double *held) {
-    const size_t n = w->model->n.v;
+    const size_t n = w->model->n.v, e = kt_rate_numbers(w->model);
     for (size_t i = c.first; i < c.end; i++) {
-        const size_t at = ((i - c.first) * n + j % n) * n;
-        double *right = w->correction + (i - c.first) * n, reach = j < n ? 1.0 : 0.0;
-        memcpy(k->change_v + i * k->next_v, k->start_v, n * sizeof *right);
-        memcpy(right, held ? held + (i - c.first) * n * w->held_most : w->by_v + at, n * sizeof *right);
+        const size_t at = ((i - c.first) * e + (j < n ? j : (j - n) % e)) * e;
+        double *right = w->correction + (i - c.first) * e, reach = j < n ? 1.0 : 0.0;
+        memcpy(k->change_v + i * k->next_v, k->start_v, e * sizeof *right);
+        memcpy(right, w->by_v + at, e * sizeof *right);
+        if (held) {
+            memset(right, 0, e * sizeof *right);
+            memcpy(right, held + (i - c.first) * n * w->held_most, n * sizeof *right);
+        }
         for (size_t l = c.first; l < c.end && j >= n; l++)
             reach += w->step->h * entry(w->step->method, i, l);
-        for (size_t l = 0; l < n && !held; l++)
+        for (size_t l = 0; l < e && !held; l++)
             right[l] = reach * w->by_q[at + l] + (j < n ? 0.0 : right[l]);
     }
 }
@@ -118,16 +123,16 @@ static void form_column(kt_step_work *w, kt_coupled c, const column *k, const do
 
 /* Copies dK of a column from the solution. If positions are plain numbers, adds dV. */
 static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
-    const size_t n = w->model->n.v, rates = w->unknowns - n;
+    const size_t e = kt_rate_numbers(w->model), rates = w->unknowns - e;
     for (size_t i = c.first; i < c.end; i++) {
         const double *x = w->correction + (i - c.first) * w->unknowns;
         if (rates)
             memcpy(k->rate_q + i * k->next_q, x, rates * sizeof *x);
-        memcpy(k->rate_v + i * k->next_v, x + rates, n * sizeof *x);
+        memcpy(k->rate_v + i * k->next_v, x + rates, e * sizeof *x);
     }
     for (size_t i = c.first; i < c.end && !rates; i++)
         for (size_t j = c.first; j < c.end; j++)
-            add(k->change_v + i * k->next_v, w->step->h * entry(w->step->method, i, j), k->rate_v + j * k->next_v, n);
+            add(k->change_v + i * k->next_v, w->step->h * entry(w->step->method, i, j), k->rate_v + j * k->next_v, e);
 }
 
 /* Solves for dK of the columns first .. end - 1, at most KT_LANES. */
@@ -158,8 +163,7 @@ static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns) {
         solve_lanes(w, c, columns, j, j + KT_LANES < columns ? j + KT_LANES : columns);
 }
 
-kt_status kt_coupled_change(kt_step_work *w, const double *q, const double *v, size_t held, kt_coupled_columns *solve,
-                            kt_error *error) {
+kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     const kt_method *method = w->step->method;
     kt_status status = kt_coupled_stages(w, q, v, error);
     for (kt_coupled c = {0, 0}; c.end < w->stages && status == KT_OK;) {
@@ -168,13 +172,9 @@ kt_status kt_coupled_change(kt_step_work *w, const double *q, const double *v, s
             continue;
         status = kt_coupled_differentiate(w, c, held, error);
         if (status == KT_OK)
-            solve(w, c, w->states + held);
+            solve_columns(w, c, w->states + held);
     }
     return status;
-}
-
-kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
-    return kt_coupled_change(w, q, v, held, solve_columns, error);
 }
 
 /* ---- the adjoint ------------------------------------------------------------------------------------------------- */

@@ -64,14 +64,14 @@ static void form_whole(kt_step_work *w) {
 }
 
 static void form_plain(kt_step_work *w) {
-    const size_t n = w->model->n.v;
+    const size_t e = kt_rate_numbers(w->model);
     const double g = g_of(w);
-    for (size_t l = 0; l < n * n; l++)
-        w->matrix[l] = (l % (n + 1) == 0 ? 1.0 : 0.0) - g * (w->by_v[l] + g * w->by_q[l]);
+    for (size_t l = 0; l < e * e; l++)
+        w->matrix[l] = (l % (e + 1) == 0 ? 1.0 : 0.0) - g * (w->by_v[l] + g * w->by_q[l]);
 }
 
 static kt_status factor_shifted(kt_step_work *w, kt_error *error) {
-    if (kt_is_reduced(w->model))
+    if (kt_is_plain(w->model))
         form_plain(w);
     else
         form_whole(w);
@@ -84,14 +84,14 @@ static kt_status factor_shifted(kt_step_work *w, kt_error *error) {
 
 /* R becomes U. */
 static void solve(const kt_step_work *w, double *r) {
-    const size_t n = w->model->n.v, N = numbers_of(w);
+    const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), N = numbers_of(w);
     const double g = g_of(w);
     for (size_t l = 0; l < N; l++)
         r[l] *= g;
-    for (size_t l = 0; l < n && kt_is_reduced(w->model); l++)
-        add(r + n, g * r[l], w->by_q + l * n, n);
+    for (size_t l = 0; l < n && kt_is_plain(w->model); l++)
+        add(r + n, g * r[l], w->by_q + l * e, e);
     kt_lu_solve(w->matrix, w->unknowns, w->pivot, r + N - w->unknowns);
-    for (size_t l = 0; l < n && kt_is_reduced(w->model); l++)
+    for (size_t l = 0; l < n && kt_is_plain(w->model); l++)
         r[l] += g * r[n + l];
 }
 
@@ -187,13 +187,9 @@ kt_status kt_rosenbrock_stages(kt_step_work *w, const double *q, const double *v
 /* ---- its tangents ------------------------------------------------------------------------------------------------ */
 
 static void start_of(const kt_step_work *w, size_t k, double *dy) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
-    if (kt_has_own_states(w->model)) {
-        memcpy(dy, w->own.first + k * N, N * sizeof *dy);
-        return;
-    }
-    memcpy(dy, w->start_q + k * kt_padded(nq), nq * sizeof *dy);
-    memcpy(dy + nq, w->start_v + k * kt_padded(n), n * sizeof *dy);
+    const size_t nq = w->model->n.q;
+    memcpy(dy, w->start_q + k * kt_padded_q(w->model), nq * sizeof *dy);
+    memcpy(dy + nq, w->start_v + k * kt_padded_v(w->model), kt_rate_numbers(w->model) * sizeof *dy);
 }
 
 /* to_k += factor (f_y dy_k + f_p dp_k - less_k) for all columns, with the derivatives of a place. The change dy_k of
@@ -278,7 +274,7 @@ static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *
 }
 
 kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
-    const size_t columns = w->states + held, nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
+    const size_t columns = w->states + held, nq = w->model->n.q, N = numbers_of(w);
     kt_status status = run(w, q, v, held, error);
     if (status != KT_OK)
         return status;
@@ -289,8 +285,8 @@ kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, const double 
     if (status == KT_OK)
         combine_changes(w, table_of(w)->m, w->stages, columns);
     for (size_t k = 0; k < columns && status == KT_OK; k++) {
-        memcpy(w->change_q + k * kt_padded(nq), w->changed + k * N, nq * sizeof *w->change_q);
-        memcpy(w->rate_v + k * kt_padded(n), w->changed + k * N + nq, n * sizeof *w->rate_v);
+        memcpy(w->change_q + k * kt_padded_q(w->model), w->changed + k * N, nq * sizeof *w->change_q);
+        memcpy(w->rate_v + k * kt_padded_v(w->model), w->changed + k * N + nq, (N - nq) * sizeof *w->rate_v);
     }
     return status;
 }

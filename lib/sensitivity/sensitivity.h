@@ -3,8 +3,6 @@
  *     stage.c              the start of a step, and derivatives of accelerations at a stage
  *     step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   tangents of a step, column by column: A and B
- *     stage_states.c       the part of auxiliary states in the slope of a stage
- *     step_states.c        tangents of steps of models with auxiliary states
  *     step_parameter.c     tangents of a step by a parameter of the model: C
  *     stage_parameter.c    the derivative of an evaluation of accelerations by a parameter
  *     difference.c         derivatives of the equations of motion and of the loops by a parameter, by differences
@@ -71,6 +69,11 @@ void kt_tangent_add_transposed(const kt_model *model, const double *x, const dou
 
 /* The length of a column of n numbers, padded to whole vectors. Numbers behind the n-th stay zero. */
 static inline size_t kt_padded(size_t n) { return (n + KT_LANES - 1) / KT_LANES * KT_LANES; }
+
+/* The numbers e of velocities and auxiliary states. The lengths of columns of positions, and of these. */
+static inline size_t kt_rate_numbers(const kt_model *model) { return model->n.v + KT_OWN_STATES(&model->n); }
+static inline size_t kt_padded_q(const kt_model *model) { return kt_padded(model->n.q + KT_OWN_STATES(&model->n)); }
+static inline size_t kt_padded_v(const kt_model *model) { return kt_padded(kt_rate_numbers(model)); }
 
 /* Products of small matrices. All arguments but A and B have the alignment of arrays of an arena. */
 typedef struct kt_products {
@@ -252,7 +255,10 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
 /* Every array: type, name, count, meaning. N numbers of a state y = (q, v, x), n velocities, m auxiliary states, s
  * stages that count, c columns, of which at most p belong to held inputs. For implicit methods, g stages are solved
  * together, with u unknowns in all. Explicit methods have g = 1 and u = 0. Linearly implicit methods have g = 2, for
- * the derivatives at two states, and r = 1; else r = 0. */
+ * the derivatives at two states, and r = 1; else r = 0.
+ *
+ * Matrices and columns join velocities and auxiliary states, e = n + m numbers. An auxiliary state is thus a velocity
+ * whose position has no effect: its columns of a_q are 0. */
 #define KT_STEP_FIELDS(X)                                                                                              \
     X(double, y, N, "state at the start")                                                                              \
     X(double, stage, s *N, "states of the stages")                                                                     \
@@ -260,16 +266,17 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
     X(double, next, N, "state at the end")                                                                             \
     X(double, before, m, "own states that the data held")                                                              \
     X(double, unit, n, "a unit vector")                                                                                \
-    X(double, start_q, kt_padded(model->n.q) * c, "dx of all columns, padded: dq")                                     \
-    X(double, start_v, kt_padded(n) * c, "dv")                                                                         \
-    X(double, change_q, kt_padded(model->n.q) * c, "dX_i: dq")                                                         \
-    X(double, change_v, s *kt_padded(n) * c, "dv, of each stage")                                                      \
-    X(double, rate_q, kt_is_plain(model) ? 0 : s *kt_padded(model->n.q) * c, "dK_i: of q', if that is not v")          \
-    X(double, rate_v, s *kt_padded(n) * c, "of v'")                                                                    \
-    X(double, xi, kt_is_plain(model) ? 0 : kt_padded(n) * c, "rotations of a stage, if they are not dq")               \
-    X(double, end, 2 * n * c, "dx+, tangent")                                                                          \
-    X(double, by_q, g *n *n, "a_q, of each stage")                                                                     \
-    X(double, by_v, g *n *n, "a_v")                                                                                    \
+    X(double, start_q, kt_padded_q(model) * c, "dy of all columns, padded: dq")                                        \
+    X(double, start_v, kt_padded(e) * c, "dv and dx")                                                                  \
+    X(double, change_q, kt_padded_q(model) * c, "dY_i: dq")                                                            \
+    X(double, change_v, s *kt_padded(e) * c, "dv and dx, of each stage")                                               \
+    X(double, rate_q, kt_is_plain(model) ? 0 : s *kt_padded_q(model) * c, "dK_i: of q', if that is not v")             \
+    X(double, rate_v, s *kt_padded(e) * c, "of v' and x'; at last dv+ and dx+")                                        \
+    X(double, xi, kt_is_plain(model) ? 0 : kt_padded(e) * c, "rotations of a stage, if they are not dq")               \
+    X(double, end, 2 * n * c, "dq+ and dv+, tangent")                                                                  \
+    X(double, by_q, g *e *e, "a_q and x'_q, of each stage")                                                            \
+    X(double, by_v, g *e *e, "a_v, a_x, x'_v and x'_x")                                                                \
+    X(double, by_states, m *(2 * n + e), "blocks of these, of kt_state_derivatives")                                   \
     X(double, by_tau, n *n, "a_tau")                                                                                   \
     X(double, by_held, u ? g *n *p : 0, "a_tau or a_p, of each stage")                                                 \
     X(double, matrix, u *u, "of the stages that are solved together, factored")                                        \
@@ -294,7 +301,7 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
     X(double, unit_state, u ? 2 * N + n : 0, "a unit vector, and what it changes")                                     \
     X(double, contact_row, kt_step_contact_rows(model), "gaps or reactions of hard contacts")                          \
     X(char, contact_memory, kt_step_contact_rows(model) > 0 ? kt_data_size(model) : 0, "data for them")                \
-    X(double, tiles, 2 * KT_LANES * n, "of a product")                                                                 \
+    X(double, tiles, 2 * KT_LANES * e, "of a product")                                                                 \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \
     X(double, by_end, N, "gradient by it, of dq and dv")                                                               \
@@ -310,21 +317,6 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
     X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
     X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")
 
-/* Arrays that models with auxiliary states have in addition. */
-#define KT_OWN_STEP_FIELDS(X)                                                                                          \
-    X(double, first, N *c, "dy of all columns, at the start")                                                          \
-    X(double, rate, s *N *c, "dK_i")                                                                                   \
-    X(double, change, N *c, "dY_i, and at last dy+")                                                                   \
-    X(double, outside, N, "dP_i of a column")                                                                          \
-    X(double, xi, n, "rotations of a column")                                                                          \
-    X(double, force, g *n *m, "a_x, of each stage")                                                                    \
-    X(double, rate_q, g *n *m, "-f_q")                                                                                 \
-    X(double, rate_v, g *n *m, "-f_v")                                                                                 \
-    X(double, rate_x, g *m *m, "-f_x")
-typedef struct kt_own_step {
-    KT_ARENA_DECLARE(KT_OWN_STEP_FIELDS)
-} kt_own_step;
-
 typedef struct kt_step_work {
     const kt_model *model;
     kt_data *data;
@@ -334,14 +326,13 @@ typedef struct kt_step_work {
     bool coupled;                 /* the method is implicit */
     bool linear;                  /* the method is linearly implicit */
     bool watched;                 /* a simulation has taken the step and found no event in it */
-    size_t unknowns;              /* of each stage: n, or with quaternions or auxiliary states N; 0: explicit */
+    size_t unknowns;              /* of each stage: e, or with quaternions N; 0: explicit */
     size_t held_most;             /* columns of by_held */
     bool one_derivative;          /* by_q and by_v belong to one stage and serve all */
     size_t derivative_at;         /* that stage */
     kt_parameter_work *parameter; /* NULL: the held input is tau */
     kt_products products;
     kt_projection_work projection;
-    kt_own_step own;
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
 } kt_step_work;
 
@@ -364,9 +355,6 @@ static inline void kt_own_states_restore(kt_step_work *w) {
         kt_copy(w->data->x, w->before, w->model->n.x * sizeof *w->before);
 }
 
-/* Whether stages are solved for accelerations only: positions are plain numbers, and there are no auxiliary states. */
-static inline bool kt_is_reduced(const kt_model *model) { return kt_is_plain(model) && !kt_has_own_states(model); }
-
 /* Rejects a step to `next` in which a hard contact closes, its reaction changes sign, or friction sticks
  * (contact.c). */
 #if KT_HAS_SWITCHES
@@ -378,21 +366,8 @@ static inline kt_status kt_step_refuse_contacts(kt_step_work *w, const double *n
 }
 #endif
 
-/* Functions of models with auxiliary states.
- *
- * The memory for so many columns, stages, and stages that are solved together. */
-size_t kt_own_step_place(kt_own_step *own, void *memory, const kt_model *model, size_t columns, size_t stages,
-                         size_t together);
-/* Computes a_q .. f_x at a state, into the blocks of a place (stage_states.c). */
-KT_CHECKED kt_status kt_own_differentiate(kt_step_work *w, size_t place, const kt_dynamic_state *at, const double *a,
-                                          const kt_forward_matrices *by, kt_error *error);
-/* Adds the part of auxiliary states to the change of a slope, with given rotations xi (stage_states.c). */
-void kt_own_slope_change(const kt_step_work *w, size_t place, const double *xi, const double *dy, double *out);
-/* Computes kt_step_tangents up to the projection (step_states.c). */
-KT_CHECKED kt_status kt_own_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held,
-                                          kt_error *error);
-/* Copies the changes at the end, kt_tangent_numbers a column (step_states.c). */
-void kt_own_step_copy(const kt_step_work *w, size_t first, size_t columns, double *to);
+/* Copies columns of the tangents at the end, kt_tangent_numbers a column (step_derivatives.c). */
+void kt_step_copy(const kt_step_work *w, size_t first, size_t columns, double *to);
 
 /* Checks the step and the memory, and initialises w in that memory. */
 KT_CHECKED kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,

@@ -43,15 +43,43 @@ static kt_status differentiate(kt_step_work *w, const kt_dynamic_state *at, doub
                                           &(kt_acceleration_matrices){.by = *by}, error);
 }
 
+/* Widens a matrix of n columns of n numbers to n + m columns of n + m. Below them come -`below` (m x n), then columns of
+ * -`right` (m x m). These begin with the columns of `above` (n x m). NULL: zeros. */
+static void join_states(double *matrix, size_t n, size_t m, const double *below, const double *above,
+                        const double *right) {
+    const size_t e = n + m;
+    for (size_t j = e; j-- > 0;) {
+        double *column = matrix + j * e;
+        const double *lower = j < n ? below + j * m : right ? right + (j - n) * m : NULL;
+        if (j < n)
+            memmove(column, matrix + j * n, n * sizeof *column);
+        else
+            for (size_t i = 0; i < n; i++)
+                column[i] = above ? above[(j - n) * n + i] : 0.0;
+        for (size_t i = 0; i < m; i++)
+            column[n + i] = lower ? -lower[i] : 0.0;
+    }
+}
+
 kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t place,
                                    bool inputs, kt_error *error) {
-    const size_t all = place * w->model->n.v * w->model->n.v;
-    const kt_dynamic_state at = {t, y, y + w->model->n.q, w->step->tau, w->step->external};
-    const kt_forward_matrices by = {w->by_q + all, w->by_v + all, inputs ? w->by_tau : NULL};
-    if (!(KT_HAS_FORMULAS && kt_has_own_states(w->model)))
+    const kt_model *model = w->model;
+    const size_t n = model->n.v, m = KT_OWN_STATES(&model->n), e = n + m;
+    const kt_dynamic_state at = {t, y, y + model->n.q, w->step->tau, w->step->external};
+    const kt_forward_matrices by = {w->by_q + place * e * e, w->by_v + place * e * e, inputs ? w->by_tau : NULL};
+    if (!(KT_HAS_FORMULAS && m > 0))
         return differentiate(w, &at, NULL, a, &by, error);
-    kt_own_states_put(w->model, w->data, y);
-    return kt_own_differentiate(w, place, &at, a, &by, error);
+    const kt_state_derivatives states = {w->by_states, w->by_states + n * m, w->by_states + 2 * n * m,
+                                         w->by_states + 3 * n * m};
+    kt_own_states_put(model, w->data, y);
+    const kt_status status =
+        kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), &at, a,
+                                       &(kt_acceleration_matrices){.by = by, .states = &states}, error);
+    if (status == KT_OK) {
+        join_states(by.q, n, m, states.rate_q, NULL, NULL);
+        join_states(by.v, n, m, states.rate_v, states.force, states.rate_x);
+    }
+    return status;
 }
 
 /* y += factor x */
@@ -62,17 +90,16 @@ static void add(double *y, double factor, const double *x, size_t n) {
 
 void kt_slope_change(const kt_step_work *w, size_t place, const double *y, const double *dy, double *xi, double *out) {
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v;
-    const double *by_q = w->by_q + place * n * n, *by_v = w->by_v + place * n * n;
+    const size_t nq = model->n.q, n = model->n.v, e = kt_rate_numbers(model);
+    const double *by_q = w->by_q + place * e * e, *by_v = w->by_v + place * e * e;
     kt_tangent_rate(model, y, y + nq, dy, dy + nq, out);
     kt_tangent_drop(model, y, dy, xi);
-    memset(out + nq, 0, n * sizeof *out);
-    for (size_t l = 0; l < n; l++) { /* most changes are unit vectors */
-        add(out + nq, xi[l], by_q + l * n, n);
-        add(out + nq, dy[nq + l], by_v + l * n, n);
+    memset(out + nq, 0, e * sizeof *out);
+    for (size_t l = 0; l < e; l++) { /* most changes are unit vectors */
+        if (l < n)
+            add(out + nq, xi[l], by_q + l * e, e);
+        add(out + nq, dy[nq + l], by_v + l * e, e);
     }
-    if (KT_HAS_FORMULAS && kt_has_own_states(model))
-        kt_own_slope_change(w, place, xi, dy, out);
 }
 
 kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error) {
@@ -80,11 +107,13 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
     const size_t n = kt_state_numbers(model);
     const double *y = w->stage + i * n, *known = w->slope + i * n + model->n.q;
     const kt_dynamic_state at = {kt_step_time(w->step, i), y, y + model->n.q, w->step->tau, w->step->external};
-    if (a && (model->n.group || model->n.effect)) {
-        const kt_status status =
-            kt_acceleration_evaluate(model, w->data, at.t, at.q, at.v, at.tau, at.external, a, error);
+    const bool has_states = KT_HAS_FORMULAS && kt_has_own_states(model);
+    if (a && (model->n.group || model->n.effect || has_states)) {
+        const kt_status status = kt_step_rates(w, at.t, y, a, error);
         if (status != KT_OK)
             return status;
     }
+    if (has_states)
+        return kt_step_differentiate_at(w, at.t, y, known, 0, inputs, error);
     return differentiate(w, &at, a, known, &(kt_forward_matrices){w->by_q, w->by_v, inputs ? w->by_tau : NULL}, error);
 }

@@ -31,24 +31,21 @@ static bool is_function(const kt_method *method) {
 static size_t unknowns_of(const kt_model *model, const kt_method *method) {
     if (!kt_method_is_coupled(method) && !kt_method_is_linear(method))
         return 0;
-    return kt_is_reduced(model) ? model->n.v : kt_state_numbers(model);
+    return kt_is_plain(model) ? kt_rate_numbers(model) : kt_state_numbers(model);
 }
 
 static size_t held_most(const kt_model *model) { return model->n.v > KT_PARAMETER_MAX ? model->n.v : KT_PARAMETER_MAX; }
 
-KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *model, size_t N, size_t n, size_t s,
-                size_t m, size_t c, size_t p, size_t g, size_t u, size_t r)
+KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *model, size_t N, size_t n, size_t e,
+                size_t s, size_t m, size_t c, size_t p, size_t g, size_t u, size_t r)
 
 static size_t place(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
     const bool linear = kt_method_is_linear(method);
     const size_t n = model->n.v, m = KT_OWN_STATES(&model->n), unknowns = unknowns_of(model, method);
     const size_t most = kt_method_is_coupled(method) ? kt_coupled_most(method) : 1, g = linear ? 2 : most;
     const size_t columns = (n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX) + m;
-    size_t used = place_arrays(w, memory, model, kt_state_numbers(model), n, kt_step_stages_of(method), m, columns,
-                               held_most(model), g, most * unknowns, linear);
-    if (KT_HAS_FORMULAS && m > 0)
-        used += kt_own_step_place(w ? &w->own : NULL, memory ? (char *)memory + used : NULL, model, columns,
-                                  kt_step_stages_of(method), g);
+    const size_t used = place_arrays(w, memory, model, kt_state_numbers(model), n, n + m, kt_step_stages_of(method), m,
+                                     columns, held_most(model), g, most * unknowns, linear);
     if (!KT_HAS_LOOPS)
         return used;
     return used + kt_projection_place(w ? &w->projection : NULL, memory ? (char *)memory + used : NULL, model);

@@ -109,12 +109,13 @@ static kt_status pull(kt_step_work *w, size_t i, kt_error *error) {
 /* Computes the adjoint with A and B. */
 static kt_status multiply(kt_step_work *w, kt_error *error) {
     const size_t nq = w->model->n.q, n = w->model->n.v, m = KT_OWN_STATES(&w->model->n), N = kt_state_numbers(w->model);
+    const double *change_x = w->rate_v + n;
     memcpy(w->raw, w->y, N * sizeof *w->raw);
     const kt_status status = kt_step_tangents(w, w->raw, w->raw + nq, n, error);
     for (size_t k = 0; k < 3 * n + m && status == KT_OK; k++) {
         w->tangent[k] = kt_dense_dot(w->end + 2 * n * k, w->by_next, (int)(2 * n));
         if (m > 0)
-            w->tangent[k] += kt_dense_dot(w->own.change + N * k + nq + n, w->by_next + 2 * n, (int)m);
+            w->tangent[k] += kt_dense_dot(change_x + k * kt_padded_v(w->model), w->by_next + 2 * n, (int)m);
     }
     if (status != KT_OK)
         return status;

@@ -9,7 +9,7 @@
 /* Sets the changes at the start: unit vectors of xi and dv, zero for held inputs. The padding of the columns stays zero
  * from here on. */
 static void begin(kt_step_work *w, size_t columns) {
-    const size_t n = w->model->n.v, Q = kt_padded(w->model->n.q), V = kt_padded(n);
+    const size_t n = w->model->n.v, Q = kt_padded_q(w->model), V = kt_padded_v(w->model);
     memset(w->start_q, 0, Q * columns * sizeof *w->start_q);
     memset(w->start_v, 0, V * columns * sizeof *w->start_v);
     memset(w->rate_v, 0, w->stages * V * columns * sizeof *w->rate_v);
@@ -17,7 +17,7 @@ static void begin(kt_step_work *w, size_t columns) {
         memset(w->rate_q, 0, w->stages * Q * columns * sizeof *w->rate_q);
         memset(w->xi, 0, V * columns * sizeof *w->xi);
     }
-    for (size_t j = 0; 2 * j < w->states; j++) {
+    for (size_t j = 0; j < n && w->states > 0; j++) {
         if (kt_is_plain(w->model)) {
             w->start_q[j * Q + j] = 1.0;
         } else {
@@ -25,36 +25,37 @@ static void begin(kt_step_work *w, size_t columns) {
             w->unit[j] = 1.0;
             kt_tangent_lift(w->model, w->y, w->unit, w->start_q + j * Q);
         }
-        w->start_v[(n + j) * V + j] = 1.0;
     }
+    for (size_t j = n; j < w->states; j++)
+        w->start_v[j * V + j - n] = 1.0;
 }
 
 /* Forms dK_i: the derivatives by held inputs, the rates of positions, and a_q xi + a_v dv unless i is 0. At the start,
  * xi and dv are unit vectors or zero, so that the derivatives themselves are copied. */
 static void propagate(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
-    const double *q = w->stage + i * (nq + n), *dq = w->change_q, *dv = w->change_v + i * V * columns;
+    const size_t nq = model->n.q, n = model->n.v, e = kt_rate_numbers(model), Q = kt_padded_q(model), V = kt_padded(e);
+    const double *q = w->stage + i * (nq + e), *dq = w->change_q, *dv = w->change_v + i * V * columns;
     double *rate = w->rate_v + i * V * columns;
     const double *by_held = w->parameter ? w->parameter->by_parameter : w->by_tau;
     for (size_t j = i ? w->states : 0; j < columns; j++) {
-        const double *by = j >= w->states ? by_held + (j - w->states) * n
-                           : j < n        ? w->by_q + j * n
-                                          : w->by_v + (j - n) * n;
-        memcpy(rate + j * V, by, n * sizeof *rate);
+        if (j >= w->states)
+            memcpy(rate + j * V, by_held + (j - w->states) * n, n * sizeof *rate);
+        else
+            memcpy(rate + j * V, j < n ? w->by_q + j * e : w->by_v + (j - n) * e, e * sizeof *rate);
     }
     for (size_t j = 0; j < columns && !kt_is_plain(model); j++) {
         kt_tangent_rate(model, q, q + nq, dq + j * Q, dv + j * V, w->rate_q + (i * columns + j) * Q);
         kt_tangent_drop(model, q, dq + j * Q, w->xi + j * V);
     }
     if (i)
-        products->product(n, w->by_q, w->by_v, w->tiles, columns, kt_is_plain(model) ? dq : w->xi, dv, rate);
+        products->product(e, w->by_q, w->by_v, w->tiles, columns, kt_is_plain(model) ? dq : w->xi, dv, rate);
 }
 
 /* Forms dX_i (or, after the last stage, the changes at the end) from the rates: into change_q and *dv. */
 static void combine(kt_step_work *w, const kt_products *products, const double *row, size_t count, size_t columns,
                     double *dv) {
-    const size_t Q = kt_padded(w->model->n.q) * columns, V = kt_padded(w->model->n.v) * columns;
+    const size_t Q = kt_padded_q(w->model) * columns, V = kt_padded_v(w->model) * columns;
     const double *rate_q = kt_is_plain(w->model) ? w->change_v : w->rate_q;
     products->sum(w->change_q, w->start_q, w->step->h, row, count, rate_q, Q);
     products->sum(dv, w->start_v, w->step->h, row, count, w->rate_v, V);
@@ -86,7 +87,7 @@ static kt_status refuse_unknown(const kt_step_work *w, size_t columns, kt_error 
 /* From the state and the changes after the sum to those after the projection: w->next and w->end. */
 static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, Q = kt_padded(nq), V = kt_padded(n);
+    const size_t nq = model->n.q, n = model->n.v, Q = kt_padded_q(model), V = kt_padded_v(model);
     const kt_status refused = w->watched ? KT_OK : kt_step_refuse_contacts(w, w->next, error);
     if (refused != KT_OK)
         return refused;
@@ -109,7 +110,7 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
 /* Stages and their tangents, one after the other. */
 static kt_status differentiate_stages(kt_step_work *w, const kt_products *products, size_t held, size_t columns,
                                       kt_error *error) {
-    const size_t V = kt_padded(w->model->n.v) * columns;
+    const size_t V = kt_padded_v(w->model) * columns;
     for (size_t i = 0; i < w->stages; i++) {
         double *a;
         const double *y = kt_step_stage(w, i, &a);
@@ -126,59 +127,45 @@ static kt_status differentiate_stages(kt_step_work *w, const kt_products *produc
     return KT_OK;
 }
 
-static kt_status refuse_overflow(kt_error *error) {
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
-                        "they overflow: look for a step that is far too long, or for a force that is huge");
-}
-
-/* kt_step_tangents of a model with auxiliary states. */
-static kt_status find_own_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
-    const size_t n = w->model->n.v, columns = w->states + held;
-    kt_status status = kt_own_step_tangents(w, q, v, held, error);
-    if (status == KT_OK)
-        status = close(w, w->rate_v, columns, error);
-    if (status == KT_OK &&
-        !(kt_all_finite(w->end, 2 * n * columns) && kt_all_finite(w->own.change, columns * kt_state_numbers(w->model))))
-        return refuse_overflow(error);
-    return status;
-}
-
 kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     const kt_method *method = w->step->method;
     const kt_products *products = &w->products;
     const size_t n = w->model->n.v, columns = w->states + held;
-    if (KT_HAS_FORMULAS && kt_has_own_states(w->model))
-        return find_own_tangents(w, q, v, held, error);
     kt_step_start(w, q, v);
     begin(w, columns);
     kt_status status = KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_tangents(w, q, v, held, error)
                        : w->coupled                   ? kt_coupled_tangents(w, q, v, held, error)
                                                       : differentiate_stages(w, products, held, columns, error);
+    kt_own_states_restore(w);
     if (status != KT_OK)
         return status;
     if (!w->linear)
         combine(w, products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
     status = close(w, w->rate_v, columns, error);
-    if (status == KT_OK && !kt_all_finite(w->end, 2 * n * columns))
-        return refuse_overflow(error);
+    if (status == KT_OK &&
+        !(kt_all_finite(w->end, 2 * n * columns) &&
+          (!kt_has_own_states(w->model) || kt_all_finite(w->rate_v, columns * kt_padded_v(w->model)))))
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
+                            "they overflow: look for a step that is far too long, or for a force that is huge");
     return status;
 }
 
-void kt_step_give(const kt_step_work *w, double *A, double *B) {
-    const kt_model *model = w->model;
-    const size_t n = model->n.v;
-    if (KT_HAS_FORMULAS && kt_has_own_states(model)) {
-        if (A)
-            kt_own_step_copy(w, 0, w->states, A);
-        if (B)
-            kt_own_step_copy(w, w->states, n, B);
-        kt_own_states_put(model, w->data, w->next);
-        return;
+void kt_step_copy(const kt_step_work *w, size_t first, size_t columns, double *to) {
+    const size_t n = w->model->n.v, m = KT_OWN_STATES(&w->model->n), V = kt_padded_v(w->model);
+    if (m == 0)
+        kt_copy(to, w->end + 2 * n * first, 2 * n * columns * sizeof *to);
+    for (size_t j = first; j < first + columns && m > 0; j++, to += 2 * n + m) {
+        kt_copy(to, w->end + 2 * n * j, 2 * n * sizeof *to);
+        kt_copy(to + 2 * n, w->rate_v + j * V + n, m * sizeof *to);
     }
+}
+
+void kt_step_give(const kt_step_work *w, double *A, double *B) {
     if (A)
-        kt_copy(A, w->end, 4 * n * n * sizeof *A);
+        kt_step_copy(w, 0, w->states, A);
     if (B)
-        kt_copy(B, w->end + 4 * n * n, 2 * n * n * sizeof *B);
+        kt_step_copy(w, w->states, w->model->n.v, B);
+    kt_own_states_put(w->model, w->data, w->next);
 }
 
 kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,

@@ -33,9 +33,7 @@ kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, vo
     w.parameter = &own;
     w.states = 0;
     status = kt_step_tangents(&w, q, v, own.count, error);
-    if (status == KT_OK && KT_HAS_FORMULAS && kt_has_own_states(model))
-        kt_own_step_copy(&w, 0, own.count, C);
-    else if (status == KT_OK)
-        kt_copy(C, w.end, 2 * own.n * own.count * sizeof *C);
+    if (status == KT_OK)
+        kt_step_copy(&w, 0, own.count, C);
     return status;
 }
