@@ -4,27 +4,7 @@
 #include "closure/lane_project.h"
 
 #include "closure/project.h"
-
-/* Like kt_unit_quaternions. Returns the states whose norms are usual. */
-static kt_condition make_units(const kt_model *model, kt_real1 *q) {
-    kt_condition usual = kt_condition_true();
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        kt_real1 *p = q + link->q + motion.plain;
-        if (!motion.quaternions)
-            continue;
-        const kt_real1 n2 = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3];
-        const kt_condition off = kt_not(kt_abs1(n2 - 1.0) <= 4.0 * DBL_EPSILON);
-        usual &= (n2 > 1e-280) & (n2 < 1e280);
-        if (!kt_is_anywhere(off))
-            continue;
-        const kt_real1 s = 1.0 / kt_sqrt1(n2);
-        for (int k = 0; k < 4; k++)
-            p[k] = kt_choose(off, s * p[k], p[k]);
-    }
-    return usual;
-}
+#include "joint/turn.h"
 
 /* p <- p (+) d of quaternions (joint/position.c), lane by lane. */
 static void rotate(kt_condition here, const kt_real1 *d, kt_real1 *p) {
@@ -114,7 +94,7 @@ kt_condition KT_KERNEL(kt_project)(const kt_model *model, kt_data *data, kt_cond
                                    kt_real1 *v) {
     const kt_lanes_at at = {.t = t, .q = q, .v = v};
     kt_violation violation;
-    const kt_condition usual = model->n.q > model->n.v ? make_units(model, q) : kt_condition_true();
+    const kt_condition usual = model->n.q > model->n.v ? kt_turns_make_units(model, q, true) : kt_condition_true();
     kt_condition sound = close_positions(model, data, live & usual, &at, q, &violation);
     sound = close_velocities(model, data, sound, v, &violation);
     return sound & kt_is_finite1(violation.velocity) & (violation.slip <= KT_CLOSED_STEP * violation.speed);

@@ -7,6 +7,7 @@
  * order of the bodies. Its first position is thus not before its first velocity. So positions are written from the last
  * one to the first, and velocities from the first one to the last. Nothing is overwritten before it has been read. */
 #include "joint/joint.h"
+#include "joint/turn.h"
 #include "kinetree/joint.h"
 
 #include <string.h>
@@ -111,4 +112,9 @@ bool kt_position_normalize(const kt_model *model, double *q) {
                 store(p, unit);
         }
     return true;
+}
+
+/* The error of a step leaves norms off. */
+bool kt_position_make_units(const kt_model *model, double *q) {
+    return kt_turns_make_units(model, q, false) || kt_position_normalize(model, q);
 }

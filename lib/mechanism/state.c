@@ -7,28 +7,13 @@
 
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
+#include "joint/turn.h"
+#include "kinetree/joint.h"
 
 #include <string.h>
 
 bool kt_unit_quaternions(const kt_model *model, double *q) {
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        if (!motion.quaternions)
-            continue;
-        double *p = q + link->q + motion.plain;
-        const kt_quat given = kt_quat_make(p[0], p[1], p[2], p[3]);
-        if (fabs(kt_quat_norm_squared(given) - 1.0) <= 4.0 * DBL_EPSILON)
-            continue;
-        const kt_quat unit = kt_quat_normalize(given);
-        if (!isfinite(unit.w + unit.x + unit.y + unit.z))
-            return false;
-        p[0] = unit.w;
-        p[1] = unit.x;
-        p[2] = unit.y;
-        p[3] = unit.z;
-    }
-    return true;
+    return kt_turns_make_units(model, q, true) || kt_position_normalize(model, q);
 }
 
 /* Measures the error of the velocities in loops before the projection. If the steps resolve the motion, it is the error

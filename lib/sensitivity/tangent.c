@@ -7,6 +7,7 @@
  *
  * T is the right Jacobian of the exponential map. */
 #include "joint/joint.h"
+#include "joint/turn.h"
 #include "kinetree/joint.h"
 #include "sensitivity/sensitivity.h"
 
@@ -76,67 +77,17 @@ void kt_tangent_add(const kt_model *model, const double *x, const double *xi, co
 
 /* ---- transposed -------------------------------------------------------------------------------------------------- */
 
-static void add(double *to, kt_quat a) {
-    to[0] += a.w;
-    to[1] += a.x;
-    to[2] += a.y;
-    to[3] += a.z;
-}
-
-/* The transpose of xi = 2 vec(p^-1 o dp), applied to x:
- *
- *     dp = 2 p o (0, x) / |p|^2 */
-static kt_quat drop_transposed(kt_quat p, kt_vec3 x) {
-    const double scale = 2.0 / kt_quat_norm_squared(p);
-    return kt_quat_multiply(p, kt_quat_make(0.0, scale * x.x, scale * x.y, scale * x.z));
-}
-
-/* The transpose of dp = p o (0, xi) / 2, applied to y:
- *
- *     xi = vec(conj(p) o y) / 2 */
-static kt_vec3 lift_transposed(kt_quat p, kt_quat y) {
-    const kt_quat x = kt_quat_multiply(kt_quat_conjugate(p), y);
-    return kt_vec3_make(0.5 * x.x, 0.5 * x.y, 0.5 * x.z);
-}
-
 void kt_tangent_lift_transposed(const kt_model *model, const double *q, const double *by_q, double *by_xi) {
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        for (int k = 0; k < motion.plain; k++)
-            by_xi[link->v + k] = by_q[link->q + k];
-        const int at = link->q + motion.plain;
-        if (motion.quaternions)
-            kt_joint_store(by_xi + link->v + motion.plain, lift_transposed(load(q + at), load(by_q + at)));
-    }
+    kt_turns_lift_transposed(model, q, by_q, by_xi);
 }
 
 void kt_tangent_drop_transposed(const kt_model *model, const double *q, const double *by_xi, double *by_q) {
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        for (int k = 0; k < motion.plain; k++)
-            by_q[link->q + k] += by_xi[link->v + k];
-        const int at = link->q + motion.plain;
-        if (motion.quaternions)
-            add(by_q + at, drop_transposed(load(q + at), kt_joint_load(by_xi + link->v + motion.plain)));
-    }
+    kt_turns_drop_transposed(model, q, by_xi, by_q);
 }
 
 void kt_tangent_rate_transposed(const kt_model *model, const double *q, const double *v, const double *by_rate,
                                 double *by_q, double *by_v) {
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        for (int k = 0; k < motion.plain; k++)
-            by_v[link->v + k] += by_rate[link->q + k];
-        if (!motion.quaternions)
-            continue;
-        const int at = link->q + motion.plain, w = link->v + motion.plain;
-        const kt_quat y = load(by_rate + at);
-        add(by_q + at, kt_quat_rate_body(y, kt_vec3_scale(-1.0, kt_joint_load(v + w))));
-        kt_joint_store(by_v + w, kt_vec3_add(kt_joint_load(by_v + w), lift_transposed(load(q + at), y)));
-    }
+    kt_turns_rate_transposed(model, q, v, by_rate, by_q, by_v);
 }
 
 void kt_tangent_add_transposed(const kt_model *model, const double *x, const double *by_out, double *by_xi,
