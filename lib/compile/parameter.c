@@ -9,6 +9,7 @@
 #include "effect/effect.h"
 #include "joint/joint.h"
 #include "kinetree/descriptor.h"
+#include "model/parameter_key.h"
 #include "model/switching.h"
 
 #include <math.h>
@@ -25,37 +26,6 @@ static double *number_of(kt_effect_record *r, const kt_key *key) {
     KT_EFFECT_NUMBERS(PARAMETER_NUMBER)
 #undef PARAMETER_NUMBER
     return key->offset == offsetof(kt_effect, stiffnesses) ? r->stiffnesses : r->dampings;
-}
-
-/* Whether a number is of hard stops and contacts alone, which is in their loops. */
-static bool is_of_hard(const kt_key *key) {
-    return KT_HAS_SWITCHES &&
-           (key->offset == offsetof(kt_effect, restitution) || key->offset == offsetof(kt_effect, rest_velocity));
-}
-
-/* Finds the kind of parameter of a key; false: none. */
-static bool classify(const kt_key *key, bool of_loop, kt_parameter *parameter) {
-    parameter->key = key;
-    parameter->count = 1;
-    parameter->kind = KT_PARAMETER_EFFECT;
-    switch (key->kind) {
-    case KT_KEY_NUMBER:
-    case KT_KEY_DISTANCE:
-        return !of_loop && !is_of_hard(key);
-    case KT_KEY_SIX:
-        parameter->count = 6;
-        return !of_loop;
-    case KT_KEY_FUNCTION:
-        parameter->count = 4;
-        parameter->kind = of_loop ? KT_PARAMETER_LOOP_CURVE : KT_PARAMETER_EFFECT_CURVE;
-        return true;
-    case KT_KEY_FUNCTIONS:
-        parameter->count = 3;
-        parameter->kind = KT_PARAMETER_EFFECT_VALUE;
-        return !of_loop;
-    default:
-        return false;
-    }
 }
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
@@ -157,7 +127,7 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
     for (int k = 0; d && k < d->key_count; k++) {
         const kt_key *key = &d->keys[k];
         kt_parameter found = {.item = item};
-        if (!classify(key, p->loop, &found) || (p->loop && m->loop[item].curve.type == KT_FUNCTION_NONE))
+        if (!kt_parameter_classify(key, p->loop, &found) || (p->loop && m->loop[item].curve.type == KT_FUNCTION_NONE))
             continue; /* no number, or the arc length of a curve that is free */
         if (strcmp(key->name, p->key) == 0 || (key->also && strcmp(key->also, p->key) == 0)) {
             *parameter = found;
@@ -189,7 +159,7 @@ static bool has_key(const kt_descriptor *d, bool of_loop, const kt_parameter *pa
     kt_parameter found;
     for (int k = 0; d && k < d->key_count; k++)
         if (parameter->key == &d->keys[k])
-            return classify(parameter->key, of_loop, &found) && found.kind == parameter->kind &&
+            return kt_parameter_classify(parameter->key, of_loop, &found) && found.kind == parameter->kind &&
                    found.count == parameter->count;
     return false;
 }

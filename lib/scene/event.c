@@ -463,9 +463,9 @@ static void write_events(kt_emitter *e, const kt_field *field, const void *objec
     (void)standard;
     const kt_scene *scene = object;
     const kt_scene_event rest = {.name = NULL};
-    kt_reset_number number;
-    for (size_t k = 0; kt_resets_next(scene, &k, &number);)
-        if (number.parameter < 0) {
+    const kt_reset_number *number;
+    for (size_t k = 0; (number = kt_resets_next(scene, &k)) != NULL;)
+        if (number->parameter < 0) {
             kt_emit_refuse(e, KT_ERROR_UNSUPPORTED,
                            "events set parameters that numbers of the scene follow; a scene is written with numbers in "
                            "place of parameters, which no event could set");

@@ -35,22 +35,22 @@ static uint64_t sum_of_formula(uint64_t sum, const kt_expression *expression) {
 }
 
 /* The place of a number: a parameter of the scene, or a number of its description. */
-static uint64_t sum_of_place(uint64_t sum, const kt_scene *scene, const kt_reset_number *number) {
-    kt_reset_target target = {.item = number->parameter};
-    const bool is_target = number->parameter < 0 && kt_reset_target_of(&scene->description, number->at, &target);
-    const int place[] = {is_target, (int)target.kind, target.item, target.component};
+static uint64_t sum_of_place(uint64_t sum, const kt_reset_number *number) {
+    const bool is_target = number->parameter < 0;
+    const kt_parameter *of = &number->target.parameter;
+    const int place[] = {is_target, (int)of->kind, is_target ? of->item : number->parameter, number->target.component};
     sum = kt_sum_add(sum, place, sizeof place);
-    return is_target && target.key != NULL ? sum_of_text(sum, target.key->name) : sum;
+    return is_target && of->key != NULL ? sum_of_text(sum, of->key->name) : sum;
 }
 
 /* A checksum of the numbers that follow from the parameters that events set: their formulas and places. */
 static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
-    kt_reset_number number;
+    const kt_reset_number *number;
     for (int k = 0; k < scene->parameter_count; k++) /* formulas refer to them with their index */
         sum = sum_of_text(sum, scene->parameters[k].name);
-    for (size_t k = 0; kt_resets_next(scene, &k, &number);)
-        if (number.expression != NULL)
-            sum = sum_of_place(sum_of_formula(sum, number.expression), scene, &number);
+    for (size_t k = 0; (number = kt_resets_next(scene, &k)) != NULL;)
+        if (number->expression != NULL)
+            sum = sum_of_place(sum_of_formula(sum, number->expression), number);
     return sum;
 }
 
@@ -95,31 +95,28 @@ struct kt_resets {
     int x_count;
 };
 
-/* The parameter of the model that a number of the description is one of. */
-static bool find_parameter(const kt_scene *scene, const kt_model *model, const kt_reset_target *target,
-                           kt_parameter *parameter) {
-    static const int counts[] = {3, 1, 3, 6, 0, 1, 1, 4, 3, 4};
+/* The parameter of the model that a parameter of the description is. */
+static bool find_parameter(const kt_scene *scene, const kt_model *model, kt_parameter *parameter) {
     const kt_description *d = &scene->description;
-    *parameter = (kt_parameter){.kind = target->kind, .count = counts[target->kind], .key = target->key, .item = -1};
-    switch (target->kind) {
+    const int item = parameter->item;
+    parameter->item = -1;
+    switch (parameter->kind) {
     case KT_PARAMETER_GRAVITY:
         parameter->item = 0;
         break;
     case KT_PARAMETER_LOOP_CURVE:
-        parameter->item = kt_loop_find(model, d->loops[target->item].name);
+        parameter->item = kt_loop_find(model, d->loops[item].name);
         break;
     case KT_PARAMETER_EFFECT:
     case KT_PARAMETER_EFFECT_CURVE:
     case KT_PARAMETER_EFFECT_VALUE:
         for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++)
-            if (model->effect[i].source == target->item)
+            if (model->effect[i].source == item)
                 parameter->item = (int)i;
-        if (target->key->kind == KT_KEY_SIX)
-            parameter->count = 6;
         break;
     default:
-        parameter->item = kt_body_find(model, d->bodies[target->item].name);
-        if (target->kind == KT_PARAMETER_ARMATURE && parameter->item > 0)
+        parameter->item = kt_body_find(model, d->bodies[item].name);
+        if (parameter->kind == KT_PARAMETER_ARMATURE && parameter->item > 0)
             parameter->count = kt_body_coordinates(model, parameter->item).nv;
     }
     return parameter->item >= 0;
@@ -153,18 +150,17 @@ static kt_status add_inertia(kt_resets *to, const kt_model *model, int mass, kt_
 
 static kt_status add_number(kt_resets *to, const kt_scene *scene, const kt_model *model, const kt_reset_number *number,
                             kt_error *error) {
-    kt_reset_target target;
-    kt_parameter parameter;
-    if (!kt_reset_target_of(&scene->description, number->at, &target) ||
-        !find_parameter(scene, model, &target, &parameter))
+    const kt_parameter *of = &number->target.parameter;
+    kt_parameter parameter = *of;
+    if (!find_parameter(scene, model, &parameter))
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create",
                             "a number that follows from a parameter which an event sets is not in the model");
     follower *f = &to->followers[to->follower_count++];
-    *f = (follower){.expression = number->expression, .parameter = -1, .component = target.component};
+    *f = (follower){.expression = number->expression, .parameter = -1, .component = number->target.component};
     const int before = to->change_count;
     kt_status status = find_change(to, model, &parameter, &f->change, error);
-    if (status == KT_OK && to->change_count > before && target.kind == KT_PARAMETER_MASS &&
-        scene->description.bodies[target.item].inertia_of_shape)
+    if (status == KT_OK && to->change_count > before && of->kind == KT_PARAMETER_MASS &&
+        scene->description.bodies[of->item].inertia_of_shape)
         status = add_inertia(to, model, f->change, error);
     return status;
 }
@@ -204,12 +200,12 @@ static void bind_parameters(kt_resets *to, const kt_scene *scene, const kt_model
 
 kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
                            kt_error *error) {
-    kt_reset_number number;
+    const kt_reset_number *next;
     size_t count = 0;
     *resets = NULL;
     if (!kt_scene_sets(scene))
         return KT_OK;
-    for (size_t k = 0; kt_resets_next(scene, &k, &number);)
+    for (size_t k = 0; kt_resets_next(scene, &k) != NULL;)
         count++;
     kt_resets *to = kt_pool_take(pool, 1, sizeof *to);
     if (to != NULL) {
@@ -221,7 +217,8 @@ kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model 
     to->model = (kt_model *)(uintptr_t)model; /* that of the simulation, which may be set */
     bind_parameters(to, scene, model);
     kt_status status = KT_OK;
-    for (size_t k = 0; status == KT_OK && kt_resets_next(scene, &k, &number);) {
+    for (size_t k = 0; status == KT_OK && (next = kt_resets_next(scene, &k)) != NULL;) {
+        kt_reset_number number = *next;
         number.expression = keep_expression(pool, number.expression);
         if (number.expression == NULL)
             return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");

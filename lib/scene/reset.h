@@ -25,10 +25,8 @@ void kt_resets_add_states(kt_reader *r, kt_description *description);
 
 /* A number of a description that is a number of a model's parameter. */
 typedef struct kt_reset_target {
-    kt_parameter_kind kind;
-    int item;          /* body, loop or effect of the description */
-    const kt_key *key; /* of a loop or effect */
-    int component;     /* of the parameter */
+    kt_parameter parameter; /* `item` is the body, loop or effect of the description */
+    int component;
 } kt_reset_target;
 
 /* Finds the number at this address; false: no number that can be set. */
@@ -50,12 +48,12 @@ kt_reset_parameter kt_resets_parameter(const kt_scene *scene, int k);
 /* A number that follows. */
 typedef struct kt_reset_number {
     const kt_expression *expression; /* of parameters */
-    const double *at;                /* in the scene */
-    int parameter;                   /* it is this one; -1: none */
+    int parameter;                   /* it is this one; -1: a number of the description, */
+    kt_reset_target target;          /* this one */
 } kt_reset_number;
 
-/* The next number from the *k-th on, in the order in which they are evaluated; false: there is none. */
-bool kt_resets_next(const kt_scene *scene, size_t *k, kt_reset_number *number);
+/* The next number from the *k-th on, in the order in which they are evaluated; NULL: there is none. */
+const kt_reset_number *kt_resets_next(const kt_scene *scene, size_t *k);
 
 /* ---- in a simulation (reset.c) ----------------------------------------------------------------------------------- */
 

@@ -1,5 +1,6 @@
 /* Parameters and numbers that events set (reset.h): their names, and the numbers of a description that can be set. */
 #include "effect/effect.h"
+#include "model/parameter_key.h"
 #include "scene/reset.h"
 
 #include <stdint.h>
@@ -61,37 +62,29 @@ static bool find_in_body(const kt_body *body, const double *at, kt_reset_target 
         const int k = index_in(parts[i].first, parts[i].count, at);
         if (k < 0)
             continue;
-        target->kind = parts[i].kind;
+        target->parameter.kind = parts[i].kind;
+        target->parameter.count = parts[i].count;
         target->component = k;
         return true;
     }
     return false;
 }
 
-/* Numbers of loops and effects are those of their keys. */
+/* Numbers of loops and effects are those of their keys. Those of a function of time begin with its value. */
 static bool find_in_keys(const kt_descriptor *d, const void *object, bool of_loop, const double *at,
                          kt_reset_target *target) {
     for (int i = 0; i < d->key_count; i++) {
-        const kt_key *key = &d->keys[i];
-        const void *member = (const char *)object + key->offset;
-        const bool is_number = key->kind == KT_KEY_NUMBER || key->kind == KT_KEY_DISTANCE;
-        int k = -1;
-        if (!of_loop && (is_number || key->kind == KT_KEY_SIX))
-            k = index_in(member, is_number ? 1 : 6, at);
-        target->kind = KT_PARAMETER_EFFECT;
+        const void *member = (const char *)object + d->keys[i].offset;
         const kt_function *functions = member;
-        for (int j = 0; k < 0 && j < (key->kind == KT_KEY_FUNCTION ? 1 : key->kind == KT_KEY_FUNCTIONS ? 3 : 0); j++)
-            if (at == &functions[j].value) {
-                k = j;
-                target->kind = of_loop                        ? KT_PARAMETER_LOOP_CURVE
-                               : key->kind == KT_KEY_FUNCTION ? KT_PARAMETER_EFFECT_CURVE
-                                                              : KT_PARAMETER_EFFECT_VALUE;
-            }
-        if (k < 0)
+        if (!kt_parameter_classify(&d->keys[i], of_loop, &target->parameter))
             continue;
-        target->key = key;
-        target->component = k;
-        return true;
+        const int count = target->parameter.count;
+        target->component = target->parameter.kind == KT_PARAMETER_EFFECT ? index_in(member, count, at) : -1;
+        for (int j = 0; j < (count == 3 ? 3 : 1) && target->parameter.kind != KT_PARAMETER_EFFECT; j++)
+            if (at == &functions[j].value)
+                target->component = j;
+        if (target->component >= 0)
+            return true;
     }
     return false;
 }
@@ -107,17 +100,19 @@ static bool lies_in(const void *items, int count, size_t size, const double *at,
 
 bool kt_reset_target_of(const kt_description *description, const double *at, kt_reset_target *target) {
     const kt_description *d = description;
-    *target = (kt_reset_target){.kind = KT_PARAMETER_GRAVITY, .component = index_in(&d->gravity.x, 3, at)};
+    int *item = &target->parameter.item;
+    *target = (kt_reset_target){.parameter = {.kind = KT_PARAMETER_GRAVITY, .count = 3},
+                                .component = index_in(&d->gravity.x, 3, at)};
     if (target->component >= 0)
         return true;
-    if (lies_in(d->bodies, d->body_count, sizeof *d->bodies, at, &target->item))
-        return find_in_body(&d->bodies[target->item], at, target);
-    if (lies_in(d->loops, d->loop_count, sizeof *d->loops, at, &target->item)) {
-        const kt_loop *loop = &d->loops[target->item];
+    if (lies_in(d->bodies, d->body_count, sizeof *d->bodies, at, item))
+        return find_in_body(&d->bodies[*item], at, target);
+    if (lies_in(d->loops, d->loop_count, sizeof *d->loops, at, item)) {
+        const kt_loop *loop = &d->loops[*item];
         return find_in_keys(kt_loop_descriptor(loop->type), loop, true, at, target);
     }
-    if (lies_in(d->effects, d->effect_count, sizeof *d->effects, at, &target->item)) {
-        const kt_effect *effect = &d->effects[target->item];
+    if (lies_in(d->effects, d->effect_count, sizeof *d->effects, at, item)) {
+        const kt_effect *effect = &d->effects[*item];
         return !kt_effect_is_hard(effect) && !kt_effect_sticks(effect) &&
                find_in_keys(kt_effect_descriptor(effect->type), effect, false, at, target);
     }

@@ -25,7 +25,8 @@ typedef struct kt_follower {
     bool is_offset; /* it lies in the struct kt_scene, which its owner may move */
     double *at;
     size_t offset;
-    kt_node *node; /* while the scene is read */
+    kt_node *node;         /* while the scene is read */
+    kt_reset_number reset; /* if is_reset, once the scene has been read */
 } kt_follower;
 
 /* A value that has been read and depends on a variable, until a reader has recorded its final place. */
@@ -242,19 +243,23 @@ static void refuse_reset(kt_reader *r, kt_node *node) {
                       node->kind == KT_NODE_TEXT ? kt_name_quote(node->of.text).text : "this");
 }
 
+/* Records which number of the description each follower is. */
 static void check_resets(kt_reader *r, const kt_scene *scene) {
     kt_scene_variables *v = r->varying;
     for (size_t i = 0; i < v->noted_count; i++)
         if (v->noted[i].is_reset)
             refuse_reset(r, v->noted[i].node);
     for (size_t i = 0; i < v->count; i++) {
-        const double *at = v->followers[i].at;
-        kt_reset_target target;
+        kt_follower *follower = &v->followers[i];
+        const double *at = follower->at;
         const bool is_parameter =
             r->parameter_count > 0 && at >= r->parameter_values && at < r->parameter_values + r->parameter_count;
-        if (v->followers[i].is_reset && !is_parameter && !kt_reset_target_of(&scene->description, at, &target))
-            refuse_reset(r, v->followers[i].node);
-        v->followers[i].node = NULL;
+        follower->reset = (kt_reset_number){.expression = follower->expression,
+                                            .parameter = is_parameter ? (int)(at - r->parameter_values) : -1};
+        if (follower->is_reset && !is_parameter &&
+            !kt_reset_target_of(&scene->description, at, &follower->reset.target))
+            refuse_reset(r, follower->node);
+        follower->node = NULL;
     }
 }
 
@@ -313,20 +318,11 @@ kt_reset_parameter kt_resets_parameter(const kt_scene *scene, int k) {
     return (kt_reset_parameter){.value = v->parameters[k], .state = v->reset_state[k], .is_set = v->is_set[k]};
 }
 
-bool kt_resets_next(const kt_scene *scene, size_t *k, kt_reset_number *number) {
+const kt_reset_number *kt_resets_next(const kt_scene *scene, size_t *k) {
     const kt_scene_variables *v = scene->variables;
     while (v != NULL && *k < v->count && !v->followers[*k].is_reset)
         (*k)++;
-    if (v == NULL || *k >= v->count)
-        return false;
-    const kt_follower *follower = &v->followers[(*k)++];
-    /* A query does not change the scene: the address of a number is compared, and never written through. */
-    const double *at =
-        follower->is_offset ? (const double *)(const void *)((const char *)scene + follower->offset) : follower->at;
-    const bool is_parameter = at >= v->parameters && at < v->parameters + v->parameter_count;
-    *number = (kt_reset_number){
-        .expression = follower->expression, .at = at, .parameter = is_parameter ? (int)(at - v->parameters) : -1};
-    return true;
+    return v != NULL && *k < v->count ? &v->followers[(*k)++].reset : NULL;
 }
 
 /* ---- new values -------------------------------------------------------------------------------------------------- */
