@@ -35,11 +35,10 @@
 
 #include "dynamics/angles.h"
 #include "dynamics/dynamics.h"
+#include "dynamics/no_inertia.h"
 #include "dynamics/sweep.h"
 
 #include <string.h>
-
-#define KT_NO_INERTIA 1e-14 /* about 45 units of rounding */
 
 /* Factors a symmetric matrix as L D L': l = (l10, l20, l21), e = 1 / D. Returns false if it is not positive definite
  * beyond rounding. The rounding error of entry kk is proportional to size[k]. With E = diag(size) and m a row of L^-1,

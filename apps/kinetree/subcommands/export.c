@@ -1,6 +1,7 @@
-/* kinetree export: writes the mechanism of a scene as a robot in URDF or MJCF. */
+/* kinetree export: writes the mechanism of a scene as a robot in URDF or MJCF, or its equations as C. */
 #include "command.h"
 #include "records/output.h"
+#include "subcommands/export_c.h"
 #include "text/arguments.h"
 
 #include "kinetree/export.h"
@@ -11,8 +12,8 @@
 #include <string.h>
 
 typedef struct kt_export_arguments {
-    const char *out;
-    bool urdf, mjcf;
+    const char *out, *functions;
+    bool urdf, mjcf, c, constant;
     kt_settings settings;
 } kt_export_arguments;
 
@@ -20,6 +21,10 @@ typedef struct kt_export_arguments {
 static const kt_option options[] = {
     {"urdf", KT_OPTION_FLAG, AT(urdf), NULL, "write URDF, the format of ROS", NULL},
     {"mjcf", KT_OPTION_FLAG, AT(mjcf), NULL, "write MJCF, the format of MuJoCo", NULL},
+    {"c", KT_OPTION_FLAG, AT(c), NULL, "write C: FILE.c and FILE.h, without any library", NULL},
+    {"functions", KT_OPTION_TEXT, AT(functions), "LIST",
+     "write these functions of C; default: forward,inverse,bias,mass", NULL},
+    {"fold", KT_OPTION_FLAG, AT(constant), NULL, "write all numbers of C as constants", NULL},
     {"out", KT_OPTION_TEXT, AT(out), "FILE", "write to this file; default: standard output", NULL},
     KT_SET_OPTION(AT(settings)),
 };
@@ -27,17 +32,22 @@ static const kt_option options[] = {
 const kt_usage kt_usage_export = {
     .command = "export",
     .examples = "  kinetree export --urdf arm.yaml --out arm.urdf\n"
-                "  kinetree export --mjcf four-bar.yaml --set L=1.5 --out four-bar.xml\n",
+                "  kinetree export --mjcf four-bar.yaml --set L=1.5 --out four-bar.xml\n"
+                "  kinetree export --c arm.yaml --functions forward,mass --out arm.c\n",
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about =
-        "Writes the mechanism of a scene as a robot in URDF or MJCF.\n"
-        "Both have bodies, joints, masses, shapes, meshes, dampers, friction, limits and couplings of two joints.\n"
-        "MJCF also has gravity, markers, springs in joints, motors, servos and couplings of several joints.\n"
-        "It has spherical, revolute and weld loops and the assembled start, too.\n"
-        "Omissions and changes are reported on standard error, each kind once, with its number.\n"
-        "A file that is read back has the mass matrix of the scene, except for rounding.\n",
+    .about = "Writes the mechanism of a scene as a robot in URDF or MJCF, or its equations as C.\n"
+             "Both robot formats have bodies, joints, masses, shapes, meshes, dampers, friction, limits and couplings "
+             "of two joints.\n"
+             "MJCF also has gravity, markers, springs in joints, motors, servos and couplings of several joints.\n"
+             "It has spherical, revolute and weld loops and the assembled start, too.\n"
+             "Omissions and changes are reported on standard error, each kind once, with its number.\n"
+             "A file that is read back has the mass matrix of the scene, except for rounding.\n"
+             "\n"
+             "C is for trees without loops. Its files need no library and allocate nothing.\n"
+             "Zeros, axes and rotations are folded; other numbers stay parameters, unless --fold is given.\n"
+             "Functions: forward, inverse, bias, mass, energy, markers. Forces of effects are not included.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -85,14 +95,24 @@ int kt_command_export(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_export, argc, argv, &a, &operands);
     if (code >= 0)
         return code;
-    if (a.urdf == a.mjcf) {
-        kt_say("export: give --urdf or --mjcf%s", a.urdf ? ", one of both" : "");
+    if (a.urdf + a.mjcf + a.c != 1) {
+        kt_say("export: give --urdf, --mjcf or --c%s", a.urdf || a.mjcf || a.c ? ", one of them" : "");
         return KT_EXIT_USAGE;
     }
+    if (!a.c && (a.functions != NULL || a.constant)) {
+        kt_say("export: %s is an option of --c", a.constant ? "--fold" : "--functions");
+        return KT_EXIT_USAGE;
+    }
+    const kt_export_c c = {argv[1], a.functions, a.out, &a.settings, a.constant};
+    code = a.c ? kt_export_c_check(&c) : -1;
+    if (code >= 0)
+        return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", a.out, true}};
     code = kt_check_files("export", uses, 2);
     if (code >= 0)
         return code;
+    if (a.c)
+        return kt_export_c_write(&c);
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_scene(argv[1], &a.settings, &scene);

@@ -1,0 +1,76 @@
+/* Generated C: the dynamics of one tree as straight-line C99. Part of libkinetree-scene.
+ *
+ *     FILE *source = fopen("arm.c", "w"), *header = fopen("arm.h", "w");
+ *     status = kt_codegen_write(model, "arm", KT_CODEGEN_FORWARD | KT_CODEGEN_MASS, false, source, header, &error);
+ *
+ * The two generated files need no library. They allocate nothing, and compute sines and cosines themselves. Zeros, axes
+ * and rotations of the model are folded into the code. All other numbers are members of NAME_parameters, with the
+ * numbers of the model as NAME_default. A program changes members and calls NAME_prepare. Members are masses (kg),
+ * centres of mass (m), inertias, positions of joint frames, pitches, armature, markers, and gravity.
+ */
+#ifndef KINETREE_CODEGEN_H
+#define KINETREE_CODEGEN_H
+
+#include "kinetree/model.h"
+
+#include <stdio.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Functions of a generated file. X(id, name, meaning) */
+#define KT_CODEGEN_LIST(X)                                                                                             \
+    X(KT_CODEGEN_FORWARD, forward, "accelerations for given joint forces, as kt_dynamics_forward")                     \
+    X(KT_CODEGEN_INVERSE, inverse, "joint forces for given accelerations, as kt_dynamics_inverse")                     \
+    X(KT_CODEGEN_BIAS, bias, "joint forces without accelerations: gravity, centrifugal and Coriolis forces")           \
+    X(KT_CODEGEN_MASS, mass, "the mass matrix, as kt_dynamics_mass")                                                   \
+    X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
+    X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")
+
+enum {
+#define KT_CODEGEN_INDEX(id, name, meaning) id##_INDEX,
+    KT_CODEGEN_LIST(KT_CODEGEN_INDEX)
+#undef KT_CODEGEN_INDEX
+        KT_CODEGEN_COUNT /* how many functions there are */
+};
+
+/* Bits of functions. */
+enum {
+#define KT_CODEGEN_BIT(id, name, meaning) id = 1 << id##_INDEX,
+    KT_CODEGEN_LIST(KT_CODEGEN_BIT)
+#undef KT_CODEGEN_BIT
+        KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1 /* all functions */
+};
+
+/* Returns the name of a function with the index 0 <= k < KT_CODEGEN_COUNT; NULL for other numbers. */
+KT_API const char *kt_codegen_name(int k);
+
+/* Returns the meaning of a function in a few words; NULL for other numbers. */
+KT_API const char *kt_codegen_meaning(int k);
+
+/* Returns a hash of all that a generated file folds: types of joints, axes, rotations, zeros, the order of bodies. The
+ * header of a generated file has this number as NAME_STRUCTURE. The file fits a model if both are equal. Returns 0 for
+ * NULL.
+ * Cost: O(bodies). */
+KT_API uint64_t kt_codegen_structure(const kt_model *model);
+
+/* Writes a source file and its header to two streams, which stay open.
+ *
+ * name: an identifier of C, with which all public names of the file begin.
+ * functions: a sum of KT_CODEGEN_ bits.
+ * constant: whether the file also has all numbers as constants. It then has no parameters.
+ *
+ * The functions are those of the tree, like those of dynamics.h: forces of effects are not part of them. Each function
+ * returns 0. NAME_forward returns the number of the body whose joint has no inertia, and then writes nothing.
+ *
+ * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops,
+ * bodies of variable mass, coordinates that move no mass, contacts. KT_ERROR_MEMORY. KT_ERROR_FILE.
+ * Cost: O(size of the files). */
+KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
+                                             FILE *source, FILE *header, kt_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,397 @@
+/* The two files of kt_codegen_write.
+ *
+ * All graphs are made first. Functions are then printed to memory, because they make the list of prepared numbers, which
+ * precedes them in the source.
+ */
+#include "kinetree/codegen.h"
+
+#include "base/require.h"
+#include "codegen/print.h"
+#include "kinetree/loop.h"
+#include "scene/number.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What a function reads and writes. */
+typedef struct code_kind {
+    const char *name, *meaning;
+    const char *equation;
+    const char *input[3]; /* NULL: no more */
+    const char *output[2];
+} code_kind;
+
+static const code_kind kinds[KT_CODEGEN_COUNT] = {
+    [KT_CODEGEN_FORWARD_INDEX] = {.equation = "M a = tau - h", .input = {"q", "v", "tau"}, .output = {"a"}},
+    [KT_CODEGEN_INVERSE_INDEX] = {.equation = "tau = M a + h", .input = {"q", "v", "a"}, .output = {"tau"}},
+    [KT_CODEGEN_BIAS_INDEX] = {.equation = "tau = M a + h with a = 0", .input = {"q", "v"}, .output = {"h"}},
+    [KT_CODEGEN_MASS_INDEX] = {.equation = "M, NV x NV, both triangles", .input = {"q"}, .output = {"M"}},
+    [KT_CODEGEN_ENERGY_INDEX] = {.equation = "kinetic, potential", .input = {"q", "v"}, .output = {"energy"}},
+    [KT_CODEGEN_MARKERS_INDEX] = {.equation = "three numbers for each marker",
+                                  .input = {"q", "v"},
+                                  .output = {"position", "velocity"}},
+};
+
+static const char *const names[] = {
+#define KT_CODEGEN_NAME(id, name, meaning) #name,
+    KT_CODEGEN_LIST(KT_CODEGEN_NAME)
+#undef KT_CODEGEN_NAME
+};
+static const char *const meanings[] = {
+#define KT_CODEGEN_MEANING(id, name, meaning) meaning,
+    KT_CODEGEN_LIST(KT_CODEGEN_MEANING)
+#undef KT_CODEGEN_MEANING
+};
+
+const char *kt_codegen_name(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) ? names[k] : NULL; }
+const char *kt_codegen_meaning(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) ? meanings[k] : NULL; }
+
+/* ---- structure --------------------------------------------------------------------------------------------------- */
+
+static void hash_bytes(uint64_t *h, const void *bytes, size_t count) {
+    const unsigned char *at = bytes;
+    for (size_t i = 0; i < count; i++)
+        *h = (*h ^ at[i]) * 0x100000001b3u;
+}
+
+static void hash_int(uint64_t *h, int x) {
+    const int32_t fixed = x;
+    hash_bytes(h, &fixed, sizeof fixed);
+}
+
+/* Which of some numbers are zero. */
+static void hash_zeros(uint64_t *h, const double *x, int count) {
+    for (int i = 0; i < count; i++)
+        hash_int(h, x[i] == 0.0);
+}
+
+uint64_t kt_codegen_structure(const kt_model *model) {
+    uint64_t h = 0xcbf29ce484222325u;
+    if (model == NULL)
+        return 0;
+    const kt_vec3 g = kt_model_gravity(model);
+    hash_zeros(&h, (const double[]){g.x, g.y, g.z}, 3);
+    for (size_t b = 1; b < model->n.body; b++) {
+        const kt_body_record *r = &model->body[b];
+        const kt_vec3 c = r->com, p = r->joint.position;
+        const kt_sym3 j = r->inertia;
+        hash_int(&h, r->type);
+        hash_int(&h, r->parent);
+        hash_zeros(&h, (const double[]){r->mass, c.x, c.y, c.z, p.x, p.y, p.z}, 7);
+        hash_zeros(&h, (const double[]){j.xx, j.yy, j.zz, j.xy, j.xz, j.yz}, 6);
+        hash_bytes(&h, &r->in_link.rotation, sizeof r->in_link.rotation);
+    }
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *l = &model->link[i];
+        const double pitch = kt_link_pitch(l);
+        hash_int(&h, l->motion);
+        hash_int(&h, l->axis);
+        hash_int(&h, l->parent);
+        hash_zeros(&h, &pitch, 1);
+        hash_zeros(&h, model->armature + l->v, kt_link_dofs(l));
+        if (l->rest_is_rotated)
+            hash_bytes(&h, &kt_link_rest_of(l)->axes, sizeof(kt_mat3));
+    }
+    return h;
+}
+
+/* ---- header ------------------------------------------------------------------------------------------------------ */
+
+static void print_signature(FILE *file, const char *name, int k, bool constant) {
+    const code_kind *kind = &kinds[k];
+    fprintf(file, "int %s_%s(", name, names[k]);
+    if (!constant)
+        fprintf(file, "const %s_model *model, ", name);
+    for (int i = 0; i < 3 && kind->input[i] != NULL; i++)
+        fprintf(file, "const %s_real *%s, ", name, kind->input[i]);
+    for (int i = 0; i < 2 && kind->output[i] != NULL; i++)
+        fprintf(file, "%s%s_real *%s", i > 0 ? ", " : "", name, kind->output[i]);
+    fputs(")", file);
+}
+
+/* Bodies with their coordinates, as a comment. */
+static void print_bodies(FILE *file, const kt_model *model) {
+    fputs(" *\n * body  name (joint): positions, velocities\n", file);
+    for (int b = 1; b < kt_model_body_count(model); b++) {
+        static const char *const type[] = {
+#define KT_CODEGEN_JOINT(id, name, nq, nv) #name,
+            KT_JOINT_LIST(KT_CODEGEN_JOINT)
+#undef KT_CODEGEN_JOINT
+        };
+        const kt_coordinates c = kt_body_coordinates(model, b);
+        fprintf(file, " * %4d  %s (%s)", b, kt_body_name(model, b), type[c.type]);
+        if (c.nv == 1)
+            fprintf(file, ": q[%d], v[%d]", c.q, c.v);
+        else if (c.nv > 1)
+            fprintf(file, ": q[%d] to q[%d], v[%d] to v[%d]", c.q, c.q + c.nq - 1, c.v, c.v + c.nv - 1);
+        fputs("\n", file);
+    }
+    for (int b = 0, index = 0; b < kt_model_body_count(model); b++)
+        for (int k = 0; k < kt_marker_count(model, b); k++, index++)
+            fprintf(file, "%s * %4d  marker %s of %s\n", index == 0 ? " *\n" : "", index, kt_marker_name(model, b, k),
+                    kt_body_name(model, b));
+}
+
+static void print_header(FILE *file, const kt_code_tree *tree, const char *name, unsigned functions, int prepared) {
+    const kt_model *model = tree->model;
+    fprintf(file, "/* %s.h: a mechanism as C, generated by Kinetree %s. Do not edit.\n", name, kt_version());
+    print_bodies(file, model);
+    fprintf(file,
+            " *\n * Units: SI and radians. Forces of effects are not included.\n"
+            " * A function returns 0, or the number of the body whose joint has no inertia; it then writes nothing.\n"
+            " * Equal bits on all processors need -ffp-contract=off or -std=c99.\n */\n"
+            "#ifndef %s_GENERATED_H\n#define %s_GENERATED_H\n\n"
+            "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n"
+            "#ifdef %s_FLOAT /* define it for all files: single precision */\ntypedef float %s_real;\n#else\n"
+            "typedef double %s_real;\n#endif\n\n"
+            "enum { %s_NQ = %d, %s_NV = %d }; /* positions, velocities */\n\n"
+            "/* kt_codegen_structure of the model */\n#define %s_STRUCTURE 0x%016llxu\n\n",
+            name, name, name, name, name, name, kt_model_nq(model), name, kt_model_nv(model), name,
+            (unsigned long long)kt_codegen_structure(model));
+    if (!tree->constant) {
+        fprintf(file, "/* Numbers that may change. Zeros are folded. */\ntypedef struct %s_parameters {\n", name);
+        for (int i = 0; i < tree->parameter_count; i++)
+            fprintf(file, "    %s_real %s; /* %s */\n", name, tree->parameter[i].name, tree->parameter[i].meaning);
+        if (tree->parameter_count == 0)
+            fprintf(file, "    %s_real none;\n", name);
+        fprintf(file,
+                "} %s_parameters;\n\n/* What the parameters alone decide. */\n"
+                "typedef struct %s_model {\n    %s_real k[%d];\n} %s_model;\n\n"
+                "extern const %s_parameters %s_default; /* the numbers of the scene */\n\n"
+                "/* Computes the model. Call it once, and after each change of a parameter. */\n"
+                "void %s_prepare(const %s_parameters *p, %s_model *model);\n\n",
+                name, name, name, prepared > 0 ? prepared : 1, name, name, name, name, name, name);
+    }
+    for (int k = 0; k < KT_CODEGEN_COUNT; k++)
+        if (functions & 1u << k) {
+            fprintf(file, "/* %s: %s */\n", meanings[k], kinds[k].equation);
+            print_signature(file, name, k, tree->constant);
+            fputs(";\n\n", file);
+        }
+    fputs("#ifdef __cplusplus\n}\n#endif\n#endif\n", file);
+}
+
+/* ---- source ------------------------------------------------------------------------------------------------------ */
+
+static void print_angles(FILE *file, const kt_model *model) {
+    bool in_order = true;
+    const int count = (int)model->n.angle;
+    for (int i = 0; i < count; i++)
+        in_order &= model->angle[i] == i;
+    fprintf(file, "    real s[%d], c[%d];\n", count, count);
+    if (in_order) {
+        fprintf(file, "    sines(%d, q, s, c);\n", count);
+        return;
+    }
+    fprintf(file, "    real angle[%d];\n", count);
+    for (int i = 0; i < count; i++)
+        fprintf(file, "    angle[%d] = q[%d];\n", i, (int)model->angle[i]);
+    fprintf(file, "    sines(%d, angle, s, c);\n", count);
+}
+
+static void print_body(kt_code_printer *p, const char *name, int k, const kt_code_function *f) {
+    const code_kind *kind = &kinds[k];
+    const kt_code_arrays arrays = {.given = kind->input[2] != NULL ? kind->input[2] : "",
+                                   .output = {kind->output[0], kind->output[1]}};
+    const kt_op_array array[3] = {KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN};
+    const kt_op_counts n = kt_graph_count(p->graph, f->out, f->out_count);
+    fprintf(p->file, "/* %s: %s\n * Operations: %d products, %d sums, %d divisions. */\n", meanings[k], kind->equation,
+            n.multiply, n.add, n.divide);
+    print_signature(p->file, name, k, p->tree->constant);
+    fputs(" {\n", p->file);
+    const bool has_angles = kt_code_reads(p, f, KT_OP_SINE) || kt_code_reads(p, f, KT_OP_COSINE);
+    if (!p->tree->constant)
+        fputs("    const real *k = model->k;\n", p->file);
+    if (has_angles)
+        print_angles(p->file, p->tree->model);
+    for (int i = 0; i < 3 && kind->input[i] != NULL; i++)
+        if (!kt_code_reads(p, f, array[i]) && !(i == 0 && has_angles))
+            fprintf(p->file, "    (void)%s;\n", kind->input[i]);
+    if (!p->tree->constant)
+        fputs("    (void)k;\n", p->file);
+    kt_code_print_function(p, f, &arrays);
+    fputs("    return 0;\n}\n\n", p->file);
+}
+
+static void print_source(kt_code_printer *p, const char *name, const char *functions, bool has_angles) {
+    const kt_code_tree *tree = p->tree;
+    FILE *file = p->file;
+    fprintf(file,
+            "/* %s.c: generated by Kinetree %s. Do not edit. */\n#include \"%s.h\"\n\n"
+            "#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#endif\n\ntypedef %s_real real;\n\n",
+            name, kt_version(), name, name);
+    if (has_angles)
+        kt_code_print_sincos(file, name);
+    if (!tree->constant) {
+        fprintf(file, "/* ---- parameters ---- */\n\nconst %s_parameters %s_default = {\n", name, name);
+        for (int i = 0; i < tree->parameter_count; i++) {
+            char text[KT_NUMBER_SIZE];
+            kt_number_format(text, tree->parameter[i].value);
+            fprintf(file, "    (real)%s, /* %s */\n", text, tree->parameter[i].name);
+        }
+        fprintf(file, "%s};\n\nvoid %s_prepare(const %s_parameters *p, %s_model *model) {\n    real *k = model->k;\n",
+                tree->parameter_count == 0 ? "    0\n" : "", name, name, name);
+        fputs("    (void)p;\n    (void)k;\n", file);
+        kt_code_print_prepared(p);
+        fputs("}\n\n", file);
+    }
+    fprintf(file, "/* ---- functions ---- */\n\n%s", functions);
+}
+
+/* ---- graphs ------------------------------------------------------------------------------------------------------ */
+
+/* Makes the graph of a function. Returns false if memory is insufficient. */
+static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
+    const size_t count = nv * nv + 6 * markers + 2;
+    f->out = calloc(count + 2 * nv, sizeof *f->out);
+    f->guard = calloc(nv, sizeof *f->guard);
+    kt_op *work = calloc(count, sizeof *work);
+    bool fine = f->out != NULL && f->guard != NULL && work != NULL;
+    g->scope++;
+    f->out_count = f->output[0] = (int)nv;
+    if (fine)
+        switch (k) {
+        case KT_CODEGEN_FORWARD_INDEX:
+            kt_code_forward(tree, work, f->out, f->guard);
+            f->guard_count = (int)nv;
+            break;
+        case KT_CODEGEN_INVERSE_INDEX:
+        case KT_CODEGEN_BIAS_INDEX:
+            kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
+            break;
+        case KT_CODEGEN_MASS_INDEX:
+            kt_code_mass(tree, f->out);
+            f->out_count = f->output[0] = (int)(nv * nv);
+            break;
+        case KT_CODEGEN_ENERGY_INDEX:
+            kt_code_energy(tree, f->out);
+            f->out_count = f->output[0] = 2;
+            break;
+        default:
+            kt_code_markers(tree, f->out);
+            f->output[0] = f->output[1] = (int)(3 * markers);
+            f->out_count = (int)(6 * markers);
+            break;
+        }
+    free(work);
+    return fine && !g->failed;
+}
+
+/* Factors products, with the guards behind the outputs. */
+static void factor_function(kt_graph *g, kt_code_function *f) {
+    kt_op *all = f->out;
+    const int n = f->guard_count;
+    for (int k = 0; k < n; k++) {
+        all[f->out_count + 2 * k] = f->guard[k].pivot;
+        all[f->out_count + 2 * k + 1] = f->guard[k].limit;
+    }
+    for (int pass = 0; pass < 3; pass++)
+        kt_graph_factor(g, all, f->out_count + 2 * n);
+    for (int k = 0; k < n; k++) {
+        f->guard[k].pivot = all[f->out_count + 2 * k];
+        f->guard[k].limit = all[f->out_count + 2 * k + 1];
+    }
+}
+
+static kt_status print_files(const kt_code_tree *tree, const char *name, unsigned functions, kt_code_function *f,
+                             FILE *source, FILE *header, kt_error *error) {
+    char *text = NULL;
+    size_t length = 0;
+    kt_code_printer p;
+    FILE *memory = open_memstream(&text, &length);
+    bool fine = kt_code_printer_init(&p, tree, memory) && memory != NULL, has_angles = false;
+    for (int k = 0; fine && k < KT_CODEGEN_COUNT; k++)
+        if (functions & 1u << k) {
+            has_angles |= kt_code_reads(&p, &f[k], KT_OP_SINE) || kt_code_reads(&p, &f[k], KT_OP_COSINE);
+            print_body(&p, name, k, &f[k]);
+        }
+    fine = memory != NULL && fclose(memory) == 0 && fine;
+    p.file = source;
+    if (fine) {
+        print_source(&p, name, text, has_angles);
+        print_header(header, tree, name, functions, p.prepared_count);
+    }
+    kt_code_printer_free(&p);
+    free(text);
+    if (!fine)
+        return kt_error_set(error, KT_ERROR_MEMORY, name, "there is not enough memory to generate the files");
+    if (ferror(source) || ferror(header))
+        return kt_error_set(error, KT_ERROR_FILE, name, "the files could not be written; check the room on the disk");
+    return KT_OK;
+}
+
+/* ---- checks ------------------------------------------------------------------------------------------------------ */
+
+static bool is_identifier(const char *name) {
+    if (!isalpha((unsigned char)name[0]) || strlen(name) > KT_CODE_BODY_NAME)
+        return false;
+    for (const char *at = name; *at != '\0'; at++)
+        if (!isalnum((unsigned char)*at) && *at != '_')
+            return false;
+    return true;
+}
+
+/* Reports what this version cannot generate. */
+static kt_status check_generated(const kt_model *model, unsigned functions, kt_error *error) {
+    static const char *const remedy = "generate the code of a tree, or use the library for this mechanism";
+    if (model->n.loop > 0)
+        return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),
+                            "code for loops cannot be generated; %s (a contact counts as a loop)", remedy);
+#if KT_HAS_VARIABLE_MASS
+    if (model->n.varying > 0)
+        return kt_error_set(error, KT_ERROR_MODEL, kt_body_name(model, model->varying[0].body),
+                            "code for a mass that changes with time cannot be generated; %s", remedy);
+#endif
+    if (model->n.v == 0)
+        return kt_error_set(error, KT_ERROR_MODEL, NULL, "no joint can move, and there is nothing to generate");
+    if ((functions & KT_CODEGEN_FORWARD) && model->n.massless > 0)
+        return kt_error_set(error, KT_ERROR_MODEL, "forward",
+                            "%d coordinates move no mass, and accelerations do not follow; give the bodies masses, or "
+                            "leave out forward",
+                            (int)model->n.massless);
+    if ((functions & KT_CODEGEN_MARKERS) && model->n.marker == 0)
+        return kt_error_set(error, KT_ERROR_MODEL, "markers", "there are no markers; name one, or leave out markers");
+    return KT_OK;
+}
+
+kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant, FILE *source,
+                           FILE *header, kt_error *error) {
+    if (KT_IS_MISSING(error, model, name, source, header))
+        return KT_ERROR_ARGUMENT;
+    if (!is_identifier(name))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "name",
+                            "'%s' is not a name for C; begin with a letter, go on with letters, digits and _", name);
+    if (functions == 0 || (functions & ~(unsigned)KT_CODEGEN_ALL) != 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "functions", "functions is %#x; give a sum of KT_CODEGEN_ bits",
+                            functions);
+    kt_status status = check_generated(model, functions, error);
+    if (status != KT_OK)
+        return status;
+    kt_graph graph;
+    kt_code_tree tree;
+    kt_code_function f[KT_CODEGEN_COUNT] = {{0}};
+    kt_graph_init(&graph);
+    bool fine = kt_code_tree_read(&tree, model, &graph, constant);
+    if (fine)
+        kt_code_tree_regroup(&tree);
+    for (int k = 0; fine && k < KT_CODEGEN_COUNT; k++)
+        if (functions & 1u << k) {
+            fine = make_function(&tree, k, &f[k]);
+            if (fine)
+                factor_function(&graph, &f[k]);
+        }
+    if (!fine || graph.failed)
+        status = kt_error_set(error, KT_ERROR_MEMORY, name, "there is not enough memory to generate the files");
+    else
+        status = print_files(&tree, name, functions, f, source, header, error);
+    for (int k = 0; k < KT_CODEGEN_COUNT; k++) {
+        free(f[k].out);
+        free(f[k].guard);
+    }
+    kt_code_tree_free(&tree);
+    kt_graph_free(&graph);
+    return status;
+}

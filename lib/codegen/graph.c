@@ -1,0 +1,337 @@
+/* Nodes and their simplification. */
+#include "codegen/graph.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { KT_GRAPH_TABLE = 1 << 14, KT_SECTION_LENGTH = 400 };
+
+void kt_graph_init(kt_graph *g) {
+    *g = (kt_graph){.table_size = KT_GRAPH_TABLE};
+    g->table = malloc(KT_GRAPH_TABLE * sizeof *g->table);
+    g->failed = g->table == NULL;
+    for (int32_t i = 0; i < KT_GRAPH_TABLE && !g->failed; i++)
+        g->table[i] = -1;
+}
+
+void kt_graph_free(kt_graph *g) {
+    for (int32_t i = 0; i < g->section_count; i++)
+        free(g->section[i]);
+    free(g->section);
+    free(g->table);
+    free(g->node);
+    *g = (kt_graph){.failed = true};
+}
+
+/* Makes room for one more of an array of `size` bytes each; NULL: there is no memory. */
+static void *grow_array(void *array, int32_t count, int32_t *room, size_t size) {
+    if (count < *room)
+        return array;
+    const int32_t more = *room > 0 ? 2 * *room : 256;
+    void *larger = realloc(array, (size_t)more * size);
+    if (larger != NULL)
+        *room = more;
+    return larger;
+}
+
+void kt_graph_section(kt_graph *g, const char *format, ...) {
+    char text[KT_SECTION_LENGTH];
+    va_list arguments;
+    va_start(arguments, format);
+    const int length = vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    char **larger = g->failed ? NULL : grow_array(g->section, g->section_count, &g->section_room, sizeof *g->section);
+    char *copy = length >= 0 ? strdup(text) : NULL;
+    if (larger != NULL)
+        g->section = larger;
+    if (larger == NULL || copy == NULL) {
+        g->failed = true;
+        free(copy);
+        return;
+    }
+    g->section[g->section_count++] = copy;
+}
+
+/* ---- the table --------------------------------------------------------------------------------------------------- */
+
+static uint64_t bits_of_value(const kt_op_node *n) {
+    uint64_t bits;
+    memcpy(&bits, &n->value, sizeof bits);
+    return bits;
+}
+
+static uint32_t hash_node(const kt_op_node *n) {
+    uint64_t h = bits_of_value(n) * 0x9e3779b97f4a7c15u;
+    h ^= ((uint64_t)(uint32_t)n->a << 32 | (uint32_t)n->b) * 0xc2b2ae3d27d4eb4fu;
+    h ^= ((uint64_t)n->kind << 16 | (uint16_t)n->scope) * 0x165667b19e3779f9u;
+    h ^= h >> 29;
+    h *= 0xbf58476d1ce4e5b9u;
+    return (uint32_t)(h >> 32);
+}
+
+static void enlarge_table(kt_graph *g) {
+    const int32_t size = 4 * g->table_size;
+    int32_t *table = malloc((size_t)size * sizeof *table);
+    if (table == NULL) {
+        g->failed = true;
+        return;
+    }
+    for (int32_t i = 0; i < size; i++)
+        table[i] = -1;
+    for (int32_t i = 0; i < g->count; i++) {
+        const uint32_t at = hash_node(&g->node[i]) & (uint32_t)(size - 1);
+        g->node[i].next = table[at];
+        table[at] = i;
+    }
+    free(g->table);
+    g->table = table;
+    g->table_size = size;
+}
+
+/* Returns the node that equals n, which it adds if there is none. */
+static kt_op find_node(kt_graph *g, kt_op_node n) {
+    if (g->failed)
+        return 0;
+    n.scope = n.origin == KT_OP_OF_STATE ? g->scope : 0;
+    n.section = g->section_count - 1;
+    const uint32_t hash = hash_node(&n);
+    for (int32_t i = g->table[hash & (uint32_t)(g->table_size - 1)]; i >= 0; i = g->node[i].next) {
+        const kt_op_node *o = &g->node[i];
+        if (o->kind == n.kind && o->a == n.a && o->b == n.b && o->scope == n.scope &&
+            bits_of_value(o) == bits_of_value(&n))
+            return i;
+    }
+    kt_op_node *larger = grow_array(g->node, g->count, &g->room, sizeof *g->node);
+    if (larger == NULL) {
+        g->failed = true;
+        return 0;
+    }
+    g->node = larger;
+    int32_t *first = &g->table[hash & (uint32_t)(g->table_size - 1)];
+    n.next = *first;
+    *first = g->count;
+    g->node[g->count++] = n;
+    if (g->count > g->table_size)
+        enlarge_table(g);
+    return g->count - 1;
+}
+
+/* An operation on nodes, not simplified; b < 0: on one. */
+static kt_op find_operation(kt_graph *g, kt_op_kind kind, kt_op a, kt_op b) {
+    if (g->failed)
+        return 0;
+    const uint8_t first = g->node[a].origin, second = b >= 0 ? g->node[b].origin : 0;
+    return find_node(g, (kt_op_node){.kind = (uint8_t)kind, .origin = first > second ? first : second, .a = a, .b = b});
+}
+
+/* ---- leaves and operations --------------------------------------------------------------------------------------- */
+
+kt_op kt_op_number(kt_graph *g, double value) {
+    return find_node(g, (kt_op_node){.kind = KT_OP_CONSTANT, .a = -1, .b = -1, .value = value == 0.0 ? 0.0 : value});
+}
+
+kt_op kt_op_parameter(kt_graph *g, int index) {
+    return find_node(g, (kt_op_node){.kind = KT_OP_PARAMETER, .origin = KT_OP_OF_PARAMETERS, .a = index, .b = -1});
+}
+
+kt_op kt_op_input(kt_graph *g, kt_op_array array, int index) {
+    return find_node(g, (kt_op_node){.kind = KT_OP_INPUT, .origin = KT_OP_OF_STATE, .a = (int32_t)array, .b = index});
+}
+
+static bool is_constant(const kt_graph *g, kt_op a) { return g->node[a].kind == KT_OP_CONSTANT; }
+
+kt_op kt_op_negate(kt_graph *g, kt_op a) {
+    if (g->failed)
+        return 0;
+    if (is_constant(g, a))
+        return kt_op_number(g, -g->node[a].value);
+    return g->node[a].kind == KT_OP_NEGATE ? g->node[a].a : find_operation(g, KT_OP_NEGATE, a, -1);
+}
+
+/* Replaces a node by its absolute part, and returns whether it had a negative sign. */
+static bool take_sign(kt_graph *g, kt_op *a) {
+    const kt_op_node *n = &g->node[*a];
+    const bool minus = n->kind == KT_OP_NEGATE || (n->kind == KT_OP_CONSTANT && n->value < 0.0);
+    if (minus)
+        *a = kt_op_negate(g, *a);
+    return minus;
+}
+
+kt_op kt_op_add(kt_graph *g, kt_op a, kt_op b) {
+    if (g->failed)
+        return 0;
+    if (is_constant(g, a) && is_constant(g, b))
+        return kt_op_number(g, g->node[a].value + g->node[b].value);
+    if (kt_op_is(g, a, 0.0))
+        return b;
+    if (kt_op_is(g, b, 0.0))
+        return a;
+    const bool first = take_sign(g, &a), second = take_sign(g, &b);
+    if (a == b)
+        return first != second ? kt_op_number(g, 0.0) : kt_op_multiply(g, kt_op_number(g, first ? -2.0 : 2.0), a);
+    if (first == second) {
+        const kt_op sum = find_operation(g, KT_OP_ADD, a < b ? a : b, a < b ? b : a);
+        return first ? kt_op_negate(g, sum) : sum;
+    }
+    const kt_op plus = first ? b : a, minus = first ? a : b;
+    return plus < minus ? find_operation(g, KT_OP_SUBTRACT, plus, minus)
+                        : kt_op_negate(g, find_operation(g, KT_OP_SUBTRACT, minus, plus));
+}
+
+kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b) { return kt_op_add(g, a, kt_op_negate(g, b)); }
+
+kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b) {
+    if (g->failed)
+        return 0;
+    if (is_constant(g, b)) {
+        const kt_op swap = a;
+        a = b;
+        b = swap;
+    }
+    if (is_constant(g, a)) {
+        const double value = g->node[a].value;
+        const kt_op_node n = g->node[b];
+        if (is_constant(g, b))
+            return kt_op_number(g, value * n.value);
+        if (value == 0.0)
+            return a;
+        if (value == 1.0 || value == -1.0)
+            return value == 1.0 ? b : kt_op_negate(g, b);
+        if (n.kind == KT_OP_MULTIPLY && is_constant(g, n.a))
+            return kt_op_multiply(g, kt_op_number(g, value * g->node[n.a].value), n.b);
+    }
+    const bool minus = take_sign(g, &a) != take_sign(g, &b);
+    const bool keep = is_constant(g, a) || a < b;
+    const kt_op product = kt_op_is(g, a, 1.0) ? b : find_operation(g, KT_OP_MULTIPLY, keep ? a : b, keep ? b : a);
+    return minus ? kt_op_negate(g, product) : product;
+}
+
+kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b) {
+    if (g->failed || kt_op_is(g, a, 0.0))
+        return a;
+    if (is_constant(g, a) && is_constant(g, b))
+        return kt_op_number(g, g->node[a].value / g->node[b].value);
+    const bool minus = take_sign(g, &a) != take_sign(g, &b);
+    const kt_op quotient = find_operation(g, KT_OP_DIVIDE, a, b);
+    return minus ? kt_op_negate(g, quotient) : quotient;
+}
+
+void kt_op_name(kt_graph *g, kt_op a, const char *format, ...) {
+    if (g->failed)
+        return;
+    kt_op_node *n = &g->node[g->node[a].kind == KT_OP_NEGATE ? g->node[a].a : a];
+    if (n->origin != KT_OP_OF_STATE || n->kind == KT_OP_INPUT || n->name[0] != '\0' || n->scope != g->scope)
+        return;
+    va_list arguments;
+    va_start(arguments, format);
+    if (vsnprintf(n->name, sizeof n->name, format, arguments) >= (int)sizeof n->name)
+        n->name[0] = '\0';
+    va_end(arguments);
+}
+
+/* ---- passes ------------------------------------------------------------------------------------------------------ */
+
+void kt_graph_uses(const kt_graph *g, const kt_op *out, int count, int32_t *uses) {
+    memset(uses, 0, (size_t)g->count * sizeof *uses);
+    for (int i = 0; i < count; i++)
+        uses[out[i]]++;
+    for (int32_t i = g->count - 1; i >= 0; i--) {
+        const kt_op_node *n = &g->node[i];
+        if (uses[i] == 0 || n->kind < KT_OP_ADD)
+            continue;
+        uses[n->a]++;
+        if (n->b >= 0)
+            uses[n->b]++;
+    }
+}
+
+/* Returns what a node becomes, from what its operands have become. */
+static kt_op copy_node(kt_graph *g, kt_op i, const kt_op *moved) {
+    const kt_op_node n = g->node[i];
+    switch ((kt_op_kind)n.kind) {
+    case KT_OP_ADD:
+        return kt_op_add(g, moved[n.a], moved[n.b]);
+    case KT_OP_SUBTRACT:
+        return kt_op_subtract(g, moved[n.a], moved[n.b]);
+    case KT_OP_MULTIPLY:
+        return kt_op_multiply(g, moved[n.a], moved[n.b]);
+    case KT_OP_DIVIDE:
+        return kt_op_divide(g, moved[n.a], moved[n.b]);
+    case KT_OP_NEGATE:
+        return kt_op_negate(g, moved[n.a]);
+    case KT_OP_CONSTANT:
+    case KT_OP_PARAMETER:
+    case KT_OP_INPUT:
+        break;
+    }
+    return i;
+}
+
+/* The sum or difference of two products with a common factor, as one product; -1: it is not such a node. */
+static kt_op factor_node(kt_graph *g, kt_op i, const int32_t *uses, const kt_op *moved) {
+    const kt_op_node n = g->node[i];
+    if ((n.kind != KT_OP_ADD && n.kind != KT_OP_SUBTRACT) || n.origin != KT_OP_OF_STATE || uses[n.a] != 1 ||
+        uses[n.b] != 1)
+        return -1;
+    const kt_op_node x = g->node[n.a], y = g->node[n.b];
+    if (x.kind != KT_OP_MULTIPLY || y.kind != KT_OP_MULTIPLY)
+        return -1;
+    const kt_op common = x.a == y.a || x.a == y.b ? x.a : x.b == y.a || x.b == y.b ? x.b : -1;
+    if (common < 0)
+        return -1;
+    const kt_op p = moved[x.a == common ? x.b : x.a], q = moved[y.a == common ? y.b : y.a];
+    return kt_op_multiply(g, moved[common], n.kind == KT_OP_ADD ? kt_op_add(g, p, q) : kt_op_subtract(g, p, q));
+}
+
+void kt_graph_factor(kt_graph *g, kt_op *out, int count) {
+    const int32_t before = g->count, section_count = g->section_count;
+    int32_t *uses = malloc((size_t)(before + 1) * sizeof *uses);
+    kt_op *moved = malloc((size_t)(before + 1) * sizeof *moved);
+    g->failed |= uses == NULL || moved == NULL;
+    if (!g->failed)
+        kt_graph_uses(g, out, count, uses);
+    g->scope++;
+    for (int32_t i = 0; i < before && !g->failed; i++) {
+        moved[i] = i;
+        if (uses[i] == 0 || g->node[i].origin != KT_OP_OF_STATE)
+            continue;
+        const kt_op_node old = g->node[i];
+        g->section_count = old.section + 1; /* new nodes are of the old one's block */
+        if (old.kind == KT_OP_INPUT) {
+            moved[i] = kt_op_input(g, (kt_op_array)old.a, old.b);
+            continue;
+        }
+        const kt_op factored = factor_node(g, i, uses, moved);
+        moved[i] = factored >= 0 ? factored : copy_node(g, i, moved);
+        if (old.name[0] != '\0')
+            kt_op_name(g, moved[i], "%s", old.name);
+    }
+    g->section_count = section_count;
+    for (int i = 0; i < count && !g->failed; i++)
+        out[i] = moved[out[i]];
+    free(uses);
+    free(moved);
+}
+
+kt_op_counts kt_graph_count(const kt_graph *g, const kt_op *out, int count) {
+    kt_op_counts c = {0};
+    int32_t *uses = g->failed ? NULL : malloc((size_t)(g->count + 1) * sizeof *uses);
+    if (uses == NULL)
+        return c;
+    kt_graph_uses(g, out, count, uses);
+    for (int32_t i = 0; i < g->count; i++) {
+        const kt_op_node *n = &g->node[i];
+        if (uses[i] == 0 || n->origin != KT_OP_OF_STATE || n->kind < KT_OP_ADD || n->kind == KT_OP_NEGATE)
+            continue;
+        if (n->kind == KT_OP_MULTIPLY)
+            c.multiply++;
+        else if (n->kind == KT_OP_DIVIDE)
+            c.divide++;
+        else
+            c.add++;
+    }
+    free(uses);
+    return c;
+}

@@ -1,0 +1,97 @@
+/* The graph of a generated file: one node for each operation.
+ *
+ * A node is a constant, a parameter, an input of a function, or an operation on one or two earlier nodes. Equal nodes
+ * exist once. Operations on constants are evaluated at once, and x + 0, 1 x, 0 x and -(-x) are simplified. A negative
+ * sign moves outwards: a - b and b - a are one node and its negation. What the functions do not use is never printed.
+ *
+ * Nodes whose origin is KT_OP_OF_PARAMETERS depend on parameters alone. All functions share them, and they are computed once, by NAME_prepare.
+ * Nodes of KT_OP_OF_STATE belong to one function (`scope`).
+ *
+ * If memory is insufficient, `failed` is set, and all results are without meaning.
+ */
+#ifndef KT_CODEGEN_GRAPH_H
+#define KT_CODEGEN_GRAPH_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* The index of a node. */
+typedef int32_t kt_op;
+
+typedef enum kt_op_kind {
+    KT_OP_CONSTANT, /* value */
+    KT_OP_PARAMETER,
+    KT_OP_INPUT, /* a: which array; b: which number of it */
+    KT_OP_ADD,
+    KT_OP_SUBTRACT,
+    KT_OP_MULTIPLY,
+    KT_OP_DIVIDE,
+    KT_OP_NEGATE
+} kt_op_kind;
+
+enum { KT_OP_OF_NUMBERS = 0, KT_OP_OF_PARAMETERS = 1, KT_OP_OF_STATE = 2 }; /* levels */
+
+/* The arrays that a function reads. */
+typedef enum kt_op_array { KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN, KT_OP_SINE, KT_OP_COSINE } kt_op_array;
+
+enum { KT_OP_NAME = 16 };
+
+typedef struct kt_op_node {
+    uint8_t kind, origin;
+    int16_t scope;
+    int32_t a, b;
+    int32_t section; /* the block in which it was made first */
+    int32_t next;    /* in its chain of the table */
+    double value;
+    char name[KT_OP_NAME]; /* empty: it has none */
+} kt_op_node;
+
+typedef struct kt_graph {
+    kt_op_node *node;
+    int32_t count, room;
+    int32_t *table; /* first nodes of chains; a power of two */
+    int32_t table_size;
+    char **section; /* the comments of blocks */
+    int32_t section_count, section_room;
+    int16_t scope;
+    bool failed;
+} kt_graph;
+
+/* Begins an empty graph; kt_graph_free releases its memory. */
+void kt_graph_init(kt_graph *g);
+void kt_graph_free(kt_graph *g);
+
+/* Begins a block: its nodes are printed behind this comment. */
+void kt_graph_section(kt_graph *g, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+kt_op kt_op_number(kt_graph *g, double value);
+kt_op kt_op_parameter(kt_graph *g, int index);
+kt_op kt_op_input(kt_graph *g, kt_op_array array, int index);
+kt_op kt_op_add(kt_graph *g, kt_op a, kt_op b);
+kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b);
+kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b);
+kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b);
+kt_op kt_op_negate(kt_graph *g, kt_op a);
+
+/* Whether a node is this constant. */
+static inline bool kt_op_is(const kt_graph *g, kt_op a, double value) {
+    return g->node[a].kind == KT_OP_CONSTANT && g->node[a].value == value;
+}
+
+/* Names the variable of a node. The first name stays; leaves and signs have none. */
+void kt_op_name(kt_graph *g, kt_op a, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+/* Replaces a b + a c by a (b + c) if both products have no other use. Writes the new outputs over the old ones. */
+void kt_graph_factor(kt_graph *g, kt_op *out, int count);
+
+/* The numbers of operations of a function, without signs and without NAME_prepare. */
+typedef struct kt_op_counts {
+    int multiply, add, divide;
+} kt_op_counts;
+kt_op_counts kt_graph_count(const kt_graph *g, const kt_op *out, int count);
+
+/* Marks all nodes that the outputs need: uses[i] is how often node i is used, 0 if not at all. */
+void kt_graph_uses(const kt_graph *g, const kt_op *out, int count, int32_t *uses);
+
+#endif

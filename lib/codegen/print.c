@@ -1,0 +1,294 @@
+/* Straight-line C of a function, in the order in which its nodes were made.
+ *
+ * A node that is used once, and whose text is short, is written into its user. Brackets keep the order of operations, so
+ * that all compilers round alike. Signs are written into their users.
+ */
+#include "codegen/print.h"
+#include "scene/number.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { KT_CODE_WIDTH = 48 }; /* the longest text that is written into another */
+
+/* The place of an operand: left or right in a sum, or in a product. */
+typedef enum code_place { CODE_SUM, CODE_SUM_RIGHT, CODE_PRODUCT, CODE_PRODUCT_RIGHT } code_place;
+
+bool kt_code_printer_init(kt_code_printer *p, const kt_code_tree *tree, FILE *file) {
+    const size_t count = (size_t)tree->graph->count + 1;
+    *p = (kt_code_printer){.tree = tree, .graph = tree->graph, .file = file};
+    p->uses = malloc(count * sizeof *p->uses);
+    p->user = malloc(count * sizeof *p->user);
+    p->width = malloc(count * sizeof *p->width);
+    p->temporary = malloc(count * sizeof *p->temporary);
+    p->prepared = malloc(count * sizeof *p->prepared);
+    p->list = malloc(count * sizeof *p->list);
+    if (p->uses == NULL || p->user == NULL || p->width == NULL || p->temporary == NULL || p->prepared == NULL ||
+        p->list == NULL || tree->graph->failed)
+        return false;
+    for (size_t i = 0; i < count; i++)
+        p->prepared[i] = -1;
+    return true;
+}
+
+void kt_code_printer_free(kt_code_printer *p) {
+    free(p->uses);
+    free(p->user);
+    free(p->width);
+    free(p->temporary);
+    free(p->prepared);
+    free(p->list);
+}
+
+void kt_code_print_number(FILE *file, double value) {
+    char text[KT_NUMBER_SIZE];
+    kt_number_format(text, value);
+    if (value == (double)(long)value && value > -1e6 && value < 1e6)
+        fprintf(file, "%ld", (long)value);
+    else
+        fprintf(file, "(real)%s", text);
+}
+
+/* ---- layout ------------------------------------------------------------------------------------------------------ */
+
+/* Whether a node is not computed by the function that is printed: a number, an input, a prepared number. */
+static bool is_leaf_of_code(const kt_code_printer *p, kt_op i) {
+    const kt_op_node *n = &p->graph->node[i];
+    return n->kind < KT_OP_ADD || n->origin < p->origin;
+}
+
+/* Whether a node is used once. A sign in between has no variable, and must itself be used once. */
+static bool is_used_once(const kt_code_printer *p, kt_op i) {
+    const kt_op user = p->user[i];
+    if (p->uses[i] != 1)
+        return false;
+    return user < 0 || p->graph->node[user].kind != KT_OP_NEGATE || p->uses[user] == 1;
+}
+
+static int width_of_operand(const kt_code_printer *p, kt_op i) {
+    return is_leaf_of_code(p, i) ? 5 : p->width[i] > 0 ? p->width[i] + 2 : 5;
+}
+
+/* Finds which nodes are statements. must: nodes that have a variable in any case. */
+static void lay_out(kt_code_printer *p, const kt_code_function *f) {
+    const kt_graph *g = p->graph;
+    for (kt_op i = 0; i < g->count; i++)
+        p->user[i] = -1;
+    for (kt_op i = 0; i < g->count; i++) {
+        const kt_op_node *n = &g->node[i];
+        if (p->uses[i] == 0 || is_leaf_of_code(p, i))
+            continue;
+        p->user[n->a] = i;
+        if (n->b >= 0)
+            p->user[n->b] = i;
+    }
+    for (kt_op i = 0; i < g->count; i++) {
+        const kt_op_node *n = &g->node[i];
+        p->width[i] = 0;
+        p->temporary[i] = 0;
+        if (p->uses[i] == 0 || is_leaf_of_code(p, i))
+            continue;
+        const int width = n->kind == KT_OP_NEGATE ? 1 + width_of_operand(p, n->a)
+                                                  : 3 + width_of_operand(p, n->a) + width_of_operand(p, n->b);
+        const bool has_name = n->name[0] != '\0' && p->user[i] >= 0;
+        if (n->kind == KT_OP_NEGATE || (is_used_once(p, i) && width <= KT_CODE_WIDTH && !has_name))
+            p->width[i] = width;
+    }
+    for (int k = 0; k < f->guard_count; k++)
+        if (p->graph->node[f->guard[k].pivot].kind != KT_OP_NEGATE)
+            p->width[f->guard[k].pivot] = 0;
+}
+
+/* ---- expressions ------------------------------------------------------------------------------------------------- */
+
+static void print_operand(kt_code_printer *p, kt_op i, code_place place);
+
+static void print_input(const kt_code_printer *p, const kt_op_node *n) {
+    const char *const name[] = {"q", "v", p->arrays->given, "s", "c"};
+    fprintf(p->file, "%s[%d]", name[n->a], (int)n->b);
+}
+
+static void print_leaf(kt_code_printer *p, kt_op i, code_place place) {
+    const kt_op_node *n = &p->graph->node[i];
+    if (n->kind == KT_OP_CONSTANT) {
+        const bool bracket = n->value < 0.0 && place != CODE_SUM;
+        fputs(bracket ? "(" : "", p->file);
+        kt_code_print_number(p->file, n->value);
+        fputs(bracket ? ")" : "", p->file);
+    } else if (n->kind == KT_OP_INPUT) {
+        print_input(p, n);
+    } else if (p->origin == KT_OP_OF_PARAMETERS) {
+        fprintf(p->file, "p->%s", p->tree->parameter[n->a].name);
+    } else {
+        if (p->prepared[i] < 0) {
+            p->list[p->prepared_count] = i;
+            p->prepared[i] = p->prepared_count++;
+        }
+        fprintf(p->file, "k[%d]", (int)p->prepared[i]);
+    }
+}
+
+static void print_expression(kt_code_printer *p, kt_op i, code_place place) {
+    static const char *const sign[] = {
+        [KT_OP_ADD] = " + ", [KT_OP_SUBTRACT] = " - ", [KT_OP_MULTIPLY] = " * ", [KT_OP_DIVIDE] = " / "};
+    const kt_op_node *n = &p->graph->node[i];
+    const kt_op_node *inner = n->kind == KT_OP_NEGATE ? &p->graph->node[n->a] : NULL;
+    const bool swaps =
+        inner != NULL && inner->kind == KT_OP_SUBTRACT && p->width[n->a] > 0 && !is_leaf_of_code(p, n->a);
+    const bool is_sum = n->kind == KT_OP_ADD || n->kind == KT_OP_SUBTRACT || swaps;
+    const bool is_product = n->kind == KT_OP_MULTIPLY || n->kind == KT_OP_DIVIDE;
+    const bool bracket = is_sum       ? place != CODE_SUM
+                         : is_product ? place == CODE_PRODUCT_RIGHT
+                                      : place == CODE_SUM_RIGHT || place == CODE_PRODUCT_RIGHT;
+    fputs(bracket ? "(" : "", p->file);
+    if (swaps) {
+        print_operand(p, inner->b, CODE_SUM);
+        fputs(" - ", p->file);
+        print_operand(p, inner->a, CODE_SUM_RIGHT);
+    } else if (inner != NULL) {
+        fputs("-", p->file);
+        print_operand(p, n->a, CODE_PRODUCT);
+    } else {
+        print_operand(p, n->a, is_sum ? CODE_SUM : CODE_PRODUCT);
+        fputs(sign[n->kind], p->file);
+        print_operand(p, n->b, is_sum ? CODE_SUM_RIGHT : CODE_PRODUCT_RIGHT);
+    }
+    fputs(bracket ? ")" : "", p->file);
+}
+
+static void print_operand(kt_code_printer *p, kt_op i, code_place place) {
+    const kt_op_node *n = &p->graph->node[i];
+    if (is_leaf_of_code(p, i))
+        print_leaf(p, i, place);
+    else if (p->width[i] > 0)
+        print_expression(p, i, place);
+    else if (n->name[0] != '\0')
+        fputs(n->name, p->file);
+    else
+        fprintf(p->file, "t%d", (int)p->temporary[i]);
+}
+
+/* ---- statements -------------------------------------------------------------------------------------------------- */
+
+/* Prints the comment of a block if it begins with this node. */
+static void print_section(const kt_code_printer *p, kt_op i, int32_t *section) {
+    const int32_t own = p->graph->node[i].section;
+    if (own == *section || own < 0)
+        return;
+    *section = own;
+    fputs("\n    /* ", p->file);
+    for (const char *at = p->graph->section[own]; *at != '\0'; at++)
+        if (*at == '\n')
+            fputs("\n     * ", p->file);
+        else
+            fputc(*at, p->file);
+    fputs(" */\n", p->file);
+}
+
+/* Prints the guards whose numbers are there once node i is: both operands are leaves or at most i, and one is i. */
+static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i) {
+    for (int k = 0; k < f->guard_count; k++) {
+        const kt_code_guard *guard = &f->guard[k];
+        const kt_op pivot = is_leaf_of_code(p, guard->pivot) ? -1 : guard->pivot;
+        const kt_op limit = is_leaf_of_code(p, guard->limit) ? -1 : guard->limit;
+        if ((pivot > limit ? pivot : limit) != i)
+            continue;
+        fputs("    if (!(", p->file);
+        print_operand(p, guard->pivot, CODE_SUM);
+        fputs(" > ", p->file);
+        print_operand(p, guard->limit, CODE_SUM);
+        fprintf(p->file, "))\n        return %d; /* %s */\n", guard->body, kt_joint_name(p->tree->model, guard->body));
+    }
+}
+
+static void print_statements(kt_code_printer *p, const kt_code_function *f) {
+    const kt_graph *g = p->graph;
+    int32_t section = -1, temporary = 0;
+    print_guards(p, f, -1);
+    for (kt_op i = 0; i < g->count; i++) {
+        if (p->uses[i] == 0 || is_leaf_of_code(p, i))
+            continue;
+        if (p->width[i] == 0) {
+            print_section(p, i, &section);
+            p->temporary[i] = ++temporary;
+            fputs("    const real ", p->file);
+            print_operand(p, i, CODE_SUM);
+            fputs(" = ", p->file);
+            print_expression(p, i, CODE_SUM);
+            fputs(";\n", p->file);
+        }
+        print_guards(p, f, i);
+    }
+}
+
+/* All nodes that a function needs: outputs, and both sides of its guards. */
+static int list_roots(const kt_code_function *f, kt_op *root) {
+    int count = 0;
+    for (int k = 0; k < f->out_count; k++)
+        root[count++] = f->out[k];
+    for (int k = 0; k < f->guard_count; k++) {
+        root[count++] = f->guard[k].pivot;
+        root[count++] = f->guard[k].limit;
+    }
+    return count;
+}
+
+static bool count_uses(kt_code_printer *p, const kt_code_function *f) {
+    kt_op *root = malloc((size_t)(f->out_count + 2 * f->guard_count + 1) * sizeof *root);
+    if (root == NULL)
+        return false;
+    kt_graph_uses(p->graph, root, list_roots(f, root), p->uses);
+    free(root);
+    return true;
+}
+
+bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array) {
+    if (!count_uses(p, f))
+        return false;
+    for (kt_op i = 0; i < p->graph->count; i++)
+        if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_INPUT && p->graph->node[i].a == (int32_t)array)
+            return true;
+    return false;
+}
+
+/* Prints the assignments to the outputs. Equal ones, as in a symmetric matrix, are one statement. */
+static void print_outputs(kt_code_printer *p, const kt_code_function *f) {
+    fputs("\n", p->file);
+    for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
+        while (k - first >= f->output[array])
+            first += f->output[array++];
+        bool is_done = false;
+        for (int j = first; j < k && !is_done; j++)
+            is_done = f->out[j] == f->out[k] && f->out[k] != 0 && p->graph->node[f->out[k]].kind != KT_OP_CONSTANT;
+        if (is_done)
+            continue;
+        fputs("    ", p->file);
+        for (int j = k; j < first + f->output[array]; j++)
+            if (j == k || (f->out[j] == f->out[k] && p->graph->node[f->out[k]].kind != KT_OP_CONSTANT))
+                fprintf(p->file, "%s[%d] = ", p->arrays->output[array], j - first);
+        print_operand(p, f->out[k], CODE_SUM);
+        fputs(";\n", p->file);
+    }
+}
+
+void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays) {
+    p->origin = KT_OP_OF_STATE;
+    p->arrays = arrays;
+    if (!count_uses(p, f))
+        return;
+    lay_out(p, f);
+    print_statements(p, f);
+    print_outputs(p, f);
+}
+
+void kt_code_print_prepared(kt_code_printer *p) {
+    static const kt_code_arrays arrays = {.output = {"k"}};
+    const kt_code_function f = {.out = p->list, .out_count = p->prepared_count, .output = {p->prepared_count}};
+    p->origin = KT_OP_OF_PARAMETERS;
+    p->arrays = &arrays;
+    if (!count_uses(p, &f))
+        return;
+    lay_out(p, &f);
+    print_statements(p, &f);
+    print_outputs(p, &f);
+}

@@ -1,0 +1,58 @@
+/* Prints functions of a graph as straight-line C. */
+#ifndef KT_CODEGEN_PRINT_H
+#define KT_CODEGEN_PRINT_H
+
+#include "codegen/recursion.h"
+
+#include <stdio.h>
+
+/* A function: its outputs, and the conditions that it checks. */
+typedef struct kt_code_function {
+    kt_op *out;
+    int out_count;
+    int output[3]; /* up to three arrays: how many of the outputs each has */
+    kt_code_guard *guard;
+    int guard_count;
+} kt_code_function;
+
+/* The names of the arrays of a function. */
+typedef struct kt_code_arrays {
+    const char *given;     /* of KT_OP_GIVEN */
+    const char *output[3]; /* NULL: no more */
+} kt_code_arrays;
+
+typedef struct kt_code_printer {
+    const kt_code_tree *tree;
+    const kt_graph *graph;
+    FILE *file;
+    int origin;         /* of the nodes that are statements */
+    int32_t *uses;      /* of each node, in the function that is printed */
+    int32_t *user;      /* the node that uses it last; -1: an output */
+    int32_t *width;     /* of its text, where it is written into its user; 0: it is a statement */
+    int32_t *temporary; /* the number of its variable */
+    int32_t *prepared;  /* its index among the prepared numbers; -1: none yet */
+    kt_op *list;        /* the prepared numbers */
+    int prepared_count;
+    const kt_code_arrays *arrays;
+} kt_code_printer;
+
+/* Begins for a complete graph. Returns false if memory is insufficient; kt_code_printer_free in any case. */
+bool kt_code_printer_init(kt_code_printer *p, const kt_code_tree *tree, FILE *file);
+void kt_code_printer_free(kt_code_printer *p);
+
+/* Prints the statements of a function. */
+void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays);
+
+/* Prints the statements that compute all prepared numbers; call it after all functions. */
+void kt_code_print_prepared(kt_code_printer *p);
+
+/* Prints a number as C reads it back. */
+void kt_code_print_number(FILE *file, double value);
+
+/* Whether a function reads an array. */
+bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array);
+
+/* Prints the sines and cosines of the file, whose names begin with `name`. */
+void kt_code_print_sincos(FILE *file, const char *name);
+
+#endif

@@ -1,0 +1,280 @@
+/* The recursions over a tree in the axes of the links, about their origins.
+ *
+ * Each computes with nodes what lib/dynamics computes with numbers. R rotates from the link's axes to the parent's, r is
+ * the offset of the origin, S the joint's degrees of freedom, and a_0 = -gravity. All accelerations are those of points,
+ * not spatial ones. U = [al] + [w][w], so that a point at c has the acceleration a + U c.
+ *
+ * Sources: Luh, Walker & Paul 1980 (inverse dynamics). Walker & Orin 1982 (composite bodies). Featherstone, Rigid Body
+ * Dynamics Algorithms (2008), 6.5 (L'DL without fill-in).
+ */
+#include "codegen/recursion.h"
+
+#include <stdlib.h>
+
+/* The motion of a link, in its own axes. */
+typedef struct code_motion {
+    kt_code_frame frame;
+    kt_op3 omega, alpha, linear;
+    kt_op square[6]; /* products of omega: xx, yy, zz, xy, xz, yz */
+    kt_op33 u;
+    kt_op3 force, moment;
+} code_motion;
+
+void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear) {
+    const kt_code_link *l = &tree->link[link];
+    kt_graph *g = tree->graph;
+    const kt_op first = kt_op_input(g, array, l->link->v);
+    *angular = *linear = kt_op3_zero(g);
+    switch (kt_code_motion(l)) {
+    case KT_MOTION_REVOLUTE:
+        angular->x[l->link->axis] = first;
+        break;
+    case KT_MOTION_PRISMATIC:
+        linear->x[l->link->axis] = first;
+        break;
+    case KT_MOTION_SCREW:
+        angular->x[l->link->axis] = first;
+        linear->x[l->link->axis] = kt_op_multiply(g, l->pitch, first);
+        break;
+    case KT_MOTION_SPHERICAL:
+    case KT_MOTION_FREE:
+        for (int k = 0; k < 3; k++) {
+            angular->x[k] = kt_op_input(g, array, l->link->v + kt_link_lengths(l->link) + k);
+            if (kt_link_lengths(l->link) > 0)
+                linear->x[k] = kt_op_input(g, array, l->link->v + k);
+        }
+        break;
+    case KT_MOTION_NONE:
+        break;
+    }
+}
+
+/* tau = S . (n, f), for a wrench in the link's axes. */
+static void project_wrench(kt_code_tree *tree, const kt_code_frame *f, kt_op3 n, kt_op3 force, kt_op *tau) {
+    kt_graph *g = tree->graph;
+    const kt_link *link = f->link->link;
+    const kt_op3 at_rest = kt_code_to_rest(g, f, force);
+    switch ((kt_motion)link->motion) {
+    case KT_MOTION_REVOLUTE:
+        tau[0] = n.x[link->axis];
+        break;
+    case KT_MOTION_PRISMATIC:
+        tau[0] = force.x[link->axis];
+        break;
+    case KT_MOTION_SCREW:
+        tau[0] = kt_op_add(g, n.x[link->axis], kt_op_multiply(g, f->link->pitch, force.x[link->axis]));
+        break;
+    case KT_MOTION_SPHERICAL:
+    case KT_MOTION_FREE:
+        for (int k = 0; k < 3; k++) {
+            tau[kt_link_lengths(link) + k] = n.x[k];
+            if (kt_link_lengths(link) > 0)
+                tau[k] = at_rest.x[k];
+        }
+        break;
+    case KT_MOTION_NONE:
+        break;
+    }
+}
+
+static void multiply_rates(kt_graph *g, code_motion *m) {
+    for (int i = 0; i < 3; i++)
+        for (int j = i; j < 3; j++)
+            m->square[kt_op6_index(i, j)] = kt_op_multiply(g, m->omega.x[i], m->omega.x[j]);
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        m->u.row[i].x[i] = kt_op_negate(g, kt_op_add(g, m->square[kt_op6_index(j, j)], m->square[kt_op6_index(k, k)]));
+        m->u.row[i].x[j] = kt_op_subtract(g, m->square[kt_op6_index(i, j)], m->alpha.x[k]);
+        m->u.row[i].x[k] = kt_op_add(g, m->square[kt_op6_index(i, k)], m->alpha.x[j]);
+    }
+}
+
+/* ---- inverse dynamics -------------------------------------------------------------------------------------------- */
+
+/* The motion of link i from its parent's. */
+static void move_link(kt_code_tree *tree, int i, bool has_acceleration, code_motion *all) {
+    kt_graph *g = tree->graph;
+    code_motion *m = &all[i];
+    const code_motion *p = &all[tree->link[i].parent];
+    kt_op3 spin, shift, turn = kt_op3_zero(g), gain = turn;
+    m->frame = kt_code_frame_of(tree, i);
+    kt_code_rates(tree, i, KT_OP_RATE, &spin, &shift);
+    if (has_acceleration)
+        kt_code_rates(tree, i, KT_OP_GIVEN, &turn, &gain);
+    const kt_op3 omega = kt_code_rest_down(g, &m->frame, p->omega);
+    const kt_op3 before = kt_code_from_rest(g, &m->frame, omega);
+    const kt_op3 carried = kt_op3_add(g, p->linear, kt_op33_apply(g, &p->u, m->frame.offset));
+    const kt_op3 coriolis = kt_op3_cross(g, kt_op3_scale(g, kt_op_number(g, 2.0), omega), shift);
+    const kt_op3 linear = kt_op3_add(g, kt_code_rest_down(g, &m->frame, carried), kt_op3_add(g, coriolis, gain));
+    m->omega = kt_op3_add(g, before, spin);
+    m->alpha = kt_op3_add(g, kt_code_down(g, &m->frame, p->alpha), kt_op3_add(g, kt_op3_cross(g, before, spin), turn));
+    m->linear = kt_code_from_rest(g, &m->frame, linear);
+    multiply_rates(g, m);
+    kt_op3_name(g, m->omega, "w", i);
+    kt_op3_name(g, m->alpha, "al", i);
+    kt_op3_name(g, m->linear, "a", i);
+}
+
+/* J al + w x J w, with differences of the entries of J and those of U. */
+static kt_op3 spin_moment(kt_graph *g, const kt_code_link *l, const code_motion *m) {
+    const kt_op *jj = l->inertia.x, *ww = m->square;
+    kt_op3 out;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const int jj_ = kt_op6_index(j, j), kk = kt_op6_index(k, k), jk = kt_op6_index(j, k);
+        const kt_op own = kt_op_multiply(g, jj[kt_op6_index(i, i)], m->alpha.x[i]);
+        const kt_op gyro = kt_op_multiply(g, kt_op_subtract(g, jj[kk], jj[jj_]), ww[jk]);
+        const kt_op first = kt_op_multiply(g, jj[kt_op6_index(i, j)], m->u.row[k].x[i]);
+        const kt_op second = kt_op_multiply(g, jj[kt_op6_index(i, k)], m->u.row[j].x[i]);
+        const kt_op across = kt_op_multiply(g, jj[jk], kt_op_subtract(g, ww[jj_], ww[kk]));
+        out.x[i] = kt_op_add(g, kt_op_add(g, own, gyro), kt_op_add(g, kt_op_subtract(g, second, first), across));
+    }
+    return out;
+}
+
+void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
+    kt_graph *g = tree->graph;
+    code_motion *all = calloc((size_t)tree->link_count, sizeof *all);
+    if (all == NULL) {
+        g->failed = true;
+        return;
+    }
+    all[0].omega = all[0].alpha = all[0].force = all[0].moment = kt_op3_zero(g);
+    for (int k = 0; k < 3; k++)
+        all[0].linear.x[k] = kt_op_negate(g, tree->gravity.x[k]);
+    multiply_rates(g, &all[0]);
+    for (int i = 1; i < tree->link_count; i++) {
+        const kt_code_link *l = &tree->link[i];
+        code_motion *m = &all[i];
+        kt_graph_section(g,
+                         "%s: motion of link %d in its own axes\n"
+                         "w = R'w_p + s v,  al = R'al_p + R'w_p x s v%s,  a = R'(a_p + al_p x r + w_p x (w_p x r))",
+                         l->name, i, has_acceleration ? " + s a" : "");
+        move_link(tree, i, has_acceleration, all);
+        kt_graph_section(g, "%s: f = m a + al x h + w x (w x h),  n = J al + w x J w + h x a", l->name);
+        m->force = kt_op3_add(g, kt_op3_scale(g, l->mass, m->linear), kt_op33_apply(g, &m->u, l->moment));
+        m->moment = kt_op3_add(g, spin_moment(g, l, m), kt_op3_cross(g, l->moment, m->linear));
+    }
+    for (int i = tree->link_count - 1; i > 0; i--) {
+        const kt_code_link *l = &tree->link[i];
+        const kt_link *link = l->link;
+        code_motion *m = &all[i], *p = &all[l->parent];
+        kt_op3_name(g, m->force, "f", i);
+        kt_op3_name(g, m->moment, "n", i);
+        kt_graph_section(g, "%s: tau = s . (n, f);  the parent carries f and n + r x f", l->name);
+        project_wrench(tree, &m->frame, m->moment, m->force, tau + link->v);
+        for (int k = 0; k < kt_link_dofs(link) && has_acceleration; k++)
+            tau[link->v + k] = kt_op_add(g, tau[link->v + k],
+                                         kt_op_multiply(g, l->armature[k], kt_op_input(g, KT_OP_GIVEN, link->v + k)));
+        const kt_op3 force = kt_code_up(g, &m->frame, m->force);
+        const kt_op3 moment =
+            kt_op3_add(g, kt_code_up(g, &m->frame, m->moment), kt_op3_cross(g, m->frame.offset, force));
+        p->force = kt_op3_add(g, p->force, force);
+        p->moment = kt_op3_add(g, p->moment, moment);
+    }
+    free(all);
+}
+
+/* ---- mass matrix ------------------------------------------------------------------------------------------------- */
+
+/* A wrench on a link, in the axes of the link. */
+typedef struct code_wrench {
+    kt_op3 n, f;
+} code_wrench;
+
+/* Sets the entries of column v for the joints from link `i` to the ground. at_rest: the wrench is given in the axes at
+ * rest of link i, whose own entries are known. */
+static void fill_column(kt_code_tree *tree, const kt_code_frame *frame, int i, int v, code_wrench w, bool at_rest,
+                        kt_op *mass) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v;
+    for (int at = i; at > 0; at = tree->link[at].parent) {
+        const kt_link *link = tree->link[at].link;
+        kt_op entry[KT_DOF_MAX];
+        if (!(at_rest && at == i)) {
+            project_wrench(tree, &frame[at], w.n, w.f, entry);
+            for (int k = 0; k < kt_link_dofs(link); k++)
+                mass[(size_t)(link->v + k) * nv + (size_t)v] = mass[(size_t)v * nv + (size_t)(link->v + k)] = entry[k];
+        }
+        if (tree->link[at].parent == 0)
+            break;
+        const bool is_rest = at_rest && at == i;
+        w.f = is_rest ? kt_code_rest_up(g, &frame[at], w.f) : kt_code_up(g, &frame[at], w.f);
+        w.n = is_rest ? kt_code_rest_up(g, &frame[at], w.n) : kt_code_up(g, &frame[at], w.n);
+        w.n = kt_op3_add(g, w.n, kt_op3_cross(g, frame[at].offset, w.f));
+    }
+}
+
+/* The wrench that a unit acceleration of a joint's first coordinate, or of a rotation about axis k, takes. */
+static code_wrench unit_wrench(kt_graph *g, const kt_code_link *l, const kt_code_link *body, int k) {
+    const bool is_prismatic = kt_code_motion(l) == KT_MOTION_PRISMATIC;
+    kt_op3 turn = kt_op3_zero(g), shift = turn;
+    if (is_prismatic)
+        shift.x[k] = kt_op_number(g, 1.0);
+    else
+        turn.x[k] = kt_op_number(g, 1.0);
+    if (kt_code_motion(l) == KT_MOTION_SCREW)
+        shift.x[k] = l->pitch;
+    return (code_wrench){.n =
+                             kt_op3_add(g, kt_op6_apply(g, &body->inertia, turn), kt_op3_cross(g, body->moment, shift)),
+                         .f = kt_op3_add(g, kt_op3_scale(g, body->mass, shift), kt_op3_cross(g, turn, body->moment))};
+}
+
+/* The columns of one joint. body: what the joint carries. */
+static void fill_joint(kt_code_tree *tree, const kt_code_frame *frame, int i, const kt_code_link *body, kt_op *mass) {
+    kt_graph *g = tree->graph;
+    const kt_code_link *l = &tree->link[i];
+    const size_t nv = tree->model->n.v;
+    const int v = l->link->v, lengths = kt_link_lengths(l->link);
+    const bool has_quaternion = kt_motion_facts_of(kt_code_motion(l)).quaternions > 0;
+    if (!has_quaternion) {
+        fill_column(tree, frame, i, v, unit_wrench(g, l, body, l->link->axis), false, mass);
+    } else {
+        for (int k = 0; k < 3; k++)
+            fill_column(tree, frame, i, v + lengths + k, unit_wrench(g, l, body, k), false, mass);
+        const kt_op3 moment = lengths > 0 ? kt_code_to_rest(g, &frame[i], body->moment) : body->moment;
+        for (int k = 0; k < lengths; k++) {
+            kt_op3 unit = kt_op3_zero(g);
+            unit.x[k] = kt_op_number(g, 1.0);
+            const code_wrench w = {kt_op3_cross(g, moment, unit), kt_op3_scale(g, body->mass, unit)};
+            for (int j = 0; j < lengths; j++)
+                mass[(size_t)(v + k) * nv + (size_t)(v + j)] = j == k ? body->mass : kt_op_number(g, 0.0);
+            fill_column(tree, frame, i, v + k, w, true, mass);
+        }
+    }
+    for (int k = 0; k < kt_link_dofs(l->link); k++) {
+        kt_op *entry = &mass[(size_t)(v + k) * (nv + 1)];
+        *entry = kt_op_add(g, *entry, l->armature[k]);
+    }
+}
+
+void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v, count = (size_t)tree->link_count;
+    kt_code_frame *frame = calloc(count, sizeof *frame);
+    kt_code_link *body = calloc(count, sizeof *body);
+    g->failed |= frame == NULL || body == NULL;
+    for (size_t i = 0; i < nv * nv; i++)
+        mass[i] = kt_op_number(g, 0.0);
+    for (size_t i = 0; i < count && !g->failed; i++) {
+        kt_graph_section(g, "%s: rotation and offset of link %d", i > 0 ? tree->link[i].name : "ground", (int)i);
+        body[i] = tree->link[i];
+        if (i > 0)
+            frame[i] = kt_code_frame_of(tree, (int)i);
+    }
+    for (int i = tree->link_count - 1; i > 0 && !g->failed; i--) {
+        kt_code_link *own = &body[i];
+        kt_op3_name(g, own->moment, "h", i);
+        kt_op_name(g, own->mass, "m%d", i);
+        if (own->parent > 0) {
+            kt_graph_section(g, "%s: the parent carries m, R h + m r, and R J R' about its own origin", own->name);
+            const kt_op3 moment = kt_code_up(g, &frame[i], own->moment);
+            const kt_op6 inertia = kt_code_up_inertia(g, &frame[i], &own->inertia);
+            kt_code_add_rigid(g, &body[own->parent], own->mass, moment, &inertia, frame[i].offset);
+        }
+        kt_graph_section(g, "%s: column of M, the forces that a unit acceleration of the joint takes", own->name);
+        fill_joint(tree, frame, i, own, mass);
+    }
+    free(frame);
+    free(body);
+}

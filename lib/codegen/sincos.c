@@ -1,0 +1,114 @@
+/* Sines and cosines of a generated file, in C99 without a library.
+ *
+ * The double version is that of lib/algebra/sincos.c, in arithmetic alone: no bits are shifted or masked, so that a
+ * compiler can compute several angles at once. Angles beyond 2^20 pi/2 first lose a multiple of 2^20 quarter turns, whose
+ * products with P1 to P3 are exact, too. Angles beyond 2^40 pi/2 are NaN. The float version follows Cody & Waite with
+ * three parts of pi/2; its polynomials are those of Moshier's Cephes library (1989).
+ */
+#include "codegen/print.h"
+
+static const char *const double_lines[] = {
+    "enum { SINES_WIDE = 1647099 }; /* 2^20 pi/2 */",
+    "",
+    "/* Sine and cosine of n quarter turns and r + e, with |r| <= pi/4: Taylor's series. */",
+    "static void sines_of(real n, real r, real e, real *sine, real *cosine) {",
+    "    const real z = r * r;",
+    "    const real p7 = (1.0 / 355687428096000.0 * z - 1.0 / 1307674368000.0) * z + 1.0 / 6227020800.0;",
+    "    const real p4 = ((p7 * z - 1.0 / 39916800.0) * z + 1.0 / 362880.0) * z - 1.0 / 5040.0;",
+    "    const real p = (p4 * z + 1.0 / 120.0) * z - 1.0 / 6.0;",
+    "    const real q7 = (-1.0 / 6402373705728000.0 * z + 1.0 / 20922789888000.0) * z - 1.0 / 87178291200.0;",
+    "    const real q4 = ((q7 * z + 1.0 / 479001600.0) * z - 1.0 / 3628800.0) * z + 1.0 / 40320.0;",
+    "    const real q = (q4 * z - 1.0 / 720.0) * z + 1.0 / 24.0;",
+    "    const real s = r + (e + z * (r * p - 0.5 * e)), half = 0.5 * z, one = 1.0 - half;",
+    "    const real c = one + (((1.0 - one) - half) + (z * z * q - r * e));",
+    "    const real turn = n - 4.0 * ((0.25 * n + 6755399441055744.0) - 6755399441055744.0); /* -2 to 2 */",
+    "    const real sign = 1.0 - 0.5 * turn * turn;",
+    "    *sine = turn * turn == 1.0 ? turn * c : sign * s;",
+    "    *cosine = turn * turn == 1.0 ? -turn * s : sign * c;",
+    "}",
+    "",
+    "/* x = n pi/2 + r + e. The products of n with the first three parts of pi/2 are exact. */",
+    "static real sines_reduce(real x, real *n, real *e) {",
+    "    *n = (x * 0.63661977236758138 + 6755399441055744.0) - 6755399441055744.0;",
+    "    const real a = x - *n * 0x1.921fb544p+0, p2 = *n * 0x1.0b4611a6p-34, p3 = *n * 0x1.3198a2ep-69;",
+    "    const real b = a - p2, r = b - p3, lost = ((a - b) - p2) - *n * 0x1.b839a252049c1p-104;",
+    "    *e = ((b - r) - p3) + lost;",
+    "    return r;",
+    "}",
+    "",
+    "/* An angle beyond SINES_WIDE. */",
+    "static void sines_wide(real x, real *sine, real *cosine) {",
+    "    const real most = 1048576.0 * SINES_WIDE, unit = 1048576.0;",
+    "    const real m = unit * ((x * (0.63661977236758138 / unit) + 6755399441055744.0) - 6755399441055744.0);",
+    "    const real a = x - m * 0x1.921fb544p+0, p2 = m * 0x1.0b4611a6p-34, b = a - p2;",
+    "    const real low = (((a - b) - p2) - m * 0x1.3198a2ep-69) - m * 0x1.b839a252049c1p-104;",
+    "    real n, e;",
+    "    const real r = sines_reduce(b, &n, &e), sum = r + low;",
+    "    sines_of(n, sum, e + ((r - sum) + low), sine, cosine);",
+    "    if (!(x < most && x > -most))",
+    "        *sine = *cosine = (x - x) / (x - x);",
+    "}",
+};
+
+static const char *const float_lines[] = {
+    "enum { SINES_WIDE = 8192 };",
+    "",
+    "/* Sine and cosine of n quarter turns and r, with |r| <= pi/4. */",
+    "static void sines_of(real n, real r, real e, real *sine, real *cosine) {",
+    "    const real z = r * r, turn = n - 4.0f * ((0.25f * n + 12582912.0f) - 12582912.0f); /* -2 to 2 */",
+    "    const real s = r + (e + r * z * (-1.6666654611e-1f + z * (8.3321608736e-3f - 1.9515295891e-4f * z)));",
+    "    const real c = 1.0f - 0.5f * z +",
+    "                   z * z * (4.166664568298827e-2f + z * (-1.388731625493765e-3f + 2.443315711809948e-5f * z));",
+    "    const real sign = 1.0f - 0.5f * turn * turn;",
+    "    *sine = turn * turn == 1.0f ? turn * c : sign * s;",
+    "    *cosine = turn * turn == 1.0f ? -turn * s : sign * c;",
+    "}",
+    "",
+    "/* x = n pi/2 + r + e */",
+    "static real sines_reduce(real x, real *n, real *e) {",
+    "    *n = (x * 0.636619772f + 12582912.0f) - 12582912.0f;",
+    "    *e = 0.0f;",
+    "    return ((x - *n * 1.5703125f) - *n * 4.83751296997e-4f) - *n * 7.54978994877e-8f;",
+    "}",
+    "",
+    "/* An angle beyond SINES_WIDE, in double precision. */",
+    "static void sines_wide(real x, real *sine, real *cosine) {",
+    "    const double most = 1e9, n = ((double)x * 0.63661977236758138 + 6755399441055744.0) - 6755399441055744.0;",
+    "    const double r = ((double)x - n * 0x1.921fb544p+0) - n * 0x1.0b4611a626331p-34;",
+    "    const double turn = n - 4.0 * ((0.25 * n + 6755399441055744.0) - 6755399441055744.0);",
+    "    sines_of((real)turn, (real)r, 0.0f, sine, cosine);",
+    "    if (!((double)x < most && (double)x > -most))",
+    "        *sine = *cosine = (x - x) / (x - x);",
+    "}",
+};
+
+static const char *const common_lines[] = {
+    "",
+    "static void sines(int count, const real *x, real *sine, real *cosine) {",
+    "    int wide = 0;",
+    "    for (int i = 0; i < count; i++) {",
+    "        real n, e;",
+    "        const real r = sines_reduce(x[i], &n, &e);",
+    "        sines_of(n, r, e, &sine[i], &cosine[i]);",
+    "        wide |= !(x[i] < SINES_WIDE && x[i] > -SINES_WIDE);",
+    "    }",
+    "    for (int i = 0; wide && i < count; i++)",
+    "        if (!(x[i] < SINES_WIDE && x[i] > -SINES_WIDE))",
+    "            sines_wide(x[i], &sine[i], &cosine[i]);",
+    "}",
+    "",
+};
+
+static void print_lines(FILE *file, const char *const *line, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        fprintf(file, "%s\n", line[i]);
+}
+
+void kt_code_print_sincos(FILE *file, const char *name) {
+    fprintf(file, "/* ---- sines and cosines ---- */\n\n#ifdef %s_FLOAT\n\n", name);
+    print_lines(file, float_lines, sizeof float_lines / sizeof *float_lines);
+    fputs("\n#else\n\n", file);
+    print_lines(file, double_lines, sizeof double_lines / sizeof *double_lines);
+    fputs("\n#endif\n", file);
+    print_lines(file, common_lines, sizeof common_lines / sizeof *common_lines);
+}

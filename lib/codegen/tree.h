@@ -1,0 +1,91 @@
+/* The links of a model with nodes in place of numbers.
+ *
+ * All numbers that are not zero are parameters, unless they are fixed (`constant`): gravity; mass, com, inertia, armature
+ * and pitch of bodies; and the positions of joint frames. Zeros and rotations are constants.
+ */
+#ifndef KT_CODEGEN_TREE_H
+#define KT_CODEGEN_TREE_H
+
+#include "codegen/vector.h"
+#include "model/model.h"
+
+/* Longer names of bodies and markers are cut. */
+enum { KT_CODE_BODY_NAME = 64, KT_CODE_NAME = 3 * KT_CODE_BODY_NAME };
+
+/* A number that the user of a generated file may change. */
+typedef struct kt_code_parameter {
+    char name[KT_CODE_NAME]; /* of the struct's member */
+    const char *meaning;     /* with its unit */
+    int body;
+    double value;
+} kt_code_parameter;
+
+/* A link. Its joint rotates it from its axes at rest, which are fixed in the parent. */
+typedef struct kt_code_link {
+    const kt_link *link;
+    const char *name; /* of the body whose joint it is part of */
+    int parent;
+    bool is_rotated; /* at rest */
+    kt_op33 rest;    /* axes at rest in the parent's axes */
+    kt_op3 at;       /* origin of the joint frame in the parent */
+    kt_op pitch;
+    kt_op mass, armature[KT_DOF_MAX];
+    kt_op size;    /* of the inertia that it carries, as kt_link.size */
+    kt_op carried; /* the mass */
+    kt_op3 moment;
+    kt_op6 inertia;
+} kt_code_link;
+
+typedef struct kt_code_tree {
+    const kt_model *model;
+    kt_graph *graph;
+    bool constant;
+    int link_count;
+    kt_code_link *link;
+    kt_code_parameter *parameter;
+    int parameter_count;
+    int32_t parameter_room;
+    kt_op3 gravity;
+    kt_op33 *body_rotation; /* of each body in its link */
+    kt_op3 *body_position;
+    char (*body_name)[KT_CODE_NAME]; /* as an identifier of C */
+    int32_t *before;                 /* the coordinate that carries each one; -1: none */
+} kt_code_tree;
+
+/* Reads a model. Returns false if memory is insufficient; kt_code_tree_free releases the tree in any case. */
+bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *graph, bool constant);
+void kt_code_tree_free(kt_code_tree *tree);
+
+/* Moves to the parent what a joint cannot distinguish from the parent's own inertia. */
+void kt_code_tree_regroup(kt_code_tree *tree);
+
+/* Adds a rigid body at the position r: mass m, first moment h and inertia J about the body's origin. */
+void kt_code_add_rigid(kt_graph *g, kt_code_link *to, kt_op m, kt_op3 h, const kt_op6 *j, kt_op3 r);
+
+/* The pose of a link in its parent, in the function that is being made. */
+typedef struct kt_code_frame {
+    const kt_code_link *link;
+    kt_op cosine, sine, square, product; /* the last two are sin^2 and sin cos */
+    kt_op33 turn;                        /* of a quaternion */
+    kt_op3 offset;                       /* of the origin, parent's axes */
+} kt_code_frame;
+
+kt_code_frame kt_code_frame_of(kt_code_tree *tree, int link);
+/* A vector in the parent's axes, from those of the link; and the other way. */
+kt_op3 kt_code_up(kt_graph *g, const kt_code_frame *f, kt_op3 a);
+kt_op3 kt_code_down(kt_graph *g, const kt_code_frame *f, kt_op3 a);
+/* The two parts: from the axes of the link to those at rest, and from these to the parent's. */
+kt_op3 kt_code_to_rest(kt_graph *g, const kt_code_frame *f, kt_op3 a);
+kt_op3 kt_code_from_rest(kt_graph *g, const kt_code_frame *f, kt_op3 a);
+kt_op3 kt_code_rest_up(kt_graph *g, const kt_code_frame *f, kt_op3 a);
+kt_op3 kt_code_rest_down(kt_graph *g, const kt_code_frame *f, kt_op3 a);
+kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j);
+
+/* Rates or accelerations of a joint: rotations in the link's axes, translations in its axes at rest. */
+void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear);
+/* The position of a marker in its link. */
+kt_op3 kt_code_marker(kt_code_tree *tree, int body, int marker);
+
+static inline kt_motion kt_code_motion(const kt_code_link *l) { return (kt_motion)l->link->motion; }
+
+#endif

@@ -1,0 +1,7 @@
+/* The size below which an inertia along a degree of freedom counts as none, relative to the inertia that is carried. */
+#ifndef KT_DYNAMICS_NO_INERTIA_H
+#define KT_DYNAMICS_NO_INERTIA_H
+
+#define KT_NO_INERTIA 1e-14 /* about 45 units of rounding */
+
+#endif

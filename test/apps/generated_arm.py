@@ -1,0 +1,68 @@
+"""generated_arm COMMAND SOURCE-ROOT PROGRAM.C COMPILER...: generated C of an arm gives the same bits here and on a Cortex-M7, in less than
+30 kB."""
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note, skip
+
+TEXT_MOST = 30_000  # bytes
+STEP, STEPS = 1e-3, 500
+TARGET = [0.9, 0.2, 0.1, 0.9, -0.5, 1.5, 1.0]  # rad
+PROCESSOR = ["-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard"]
+EMULATOR = ["qemu-system-arm", "-M", "mps2-an500", "-nographic", "-monitor", "none", "-serial", "none",
+            "-semihosting-config", "enable=on,target=native", "-kernel"]
+WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Werror"]
+
+
+def run(*command, **more):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, **more)
+
+
+def reached(target):
+    """The position of a mass that PD control with 100 /s^2 and 20 /s moves, by the program's own steps."""
+    q = v = 0.0
+    for _ in range(STEPS):
+        v += STEP * (100 * (target - q) - 20 * v)
+        q += STEP * v
+    return q
+
+
+def main():
+    command, root, program, *compiler = sys.argv[1:]
+    root = pathlib.Path(root)
+    firmware = root / "apps/firmware"
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        made = run(command, "export", "--c", root / "apps/scenes/arm7.yaml", "--functions", "forward,inverse", "--out", folder / "arm.c")
+        claim("arm_is_exported", [] if made.returncode == 0 else [made.stderr])
+        sources = [program, folder / "arm.c"]
+        made = run(*compiler, *WARNINGS, "-O2", f"-I{folder}", *sources, "-o", folder / "here")
+        claim("program_compiles_here_without_a_library", [] if made.returncode == 0 else [made.stderr])
+        here = run(folder / "here")
+        ends = [struct.unpack(">d", bytes.fromhex(word))[0] for word in here.stdout.split()]
+        far = max([abs(q - reached(wanted)) for q, wanted in zip(ends, TARGET)], default=1.0)
+        note(f"joints are {far:.3g} rad from those of masses that move freely, bound 1e-14, ratio {far / 1e-14:.3g}")
+        claim("inverse_and_forward_dynamics_cancel", [] if len(ends) == 7 and far < 1e-14 else [here.stdout + here.stderr])
+
+        newlib = run("arm-none-eabi-gcc", "-print-file-name=rdimon.specs").stdout.strip()
+        if not pathlib.Path(newlib).is_file():
+            skip("cortex_m7_gives_the_same_bits", "newlib for arm-none-eabi is not on this machine")
+            finish()
+        made = run("arm-none-eabi-gcc", *PROCESSOR, *WARNINGS, "-O2", "-ffunction-sections", "-Wl,--gc-sections", "--specs=nano.specs",
+                   "--specs=rdimon.specs", f"-I{folder}", *sources, firmware / "cortex_m7.c", "-T", firmware / "cortex_m7.ld", "-o", folder / "there")
+        claim("program_compiles_for_a_cortex_m7", [] if made.returncode == 0 else [made.stderr])
+        size = re.search(r"^\s*(\d+)\s+(\d+)\s+(\d+)", run("arm-none-eabi-size", folder / "there").stdout, flags=re.M)
+        text = int(size[1]) if size else 0
+        note(f"{text} bytes of text, bound {TEXT_MOST}, ratio {text / TEXT_MOST:.3f}")
+        claim("text_is_at_most_30_kB", [] if 0 < text <= TEXT_MOST else [f"{text} bytes"])
+        there = run(*EMULATOR, folder / "there", timeout=300)
+        claim("cortex_m7_gives_the_bits_of_this_machine", [] if there.stdout == here.stdout and ends else [here.stdout, there.stdout, there.stderr])
+    finish()
+
+
+main()

@@ -1,0 +1,346 @@
+/* Files of generated C: refusals, joints without inertia, sines, fixed numbers, equal bits of compilers, operations. */
+#define _XOPEN_SOURCE 700
+#include "generated.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+
+/* ---- mechanisms -------------------------------------------------------------------------------------------------- */
+
+/* A description of a few bodies; not to be copied. */
+typedef struct small_tree {
+    kt_description description;
+    kt_body body[7];
+    kt_marker marker;
+    kt_model *model;
+} small_tree;
+
+static const char *const names[7] = {"link1", "link2", "link3", "link4", "link5", "link6", "link-7"};
+
+/* A chain of hinges about z, y, z ... with a marker at x = 1 on the last link. */
+static void small_tree_describe(small_tree *t, int count) {
+    t->description = kt_description_default();
+    t->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    t->description.bodies = t->body;
+    t->description.body_count = count;
+    t->marker = (kt_marker){.name = "tip", .at = {1.0, 0.0, 0.0}};
+    t->model = NULL;
+    for (int i = 0; i < count; i++) {
+        kt_body *b = &t->body[i];
+        *b = kt_body_default();
+        b->name = names[i];
+        b->parent = i > 0 ? names[i - 1] : NULL;
+        b->joint.type = KT_JOINT_REVOLUTE;
+        b->joint.axis = i % 2 ? kt_vec3_make(0.0, 1.0, 0.0) : kt_vec3_make(0.0, 0.0, 1.0);
+        b->joint.at = i > 0 ? kt_vec3_make(0.1, 0.0, 0.3) : kt_vec3_make(0.0, 0.0, 0.0);
+        b->mass = 2.0;
+        b->com = kt_vec3_make(0.05, 0.02, 0.1);
+        b->inertia = kt_sym3_make(0.02, 0.03, 0.025, 0.001, 0.002, 0.003);
+    }
+    t->body[count - 1].markers = &t->marker;
+    t->body[count - 1].marker_count = 1;
+}
+
+static bool small_tree_compile(small_tree *t) {
+    kt_error error = {0};
+    return kt_tree_fine("compiles", kt_model_compile(&t->description, NULL, &t->model, &error), &error);
+}
+
+static bool small_tree_make(small_tree *t, int count) {
+    small_tree_describe(t, count);
+    return small_tree_compile(t);
+}
+
+/* Generates into memory; the caller frees both texts. */
+static kt_status generate_text(const kt_model *model, const char *name, unsigned functions, bool fold, char **source,
+                               char **header, kt_error *error) {
+    size_t length[2];
+    FILE *a = open_memstream(source, &length[0]), *b = open_memstream(header, &length[1]);
+    kt_status status = KT_ERROR_MEMORY;
+    if (kt_check_true("memory", a != NULL && b != NULL))
+        status = kt_codegen_write(model, name, functions, fold, a, b, error);
+    if (a != NULL)
+        fclose(a);
+    if (b != NULL)
+        fclose(b);
+    return status;
+}
+
+/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+
+static void check_refused(const char *what, const kt_model *model, const char *name, unsigned functions,
+                          kt_status status, const char *message) {
+    char *source = NULL, *header = NULL;
+    kt_error error = {0};
+    kt_check_equal_int(what, generate_text(model, name, functions, false, &source, &header, &error), status);
+    kt_check_contains(what, error.message, message);
+    kt_check_text("nothing is written", source, "");
+    kt_check_text("nothing is written", header, "");
+    free(source);
+    free(header);
+}
+
+KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
+    small_tree t;
+    const kt_end ground = {.at = {0.5, 0.0, 0.0}};
+    if (!small_tree_make(&t, 3))
+        return;
+    check_refused("a name with a dash", t.model, "my-arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
+    check_refused("a name with a digit", t.model, "7arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
+    check_refused("no function", t.model, "arm", 0, KT_ERROR_ARGUMENT, "functions");
+    check_refused("an unknown function", t.model, "arm", 1u << 30, KT_ERROR_ARGUMENT, "functions");
+    kt_model_free(t.model);
+
+    small_tree_describe(&t, 3);
+    t.body[2].marker_count = 0;
+    if (small_tree_compile(&t))
+        check_refused("no marker", t.model, "arm", KT_CODEGEN_MARKERS, KT_ERROR_MODEL, "no markers");
+    kt_model_free(t.model);
+
+    small_tree_describe(&t, 3);
+    kt_loop loop = kt_loop_default();
+    loop.name = "rod";
+    loop.type = KT_LOOP_DISTANCE;
+    loop.between[0] = (kt_end){.body = names[2]};
+    loop.between[1] = ground;
+    loop.function = kt_function_constant(1.0);
+    t.description.loops = &loop;
+    t.description.loop_count = 1;
+    if (small_tree_compile(&t)) {
+        kt_error error = {0};
+        char *source = NULL, *header = NULL;
+        check_refused("a loop", t.model, "arm", KT_CODEGEN_MASS, KT_ERROR_MODEL, "loops");
+        (void)generate_text(t.model, "arm", KT_CODEGEN_MASS, false, &source, &header, &error);
+        kt_check_text("the loop is named", error.where, "rod");
+        free(source);
+        free(header);
+    }
+    kt_model_free(t.model);
+
+    small_tree_describe(&t, 1);
+    t.body[0].joint.type = KT_JOINT_FIXED;
+    if (small_tree_compile(&t))
+        check_refused("no joint moves", t.model, "arm", KT_CODEGEN_MASS, KT_ERROR_MODEL, "no joint can move");
+    kt_model_free(t.model);
+}
+
+/* ---- results ----------------------------------------------------------------------------------------------------- */
+
+/* The mass of the last link lies on its axis once its parameters are changed. */
+KT_TEST(forward_returns_the_body_whose_joint_has_no_inertia) {
+    static kt_generated g;
+    small_tree t;
+    const double q[3] = {0.1, 0.2, 0.3}, zero[3] = {0.0};
+    double a[3] = {7.0, 7.0, 7.0}, parameter[KT_GENERATED_PARAMETERS];
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    if (!small_tree_make(&t, 3) || !kt_generated_make(&g, t.model, "cc -O1"))
+        return;
+    kt_check_equal_int("regular", g.forward(g.model, q, zero, zero, a), 0);
+    memcpy(parameter, g.standard, sizeof(double) * (size_t)g.count);
+    for (int i = 0; i < g.count; i++)
+        if (strncmp(g.name[i], "link3_inertia", 13) == 0 || strcmp(g.name[i], "link3_com_x") == 0 ||
+            strcmp(g.name[i], "link3_com_y") == 0)
+            parameter[i] = 0.0;
+    g.prepare(parameter, g.model);
+    a[0] = 7.0;
+    kt_check_equal_int("body", g.forward(g.model, q, zero, zero, a), kt_body_find(t.model, "link3"));
+    kt_check_near("nothing is written", a[0], 7.0, 0.0);
+    const double bad[3] = {0.1, (double)NAN, 0.3};
+    g.prepare(g.standard, g.model);
+    kt_check_above("a position that is not finite", g.forward(g.model, bad, zero, zero, a), 1.0);
+    kt_generated_free(&g);
+    kt_model_free(t.model);
+}
+
+/* x = cos q, y = sin q of a marker on a hinge. Bounds: 1 unit in the last place of 1, and 2^-82 absolutely. */
+KT_TEST(sines_are_those_of_long_double_at_all_sizes_of_angles) {
+    static kt_generated g;
+    kt_random random = kt_random_of_test();
+    small_tree t;
+    kt_worst error = kt_worst_make("sine and cosine");
+    const double zero = 0.0;
+    double at[3], rate[3];
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    if (!small_tree_make(&t, 1) || !kt_generated_make(&g, t.model, "cc -O2"))
+        return;
+    for (int k = 0; k < 40000; k++) {
+        const double size = pow(10.0, kt_random_uniform(&random, -8.0, 11.8));
+        const double turns = floor(kt_random_uniform(&random, -1.0, 1.0) * size) * 1.5707963267948966;
+        const double q = k % 2 ? size * kt_random_uniform(&random, -1.0, 1.0) : turns;
+        if (g.markers(g.model, &q, &zero, at, rate) != 0)
+            break;
+        kt_worst_near(&error, at[0], (double)cosl((long double)q), 0.7 * EPS, "q = %.17g", q);
+        kt_worst_near(&error, at[1], (double)sinl((long double)q), 0.7 * EPS, "q = %.17g", q);
+    }
+    kt_check_worst(&error);
+    for (int k = 0; k < 3; k++) {
+        const double far[3] = {1e13, (double)INFINITY, (double)NAN};
+        (void)g.markers(g.model, &far[k], &zero, at, rate);
+        kt_check_true("beyond its range a sine is NaN", isnan(at[0]) && isnan(at[1]));
+    }
+    kt_generated_free(&g);
+    kt_model_free(t.model);
+}
+
+/* ---- texts ------------------------------------------------------------------------------------------------------- */
+
+/* The operations of a function, as its comment counts them. */
+static int count_operations(const char *source, const char *function) {
+    char start[64];
+    int products, sums, divisions;
+    snprintf(start, sizeof start, "\nint arm_%s(", function);
+    const char *at = strstr(source, start), *comment = NULL;
+    for (const char *c = source; at != NULL && c != NULL && c < at; c = strstr(c + 1, " * Operations: "))
+        comment = c;
+    if (comment == NULL ||
+        sscanf(comment, " * Operations: %d products, %d sums, %d divisions", &products, &sums, &divisions) != 3)
+        return -1;
+    return products + sums + divisions;
+}
+
+static int count_words(const char *text, const char *word) {
+    int count = 0;
+    for (const char *at = text; (at = strstr(at, word)) != NULL; at++)
+        count++;
+    return count;
+}
+
+/* Bars: what this version needs. A change that needs more is a regression. */
+KT_TEST(an_arm_of_seven_takes_no_more_operations) {
+    static const struct {
+        const char *name;
+        int most;
+    } bar[] = {{"forward", 1352}, {"inverse", 680}, {"bias", 647}, {"mass", 468}, {"energy", 340}};
+    small_tree t;
+    char *source = NULL, *header = NULL;
+    kt_error error = {0};
+    if (!small_tree_make(&t, 7))
+        return;
+    const kt_status status = generate_text(t.model, "arm", KT_CODEGEN_ALL, false, &source, &header, &error);
+    if (kt_tree_fine("generate", status, &error))
+        for (size_t i = 0; i < sizeof bar / sizeof *bar; i++) {
+            const int count = count_operations(source, bar[i].name);
+            kt_check_above("they are counted", count, 50);
+            kt_check_below(bar[i].name, count, bar[i].most);
+        }
+    free(source);
+    free(header);
+    kt_model_free(t.model);
+}
+
+KT_TEST(files_name_joints_equations_and_parameters) {
+    small_tree t;
+    char *source = NULL, *header = NULL, structure[64];
+    kt_error error = {0};
+    if (!small_tree_make(&t, 7))
+        return;
+    kt_status status = generate_text(t.model, "arm", KT_CODEGEN_FORWARD, false, &source, &header, &error);
+    if (kt_tree_fine("generate", status, &error)) {
+        snprintf(structure, sizeof structure, "#define arm_STRUCTURE 0x%016llxu",
+                 (unsigned long long)kt_codegen_structure(t.model));
+        kt_check_contains("structure", header, structure);
+        kt_check_contains("a name with a dash", header, "    arm_real link_7_mass; /* kg */");
+        kt_check_true("zeros are not parameters", strstr(header, "link3_at_y") == NULL);
+        kt_check_contains("a block", source, "/* link-7: motion of link 7 in its own axes");
+        kt_check_true("no library", strstr(source, "#include <") == NULL && strstr(source, "malloc") == NULL);
+        kt_check_equal_int("guards", count_words(source, "        return "), 7);
+    }
+    free(source);
+    free(header);
+    status = generate_text(t.model, "arm", KT_CODEGEN_FORWARD, true, &source, &header, &error);
+    if (kt_tree_fine("generate with fixed numbers", status, &error)) {
+        kt_check_true("no parameters", strstr(header, "arm_parameters") == NULL && strstr(source, "k[") == NULL);
+        kt_check_contains("a function", header, "int arm_forward(const arm_real *q,");
+    }
+    free(source);
+    free(header);
+    kt_model_free(t.model);
+}
+
+/* A change of a number keeps the structure; a number that becomes zero, another axis or joint does not. */
+KT_TEST(structure_changes_with_all_that_is_folded) {
+    small_tree t;
+    uint64_t seen[8];
+    for (int k = 0; k < 8; k++) {
+        small_tree_describe(&t, 3);
+        if (k == 1)
+            t.body[1].mass = 3.0;
+        if (k == 2)
+            t.body[1].com.x = 0.0;
+        if (k == 3)
+            t.body[1].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+        if (k == 4)
+            t.body[1].joint.type = KT_JOINT_PRISMATIC;
+        if (k == 5)
+            t.body[1].joint.rotation = kt_rotation_rpy(0.1, 0.0, 0.0);
+        if (k == 6)
+            t.body[1].joint.armature[0] = 0.5;
+        if (k == 7)
+            t.description.gravity.x = 1.0;
+        if (!small_tree_compile(&t))
+            return;
+        seen[k] = kt_codegen_structure(t.model);
+        kt_model_free(t.model);
+    }
+    kt_check_true("a number", seen[1] == seen[0]);
+    for (int k = 2; k < 8; k++)
+        for (int j = 0; j < k; j++)
+            kt_check_true("another structure", j == 1 || seen[k] != seen[j]);
+    kt_check_true("no model", kt_codegen_structure(NULL) == 0);
+}
+
+/* ---- bits -------------------------------------------------------------------------------------------------------- */
+
+static void collect_results(kt_generated *g, const kt_tree_state *s, double out[200]) {
+    memset(out, 0, 200 * sizeof *out);
+    kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, out), 0);
+    kt_check_equal_int("inverse", g->inverse(g->model, s->q, s->v, s->a, out + 40), 0);
+    kt_check_equal_int("energy", g->energy(g->model, s->q, s->v, out + 80), 0);
+    kt_check_equal_int("markers", g->markers(g->model, s->q, s->v, out + 90, out + 140), 0);
+}
+
+KT_TEST(bits_are_equal_for_compilers_and_levels) {
+    static const char *const compile[] = {"gcc -O0", "gcc -O3 -mavx2", "clang -O2", "clang -O3 -march=x86-64-v3"};
+    static kt_generated g;
+    kt_random random = kt_random_of_test();
+    double first[200], other[200];
+    for (int n = 0; n < 2; n++) {
+        kt_tree tree;
+        kt_tree_state s;
+        kt_tree_plan plan = kt_tree_plan_default();
+        plan.bodies = 6;
+        int compared = 0;
+        if (!kt_tree_grow(&tree, &plan, &random))
+            return;
+        kt_tree_state_draw(&tree, &random, &s);
+        for (int k = 0; k < 4; k++) {
+            char name[8];
+            snprintf(name, sizeof name, "%.*s", (int)strcspn(compile[k], " "), compile[k]);
+#if !defined(__x86_64__)
+            if (strstr(compile[k], "-m") != NULL)
+                continue;
+#endif
+            if (!kt_generated_has(name)) {
+                kt_skip(name, "there is no compiler of this name");
+                continue;
+            }
+            if (kt_generated_make(&g, tree.model, compile[k]))
+                collect_results(&g, &s, compared++ == 0 ? first : other);
+            kt_generated_free(&g);
+            if (compared > 1)
+                kt_check_equal_bits(compile[k], other, first, 200);
+        }
+        kt_tree_free(&tree);
+    }
+}

@@ -1,0 +1,148 @@
+#define _XOPEN_SOURCE 700
+#include "generated.h"
+
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+bool kt_generated_has(const char *compiler) {
+    char command[128];
+    snprintf(command, sizeof command, "%s --version >/dev/null 2>&1", compiler);
+    return system(command) == 0; /* NOLINT(cert-env33-c): a compiler of this machine */
+}
+
+/* Names of the members of mech_parameters, as the header lists them. */
+static bool read_names(kt_generated *g) {
+    char path[128], line[512];
+    bool inside = false;
+    snprintf(path, sizeof path, "%s/mech.h", g->folder);
+    FILE *file = fopen(path, "r");
+    if (!kt_check_true("the header can be read", file != NULL))
+        return false;
+    g->count = 0;
+    while (fgets(line, sizeof line, file) != NULL && g->count < KT_GENERATED_PARAMETERS) {
+        if (strstr(line, "typedef struct mech_parameters") != NULL)
+            inside = true;
+        else if (inside && line[0] == '}')
+            break;
+        else if (inside && sscanf(line, " mech_real %63[a-zA-Z0-9_];", g->name[g->count]) == 1)
+            g->count++;
+    }
+    fclose(file);
+    return kt_check_true("the header lists parameters", inside && g->count < KT_GENERATED_PARAMETERS);
+}
+
+static bool write_files(kt_generated *g, const kt_model *model) {
+    char path[2][128];
+    kt_error error = {0};
+    snprintf(path[0], sizeof path[0], "%s/mech.c", g->folder);
+    snprintf(path[1], sizeof path[1], "%s/mech.h", g->folder);
+    FILE *source = fopen(path[0], "w"), *header = fopen(path[1], "w");
+    kt_status status = KT_ERROR_FILE;
+    if (kt_check_true("files can be written", source != NULL && header != NULL))
+        status = kt_codegen_write(model, "mech", KT_CODEGEN_ALL, false, source, header, &error);
+    if (source != NULL)
+        fclose(source);
+    if (header != NULL)
+        fclose(header);
+    return kt_tree_fine("generate", status, &error);
+}
+
+static bool load_file(kt_generated *g) {
+    char path[128];
+    snprintf(path, sizeof path, "%s/mech.so", g->folder);
+    g->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!kt_check_true("the file can be loaded", g->library != NULL))
+        return false;
+    const struct {
+        const char *name;
+        void *target;
+    } symbol[] = {{"mech_prepare", &g->prepare}, {"mech_forward", &g->forward}, {"mech_inverse", &g->inverse},
+                  {"mech_bias", &g->bias},       {"mech_energy", &g->energy},   {"mech_mass", &g->mass},
+                  {"mech_markers", &g->markers}, {"mech_default", &g->standard}};
+    for (size_t i = 0; i < sizeof symbol / sizeof *symbol; i++) {
+        void *const at = dlsym(g->library, symbol[i].name);
+        if (!kt_check_true(symbol[i].name, at != NULL))
+            return false;
+        memcpy(symbol[i].target, &at, sizeof at);
+    }
+    g->prepare(g->standard, g->model);
+    return true;
+}
+
+bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile) {
+    char command[512];
+    memset(g, 0, sizeof *g);
+    strcpy(g->folder, "/tmp/kt-codegen-XXXXXX");
+    if (!kt_check_true("a folder of its own", mkdtemp(g->folder) != NULL)) {
+        g->folder[0] = '\0';
+        return false;
+    }
+    if (!write_files(g, model) || !read_names(g))
+        return false;
+    snprintf(command, sizeof command,
+             "%s -std=c99 -Wall -Wextra -Werror -pedantic -fPIC -shared %s/mech.c -o %s/mech.so", compile, g->folder,
+             g->folder);
+    const int code = system(command); /* NOLINT(cert-env33-c): a compiler of this machine */
+    return kt_check_equal_int("the compiler's exit code", code, 0) && load_file(g);
+}
+
+void kt_generated_free(kt_generated *g) {
+    static const char *const file[] = {"mech.c", "mech.h", "mech.so"};
+    if (g->library != NULL)
+        dlclose(g->library);
+    for (int i = 0; i < 3 && g->folder[0] != '\0'; i++) {
+        char path[128];
+        snprintf(path, sizeof path, "%s/%s", g->folder, file[i]);
+        unlink(path);
+    }
+    if (g->folder[0] != '\0')
+        rmdir(g->folder);
+}
+
+static double *part_of(kt_vec3 *v, const char *end) { return end[0] == 'x' ? &v->x : end[0] == 'y' ? &v->y : &v->z; }
+
+static double *entry_of(kt_sym3 *j, const char *end) {
+    static const char *const part[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
+    double *const entry[] = {&j->xx, &j->yy, &j->zz, &j->xy, &j->xz, &j->yz};
+    for (int i = 0; i < 6; i++)
+        if (strcmp(part[i], end) == 0)
+            return entry[i];
+    return NULL;
+}
+
+static double *number_of_body(kt_tree *tree, int b, const char *what) {
+    kt_body *body = &tree->body[b];
+    if (strcmp(what, "mass") == 0)
+        return &body->mass;
+    if (strncmp(what, "com_", 4) == 0)
+        return part_of(&body->com, what + 4);
+    if (strncmp(what, "inertia_", 8) == 0)
+        return entry_of(&body->inertia, what + 8);
+    if (strncmp(what, "at_", 3) == 0)
+        return part_of(&body->joint.at, what + 3);
+    if (strcmp(what, "pitch") == 0)
+        return &body->joint.pitch;
+    if (strcmp(what, "armature") == 0)
+        return &body->joint.armature[0];
+    if (strncmp(what, "armature_", 9) == 0)
+        return &body->joint.armature[what[9] - '1'];
+    if (strncmp(what, "marker_tip_", 11) == 0)
+        return part_of(&tree->marker[body->markers - tree->marker].at, what + 11);
+    return NULL;
+}
+
+double *kt_generated_number(kt_tree *tree, const char *name) {
+    double *found = NULL;
+    if (strncmp(name, "gravity_", 8) == 0)
+        return part_of(&tree->description.gravity, name + 8);
+    for (int b = 0; b < tree->description.body_count && found == NULL; b++) {
+        const size_t length = strlen(tree->body[b].name);
+        if (strncmp(name, tree->body[b].name, length) == 0 && name[length] == '_')
+            found = number_of_body(tree, b, name + length + 1);
+    }
+    kt_check_true(name, found != NULL);
+    return found;
+}

@@ -1,0 +1,42 @@
+/* A generated file, compiled by the system's compiler and loaded. */
+#ifndef KT_TEST_CODEGEN_GENERATED_H
+#define KT_TEST_CODEGEN_GENERATED_H
+
+#include "../dynamics/tree.h"
+
+#include "kinetree/codegen.h"
+
+enum { KT_GENERATED_PARAMETERS = 800, KT_GENERATED_NAME = 64, KT_GENERATED_PREPARED = 40000 };
+
+typedef int kt_generated_rates(const void *model, const double *q, const double *v, double *out);
+typedef int kt_generated_given(const void *model, const double *q, const double *v, const double *x, double *out);
+typedef int kt_generated_mass(const void *model, const double *q, double *out);
+typedef int kt_generated_markers(const void *model, const double *q, const double *v, double *at, double *rate);
+typedef void kt_generated_prepare(const double *parameters, double *model);
+
+typedef struct kt_generated {
+    char folder[64];
+    void *library; /* NULL: there is none */
+    int count;     /* of parameters, with their names as in the header */
+    char name[KT_GENERATED_PARAMETERS][KT_GENERATED_NAME];
+    const double *standard; /* NAME_default */
+    double model[KT_GENERATED_PREPARED];
+    kt_generated_prepare *prepare;
+    kt_generated_given *forward, *inverse;
+    kt_generated_rates *bias, *energy;
+    kt_generated_mass *mass;
+    kt_generated_markers *markers;
+} kt_generated;
+
+/* Whether there is a compiler of this name. */
+bool kt_generated_has(const char *compiler);
+
+/* Generates all functions of a model as mech.c, compiles with a command such as "cc -O1", loads, and prepares the
+ * standard parameters. A failure fails the test. kt_generated_free may follow in any case. */
+bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile);
+void kt_generated_free(kt_generated *g);
+
+/* The number of a description that a parameter stands for; NULL fails the test. */
+double *kt_generated_number(kt_tree *tree, const char *name);
+
+#endif

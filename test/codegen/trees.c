@@ -1,0 +1,221 @@
+/* Generated C of random trees against equations in long double that share nothing with the library (oracle.h). */
+#define _XOPEN_SOURCE 700
+#include "generated.h"
+
+#include "../dynamics/oracle.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+
+/* How many mechanisms a test draws: KT_MECHANISMS, or this number. */
+static int count_mechanisms(int usual) {
+    const char *text = getenv("KT_MECHANISMS");
+    return text != NULL ? atoi(text) : usual;
+}
+
+/* The worst errors, each relative to the rounding errors of its terms. */
+typedef struct comparison {
+    kt_worst inverse, bias, forward, mass, kinetic, potential, markers;
+} comparison;
+
+static comparison comparison_make(void) {
+    return (comparison){kt_worst_make("inverse dynamics"), kt_worst_make("bias"),
+                        kt_worst_make("forward dynamics"), kt_worst_make("mass matrix"),
+                        kt_worst_make("kinetic energy"),   kt_worst_make("potential energy"),
+                        kt_worst_make("markers")};
+}
+
+static void comparison_check(const comparison *c) {
+    kt_check_worst(&c->inverse);
+    kt_check_worst(&c->bias);
+    kt_check_worst(&c->forward);
+    kt_check_worst(&c->mass);
+    kt_check_worst(&c->kinetic);
+    kt_check_worst(&c->potential);
+    kt_check_worst(&c->markers);
+}
+
+static void compare_forces(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+    static double tau[KT_TREE_NV], a[KT_TREE_NV];
+    static long double slow[KT_TREE_NV], size[KT_TREE_NV];
+    double sensitivity[KT_TREE_NV];
+    const double zero[KT_TREE_NV] = {0.0};
+    kt_check_equal_int("inverse", g->inverse(g->model, s->q, s->v, s->a, tau), 0);
+    kt_oracle_inverse(tree, s, s->a, slow, size);
+    for (int i = 0; i < tree->nv; i++)
+        kt_worst_near(&c->inverse, tau[i], (double)slow[i], 40.0 * EPS * (double)size[i], "tree %d coordinate %d", n,
+                      i);
+    kt_check_equal_int("bias", g->bias(g->model, s->q, s->v, tau), 0);
+    kt_oracle_inverse(tree, s, zero, slow, size);
+    for (int i = 0; i < tree->nv; i++)
+        kt_worst_near(&c->bias, tau[i], (double)slow[i], 40.0 * EPS * (double)size[i], "tree %d coordinate %d", n, i);
+    if (!kt_check_true("regular", kt_oracle_forward(tree, s, slow, sensitivity)))
+        return;
+    kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, a), 0);
+    for (int i = 0; i < tree->nv; i++)
+        kt_worst_near(&c->forward, a[i], (double)slow[i], 20.0 * EPS * sensitivity[i], "tree %d coordinate %d", n, i);
+}
+
+static void compare_mass(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+    static double mass[KT_TREE_NV * KT_TREE_NV];
+    static long double slow[KT_TREE_NV * KT_TREE_NV];
+    const int nv = tree->nv;
+    double most = 0.0;
+    kt_check_equal_int("mass", g->mass(g->model, s->q, mass), 0);
+    kt_oracle_mass(tree, s->q, slow);
+    for (int i = 0; i < nv; i++)
+        most = fmax(most, (double)slow[i * nv + i]);
+    for (int i = 0; i < nv; i++)
+        for (int j = 0; j < nv; j++)
+            kt_worst_near(&c->mass, mass[i * nv + j], (double)slow[i * nv + j], 20.0 * EPS * most,
+                          "tree %d entry %d, %d", n, i, j);
+}
+
+/* T = sum a v^2 / 2 */
+static double rotor_energy(const kt_tree *tree, const double *v) {
+    double sum = 0.0;
+    for (int b = 1; b < tree->count; b++) {
+        const kt_coordinates c = kt_body_coordinates(tree->model, b);
+        const kt_joint *joint = &tree->description.bodies[kt_body_source(tree->model, b)].joint;
+        for (int k = 0; k < c.nv; k++)
+            sum += 0.5 * joint->armature[k] * v[c.v + k] * v[c.v + k];
+    }
+    return sum;
+}
+
+static void compare_motion(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+    static kt_oracle_body body[KT_TREE_SLOTS];
+    static double at[3 * KT_TREE_SLOTS], rate[3 * KT_TREE_SLOTS];
+    double energy[2];
+    kt_check_equal_int("energy", g->energy(g->model, s->q, s->v, energy), 0);
+    kt_check_equal_int("markers", g->markers(g->model, s->q, s->v, at, rate), 0);
+    kt_oracle_motion(tree, s->q, s->v, NULL, body);
+    const double rotors = rotor_energy(tree, s->v);
+    const double kinetic = (double)kt_oracle_kinetic(tree, body) + rotors,
+                 potential = (double)kt_oracle_potential(tree, body);
+    double size = 1.0;
+    for (int b = 1, k = 0; b < tree->count; b++) {
+        const kt_vec3 p = kt_marker_at(tree->model, b, 0);
+        const double own[3] = {p.x, p.y, p.z};
+        const long double *w = body[b].w;
+        long double arm[3];
+        for (int i = 0; i < 3; i++) {
+            arm[i] = body[b].r[i][0] * (long double)own[0] + body[b].r[i][1] * (long double)own[1] +
+                     body[b].r[i][2] * (long double)own[2];
+            size = fmax(size, (double)(fabsl(body[b].p[i]) + fabsl(body[b].u[i])));
+        }
+        for (int i = 0; i < 3; i++) {
+            const int j = (i + 1) % 3, l = (i + 2) % 3;
+            const double place = (double)(body[b].p[i] + arm[i]);
+            const double speed = (double)(body[b].u[i] + w[j] * arm[l] - w[l] * arm[j]);
+            kt_worst_near(&c->markers, at[3 * k + i], place, 40.0 * EPS * size, "tree %d body %d", n, b);
+            kt_worst_near(&c->markers, rate[3 * k + i], speed, 40.0 * EPS * size * size, "tree %d body %d", n, b);
+        }
+        k++;
+    }
+    double mass = 0.0;
+    for (int b = 1; b < tree->count; b++)
+        mass += kt_body_mass(tree->model, b);
+    /* twice the kinetic energy is a sum of terms m u.u with mixed signs once base parameters are moved */
+    kt_worst_near(&c->kinetic, energy[0], kinetic, 40.0 * EPS * (kinetic + mass * size * size), "tree %d", n);
+    kt_worst_near(&c->potential, energy[1], potential, 40.0 * EPS * 10.0 * mass * size, "tree %d", n);
+}
+
+static void compare_all(kt_generated *g, const kt_tree *tree, kt_random *random, comparison *c, int n) {
+    kt_tree_state s;
+    kt_tree_state_draw(tree, random, &s);
+    memset(s.external, 0, sizeof s.external);
+    compare_forces(g, tree, &s, c, n);
+    compare_mass(g, tree, &s, c, n);
+    compare_motion(g, tree, &s, c, n);
+}
+
+static kt_tree_plan draw_plan(kt_random *random, int n) {
+    kt_tree_plan plan = n % 4 == 3 ? kt_tree_plan_planar() : kt_tree_plan_default();
+    plan.bodies = kt_random_int(random, 1, 12);
+    plan.floats = n % 3 == 0 && n % 4 != 3;
+    plan.is_shuffled = n % 2 == 1 && n % 4 != 3;
+    plan.with_armature = n % 2 ? 0.5 : 0.0;
+    return plan;
+}
+
+/* Every type of joint, massless bodies, armature, fixed bodies, several trees, planar trees. */
+KT_TEST(generated_trees_agree_with_kane_in_long_double) {
+    kt_random random = kt_random_of_test();
+    comparison c = comparison_make();
+    static kt_generated g;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int n = 0; n < count_mechanisms(16); n++) {
+        kt_tree tree;
+        const kt_tree_plan plan = draw_plan(&random, n);
+        bool fine = kt_tree_grow(&tree, &plan, &random);
+        if (fine && tree.nv > 0) {
+            fine = kt_generated_make(&g, tree.model, "cc -O0");
+            for (int k = 0; k < 4 && fine; k++)
+                compare_all(&g, &tree, &random, &c, n);
+            kt_generated_free(&g);
+        }
+        kt_tree_free(&tree);
+        if (!fine)
+            return;
+    }
+    comparison_check(&c);
+}
+
+/* Each parameter is changed alone, in the file and in the description. A constant that was folded by mistake, or a
+ * parameter with another name, would differ by far more than rounding. */
+KT_TEST(each_parameter_changes_the_functions_as_it_changes_the_mechanism) {
+    kt_random random = kt_random_of_test();
+    comparison c = comparison_make();
+    static kt_generated g;
+    int changed = 0;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int n = 0; n < count_mechanisms(4); n++) {
+        kt_tree tree;
+        kt_tree_plan plan = draw_plan(&random, n);
+        plan.bodies = 9; /* each type of joint once */
+        plan.with_armature = 1.0;
+        bool fine = kt_tree_grow(&tree, &plan, &random) && kt_generated_make(&g, tree.model, "cc -O0");
+        const uint64_t structure = kt_codegen_structure(tree.model);
+        for (int k = 0; k < g.count && fine; k++) {
+            double parameter[KT_GENERATED_PARAMETERS];
+            double *number = kt_generated_number(&tree, g.name[k]);
+            if (number == NULL)
+                break;
+            const double before = *number;
+            memcpy(parameter, g.standard, (size_t)g.count * sizeof *parameter);
+            kt_check_equal_bits(g.name[k], &parameter[k], &before, 1);
+            parameter[k] = *number = before * kt_random_uniform(&random, 1.05, 1.3);
+            tree.description.inertia_check = KT_INERTIA_ACCEPT;
+            kt_data_free(tree.data);
+            kt_model_free(tree.model);
+            tree.data = NULL;
+            tree.model = NULL;
+            fine = kt_tree_compile(&tree, NULL);
+            if (fine) {
+                kt_check_true("the structure is the same", kt_codegen_structure(tree.model) == structure);
+                g.prepare(parameter, g.model);
+                compare_all(&g, &tree, &random, &c, n);
+                changed++;
+            }
+            *number = before;
+        }
+        kt_generated_free(&g);
+        kt_tree_free(&tree);
+        if (!fine)
+            return;
+    }
+    kt_check_above("parameters that were changed", changed, 200);
+    comparison_check(&c);
+}

@@ -1,0 +1,56 @@
+"""export_c COMMAND SOURCE-ROOT: the command line of `kinetree export --c`: files, refusals, exit statuses."""
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish
+
+COMMAND, ROOT = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+SCENES = ROOT / "apps/scenes"
+
+
+def export(folder, *words):
+    return subprocess.run([COMMAND, "export", *map(str, words)], capture_output=True, text=True, cwd=folder)
+
+
+def rejected(name, status, message, *words):
+    """A wrong call ends with a status and a message, and writes no file."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = export(folder, *words)
+        left = [path.name for path in pathlib.Path(folder).iterdir()]
+        problems = [] if made.returncode == status else [f"status {made.returncode} instead of {status}"]
+        problems += [] if message in made.stderr else [f"'{message}' is not in: {made.stderr}"]
+        claim(name, problems + [f"{path} was written" for path in left])
+
+
+def main():
+    arm, loop, effects = SCENES / "arm7.yaml", SCENES / "four-bar.yaml", SCENES / "servo-arm.yaml"
+    rejected("standard_output_cannot_hold_two_files", 1, "give --out FILE.c", "--c", arm)
+    rejected("out_ends_with_c", 1, "give --out FILE.c", "--c", arm, "--out", "arm.txt")
+    rejected("name_begins_with_a_letter", 1, "must begin with a letter", "--c", arm, "--out", "7.c")
+    rejected("name_has_no_dash", 1, "'my-arm' must begin with a letter", "--c", arm, "--out", "my-arm.c")
+    rejected("unknown_function_has_a_proposal", 1, "did you mean 'inverse'?", "--c", arm, "--out", "arm.c", "--functions", "forward,invers")
+    rejected("one_format_at_a_time", 1, "one of them", "--c", "--urdf", arm, "--out", "arm.c")
+    rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
+    rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
+    rejected("loops_are_rejected", 2, "loops cannot be generated", "--c", loop, "--out", "arm.c")
+    rejected("scene_must_exist", 2, "nothing.yaml", "--c", "nothing.yaml", "--out", "arm.c")
+    with tempfile.TemporaryDirectory() as folder:
+        made = export(folder, "--c", arm, "--out", "my_arm.c")
+        source, header = pathlib.Path(folder, "my_arm.c"), pathlib.Path(folder, "my_arm.h")
+        written = made.returncode == 0 and source.is_file() and header.is_file()
+        claim("both_files_are_written", [] if written else [made.stderr])
+        claim("names_begin_with_the_file", [] if written and "int my_arm_forward(" in header.read_text() else ["no my_arm_forward"])
+        claim("four_functions_by_default", [] if written and header.read_text().count("\nint my_arm_") == 4 else ["not four"])
+        claim("source_includes_its_header", [] if written and '#include "my_arm.h"' in source.read_text() else ["another include"])
+        mass = "bodies.tool.mass=2.75"
+        made = export(folder, "--c", arm, "--out", "set.c", "--set", mass)
+        claim("set_applies", [] if "(real)2.75, /* tool_mass */" in pathlib.Path(folder, "set.c").read_text() else [made.stderr])
+        made = export(folder, "--c", effects, "--out", "servo.c")
+        claim("effects_are_noted", [] if made.returncode == 0 and "forces of effects" in made.stderr else [made.stderr])
+    finish()
+
+
+main()
