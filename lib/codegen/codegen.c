@@ -175,19 +175,12 @@ static void print_header(FILE *file, const kt_code_tree *tree, const char *name,
 /* ---- source ------------------------------------------------------------------------------------------------------ */
 
 static void print_angles(FILE *file, const kt_model *model) {
-    bool in_order = true;
     const int count = (int)model->n.angle;
+    fprintf(file, "    real s[SINES_ROOM(%d)], c[SINES_ROOM(%d)];\n    const real angle[SINES_ROOM(%d)] = {", count,
+            count, count);
     for (int i = 0; i < count; i++)
-        in_order &= model->angle[i] == i;
-    fprintf(file, "    real s[%d], c[%d];\n", count, count);
-    if (in_order) {
-        fprintf(file, "    sines(%d, q, s, c);\n", count);
-        return;
-    }
-    fprintf(file, "    real angle[%d];\n", count);
-    for (int i = 0; i < count; i++)
-        fprintf(file, "    angle[%d] = q[%d];\n", i, (int)model->angle[i]);
-    fprintf(file, "    sines(%d, angle, s, c);\n", count);
+        fprintf(file, "%sq[%d]", i == 0 ? "" : i % 16 == 0 ? ",\n        " : ", ", (int)model->angle[i]);
+    fprintf(file, "};\n    sines(SINES_ROOM(%d), angle, s, c);\n", count);
 }
 
 static void print_body(kt_code_printer *p, const char *name, int k, const kt_code_function *f) {

@@ -11,7 +11,7 @@ static const char *const double_lines[] = {
     "enum { SINES_WIDE = 1647099 }; /* 2^20 pi/2 */",
     "",
     "/* Sine and cosine of n quarter turns and r + e, with |r| <= pi/4: Taylor's series. */",
-    "static void sines_of(real n, real r, real e, real *sine, real *cosine) {",
+    "static inline void sines_of(real n, real r, real e, real *sine, real *cosine) {",
     "    const real z = r * r;",
     "    const real p7 = (1.0 / 355687428096000.0 * z - 1.0 / 1307674368000.0) * z + 1.0 / 6227020800.0;",
     "    const real p4 = ((p7 * z - 1.0 / 39916800.0) * z + 1.0 / 362880.0) * z - 1.0 / 5040.0;",
@@ -22,13 +22,14 @@ static const char *const double_lines[] = {
     "    const real s = r + (e + z * (r * p - 0.5 * e)), half = 0.5 * z, one = 1.0 - half;",
     "    const real c = one + (((1.0 - one) - half) + (z * z * q - r * e));",
     "    const real turn = n - 4.0 * ((0.25 * n + 6755399441055744.0) - 6755399441055744.0); /* -2 to 2 */",
-    "    const real sign = 1.0 - 0.5 * turn * turn;",
-    "    *sine = turn * turn == 1.0 ? turn * c : sign * s;",
-    "    *cosine = turn * turn == 1.0 ? -turn * s : sign * c;",
+    "    const real odd = n - 2.0 * ((0.5 * n + 6755399441055744.0) - 6755399441055744.0); /* -1, 0, 1: sin(n pi/2) */",
+    "    const real even = 1.0 - 0.5 * (turn * turn + odd * odd); /* cos(n pi/2) */",
+    "    *sine = odd * c + even * s;",
+    "    *cosine = even * c - odd * s;",
     "}",
     "",
     "/* x = n pi/2 + r + e. The products of n with the first three parts of pi/2 are exact. */",
-    "static real sines_reduce(real x, real *n, real *e) {",
+    "static inline real sines_reduce(real x, real *n, real *e) {",
     "    *n = (x * 0.63661977236758138 + 6755399441055744.0) - 6755399441055744.0;",
     "    const real a = x - *n * 0x1.921fb544p+0, p2 = *n * 0x1.0b4611a6p-34, p3 = *n * 0x1.3198a2ep-69;",
     "    const real b = a - p2, r = b - p3, lost = ((a - b) - p2) - *n * 0x1.b839a252049c1p-104;",
@@ -54,18 +55,19 @@ static const char *const float_lines[] = {
     "enum { SINES_WIDE = 8192 };",
     "",
     "/* Sine and cosine of n quarter turns and r, with |r| <= pi/4. */",
-    "static void sines_of(real n, real r, real e, real *sine, real *cosine) {",
+    "static inline void sines_of(real n, real r, real e, real *sine, real *cosine) {",
     "    const real z = r * r, turn = n - 4.0f * ((0.25f * n + 12582912.0f) - 12582912.0f); /* -2 to 2 */",
     "    const real s = r + (e + r * z * (-1.6666654611e-1f + z * (8.3321608736e-3f - 1.9515295891e-4f * z)));",
     "    const real c = 1.0f - 0.5f * z +",
     "                   z * z * (4.166664568298827e-2f + z * (-1.388731625493765e-3f + 2.443315711809948e-5f * z));",
-    "    const real sign = 1.0f - 0.5f * turn * turn;",
-    "    *sine = turn * turn == 1.0f ? turn * c : sign * s;",
-    "    *cosine = turn * turn == 1.0f ? -turn * s : sign * c;",
+    "    const real odd = n - 2.0f * ((0.5f * n + 12582912.0f) - 12582912.0f); /* -1, 0, 1: sin(n pi/2) */",
+    "    const real even = 1.0f - 0.5f * (turn * turn + odd * odd); /* cos(n pi/2) */",
+    "    *sine = odd * c + even * s;",
+    "    *cosine = even * c - odd * s;",
     "}",
     "",
     "/* x = n pi/2 + r + e */",
-    "static real sines_reduce(real x, real *n, real *e) {",
+    "static inline real sines_reduce(real x, real *n, real *e) {",
     "    *n = (x * 0.636619772f + 12582912.0f) - 12582912.0f;",
     "    *e = 0.0f;",
     "    return ((x - *n * 1.5703125f) - *n * 4.83751296997e-4f) - *n * 7.54978994877e-8f;",
@@ -82,17 +84,32 @@ static const char *const float_lines[] = {
     "}",
 };
 
+/* How many numbers of double precision a vector has. Angles are filled up to whole vectors. */
+static const char *const lane_lines[] = {
+    "#if defined(__AVX512F__)",
+    "#define SINES_BYTES 64",
+    "#elif defined(__AVX__)",
+    "#define SINES_BYTES 32",
+    "#elif defined(__SSE2__) || defined(__aarch64__)",
+    "#define SINES_BYTES 16",
+    "#else",
+    "#define SINES_BYTES (int)sizeof(real)",
+    "#endif",
+    "#define SINES_LANES (SINES_BYTES / (int)sizeof(real))",
+    "#define SINES_ROOM(n) (((n) + SINES_LANES - 1) / SINES_LANES * SINES_LANES)",
+    "",
+};
+
 static const char *const common_lines[] = {
     "",
-    "static void sines(int count, const real *x, real *sine, real *cosine) {",
-    "    int wide = 0;",
+    "/* The first loop has no branches, and a compiler may compute several angles at once. */",
+    "static void sines(int count, const real *restrict x, real *restrict sine, real *restrict cosine) {",
     "    for (int i = 0; i < count; i++) {",
     "        real n, e;",
     "        const real r = sines_reduce(x[i], &n, &e);",
     "        sines_of(n, r, e, &sine[i], &cosine[i]);",
-    "        wide |= !(x[i] < SINES_WIDE && x[i] > -SINES_WIDE);",
     "    }",
-    "    for (int i = 0; wide && i < count; i++)",
+    "    for (int i = 0; i < count; i++)",
     "        if (!(x[i] < SINES_WIDE && x[i] > -SINES_WIDE))",
     "            sines_wide(x[i], &sine[i], &cosine[i]);",
     "}",
@@ -105,7 +122,9 @@ static void print_lines(FILE *file, const char *const *line, size_t count) {
 }
 
 void kt_code_print_sincos(FILE *file, const char *name) {
-    fprintf(file, "/* ---- sines and cosines ---- */\n\n#ifdef %s_FLOAT\n\n", name);
+    fputs("/* ---- sines and cosines ---- */\n\n", file);
+    print_lines(file, lane_lines, sizeof lane_lines / sizeof *lane_lines);
+    fprintf(file, "#ifdef %s_FLOAT\n\n", name);
     print_lines(file, float_lines, sizeof float_lines / sizeof *float_lines);
     fputs("\n#else\n\n", file);
     print_lines(file, double_lines, sizeof double_lines / sizeof *double_lines);
