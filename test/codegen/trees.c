@@ -170,6 +170,29 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
     comparison_check(&c);
 }
 
+static int count_nonzero(const double *x, int count) {
+    int found = 0;
+    for (int i = 0; i < count; i++)
+        found += x[i] != 0.0;
+    return found;
+}
+
+/* The numbers of a description that are not zero and that a mechanism depends on. */
+static int count_numbers(const kt_tree *tree) {
+    int count = count_nonzero(&tree->description.gravity.x, 3);
+    for (int b = 1; b < tree->count; b++) {
+        const kt_body *body = &tree->description.bodies[kt_body_source(tree->model, b)];
+        const kt_sym3 *j = &body->inertia;
+        const double inertia[6] = {j->xx, j->yy, j->zz, j->xy, j->xz, j->yz};
+        count += count_nonzero(&body->joint.at.x, 3) + count_nonzero(&body->markers[0].at.x, 3);
+        count += count_nonzero(body->joint.armature, kt_body_coordinates(tree->model, b).nv);
+        count += body->joint.type == KT_JOINT_SCREW && body->joint.pitch != 0.0;
+        if (kt_oracle_moves(tree, b))
+            count += count_nonzero(inertia, 6) + (body->mass != 0.0 ? 1 + count_nonzero(&body->com.x, 3) : 0);
+    }
+    return count;
+}
+
 /* Each parameter is changed alone, in the file and in the description. A constant that was folded by mistake, or a
  * parameter with another name, would differ by far more than rounding. */
 KT_TEST(each_parameter_changes_the_functions_as_it_changes_the_mechanism) {
@@ -188,6 +211,7 @@ KT_TEST(each_parameter_changes_the_functions_as_it_changes_the_mechanism) {
         plan.with_armature = 1.0;
         bool fine = kt_tree_grow(&tree, &plan, &random) && kt_generated_make(&g, tree.model, "cc -O0");
         const uint64_t structure = kt_codegen_structure(tree.model);
+        kt_check_equal_int("each number is a parameter", g.count, fine ? count_numbers(&tree) : -1);
         for (int k = 0; k < g.count && fine; k++) {
             double parameter[KT_GENERATED_PARAMETERS];
             double *number = kt_generated_number(&tree, g.name[k]);
