@@ -234,6 +234,51 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
 
 /* ---- graphs ------------------------------------------------------------------------------------------------------ */
 
+/* Factors products, with the guards behind the outputs. */
+static void factor_function(kt_graph *g, kt_code_function *f) {
+    kt_op *all = f->out;
+    const int n = f->guard_count;
+    for (int k = 0; k < n; k++) {
+        all[f->out_count + 2 * k] = f->guard[k].pivot;
+        all[f->out_count + 2 * k + 1] = f->guard[k].limit;
+    }
+    for (int pass = 0; pass < 3; pass++)
+        kt_graph_factor(g, all, f->out_count + 2 * n);
+    for (int k = 0; k < n; k++) {
+        f->guard[k].pivot = all[f->out_count + 2 * k];
+        f->guard[k].limit = all[f->out_count + 2 * k + 1];
+    }
+}
+
+static int count_all(const kt_graph *g, const kt_code_function *f) {
+    const kt_op_counts n = kt_graph_count(g, f->out, f->out_count);
+    return n.multiply + n.add + n.divide;
+}
+
+/* Makes forward dynamics in both ways, and takes the one with fewer operations. work: nv x nv. */
+static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
+    const size_t nv = tree->model->n.v;
+    kt_code_function other = *f;
+    other.out = calloc(3 * nv, sizeof *other.out);
+    other.guard = calloc(nv, sizeof *other.guard);
+    f->guard_count = other.guard_count = (int)nv;
+    const bool fine = other.out != NULL && other.guard != NULL;
+    if (fine) {
+        kt_code_forward_mass(tree, work, f->out, f->guard);
+        factor_function(tree->graph, f);
+        tree->graph->scope++;
+        kt_code_forward_articulated(tree, other.out, other.guard);
+        factor_function(tree->graph, &other);
+        if (!tree->graph->failed && count_all(tree->graph, &other) < count_all(tree->graph, f)) {
+            memcpy(f->out, other.out, nv * sizeof *f->out);
+            memcpy(f->guard, other.guard, nv * sizeof *f->guard);
+        }
+    }
+    free(other.out);
+    free(other.guard);
+    return fine;
+}
+
 /* Makes the graph of a function. Returns false if memory is insufficient. */
 static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
     kt_graph *g = tree->graph;
@@ -248,8 +293,7 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
     if (fine)
         switch (k) {
         case KT_CODEGEN_FORWARD_INDEX:
-            kt_code_forward(tree, work, f->out, f->guard);
-            f->guard_count = (int)nv;
+            fine = make_forward(tree, work, f);
             break;
         case KT_CODEGEN_INVERSE_INDEX:
         case KT_CODEGEN_BIAS_INDEX:
@@ -271,22 +315,6 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
         }
     free(work);
     return fine && !g->failed;
-}
-
-/* Factors products, with the guards behind the outputs. */
-static void factor_function(kt_graph *g, kt_code_function *f) {
-    kt_op *all = f->out;
-    const int n = f->guard_count;
-    for (int k = 0; k < n; k++) {
-        all[f->out_count + 2 * k] = f->guard[k].pivot;
-        all[f->out_count + 2 * k + 1] = f->guard[k].limit;
-    }
-    for (int pass = 0; pass < 3; pass++)
-        kt_graph_factor(g, all, f->out_count + 2 * n);
-    for (int k = 0; k < n; k++) {
-        f->guard[k].pivot = all[f->out_count + 2 * k];
-        f->guard[k].limit = all[f->out_count + 2 * k + 1];
-    }
 }
 
 static kt_status print_files(const kt_code_tree *tree, const char *name, unsigned functions, kt_code_function *f,

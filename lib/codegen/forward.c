@@ -40,7 +40,7 @@ static void factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_gu
     }
 }
 
-void kt_code_forward(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
+void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
     kt_op *inverse = calloc((size_t)nv + 1, sizeof *inverse);

@@ -99,11 +99,48 @@ static kt_op6 turn_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *in
     return out;
 }
 
-kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j) {
-    kt_op6 out = *j;
+kt_op6 kt_code_inertia_to_rest(kt_graph *g, const kt_code_frame *f, const kt_op6 *j) {
     if (is_turned_by_quaternion(f))
-        out = kt_op6_rotate(g, &f->turn, j);
-    else if (f->cosine >= 0)
-        out = turn_inertia(g, f, j);
-    return f->link->is_rotated ? kt_op6_rotate(g, &f->link->rest, &out) : out;
+        return kt_op6_rotate(g, &f->turn, j);
+    return f->cosine >= 0 ? turn_inertia(g, f, j) : *j;
+}
+
+kt_op6 kt_code_inertia_rest_up(kt_graph *g, const kt_code_frame *f, const kt_op6 *j) {
+    return f->link->is_rotated ? kt_op6_rotate(g, &f->link->rest, j) : *j;
+}
+
+kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j) {
+    const kt_op6 at_rest = kt_code_inertia_to_rest(g, f, j);
+    return kt_code_inertia_rest_up(g, f, &at_rest);
+}
+
+/* As turn_inertia. With d = H_ii - H_jj and e = H_ij + H_ji, t = s^2 d + s c e and u = s c d - s^2 e. */
+static kt_op33 turn_matrix(kt_graph *g, const kt_code_frame *f, const kt_op33 *h) {
+    const int k = f->link->link->axis, i = (k + 1) % 3, j = (k + 2) % 3;
+    const kt_op33 a = *h;
+    kt_op33 out = a;
+    const kt_op d = kt_op_subtract(g, a.row[i].x[i], a.row[j].x[j]), e = kt_op_add(g, a.row[i].x[j], a.row[j].x[i]);
+    const kt_op t = kt_op_add(g, kt_op_multiply(g, f->square, d), kt_op_multiply(g, f->product, e));
+    const kt_op u = kt_op_subtract(g, kt_op_multiply(g, f->product, d), kt_op_multiply(g, f->square, e));
+    out.row[i].x[i] = kt_op_subtract(g, a.row[i].x[i], t);
+    out.row[j].x[j] = kt_op_add(g, a.row[j].x[j], t);
+    out.row[i].x[j] = kt_op_add(g, a.row[i].x[j], u);
+    out.row[j].x[i] = kt_op_add(g, a.row[j].x[i], u);
+    const kt_op3 column = {{a.row[0].x[k], a.row[1].x[k], a.row[2].x[k]}};
+    const kt_op3 turned = kt_code_to_rest(g, f, column), across = kt_code_to_rest(g, f, a.row[k]);
+    out.row[i].x[k] = turned.x[i];
+    out.row[j].x[k] = turned.x[j];
+    out.row[k].x[i] = across.x[i];
+    out.row[k].x[j] = across.x[j];
+    return out;
+}
+
+kt_op33 kt_code_matrix_to_rest(kt_graph *g, const kt_code_frame *f, const kt_op33 *h) {
+    if (is_turned_by_quaternion(f))
+        return kt_op33_rotate(g, &f->turn, h);
+    return f->cosine >= 0 ? turn_matrix(g, f, h) : *h;
+}
+
+kt_op33 kt_code_matrix_rest_up(kt_graph *g, const kt_code_frame *f, const kt_op33 *h) {
+    return f->link->is_rotated ? kt_op33_rotate(g, &f->link->rest, h) : *h;
 }

@@ -11,15 +11,6 @@
 
 #include <stdlib.h>
 
-/* The motion of a link, in its own axes. */
-typedef struct code_motion {
-    kt_code_frame frame;
-    kt_op3 omega, alpha, linear;
-    kt_op square[6]; /* products of omega: xx, yy, zz, xy, xz, yz */
-    kt_op33 u;
-    kt_op3 force, moment;
-} code_motion;
-
 void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear) {
     const kt_code_link *l = &tree->link[link];
     kt_graph *g = tree->graph;
@@ -77,7 +68,7 @@ static void project_wrench(kt_code_tree *tree, const kt_code_frame *f, kt_op3 n,
     }
 }
 
-static void multiply_rates(kt_graph *g, code_motion *m) {
+void kt_code_multiply_rates(kt_graph *g, kt_code_moving *m) {
     for (int i = 0; i < 3; i++)
         for (int j = i; j < 3; j++)
             m->square[kt_op6_index(i, j)] = kt_op_multiply(g, m->omega.x[i], m->omega.x[j]);
@@ -92,10 +83,10 @@ static void multiply_rates(kt_graph *g, code_motion *m) {
 /* ---- inverse dynamics -------------------------------------------------------------------------------------------- */
 
 /* The motion of link i from its parent's. */
-static void move_link(kt_code_tree *tree, int i, bool has_acceleration, code_motion *all) {
+static void move_link(kt_code_tree *tree, int i, bool has_acceleration, kt_code_moving *all) {
     kt_graph *g = tree->graph;
-    code_motion *m = &all[i];
-    const code_motion *p = &all[tree->link[i].parent];
+    kt_code_moving *m = &all[i];
+    const kt_code_moving *p = &all[tree->link[i].parent];
     kt_op3 spin, shift, turn = kt_op3_zero(g), gain = turn;
     m->frame = kt_code_frame_of(tree, i);
     kt_code_rates(tree, i, KT_OP_RATE, &spin, &shift);
@@ -109,14 +100,14 @@ static void move_link(kt_code_tree *tree, int i, bool has_acceleration, code_mot
     m->omega = kt_op3_add(g, before, spin);
     m->alpha = kt_op3_add(g, kt_code_down(g, &m->frame, p->alpha), kt_op3_add(g, kt_op3_cross(g, before, spin), turn));
     m->linear = kt_code_from_rest(g, &m->frame, linear);
-    multiply_rates(g, m);
+    kt_code_multiply_rates(g, m);
     kt_op3_name(g, m->omega, "w", i);
     kt_op3_name(g, m->alpha, "al", i);
     kt_op3_name(g, m->linear, "a", i);
 }
 
-/* J al + w x J w, with differences of the entries of J and those of U. */
-static kt_op3 spin_moment(kt_graph *g, const kt_code_link *l, const code_motion *m) {
+/* Uses differences of the entries of J, and the entries of U. */
+kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_moving *m) {
     const kt_op *jj = l->inertia.x, *ww = m->square;
     kt_op3 out;
     for (int i = 0; i < 3; i++) {
@@ -134,7 +125,7 @@ static kt_op3 spin_moment(kt_graph *g, const kt_code_link *l, const code_motion 
 
 void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
     kt_graph *g = tree->graph;
-    code_motion *all = calloc((size_t)tree->link_count, sizeof *all);
+    kt_code_moving *all = calloc((size_t)tree->link_count, sizeof *all);
     if (all == NULL) {
         g->failed = true;
         return;
@@ -142,10 +133,10 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
     all[0].omega = all[0].alpha = all[0].force = all[0].moment = kt_op3_zero(g);
     for (int k = 0; k < 3; k++)
         all[0].linear.x[k] = kt_op_negate(g, tree->gravity.x[k]);
-    multiply_rates(g, &all[0]);
+    kt_code_multiply_rates(g, &all[0]);
     for (int i = 1; i < tree->link_count; i++) {
         const kt_code_link *l = &tree->link[i];
-        code_motion *m = &all[i];
+        kt_code_moving *m = &all[i];
         kt_graph_section(g,
                          "%s: motion of link %d in its own axes\n"
                          "w = R'w_p + s v,  al = R'al_p + R'w_p x s v%s,  a = R'(a_p + al_p x r + w_p x (w_p x r))",
@@ -153,12 +144,12 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
         move_link(tree, i, has_acceleration, all);
         kt_graph_section(g, "%s: f = m a + al x h + w x (w x h),  n = J al + w x J w + h x a", l->name);
         m->force = kt_op3_add(g, kt_op3_scale(g, l->mass, m->linear), kt_op33_apply(g, &m->u, l->moment));
-        m->moment = kt_op3_add(g, spin_moment(g, l, m), kt_op3_cross(g, l->moment, m->linear));
+        m->moment = kt_op3_add(g, kt_code_spin_moment(g, l, m), kt_op3_cross(g, l->moment, m->linear));
     }
     for (int i = tree->link_count - 1; i > 0; i--) {
         const kt_code_link *l = &tree->link[i];
         const kt_link *link = l->link;
-        code_motion *m = &all[i], *p = &all[l->parent];
+        kt_code_moving *m = &all[i], *p = &all[l->parent];
         kt_op3_name(g, m->force, "f", i);
         kt_op3_name(g, m->moment, "n", i);
         kt_graph_section(g, "%s: tau = s . (n, f);  the parent carries f and n + r x f", l->name);

@@ -4,6 +4,20 @@
 
 #include "codegen/tree.h"
 
+/* The motion of a link, in its own axes, and the wrench that it takes. */
+typedef struct kt_code_moving {
+    kt_code_frame frame;
+    kt_op3 omega, alpha, linear;
+    kt_op square[6]; /* products of omega: xx, yy, zz, xy, xz, yz */
+    kt_op33 u;       /* [alpha] + [omega][omega] */
+    kt_op3 force, moment;
+} kt_code_moving;
+
+/* Computes `square` and `u` from omega and alpha. */
+void kt_code_multiply_rates(kt_graph *g, kt_code_moving *m);
+/* J al + w x J w */
+kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_moving *m);
+
 /* tau = M a + h for the accelerations KT_OP_GIVEN; or h alone. */
 void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau);
 
@@ -16,8 +30,12 @@ typedef struct kt_code_guard {
     int body;
 } kt_code_guard;
 
-/* a = M^-1 (tau - h) for the forces KT_OP_GIVEN. work: nv x nv. One guard for each coordinate. */
-void kt_code_forward(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard);
+/* a = M^-1 (tau - h) for the forces KT_OP_GIVEN, through the mass matrix. work: nv x nv. One guard for each
+ * coordinate. */
+void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard);
+
+/* The same by articulated bodies. */
+void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
 
 /* Kinetic energy and potential energy of gravity. */
 void kt_code_energy(kt_code_tree *tree, kt_op energy[2]);

@@ -79,6 +79,11 @@ kt_op3 kt_code_to_rest(kt_graph *g, const kt_code_frame *f, kt_op3 a);
 kt_op3 kt_code_from_rest(kt_graph *g, const kt_code_frame *f, kt_op3 a);
 kt_op3 kt_code_rest_up(kt_graph *g, const kt_code_frame *f, kt_op3 a);
 kt_op3 kt_code_rest_down(kt_graph *g, const kt_code_frame *f, kt_op3 a);
+/* Symmetric and other matrices, to the axes at rest and from these to the parent's. */
+kt_op6 kt_code_inertia_to_rest(kt_graph *g, const kt_code_frame *f, const kt_op6 *j);
+kt_op6 kt_code_inertia_rest_up(kt_graph *g, const kt_code_frame *f, const kt_op6 *j);
+kt_op33 kt_code_matrix_to_rest(kt_graph *g, const kt_code_frame *f, const kt_op33 *h);
+kt_op33 kt_code_matrix_rest_up(kt_graph *g, const kt_code_frame *f, const kt_op33 *h);
 kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j);
 
 /* Rates or accelerations of a joint: rotations in the link's axes, translations in its axes at rest. */

@@ -85,6 +85,11 @@ kt_op33 kt_op33_multiply(kt_graph *g, const kt_op33 *a, const kt_op33 *b) {
     return out;
 }
 
+kt_op33 kt_op33_rotate(kt_graph *g, const kt_op33 *r, const kt_op33 *h) {
+    const kt_op33 half = kt_op33_multiply(g, r, h), back = transpose_op33(r);
+    return kt_op33_multiply(g, &half, &back);
+}
+
 kt_op33 kt_op33_of_quaternion(kt_graph *g, const kt_op q[4]) {
     kt_op square = kt_op_multiply(g, q[0], q[0]), p[3], product[3][3], turn[3];
     for (int k = 1; k < 4; k++)

@@ -31,6 +31,8 @@ kt_op33 kt_op33_of(kt_graph *g, const double m[3][3]);
 kt_op33 kt_op33_multiply(kt_graph *g, const kt_op33 *a, const kt_op33 *b);
 kt_op3 kt_op33_apply(kt_graph *g, const kt_op33 *m, kt_op3 a);
 kt_op3 kt_op33_apply_transposed(kt_graph *g, const kt_op33 *m, kt_op3 a);
+/* R H R' */
+kt_op33 kt_op33_rotate(kt_graph *g, const kt_op33 *r, const kt_op33 *h);
 /* The rotation of a quaternion of any norm but zero. */
 kt_op33 kt_op33_of_quaternion(kt_graph *g, const kt_op q[4]);
 

@@ -50,6 +50,19 @@ static bool write_files(kt_generated *g, const kt_model *model) {
     return kt_tree_fine("generate", status, &error);
 }
 
+/* Finds which equation the accelerations have. */
+static bool read_method(kt_generated *g) {
+    char path[128], line[512];
+    snprintf(path, sizeof path, "%s/mech.c", g->folder);
+    FILE *file = fopen(path, "r");
+    if (!kt_check_true("the source can be read", file != NULL))
+        return false;
+    while (fgets(line, sizeof line, file) != NULL)
+        g->is_articulated |= strstr(line, "U = A s") != NULL;
+    fclose(file);
+    return true;
+}
+
 static bool load_file(kt_generated *g) {
     char path[128];
     snprintf(path, sizeof path, "%s/mech.so", g->folder);
@@ -80,7 +93,7 @@ bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compi
         g->folder[0] = '\0';
         return false;
     }
-    if (!write_files(g, model) || !read_names(g))
+    if (!write_files(g, model) || !read_names(g) || !read_method(g))
         return false;
     snprintf(command, sizeof command,
              "%s -std=c99 -Wall -Wextra -Werror -pedantic -fPIC -shared %s/mech.c -o %s/mech.so", compile, g->folder,

@@ -19,6 +19,7 @@ typedef struct kt_generated {
     void *library; /* NULL: there is none */
     int count;     /* of parameters, with their names as in the header */
     char name[KT_GENERATED_PARAMETERS][KT_GENERATED_NAME];
+    bool is_articulated;    /* its accelerations do not follow from the mass matrix */
     const double *standard; /* NAME_default */
     double model[KT_GENERATED_PREPARED];
     kt_generated_prepare *prepare;

@@ -137,7 +137,7 @@ static void compare_all(kt_generated *g, const kt_tree *tree, kt_random *random,
 
 static kt_tree_plan draw_plan(kt_random *random, int n) {
     kt_tree_plan plan = n % 4 == 3 ? kt_tree_plan_planar() : kt_tree_plan_default();
-    plan.bodies = kt_random_int(random, 1, 12);
+    plan.bodies = kt_random_int(random, 1, n % 2 ? 16 : 5);
     plan.floats = n % 3 == 0 && n % 4 != 3;
     plan.is_shuffled = n % 2 == 1 && n % 4 != 3;
     plan.with_armature = n % 2 ? 0.5 : 0.0;
@@ -153,12 +153,14 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
         kt_skip("generated C", "there is no compiler of the name cc");
         return;
     }
+    int articulated = 0, by_mass = 0;
     for (int n = 0; n < count_mechanisms(16); n++) {
         kt_tree tree;
         const kt_tree_plan plan = draw_plan(&random, n);
         bool fine = kt_tree_grow(&tree, &plan, &random);
         if (fine && tree.nv > 0) {
             fine = kt_generated_make(&g, tree.model, "cc -O0");
+            *(g.is_articulated ? &articulated : &by_mass) += 1;
             for (int k = 0; k < 4 && fine; k++)
                 compare_all(&g, &tree, &random, &c, n);
             kt_generated_free(&g);
@@ -168,6 +170,8 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
             return;
     }
     comparison_check(&c);
+    kt_check_above("trees by articulated bodies", articulated, 3);
+    kt_check_above("trees by the mass matrix", by_mass, 3);
 }
 
 static int count_nonzero(const double *x, int count) {
