@@ -24,8 +24,9 @@ int main(void) {
         }
     }
     for (int i = 0; i < arm_NQ; i++) {
+        const double angle = q[i];
         uint32_t word[2];
-        memcpy(word, &q[i], sizeof word);
+        memcpy(word, &angle, sizeof word);
         printf("%08lx%08lx\n", (unsigned long)word[1], (unsigned long)word[0]);
     }
     return 0;

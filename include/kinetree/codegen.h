@@ -25,6 +25,7 @@ extern "C" {
     X(KT_CODEGEN_INVERSE, inverse, "joint forces for given accelerations, as kt_dynamics_inverse")                     \
     X(KT_CODEGEN_BIAS, bias, "joint forces without accelerations: gravity, centrifugal and Coriolis forces")           \
     X(KT_CODEGEN_MASS, mass, "the mass matrix, as kt_dynamics_mass")                                                   \
+    X(KT_CODEGEN_EFFECTS, effects, "joint forces of springs and dampers in joints, as kt_effect_forces")               \
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
     X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")
 
@@ -61,11 +62,12 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * functions: a sum of KT_CODEGEN_ bits.
  * constant: whether the file also has all numbers as constants. It then has no parameters.
  *
- * The functions are those of the tree, like those of dynamics.h: forces of effects are not part of them. Each function
+ * The functions are those of the tree, like those of dynamics.h. Forces of effects are in NAME_effects alone; add them
+ * to the tau of NAME_forward. Each function
  * returns 0. NAME_forward returns the number of the body whose joint has no inertia, and then writes nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops,
- * bodies of variable mass, coordinates that move no mass, contacts. KT_ERROR_MEMORY. KT_ERROR_FILE.
+ * bodies of variable mass, coordinates that move no mass, contacts, effects of other types. KT_ERROR_MEMORY. KT_ERROR_FILE.
  * Cost: O(size of the files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);

@@ -1,7 +1,7 @@
 /* Forward dynamics through the mass matrix, energy and markers, as nodes.
  *
- * M = L'DL in the order of the coordinates, parents first: L and M have zeros for coordinates on different branches, and
- * there is no fill-in. A pivot D_kk that is not above rounding errors of M means that the joint has no inertia.
+ * M = L'DL in the order of the coordinates, parents first: L and M have zeros for coordinates on different branches,
+ * and there is no fill-in. A pivot D_kk that is not above rounding errors of M means that the joint has no inertia.
  */
 #include "codegen/recursion.h"
 #include "dynamics/no_inertia.h"

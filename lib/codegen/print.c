@@ -1,7 +1,7 @@
 /* Straight-line C of a function, in the order in which its nodes were made.
  *
- * A node that is used once, and whose text is short, is written into its user. Brackets keep the order of operations, so
- * that all compilers round alike. Signs are written into their users.
+ * A node that is used once, and whose text is short, is written into its user. Brackets keep the order of operations,
+ * so that all compilers round alike. Signs are written into their users.
  */
 #include "codegen/print.h"
 #include "scene/number.h"

@@ -1,8 +1,8 @@
 /* The recursions over a tree in the axes of the links, about their origins.
  *
- * Each computes with nodes what lib/dynamics computes with numbers. R rotates from the link's axes to the parent's, r is
- * the offset of the origin, S the joint's degrees of freedom, and a_0 = -gravity. All accelerations are those of points,
- * not spatial ones. U = [al] + [w][w], so that a point at c has the acceleration a + U c.
+ * Each computes with nodes what lib/dynamics computes with numbers. R rotates from the link's axes to the parent's, r
+ * is the offset of the origin, S the joint's degrees of freedom, and a_0 = -gravity. All accelerations are those of
+ * points, not spatial ones. U = [al] + [w][w], so that a point at c has the acceleration a + U c.
  *
  * Sources: Luh, Walker & Paul 1980 (inverse dynamics). Walker & Orin 1982 (composite bodies). Featherstone, Rigid Body
  * Dynamics Algorithms (2008), 6.5 (L'DL without fill-in).

@@ -40,6 +40,12 @@ void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *gu
 /* Kinetic energy and potential energy of gravity. */
 void kt_code_energy(kt_code_tree *tree, kt_op energy[2]);
 
+/* Whether the force of an effect can be generated. */
+bool kt_code_has_effect(const kt_effect_record *effect);
+
+/* The joint forces of all effects. */
+void kt_code_effects(kt_code_tree *tree, kt_op *tau);
+
 /* Positions and velocities of all markers in world axes: first three numbers for each position,
  * then three for each velocity. */
 void kt_code_markers(kt_code_tree *tree, kt_op *out);

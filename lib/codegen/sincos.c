@@ -1,9 +1,9 @@
 /* Sines and cosines of a generated file, in C99 without a library.
  *
  * The double version is that of lib/algebra/sincos.c, in arithmetic alone: no bits are shifted or masked, so that a
- * compiler can compute several angles at once. Angles beyond 2^20 pi/2 first lose a multiple of 2^20 quarter turns, whose
- * products with P1 to P3 are exact, too. Angles beyond 2^40 pi/2 are NaN. The float version follows Cody & Waite with
- * three parts of pi/2; its polynomials are those of Moshier's Cephes library (1989).
+ * compiler can compute several angles at once. Angles beyond 2^20 pi/2 first lose a multiple of 2^20 quarter turns,
+ * whose products with P1 to P3 are exact, too. Angles beyond 2^40 pi/2 are NaN. The float version follows Cody & Waite
+ * with three parts of pi/2; its polynomials are those of Moshier's Cephes library (1989).
  */
 #include "codegen/print.h"
 

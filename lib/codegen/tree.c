@@ -18,8 +18,7 @@
 
 /* ---- parameters -------------------------------------------------------------------------------------------------- */
 
-/* The node of a number: a parameter of this name, or a constant if it is zero or fixed. */
-static kt_op make_parameter(kt_code_tree *tree, int body, const char *suffix, const char *meaning, double value) {
+kt_op kt_code_number(kt_code_tree *tree, const char *prefix, const char *suffix, const char *meaning, double value) {
     if (value == 0.0 || tree->constant || tree->graph->failed)
         return kt_op_number(tree->graph, value);
     if (tree->parameter_count == tree->parameter_room) {
@@ -33,15 +32,19 @@ static kt_op make_parameter(kt_code_tree *tree, int body, const char *suffix, co
         tree->parameter_room = room;
     }
     kt_code_parameter *p = &tree->parameter[tree->parameter_count];
-    *p = (kt_code_parameter){.meaning = meaning, .body = body, .value = value};
+    *p = (kt_code_parameter){.meaning = meaning, .value = value};
     const int length =
-        snprintf(p->name, sizeof p->name, "%s%s%s", body > 0 ? tree->body_name[body] : "", body > 0 ? "_" : "", suffix);
+        snprintf(p->name, sizeof p->name, "%s%s%s", prefix != NULL ? prefix : "", prefix != NULL ? "_" : "", suffix);
     for (int other = 0, number = 2; other < tree->parameter_count; other++)
         if (strcmp(tree->parameter[other].name, p->name) == 0) {
             (void)snprintf(p->name + length, sizeof p->name - (size_t)length, "_%d", number++);
             other = -1;
         }
     return kt_op_parameter(tree->graph, tree->parameter_count++);
+}
+
+static kt_op make_parameter(kt_code_tree *tree, int body, const char *suffix, const char *meaning, double value) {
+    return kt_code_number(tree, body > 0 ? tree->body_name[body] : NULL, suffix, meaning, value);
 }
 
 static kt_op3 make_parameters(kt_code_tree *tree, int body, const char *suffix, const char *meaning, kt_vec3 value) {

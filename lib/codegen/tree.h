@@ -1,7 +1,7 @@
 /* The links of a model with nodes in place of numbers.
  *
- * All numbers that are not zero are parameters, unless they are fixed (`constant`): gravity; mass, com, inertia, armature
- * and pitch of bodies; and the positions of joint frames. Zeros and rotations are constants.
+ * All numbers that are not zero are parameters, unless they are fixed (`constant`): gravity; mass, com, inertia,
+ * armature and pitch of bodies; and the positions of joint frames. Zeros and rotations are constants.
  */
 #ifndef KT_CODEGEN_TREE_H
 #define KT_CODEGEN_TREE_H
@@ -16,7 +16,6 @@ enum { KT_CODE_BODY_NAME = 64, KT_CODE_NAME = 3 * KT_CODE_BODY_NAME };
 typedef struct kt_code_parameter {
     char name[KT_CODE_NAME]; /* of the struct's member */
     const char *meaning;     /* with its unit */
-    int body;
     double value;
 } kt_code_parameter;
 
@@ -88,6 +87,9 @@ kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j);
 
 /* Rates or accelerations of a joint: rotations in the link's axes, translations in its axes at rest. */
 void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear);
+/* The node of a number: a parameter PREFIX_SUFFIX (NULL: SUFFIX), or a constant if it is zero or fixed. `meaning` must
+ * stay valid. */
+kt_op kt_code_number(kt_code_tree *tree, const char *prefix, const char *suffix, const char *meaning, double value);
 /* The position of a marker in its link. */
 kt_op3 kt_code_marker(kt_code_tree *tree, int body, int marker);
 

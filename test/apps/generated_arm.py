@@ -49,6 +49,13 @@ def main():
         note(f"joints are {far:.3g} rad from those of masses that move freely, bound 1e-14, ratio {far / 1e-14:.3g}")
         claim("inverse_and_forward_dynamics_cancel", [] if len(ends) == 7 and far < 1e-14 else [here.stdout + here.stderr])
 
+        made = run(*compiler, *WARNINGS, "-O2", "-Darm_FLOAT", f"-I{folder}", *sources, "-o", folder / "single")
+        claim("program_compiles_in_single_precision", [] if made.returncode == 0 else [made.stderr])
+        ends = [struct.unpack(">d", bytes.fromhex(word))[0] for word in run(folder / "single").stdout.split()]
+        far = max([abs(q - reached(wanted)) for q, wanted in zip(ends, TARGET)], default=1.0)
+        note(f"in single precision they are {far:.3g} rad from there, bound 1e-5, ratio {far / 1e-5:.3g}")
+        claim("inverse_and_forward_dynamics_cancel_in_single_precision", [] if len(ends) == 7 and 1e-12 < far < 1e-5 else [str(ends)])
+
         newlib = run("arm-none-eabi-gcc", "-print-file-name=rdimon.specs").stdout.strip()
         if not pathlib.Path(newlib).is_file():
             skip("cortex_m7_gives_the_same_bits", "newlib for arm-none-eabi is not on this machine")

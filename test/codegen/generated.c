@@ -73,8 +73,8 @@ static bool load_file(kt_generated *g) {
         const char *name;
         void *target;
     } symbol[] = {{"mech_prepare", &g->prepare}, {"mech_forward", &g->forward}, {"mech_inverse", &g->inverse},
-                  {"mech_bias", &g->bias},       {"mech_energy", &g->energy},   {"mech_mass", &g->mass},
-                  {"mech_markers", &g->markers}, {"mech_default", &g->standard}};
+                  {"mech_bias", &g->bias},       {"mech_effects", &g->effects}, {"mech_energy", &g->energy},
+                  {"mech_mass", &g->mass},       {"mech_markers", &g->markers}, {"mech_default", &g->standard}};
     for (size_t i = 0; i < sizeof symbol / sizeof *symbol; i++) {
         void *const at = dlsym(g->library, symbol[i].name);
         if (!kt_check_true(symbol[i].name, at != NULL))
@@ -147,8 +147,21 @@ static double *number_of_body(kt_tree *tree, int b, const char *what) {
     return NULL;
 }
 
+/* A number of an effect, which is called e and its index. */
+static double *number_of_effect(kt_tree *tree, const char *name) {
+    char *end;
+    const long i = strtol(name + 1, &end, 10);
+    kt_effect *effect = (kt_effect *)(uintptr_t)&tree->description.effects[i]; /* the test's own */
+    if (i < 0 || i >= tree->description.effect_count)
+        return NULL;
+    return strcmp(end, "_stiffness") == 0 ? &effect->stiffness
+           : strcmp(end, "_damping") == 0 ? &effect->damping
+           : strcmp(end, "_rest") == 0    ? &effect->rest.value
+                                          : NULL;
+}
+
 double *kt_generated_number(kt_tree *tree, const char *name) {
-    double *found = NULL;
+    double *found = name[0] == 'e' ? number_of_effect(tree, name) : NULL;
     if (strncmp(name, "gravity_", 8) == 0)
         return part_of(&tree->description.gravity, name + 8);
     for (int b = 0; b < tree->description.body_count && found == NULL; b++) {

@@ -24,7 +24,7 @@ typedef struct kt_generated {
     double model[KT_GENERATED_PREPARED];
     kt_generated_prepare *prepare;
     kt_generated_given *forward, *inverse;
-    kt_generated_rates *bias, *energy;
+    kt_generated_rates *bias, *effects, *energy;
     kt_generated_mass *mass;
     kt_generated_markers *markers;
 } kt_generated;

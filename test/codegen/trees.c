@@ -4,6 +4,8 @@
 
 #include "../dynamics/oracle.h"
 
+#include "kinetree/mechanism.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -20,14 +22,13 @@ static int count_mechanisms(int usual) {
 
 /* The worst errors, each relative to the rounding errors of its terms. */
 typedef struct comparison {
-    kt_worst inverse, bias, forward, mass, kinetic, potential, markers;
+    kt_worst inverse, bias, forward, mass, effects, kinetic, potential, markers;
 } comparison;
 
 static comparison comparison_make(void) {
-    return (comparison){kt_worst_make("inverse dynamics"), kt_worst_make("bias"),
-                        kt_worst_make("forward dynamics"), kt_worst_make("mass matrix"),
-                        kt_worst_make("kinetic energy"),   kt_worst_make("potential energy"),
-                        kt_worst_make("markers")};
+    return (comparison){kt_worst_make("inverse dynamics"), kt_worst_make("bias"),    kt_worst_make("forward dynamics"),
+                        kt_worst_make("mass matrix"),      kt_worst_make("effects"), kt_worst_make("kinetic energy"),
+                        kt_worst_make("potential energy"), kt_worst_make("markers")};
 }
 
 static void comparison_check(const comparison *c) {
@@ -35,6 +36,7 @@ static void comparison_check(const comparison *c) {
     kt_check_worst(&c->bias);
     kt_check_worst(&c->forward);
     kt_check_worst(&c->mass);
+    kt_check_worst(&c->effects);
     kt_check_worst(&c->kinetic);
     kt_check_worst(&c->potential);
     kt_check_worst(&c->markers);
@@ -126,13 +128,52 @@ static void compare_motion(kt_generated *g, const kt_tree *tree, const kt_tree_s
     kt_worst_near(&c->potential, energy[1], potential, 40.0 * EPS * 10.0 * mass * size, "tree %d", n);
 }
 
+/* Against the library: its effects have tests of their own. */
+static void compare_effects(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+    double tau[KT_TREE_NV], slow[KT_TREE_NV];
+    kt_error error = {0};
+    kt_check_equal_int("effects", g->effects(g->model, s->q, s->v, tau), 0);
+    if (kt_tree_fine("effects", kt_effect_forces(tree->model, tree->data, 0.0, s->q, s->v, slow, &error), &error))
+        for (int i = 0; i < tree->nv; i++)
+            kt_worst_near(&c->effects, tau[i], slow[i], 4.0 * EPS * (1.0 + fabs(slow[i])), "tree %d coordinate %d", n,
+                          i);
+}
+
 static void compare_all(kt_generated *g, const kt_tree *tree, kt_random *random, comparison *c, int n) {
     kt_tree_state s;
     kt_tree_state_draw(tree, random, &s);
     memset(s.external, 0, sizeof s.external);
     compare_forces(g, tree, &s, c, n);
     compare_mass(g, tree, &s, c, n);
+    compare_effects(g, tree, &s, c, n);
     compare_motion(g, tree, &s, c, n);
+}
+
+enum { EFFECTS = 2 * KT_TREE_BODIES };
+
+/* Springs and dampers in the joints of one coordinate, one or both. Compiles the tree again. */
+static bool add_effects(kt_tree *tree, kt_random *random, kt_effect effect[EFFECTS], char name[EFFECTS][16]) {
+    int count = 0;
+    for (int b = 1; b < tree->count; b++)
+        for (int k = 0; k < 2 && kt_body_coordinates(tree->model, b).nv == 1; k++) {
+            if (kt_random_int(random, 0, 1) != 0)
+                continue;
+            kt_effect *e = &effect[count];
+            *e = kt_effect_default();
+            snprintf(name[count], sizeof name[count], "e%d", count);
+            e->name = name[count];
+            e->type = k == 0 ? KT_EFFECT_JOINT_DAMPER : KT_EFFECT_JOINT_SPRING;
+            e->joint = tree->description.bodies[kt_body_source(tree->model, b)].name;
+            e->damping = kt_random_uniform(random, 0.1, 2.0);
+            e->stiffness = k == 0 ? 0.0 : kt_random_uniform(random, 0.1, 2.0);
+            if (k == 1)
+                e->rest = kt_function_constant(kt_random_uniform(random, -1.0, 1.0));
+            count++;
+        }
+    tree->description.effects = effect;
+    tree->description.effect_count = count;
+    kt_tree_free(tree);
+    return kt_tree_compile(tree, NULL);
 }
 
 static kt_tree_plan draw_plan(kt_random *random, int n) {
@@ -157,7 +198,9 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
     for (int n = 0; n < count_mechanisms(16); n++) {
         kt_tree tree;
         const kt_tree_plan plan = draw_plan(&random, n);
-        bool fine = kt_tree_grow(&tree, &plan, &random);
+        kt_effect effect[EFFECTS];
+        char name[EFFECTS][16];
+        bool fine = kt_tree_grow(&tree, &plan, &random) && add_effects(&tree, &random, effect, name);
         if (fine && tree.nv > 0) {
             fine = kt_generated_make(&g, tree.model, "cc -O0");
             *(g.is_articulated ? &articulated : &by_mass) += 1;
@@ -194,6 +237,8 @@ static int count_numbers(const kt_tree *tree) {
         if (kt_oracle_moves(tree, b))
             count += count_nonzero(inertia, 6) + (body->mass != 0.0 ? 1 + count_nonzero(&body->com.x, 3) : 0);
     }
+    for (int i = 0; i < tree->description.effect_count; i++)
+        count += tree->description.effects[i].type == KT_EFFECT_JOINT_SPRING ? 3 : 1;
     return count;
 }
 
@@ -213,7 +258,10 @@ KT_TEST(each_parameter_changes_the_functions_as_it_changes_the_mechanism) {
         kt_tree_plan plan = draw_plan(&random, n);
         plan.bodies = 9; /* each type of joint once */
         plan.with_armature = 1.0;
-        bool fine = kt_tree_grow(&tree, &plan, &random) && kt_generated_make(&g, tree.model, "cc -O0");
+        kt_effect effect[EFFECTS];
+        char name[EFFECTS][16];
+        bool fine = kt_tree_grow(&tree, &plan, &random) && add_effects(&tree, &random, effect, name) &&
+                    kt_generated_make(&g, tree.model, "cc -O0");
         const uint64_t structure = kt_codegen_structure(tree.model);
         kt_check_equal_int("each number is a parameter", g.count, fine ? count_numbers(&tree) : -1);
         for (int k = 0; k < g.count && fine; k++) {

@@ -36,6 +36,7 @@ def main():
     rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
     rejected("loops_are_rejected", 2, "loops cannot be generated", "--c", loop, "--out", "arm.c")
+    rejected("other_effects_are_rejected", 2, "leave out the function effects", "--c", effects, "--out", "arm.c", "--functions", "effects")
     rejected("scene_must_exist", 2, "nothing.yaml", "--c", "nothing.yaml", "--out", "arm.c")
     with tempfile.TemporaryDirectory() as folder:
         made = export(folder, "--c", arm, "--out", "my_arm.c")

@@ -47,7 +47,8 @@ const kt_usage kt_usage_export = {
              "\n"
              "C is for trees without loops. Its files need no library and allocate nothing.\n"
              "Zeros, axes and rotations are folded; other numbers stay parameters, unless --fold is given.\n"
-             "Functions: forward, inverse, bias, mass, energy, markers. Forces of effects are not included.\n",
+             "Functions: forward, inverse, bias, mass, effects, energy, markers.\n"
+             "effects has the forces of springs and dampers in joints; the others leave out effects.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
