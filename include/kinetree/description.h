@@ -745,7 +745,8 @@ typedef enum kt_variable_type {
     KT_VARIABLE_VELOCITY,        /* velocity.JOINT, velocity.JOINT[k]: a velocity of a joint */
     KT_VARIABLE_MARKER,          /* marker.BODY.MARKER.x: a world coordinate of a marker, m */
     KT_VARIABLE_MARKER_VELOCITY, /* marker.BODY.MARKER.vx: a component of its velocity, m/s */
-    KT_VARIABLE_STATE            /* NAME, state.NAME: an auxiliary state */
+    KT_VARIABLE_STATE,           /* NAME, state.NAME: an auxiliary state */
+    KT_VARIABLE_GRAVITY          /* gravity.JOINT, gravity.JOINT[k]: the joint force that balances gravity, N m or N */
 } kt_variable_type;
 
 /* The largest number of variables in the formulas of one effect together. */
@@ -761,8 +762,13 @@ typedef struct kt_variable {
 
 /* Finds a variable by its name. The name is that of the column that records the variable: "t", "velocity.crank",
  * "marker.crank.tip.x" or "marker.crank.tip.vx". An auxiliary state is "current" or "state.current". If a joint has
- * several positions, the name has an index: "position.ball[2]". Returns false if there is no such variable, or if an
- * argument is NULL; *variable is then unchanged.
+ * several positions, the name has an index: "position.ball[2]".
+ *
+ * "gravity.crank" is the derivative of the potential energy of gravity (kt_potential_energy) along a velocity of the
+ * joint. As a force in the joint it balances gravity. Loops are left out: all other joints keep their positions. Forces
+ * and rates of states reject it if a mass is a function of time.
+ *
+ * Returns false if there is no such variable, or if an argument is NULL; *variable is then unchanged.
  * Cost: O(bodies + markers). */
 KT_API bool kt_variable_find(const kt_description *description, const char *name, kt_variable *variable);
 

@@ -72,7 +72,8 @@ extern "C" {
     X(KT_RECORD_STATE, 16384, state)    /* auxiliary states (kt_state) */                                              \
     X(KT_RECORD_ANGULAR_VELOCITY, 32768, angular velocity)         /* of bodies */                                     \
     X(KT_RECORD_ANGULAR_ACCELERATION, 65536, angular acceleration) /* of bodies */                                     \
-    X(KT_RECORD_SINGULAR_VALUE, 131072, singular value)            /* the least one of the loops' Jacobian */
+    X(KT_RECORD_SINGULAR_VALUE, 131072, singular value)            /* the least one of the loops' Jacobian */          \
+    X(KT_RECORD_GRAVITY, 524288, gravity)                          /* joint forces that balance gravity */
 
 /* The bits of the quantities that are recorded. */
 enum {

@@ -80,6 +80,8 @@ static kt_real1 read_variable(const sum *s, const kt_variable_record *variable, 
         return find_marker(s->data, variable, variable->type == KT_VARIABLE_MARKER_VELOCITY);
     case KT_VARIABLE_STATE:
         return s->x[variable->x];
+    case KT_VARIABLE_GRAVITY:
+        return s->data->gravity_force[variable->v];
     case KT_VARIABLE_LENGTH:
     case KT_VARIABLE_SPEED:
         return between(end, variable->type == KT_VARIABLE_SPEED);

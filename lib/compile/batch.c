@@ -31,15 +31,35 @@ static void mark(kt_attach *a, kt_counts *n, const char *body) {
     }
 }
 
-/* Marks the links of the markers among the variables. */
+static bool is_carried_by(const kt_model *m, int32_t body, int32_t carrier) {
+    while (body > carrier)
+        body = m->body[body].parent;
+    return body == carrier;
+}
+
+/* Marks the links of a body and of all that it carries. */
+static void mark_carried(kt_attach *a, kt_counts *n, const char *carrier) {
+    const kt_model *m = a->tree;
+    const int32_t index = kt_body_find(m, carrier);
+    for (int32_t body = index; body < (int32_t)m->n.body; body++)
+        if (is_carried_by(m, body, index))
+            mark(a, n, m->text + m->body[body].name);
+}
+
+/* Marks the links of the markers among the variables, and those whose gravity is read. */
 void kt_attach_mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names) {
     for (int k = 0; k < names->count; k++) {
         const kt_variable *variable = &names->variable[k];
-        if (variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
+        const bool is_gravity = variable->type == KT_VARIABLE_GRAVITY;
+        const char *body = variable->body >= 0 ? a->description->bodies[variable->body].name : NULL;
+        if (!is_gravity && variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
             continue;
         if (n->force_link == 0)
             n->force_link = 1; /* the ground */
-        mark(a, n, a->description->bodies[variable->body].name);
+        if (is_gravity)
+            mark_carried(a, n, body);
+        else
+            mark(a, n, body);
     }
 }
 

@@ -65,7 +65,16 @@ kt_status kt_attach_count_formulas(const kt_description *description, const kt_e
         n->number += numbers_of(effect->formula[k]);
     }
     n->variable += (size_t)names->count;
+    for (int k = 0; k < names->count; k++)
+        n->gravity += names->variable[k].type == KT_VARIABLE_GRAVITY;
     return status;
+}
+
+/* The link of a chain that has a velocity coordinate; `link` is the last one of the joint. */
+static int32_t link_of_velocity(const kt_model *m, int32_t link, int32_t v) {
+    while (v < m->link[link].v)
+        link = m->link[link].parent;
+    return link;
 }
 
 static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const kt_variable *variable) {
@@ -78,7 +87,7 @@ static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const
     r.q = to->q + variable->component;
     r.v = to->v + variable->component;
     r.component = variable->component;
-    r.link = to->link;
+    r.link = variable->type == KT_VARIABLE_GRAVITY ? link_of_velocity(m, to->link, r.v) : to->link;
     if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY) {
         const kt_pose local = {.position = body->markers[variable->marker].at, .rotation = kt_mat3_identity()};
         r.arm = kt_pose_compose(to->in_link, local).position;

@@ -27,6 +27,7 @@
 
 #include "base/copy.h"
 #include "derivative/dual_effect.h"
+#include "derivative/gravity_force.h"
 #include "effect/effect.h"
 #include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
@@ -269,9 +270,11 @@ static kt_effect_record marker_of(const kt_variable_record *variable) {
 /* Reads the same variables as kt_formula_variables_read, with the poses of the terms of the tree. */
 static void read_variables(const state *s, const kt_effect_record *effect, const kt_effect_end *end, double *values) {
     const kt_v4 none = kt_v4_splat(0.0);
-    kt_formula_variables_read(s->model, s->data, s->data->kinematics, effect, s->at, end, values);
+    kt_formula_variables_read(s->model, s->data, NULL, effect, s->at, end, values);
     for (int32_t k = 0; k < effect->variable_count; k++) {
         const kt_variable_record *variable = &s->model->variable[effect->variable + k];
+        if (variable->type == KT_VARIABLE_GRAVITY)
+            values[k] = kt_gravity_force_of(s->model, s->x, variable);
         if (variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
             continue;
         const kt_effect_record marker = marker_of(variable);
@@ -361,6 +364,20 @@ static void subtract_marker(const state *s, const kt_effect_record *effect, cons
     }
 }
 
+/* Subtracts the terms of a variable that is a gravity force, with x = dW/du. */
+static void subtract_gravity_force(const state *s, const kt_effect_record *effect, const target *to, size_t count,
+                                   pair x, const kt_variable_record *variable) {
+    const kt_derivative_work *w = s->x;
+    const kt_derivative_node *node = &w->node[w->row[kt_gravity_dof_of(s->model, w, variable)].node];
+    const int32_t after = node->first + node->count, end = s->model->link[variable->link].end;
+    for (int32_t k = after - 1; k >= 0; k = w->row[k].before)
+        subtract_forces(s, effect, to, count, x, kt_gravity_force_by(s->model, w, variable, k), (size_t)w->row[k].v,
+                        to->q);
+    for (int32_t k = after; k < end; k++)
+        subtract_forces(s, effect, to, count, x, kt_gravity_force_by(s->model, w, variable, k), (size_t)w->row[k].v,
+                        to->q);
+}
+
 /* Returns the wrench on the last end from formulas with these values; in a joint the force is b[0]. */
 static pair wrench_of(const state *s, const kt_effect_record *effect, const double values[6],
                       const kt_effect_end *end) {
@@ -407,6 +424,8 @@ static kt_status subtract_formulas(const state *s, const kt_effect_record *effec
             subtract_forces(s, effect, to, count, x, 1.0, (size_t)variable->x, to->x);
         else if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY)
             subtract_marker(s, effect, to, count, x, variable);
+        else if (variable->type == KT_VARIABLE_GRAVITY)
+            subtract_gravity_force(s, effect, to, count, x, variable);
     }
     return KT_OK;
 }

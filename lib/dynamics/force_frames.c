@@ -1,5 +1,10 @@
 /* Motion of the links that carry forces, and of no others: the forward pass of sweep.h, without accelerations. For one
- * state, and for several at once (algebra/real3.h). */
+ * state, and for several at once (algebra/real3.h).
+ *
+ * If formulas read gravity forces, these follow in a backward pass. With m and h the mass and first moment of all that
+ * a link carries, about the link's origin, and r the offset of a child,
+ *     h = R hb + sum (h_child + m_child r),   tau = -S . (h x g, m g)
+ * which is the derivative of the potential energy along S. The links below such a joint are all among these links. */
 #include "dynamics/angles.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
@@ -15,6 +20,29 @@ KT_INLINE void rotate_force_links(const kt_model *model, kt_data *data, const kt
     for (size_t i = 0; i < count; i++) {
         data->sine[model->force_link_angle_index[i]] = data->force_link_sine[i];
         data->cosine[model->force_link_angle_index[i]] = data->force_link_cosine[i];
+    }
+}
+
+static void balance_gravity(const kt_model *model, kt_data *data) {
+    const kt_real3 up = kt_minus3(kt_gravity3(model, data));
+    kt_carried_mass *carried = data->carried;
+    for (size_t i = 0; i < model->n.force_link; i++) {
+        const kt_link *link = &model->link[model->force_link[i].link];
+        carried[i].mass = kt_const_real1(link->mass);
+        carried[i].moment = kt_const_apply3(data->force_link[i].link.axes, link->moment);
+    }
+    for (size_t i = model->n.force_link - 1; i > 0; i--) {
+        const kt_force_link *b = &model->force_link[i];
+        const kt_link *link = &model->link[b->link];
+        const kt_link_motion *m = &data->force_link[i].link;
+        const kt_carried_mass own = carried[i];
+        kt_carried_mass *parent = &carried[b->parent];
+        kt_dof_projection p = {.moment = kt_cross3(own.moment, up),
+                               .force = kt_scale3(own.mass, up),
+                               .tau = &data->gravity_force[link->v]};
+        kt_dofs_visit(link, data->force_link[b->parent].link.axes, m->axes, kt_project_wrench, &p);
+        parent->moment = kt_add3(parent->moment, kt_add3(own.moment, kt_scale3(own.mass, m->offset)));
+        parent->mass += own.mass;
     }
 }
 
@@ -37,4 +65,6 @@ void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const kt_re
         m->local = b->base ? none : kt_add3(parent->local, m->link.offset);
         m->velocity = kt_add3(kt_add3(parent->velocity, kt_cross3(parent->link.omega, m->link.offset)), linear);
     }
+    if (KT_GRAVITY_FORCES(&model->n) > 0)
+        balance_gravity(model, data);
 }

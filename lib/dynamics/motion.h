@@ -195,6 +195,23 @@ KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_real3 parent[3], cons
     }
 }
 
+/* ---- their forces ------------------------------------------------------------------------------------------------ */
+
+/* A wrench about the origin of a link, and where the joint forces S . (n, f) of the link's degrees of freedom go. */
+typedef struct kt_dof_projection {
+    kt_real3 moment, force;
+    kt_real1 *tau;
+} kt_dof_projection;
+
+KT_INLINE void kt_project_wrench(const kt_dof *dof, void *context) {
+    const kt_dof_projection *p = context;
+    const kt_real3 n = p->moment, f = p->force;
+    p->tau[dof->index] =
+        kt_dot3(dof->u, dof->kind == KT_DOF_ROTATION      ? n
+                        : dof->kind == KT_DOF_TRANSLATION ? f
+                                                          : kt_add3(n, kt_scale3(kt_real1_splat(dof->pitch), f)));
+}
+
 /* ---- their twist ------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_twist_sum {

@@ -24,28 +24,12 @@ KT_INLINE void inertial_wrench(const kt_link *link, const kt_link_motion *m, kt_
                           kt_cross3(m->omega, kt_cross3(m->omega, h)));
 }
 
-/* S . (n, f), the joint force of one degree of freedom. */
-typedef struct projection {
-    const kt_link_origin *load;
-    kt_real1 *tau;
-} projection;
-
-KT_INLINE void project(const kt_dof *dof, void *context) {
-    const projection *p = context;
-    const kt_real3 n = p->load->moment, f = p->load->force;
-    p->tau[dof->index] =
-        kt_dot3(dof->u, dof->kind == KT_DOF_ROTATION      ? n
-                        : dof->kind == KT_DOF_TRANSLATION ? f
-                                                          : kt_add3(n, kt_scale3(kt_real1_splat(dof->pitch), f)));
-}
-
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                            const kt_real1 *a, const kt_external *external, kt_real1 *tau) {
     const size_t count = model->n.spatial;
     kt_link_motion *motion = data->motion;
     kt_link_origin *load = data->origin;
     const bool far = kt_is_far(model);
-    projection p;
     kt_angles_gather(model, data, q, 0, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(kt_gravity3(model, data), &motion[0]);
     memset(&load[0], 0, sizeof load[0]);
@@ -71,9 +55,8 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
             kt_fetch(&load[kt_ahead_down(i)], sizeof *load);
         }
         kt_link_origin *own = &load[i], *parent = &load[link->parent];
-        p.load = own;
-        p.tau = &tau[link->v];
-        kt_dofs_visit(link, motion[link->parent].axes, m->axes, project, &p);
+        kt_dof_projection p = {.moment = own->moment, .force = own->force, .tau = &tau[link->v]};
+        kt_dofs_visit(link, motion[link->parent].axes, m->axes, kt_project_wrench, &p);
         parent->moment = kt_add3(parent->moment, kt_add3(own->moment, kt_cross3(m->offset, own->force)));
         parent->force = kt_add3(parent->force, own->force);
     }

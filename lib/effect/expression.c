@@ -129,7 +129,8 @@ const kt_descriptor kt_effect_expression_descriptor = {
     .name = "expression",
     .help = KT_WORDS("a force by formulas of t, parameters and the motion of joints and markers"),
     .formula = KT_WORDS("force = f    of t, position.JOINT, velocity.JOINT, marker.BODY.MARKER.x, .vx, as columns are\n"
-                        "             named; in a loop also of position.LOOP and velocity.LOOP;\n"
+                        "             named, and gravity.JOINT, which balances gravity in a joint;\n"
+                        "             in a loop also of position.LOOP and velocity.LOOP;\n"
                         "             between two ends of length and speed, and f > 0 pushes them apart"),
     .example = KT_WORDS(
         KT_EXAMPLE_ARM

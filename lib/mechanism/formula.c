@@ -2,6 +2,7 @@
  * formulas, or its law in C, are evaluated with them. */
 #include "mechanism/formula.h"
 
+#include "dynamics/sweep.h"
 #include "expression/wide.h"
 #include "mechanism/relative.h"
 
@@ -43,6 +44,39 @@ static double own_variable(const kt_model *model, const kt_effect_record *effect
     return is_speed ? motion.rate : motion.position;
 }
 
+/* The offset of a link's origin from that of a link that carries it. Returns false if that link does not carry it. */
+static bool find_offset(const kt_model *model, const kt_link_kinematics *kinematics, int32_t link, int32_t carrier,
+                        kt_vec3 *offset) {
+    *offset = kt_vec3_make(0.0, 0.0, 0.0);
+    for (; link > carrier; link = model->link[link].parent)
+        *offset = kt_vec3_add(*offset, kinematics[link].offset);
+    return link == carrier;
+}
+
+/* The joint force that balances gravity, as dynamics/force_frames.c computes it, from the poses of all links. */
+static double find_gravity_force(const kt_model *model, const kt_link_kinematics *kinematics,
+                                 const kt_variable_record *variable) {
+    const kt_link *own = &model->link[variable->link];
+    const kt_v4 up = -model->gravity;
+    kt_v4 axes[3], parent[3];
+    double mass = 0.0, forces[KT_DOF_MAX];
+    kt_vec3 moment = {0.0, 0.0, 0.0}, offset;
+    for (int32_t i = variable->link; i < (int32_t)model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        if (!find_offset(model, kinematics, i, variable->link, &offset))
+            continue;
+        mass += link->mass;
+        moment = kt_vec3_add(
+            moment, kt_vec3_add(kt_mat3_apply(kinematics[i].axes, link->moment), kt_vec3_scale(link->mass, offset)));
+    }
+    kt_v4_from_mat3(kinematics[variable->link].axes, axes);
+    kt_v4_from_mat3(kinematics[own->parent].axes, parent);
+    kt_dof_projection p = {
+        .moment = kt_v4_cross(kt_v4_from(moment), up), .force = kt_v4_splat(mass) * up, .tau = forces};
+    kt_dofs_visit(own, parent, axes, kt_project_wrench, &p);
+    return forces[variable->v - own->v];
+}
+
 void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                                const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
                                double values[KT_FORMULA_VARIABLE_MAX]) {
@@ -63,6 +97,9 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
             break;
         case KT_VARIABLE_STATE:
             values[k] = data->x[variable->x];
+            break;
+        case KT_VARIABLE_GRAVITY:
+            values[k] = kinematics ? find_gravity_force(model, kinematics, variable) : data->gravity_force[variable->v];
             break;
         case KT_VARIABLE_LENGTH:
         case KT_VARIABLE_SPEED:

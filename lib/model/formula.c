@@ -44,6 +44,7 @@ static bool find(void *user, const char *name, kt_symbol *symbol) {
     if (!is_own(names, name, &found) && !kt_variable_find(names->description, name, &found))
         return false;
     names->quaternion = names->quaternion || is_quaternion(names, &found);
+    names->gravity = names->gravity || found.type == KT_VARIABLE_GRAVITY;
     int k = 0;
     while (k < names->count &&
            (names->variable[k].type != found.type || names->variable[k].body != found.body ||
@@ -156,6 +157,24 @@ void kt_checker_coupling(kt_checker *checker, const char *field, const kt_loop *
 
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
+/* A body whose mass is a function of time; NULL: there is none. */
+static const char *body_of_variable_mass(const kt_description *description) {
+    for (int i = 0; i < description->body_count; i++)
+        if (description->bodies[i].variable_mass != NULL)
+            return description->bodies[i].name;
+    return NULL;
+}
+
+bool kt_checker_gravity(kt_checker *checker, const char *field, int sub, const kt_formula_names *names) {
+    const char *changing = names->gravity ? body_of_variable_mass(names->description) : NULL;
+    if (changing != NULL)
+        kt_checker_fault(checker, field, sub,
+                         "%s: formulas of forces and states read gravity in joints only if all masses are constant; "
+                         "the mass of body %s is a function of time",
+                         field, kt_name_quote(changing).text);
+    return changing == NULL;
+}
+
 bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names) {
     const kt_symbols symbols = kt_formula_symbols(names);
     if (!check_text(checker, field, text, &symbols))
@@ -167,5 +186,5 @@ bool kt_checker_formula(kt_checker *checker, const char *field, const char *text
         kt_checker_fault(checker, field, -1,
                          "%s: a component of a quaternion is no variable of forces; take coordinates of markers",
                          field);
-    return !names->full && !names->quaternion;
+    return !names->full && !names->quaternion && kt_checker_gravity(checker, field, -1, names);
 }

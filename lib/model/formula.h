@@ -17,6 +17,7 @@ typedef struct kt_formula_names {
     int count;
     bool full;       /* there are more */
     bool quaternion; /* a component of a quaternion is among them */
+    bool gravity;    /* a gravity force is among them */
     char shown[600]; /* the name that was listed last */
 } kt_formula_names;
 
@@ -60,5 +61,8 @@ void kt_checker_law(kt_checker *checker, const kt_effect *effect);
 /* Whether a formula can be read with these names, and has no variables that formulas cannot have. Reports a fault if
  * not. */
 bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names);
+
+/* Whether the masses are constant if one of the variables is a gravity force. Reports a fault if not. */
+bool kt_checker_gravity(kt_checker *checker, const char *field, int sub, const kt_formula_names *names);
 
 #endif

@@ -94,6 +94,7 @@ void kt_checker_law(kt_checker *checker, const kt_effect *effect) {
     if (check_list(checker, "variables", effect->variables, effect->variable_count, KT_FORMULA_VARIABLE_MAX))
         for (int k = 0; k < effect->variable_count && !kt_checker_is_done(checker); k++)
             check_variable(checker, &names, effect->variables[k], k);
+    (void)kt_checker_gravity(checker, "variables", -1, &names);
     if (check_list(checker, "states", effect->states, effect->state_count, KT_LAW_STATE_MAX))
         for (int k = 0; k < effect->state_count && !kt_checker_is_done(checker); k++)
             check_state(checker, effect, k);

@@ -27,6 +27,7 @@ typedef struct kt_counts {
 #endif
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
+    size_t gravity;  /* variables of formulas that are gravity forces */
     size_t varying;  /* bodies whose mass is a function of time */
     size_t massless; /* velocity coordinates that follow from the balance of forces */
     size_t front;    /* links of groups, if any group is large enough for fronts */
@@ -43,6 +44,9 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
 
 /* A small library has no auxiliary states. */
 #define KT_OWN_STATES(n) (KT_HAS_FORMULAS ? (n)->x : 0)
+
+/* Gravity forces are computed for formulas alone. */
+#define KT_GRAVITY_FORCES(n) (KT_HAS_FORMULAS ? (n)->gravity : 0)
 
 /* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), from any index on. Seven entries are
  * therefore added at the end. */
@@ -294,6 +298,12 @@ typedef struct kt_force_frame {
     kt_real3 base, local, velocity;
 } kt_force_frame;
 
+/* Mass and first moment of all that a link carries, about the link's origin, world axes. */
+typedef struct kt_carried_mass {
+    kt_real3 moment;
+    kt_real1 mass;
+} kt_carried_mass;
+
 /* An articulated inertia and its bias wrench. The inertia [J G'; G M] maps (alpha, a) to (moment, force). It is stored
  * by columns, with J and M symmetric as in algebra/real3.h. */
 typedef struct kt_articulated {
@@ -350,6 +360,8 @@ typedef struct kt_front_count {
     X(kt_force_frame, force_link, n->force_link, "motion of the links that carry forces")                              \
     X(kt_real1, force_link_sine, kt_lanes8(n->force_link_angle), "of these links' angles")                             \
     X(kt_real1, force_link_cosine, kt_lanes8(n->force_link_angle), "of these links' angles")                           \
+    X(kt_carried_mass, carried, kt_where(KT_GRAVITY_FORCES(n), n->force_link), "of the links that carry forces")       \
+    X(kt_real1, gravity_force, kt_where(KT_GRAVITY_FORCES(n), n->v), "joint forces that balance gravity, if read")     \
     X(kt_planar_motion, planar, n->planar, "motion of the planar links; 0: the ground")                                \
     X(kt_planar_response, planar_response, n->planar, "from the backward pass to the last")                            \
     X(kt_planar_inertia, planar_inertia, n->planar, "articulated or composite inertias")                               \

@@ -284,14 +284,14 @@ typedef struct kt_effect_record {
 
 /* Variables that only the formulas of one effect have: the distance of its ends, with its rate. In a loop they are the
  * effect's coordinate, with its rate. */
-enum { KT_VARIABLE_LENGTH = KT_VARIABLE_STATE + 1, KT_VARIABLE_SPEED };
+enum { KT_VARIABLE_LENGTH = KT_VARIABLE_GRAVITY + 1, KT_VARIABLE_SPEED };
 
 /* The source of a variable of a formula. */
 typedef struct kt_variable_record {
     int32_t type;       /* kt_variable_type, or one of these */
     int32_t q, v;       /* the coordinate of a joint: of positions q, and v the velocity that changes it */
     int32_t x;          /* an auxiliary state */
-    int32_t link;       /* of a marker */
+    int32_t link;       /* of a marker; of a gravity force, the link that has this degree of freedom */
     int32_t force_link; /* its index in model->force_link */
     int32_t component;  /* of a marker */
     kt_vec3 arm;        /* of a marker, from the link's origin, link axes */

@@ -1,5 +1,5 @@
-/* Variables of formulas: time, auxiliary states, and the motion of joints and markers. Their names are those of the
- * columns that record them. */
+/* Variables of formulas: time, auxiliary states, the motion of joints and markers, and gravity in joints. Their names
+ * are those of the columns that record them. */
 #include "model/model.h"
 
 #include <stdio.h>
@@ -7,7 +7,7 @@
 
 enum { TIME_COUNT = 1, POINT_COUNT = 6 /* coordinates and velocities of a marker */ };
 
-/* How many variables a body has: those of its joint, and six for each marker. */
+/* How many variables a body has: those of its joint with a gravity force for each velocity, and six for each marker. */
 static kt_joint_size size_of(const kt_body *body) {
     const bool known = (unsigned)body->joint.type < KT_JOINT_TYPE_COUNT;
     return known ? kt_joint_sizes[body->joint.type] : (kt_joint_size){0, 0};
@@ -15,7 +15,7 @@ static kt_joint_size size_of(const kt_body *body) {
 static int markers_of(const kt_body *body) { return body->markers && body->marker_count > 0 ? body->marker_count : 0; }
 static int states_of(const kt_description *d) { return d->states && d->state_count > 0 ? d->state_count : 0; }
 static int count_of(const kt_body *body) {
-    return size_of(body).nq + size_of(body).nv + POINT_COUNT * markers_of(body);
+    return size_of(body).nq + 2 * size_of(body).nv + POINT_COUNT * markers_of(body);
 }
 
 /* The k-th variable of a body. */
@@ -26,6 +26,10 @@ static kt_variable variable_of(const kt_body *body, int index, int k) {
         return found;
     found.type = KT_VARIABLE_VELOCITY;
     found.component = k -= size.nq;
+    if (k < size.nv)
+        return found;
+    found.type = KT_VARIABLE_GRAVITY;
+    found.component = k -= size.nv;
     if (k < size.nv)
         return found;
     k -= size.nv;
@@ -59,15 +63,34 @@ bool kt_variable_at(const kt_description *description, int k, kt_variable *varia
     return false;
 }
 
+/* Variables of joints: what their names begin with. A joint has as many as positions or as velocities. */
+static const struct {
+    kt_variable_type type;
+    const char *begin;
+} of_joints[] = {
+    {KT_VARIABLE_POSITION, "position."}, {KT_VARIABLE_VELOCITY, "velocity."}, {KT_VARIABLE_GRAVITY, "gravity."}};
+enum { JOINT_KINDS = sizeof of_joints / sizeof *of_joints };
+
+/* The entry of `of_joints` of a type; -1: it is not of a joint. */
+static int joint_entry(kt_variable_type type) {
+    for (int i = 0; i < JOINT_KINDS; i++)
+        if (of_joints[i].type == type)
+            return i;
+    return -1;
+}
+
+static int components_of(const kt_body *body, kt_variable_type type) {
+    return type == KT_VARIABLE_POSITION ? size_of(body).nq : size_of(body).nv;
+}
+
 /* "position.crank", "velocity.ball[2]" */
 static int name_coordinate(const kt_body *body, const kt_variable *variable, char *text, size_t size) {
-    const bool is_velocity = variable->type == KT_VARIABLE_VELOCITY;
-    const char *const kind = is_velocity ? "velocity" : "position";
-    const int k = variable->component, count = is_velocity ? size_of(body).nv : size_of(body).nq;
+    const char *const begin = of_joints[joint_entry(variable->type)].begin;
+    const int k = variable->component, count = components_of(body, variable->type);
     if (k < 0 || k >= count)
         return 0;
-    return count == 1 ? snprintf(text, size, "%s.%s", kind, kt_joint_name_of(body))
-                      : snprintf(text, size, "%s.%s[%d]", kind, kt_joint_name_of(body), k);
+    return count == 1 ? snprintf(text, size, "%s%s", begin, kt_joint_name_of(body))
+                      : snprintf(text, size, "%s%s[%d]", begin, kt_joint_name_of(body), k);
 }
 
 /* "marker.crank.tip.x", "marker.crank.tip.vx" */
@@ -96,9 +119,8 @@ int kt_variable_name(const kt_description *description, const kt_variable *varia
     if (variable->body < 0 || variable->body >= description->body_count)
         return 0;
     const kt_body *body = &description->bodies[variable->body];
-    return variable->type == KT_VARIABLE_POSITION || variable->type == KT_VARIABLE_VELOCITY
-               ? name_coordinate(body, variable, text, size)
-               : name_point(body, variable, text, size);
+    return joint_entry(variable->type) >= 0 ? name_coordinate(body, variable, text, size)
+                                            : name_point(body, variable, text, size);
 }
 
 /* ---- by name ----------------------------------------------------------------------------------------------------- */
@@ -158,27 +180,36 @@ static bool find_state(const kt_description *d, const char *name, kt_variable *v
     return false;
 }
 
+/* Whether a name begins as that of a variable of a joint (*type: of which) or of a marker. *rest: what follows. */
+static bool begins_variable(const char *name, kt_variable_type *type, const char **rest) {
+    *rest = name;
+    for (int i = 0; i < JOINT_KINDS; i++) {
+        *type = of_joints[i].type;
+        if (begins(rest, of_joints[i].begin))
+            return true;
+    }
+    *type = KT_VARIABLE_MARKER;
+    return begins(rest, "marker.");
+}
+
 bool kt_variable_find(const kt_description *description, const char *name, kt_variable *variable) {
     kt_variable found = {.type = KT_VARIABLE_POSITION, .body = -1, .marker = 0, .component = 0};
+    const char *rest;
     if (!description || !name || !variable)
         return false;
     if (strcmp(name, "t") == 0)
         return kt_variable_at(description, 0, variable);
     if (find_state(description, name, variable))
         return true;
-    const char *rest = name;
-    const bool is_position = begins(&rest, "position."), is_velocity = !is_position && begins(&rest, "velocity.");
-    if (!is_position && !is_velocity && !begins(&rest, "marker."))
+    if (!begins_variable(name, &found.type, &rest))
         return false;
-    found.type = is_velocity ? KT_VARIABLE_VELOCITY : KT_VARIABLE_POSITION;
+    const bool is_joint = joint_entry(found.type) >= 0;
     for (int i = 0; i < description->body_count; i++) {
         const kt_body *body = &description->bodies[i];
-        const kt_joint_size size = size_of(body);
         const char *text = rest;
-        const bool is_joint = is_position || is_velocity;
         if (!begins(&text, is_joint ? kt_joint_name_of(body) : body->name))
             continue;
-        if (is_joint ? !read_index(text, is_velocity ? size.nv : size.nq, &found.component)
+        if (is_joint ? !read_index(text, components_of(body, found.type), &found.component)
                      : !read_marker(body, text, &found))
             continue;
         found.body = i;

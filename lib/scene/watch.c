@@ -25,7 +25,7 @@
 /* A variable of a formula in a model. */
 typedef struct bound {
     kt_variable_type type;
-    int body, at, component; /* at: in q or v, or of auxiliary states */
+    int body, at, component; /* at: in q, v or gravity forces, or of auxiliary states */
     kt_vec3 point;           /* of a marker, in the body's frame */
     bool responds;           /* the variable is `response` instead */
     kt_response response;
@@ -37,7 +37,8 @@ typedef struct formula {
     bound *variables;
     double *values;
     int count;
-    bool moves;        /* a marker is among them: kinematics are needed */
+    bool moves;        /* a marker or another quantity that needs data is among them */
+    double *gravity;   /* gravity forces of all joints; NULL: none is among them */
     unsigned responds; /* bits of accelerations and reactions among them (kt_response_bit) */
     kt_responses *responses;
     kt_expression **parts; /* those that depend on time alone */
@@ -146,7 +147,7 @@ static kt_status bind(const kt_description *description, const kt_model *model, 
     if (to->body <= 0)
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "the model has no body '%s'", body->name);
     const kt_coordinates at = kt_body_coordinates(model, to->body);
-    to->at = (variable->type == KT_VARIABLE_VELOCITY ? at.v : at.q) + variable->component;
+    to->at = (variable->type == KT_VARIABLE_POSITION ? at.q : at.v) + variable->component;
     if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY)
         to->point =
             kt_marker_at(model, to->body, kt_marker_find(model, to->body, body->markers[variable->marker].name));
@@ -230,21 +231,26 @@ static kt_status make_formula(kt_scene_watch *watch, const kt_scene *scene, cons
     to->count = n.count;
     to->variables = n.variables;
     to->values = kt_pool_take(pool, (size_t)n.count + 1, sizeof *to->values);
+    bool has_memory = to->values != NULL;
     for (int k = 0; k < n.count; k++) {
         const bound *variable = &to->variables[k];
+        if (variable->type == KT_VARIABLE_GRAVITY && !variable->responds && to->gravity == NULL) {
+            to->gravity = kt_pool_take(pool, (size_t)kt_model_nv(watch->model), sizeof *to->gravity);
+            has_memory = has_memory && to->gravity != NULL;
+        }
         to->moves = to->moves || variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY;
         to->responds |= variable->responds ? kt_response_bit(&variable->response) : 0U;
     }
-    to->moves = to->moves || to->responds != 0;
+    to->moves = to->moves || to->responds != 0 || to->gravity != NULL;
     to->responses = &watch->responses;
-    const bool has_memory = to->values != NULL && (to->responds == 0 || watch->responses.a != NULL ||
-                                                   kt_responses_take(pool, watch->model, &watch->responses));
+    has_memory = has_memory && (to->responds == 0 || watch->responses.a != NULL ||
+                                kt_responses_take(pool, watch->model, &watch->responses));
     if (!has_memory)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     return is_watched ? keep_parts(pool, to, error) : KT_OK;
 }
 
-static double value_of(const kt_instant *at, const bound *variable) {
+static double value_of(const kt_instant *at, const double *gravity, const bound *variable) {
     kt_vec3 point = {0.0, 0.0, 0.0};
     switch (variable->type) {
     case KT_VARIABLE_TIME:
@@ -255,6 +261,8 @@ static double value_of(const kt_instant *at, const bound *variable) {
         return at->v[variable->at];
     case KT_VARIABLE_STATE:
         return at->x[variable->at];
+    case KT_VARIABLE_GRAVITY:
+        return gravity[variable->at];
     case KT_VARIABLE_MARKER:
         point = kt_point_position(at->model, at->data, variable->body, variable->point);
         break;
@@ -270,9 +278,13 @@ static int evaluate_formula(formula *f, const kt_instant *at, double *value, kt_
         return 1;
     if (f->responds == 0 && f->moves && kt_kinematics_update(at->model, at->data, at->q, at->v, NULL, error) != KT_OK)
         return 1;
+    if (f->gravity != NULL &&
+        (kt_masses_update(at->model, at->data, at->t, error) != KT_OK ||
+         kt_dynamics_inverse(at->model, at->data, at->q, NULL, NULL, NULL, f->gravity, error) != KT_OK))
+        return 1;
     for (int k = 0; k < f->count; k++)
         f->values[k] = f->variables[k].responds ? kt_response_value(f->responses, &f->variables[k].response, at)
-                                                : value_of(at, &f->variables[k]);
+                                                : value_of(at, f->gravity, &f->variables[k]);
     *value = f->sign * kt_expression_evaluate(f->expression, f->values);
     return 0;
 }

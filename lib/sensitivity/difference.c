@@ -8,7 +8,8 @@
  * They are central differences in a copy of the model. The residual r is linear in gravity, mass and inertia and
  * quadratic in com, so that differences of order two are exact. These numbers are shifted by their own size, so that
  * only rounding is lost. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of
- * their numbers. These are shifted by a 1024th, in differences of order four. Armature is the diagonal of M.
+ * their numbers. These are shifted by a 1024th, in differences of order four. So are masses, coms and gravity if a
+ * formula reads gravity forces. Armature is the diagonal of M.
  */
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
@@ -96,10 +97,15 @@ static kt_status find_drift(const kt_model *model, kt_data *data, const kt_param
     return kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, NULL, out, error);
 }
 
+/* Whether r is a polynomial of degree two in the numbers of the parameter. */
+static bool is_quadratic(const kt_parameter_work *w) {
+    return w->parameter->kind < KT_PARAMETER_EFFECT && KT_GRAVITY_FORCES(&w->shifted->n) == 0;
+}
+
 /* The shift of number k. */
 static double reach_of(const kt_parameter_work *w, int k) {
     const double size = fabs(w->now[k]);
-    if (w->parameter->kind < KT_PARAMETER_EFFECT)
+    if (is_quadratic(w))
         return fmax(size, 1.0);
     return 0x1p-10 * (size > 0.0 ? size : 1.0);
 }
@@ -110,7 +116,7 @@ static kt_status differentiate(kt_parameter_work *w, int k, quantity *of, const 
                                double *out, kt_error *error) {
     static const double weights[2][5] = {{0.0, -0.5, 0.0, 0.5, 0.0},
                                          {1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0}};
-    const double *weight = weights[w->parameter->kind >= KT_PARAMETER_EFFECT] + 2;
+    const double *weight = weights[!is_quadratic(w)] + 2;
     const double reach = reach_of(w, k);
     kt_status status = KT_OK;
     memset(out, 0, count * sizeof *out);

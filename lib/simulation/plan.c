@@ -169,6 +169,8 @@ static void add_record(list *l, const kt_run *run, unsigned record, size_t effec
         add_or_drop(l, KT_PHASE_RECORD, "angular velocities, accelerations", 1, "pass", why);
     if ((record & KT_RECORD_SINGULAR_VALUE) != 0)
         add_or_drop(l, KT_PHASE_RECORD, "smallest singular value", 1, "decomposition", why);
+    if ((record & KT_RECORD_GRAVITY) != 0)
+        add_or_drop(l, KT_PHASE_RECORD, "gravity in joints", 1, "pass", why);
     add_or_drop(l, KT_PHASE_RECORD, "what effects exert", (record & KT_RECORD_EFFECT) != 0 ? effects : 0, "effects",
                 (record & KT_RECORD_EFFECT) != 0 ? "the scene names no effects" : why);
     add_or_drop(l, KT_PHASE_RECORD, "relative coordinates of loops", (record & KT_RECORD_CLOSURE) != 0, "pass", why);

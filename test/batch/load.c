@@ -116,7 +116,8 @@ void kt_load_add_formulas(kt_load_list *list, kt_tree *tree, kt_random *random) 
     if (joint) {
         kt_effect *e = add_formula(list, tree);
         (void)snprintf(list->formula[0], sizeof list->formula[0],
-                       "max(cos(40*t), 0.3)*(sin(90*t) > 0) - 0.2*velocity.%s*abs(position.%s)", joint, joint);
+                       "max(cos(40*t), 0.3)*(sin(90*t) > 0) - 0.2*velocity.%s*abs(position.%s) + 0.3*gravity.%s", joint,
+                       joint, joint);
         e->joint = joint;
         e->formula[0] = list->formula[0];
     }

@@ -64,6 +64,39 @@ KT_TEST(own_columns_are_swept) {
     kt_check_near("m = 2", kt_csv_number(csv, 2, end), 20.0 + 2.0 + p, 2e-12);
 }
 
+/* A pendulum: m g r sin(q) is recorded, read by own columns, events and values that events set, also while the mass
+ * changes. */
+KT_TEST(gravity_in_joints_is_a_column_and_a_variable_of_events) {
+    static const char *const masses[] = {"2", "{sine: {amplitude: 0.5, frequency: 1, offset: 2}}"};
+    for (int k = 0; k < 2; k++) {
+        char text[1200];
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                       "  - {name: arm, joint: {type: revolute, axis: y, position: 1.2}, mass: %s,\n"
+                       "     com: [0, 0, -0.5], inertia: [0.1, 0.1, 0.1]}\n"
+                       "states: {seen: {rate: 0*t}}\n"
+                       "events: [{name: light, when: gravity.arm < 5, limit: 1, then: {set: {seen: 2*gravity.arm}}}]\n"
+                       "simulate: {duration: 0.8, integrator: dop853, tolerance: 1e-12}\n"
+                       "output: {interval: 0.1, record: [position, gravity, state], columns: {twice: 2*gravity.arm}}\n",
+                       masses[k]);
+        kt_write_file("swing.yaml", text);
+        kt_expect(0, NULL, "$K run swing.yaml --quiet --out swing.csv");
+        static char csv[20000];
+        snprintf(csv, sizeof csv, "%s", kt_read_file("swing.csv"));
+        const int at = kt_csv_column(csv, "gravity.arm"), seen = kt_csv_column(csv, "state.seen");
+        int line = 1;
+        for (; kt_csv_number(csv, line, seen) == 0.0 && line < 9; line++) {
+            const double t = kt_csv_number(csv, line, 0), q = kt_csv_number(csv, line, 1);
+            const double force = (k ? 2.0 + 0.5 * sin(2.0 * acos(-1.0) * t) : 2.0) * 9.81 * 0.5 * sin(q);
+            kt_check_near("recorded", kt_csv_number(csv, line, at), force, 1e-14 * force);
+            kt_check_near("read", kt_csv_number(csv, line, kt_csv_column(csv, "twice")), 2.0 * force, 1e-13);
+        }
+        kt_check_above("records before the event", line - 1, 2.0);
+        kt_check_near("at the event", kt_csv_number(csv, line, at), 5.0, 1e-10);
+        kt_check_near("set", kt_csv_number(csv, line, seen), 10.0, 1e-10);
+    }
+}
+
 KT_TEST(names_that_are_no_columns_are_told) {
     kt_write_file("wrong.yaml", BLOCK "output: {columns: {x: velocity.blok}}\n");
     kt_expect(2, "wrong.yaml:10:23: output.columns.x: there is no name 'velocity.blok'; did you mean 'velocity.block'?",

@@ -38,7 +38,7 @@ KT_TEST(every_variable_is_found_by_its_name) {
                  found.component != variable.component;
     }
     kt_check_equal_int("wrong", wrong, 0);
-    kt_check_equal_int("t, 2 of arm, 13 of arm-2, 6 of each of 6 markers", count, 1 + 2 + 13 + 36);
+    kt_check_equal_int("t, 3 of arm, 19 of arm-2, 6 of each of 6 markers", count, 1 + 3 + 19 + 36);
 }
 
 KT_TEST(names_are_those_of_columns) {
@@ -51,6 +51,8 @@ KT_TEST(names_are_those_of_columns) {
         {"velocity.arm", {KT_VARIABLE_VELOCITY, 0, 0, 0}},
         {"position.arm-2[6]", {KT_VARIABLE_POSITION, 1, 0, 6}},
         {"velocity.arm-2[5]", {KT_VARIABLE_VELOCITY, 1, 0, 5}},
+        {"gravity.arm", {KT_VARIABLE_GRAVITY, 0, 0, 0}},
+        {"gravity.arm-2[3]", {KT_VARIABLE_GRAVITY, 1, 0, 3}},
         {"marker.arm.tip.x", {KT_VARIABLE_MARKER, 0, 0, 0}},
         {"marker.arm.tip-2.vz", {KT_VARIABLE_MARKER_VELOCITY, 0, 1, 2}},
         {"marker.arm-2.tip-2.y", {KT_VARIABLE_MARKER, 1, 1, 1}},

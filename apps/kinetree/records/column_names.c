@@ -32,7 +32,7 @@ static int name_coordinate(const kt_columns *columns, const kt_column *c, const 
 }
 
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size) {
-    static const char *const kinds[] = {"position", "velocity", "acceleration"};
+    static const char *const kinds[] = {"position", "velocity", "acceleration", "gravity"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
     static const char *const works[] = {"dissipated", "supplied", "balance"};
     static const char *const orders[] = {"", "v", "a"};
@@ -48,6 +48,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_POSITION:
     case KT_COLUMN_VELOCITY:
     case KT_COLUMN_ACCELERATION:
+    case KT_COLUMN_GRAVITY:
         return name_coordinate(columns, c, kinds[c->source - KT_COLUMN_POSITION], text, size);
     case KT_COLUMN_MARKER:
     case KT_COLUMN_MARKER_VELOCITY:
@@ -111,9 +112,12 @@ int kt_column_header(const kt_columns *columns, size_t column, char *text, size_
 /* ---- quantities -------------------------------------------------------------------------------------------------- */
 
 static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_column *c) {
-    static const kt_quantity angles[] = {
-        {"Angles", "rad"}, {"Angular velocities", "rad/s"}, {"Angular accelerations", "rad/s\u00b2"}};
-    static const kt_quantity lengths[] = {{"Lengths", "m"}, {"Velocities", "m/s"}, {"Accelerations", "m/s\u00b2"}};
+    static const kt_quantity angles[] = {{"Angles", "rad"},
+                                         {"Angular velocities", "rad/s"},
+                                         {"Angular accelerations", "rad/s\u00b2"},
+                                         {"Gravity in joints: torques", "N m"}};
+    static const kt_quantity lengths[] = {
+        {"Lengths", "m"}, {"Velocities", "m/s"}, {"Accelerations", "m/s\u00b2"}, {"Gravity in joints: forces", "N"}};
     const int order = (int)c->source - KT_COLUMN_POSITION;
     switch (kt_joint_coordinate_kind(kt_body_coordinates(columns->model, c->index).type, c->component)) {
     case KT_COORDINATE_LENGTH:
@@ -160,6 +164,7 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_POSITION:
     case KT_COLUMN_VELOCITY:
     case KT_COLUMN_ACCELERATION:
+    case KT_COLUMN_GRAVITY:
         return coordinate_quantity(columns, c);
     case KT_COLUMN_MARKER:
         return (kt_quantity){"Markers", "m"};

@@ -190,6 +190,8 @@ static bool list_columns(kt_columns *columns, const kt_scene *scene, const kt_mo
         fine = add_coordinates(columns, KT_COLUMN_VELOCITY);
     if (fine && (record & KT_RECORD_ACCELERATION) != 0)
         fine = add_coordinates(columns, KT_COLUMN_ACCELERATION);
+    if (fine && (record & KT_RECORD_GRAVITY) != 0)
+        fine = add_coordinates(columns, KT_COLUMN_GRAVITY);
     if (fine && (record & KT_RECORD_STATE) != 0)
         fine = add_states(columns);
     fine = fine && add_markers(columns, run, record);
@@ -223,16 +225,19 @@ static bool list_columns(kt_columns *columns, const kt_scene *scene, const kt_mo
     return columns->values != NULL;
 }
 
-static bool take_singular(kt_columns *columns) {
-    if (columns->singular == NULL)
+/* Allocates the memory for the recorded quantities that have memory of their own. */
+static bool take_memory(kt_columns *columns, unsigned record) {
+    const bool is_singular = (record & KT_RECORD_SINGULAR_VALUE) != 0, is_gravity = (record & KT_RECORD_GRAVITY) != 0;
+    if (is_singular && columns->singular == NULL)
         columns->singular = kt_singular_create(columns->model);
-    return columns->singular != NULL;
+    if (is_gravity && columns->gravity == NULL)
+        columns->gravity = kt_gravity_create(columns->model);
+    return (!is_singular || columns->singular != NULL) && (!is_gravity || columns->gravity != NULL);
 }
 
 bool kt_columns_list(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
                      unsigned record) {
-    return list_columns(columns, scene, model, run, record) &&
-           ((record & KT_RECORD_SINGULAR_VALUE) == 0 || take_singular(columns));
+    return list_columns(columns, scene, model, run, record) && take_memory(columns, record);
 }
 
 void kt_columns_free(kt_columns *columns) {
@@ -242,6 +247,7 @@ void kt_columns_free(kt_columns *columns) {
     free(columns->quantities);
     free(columns->jacobian);
     kt_singular_free(columns->singular);
+    kt_gravity_free(columns->gravity);
     *columns = (kt_columns){.count = 0};
 }
 
@@ -336,8 +342,13 @@ static double multiplier_of(const kt_column *c, const kt_record *record) {
     return c->component < rows.count ? coordinate(record->multipliers, rows.first + c->component) : 0.0;
 }
 
+/* The arrays of a record's columns that are computed together. */
+typedef struct kt_column_arrays {
+    const double *quantities, *gravity;
+} kt_column_arrays;
+
 static double value_of(const kt_column *c, const kt_record *record, const kt_column_group *group,
-                       const double *quantities) {
+                       const kt_column_arrays *arrays) {
     switch (c->source) {
     case KT_COLUMN_TIME:
         return record->time;
@@ -347,6 +358,8 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
         return coordinate(record->v, c->at);
     case KT_COLUMN_ACCELERATION:
         return coordinate(record->a, c->at);
+    case KT_COLUMN_GRAVITY:
+        return coordinate(arrays->gravity, c->at);
     case KT_COLUMN_MARKER:
     case KT_COLUMN_MARKER_VELOCITY:
     case KT_COLUMN_MARKER_ACCELERATION:
@@ -379,29 +392,32 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
     case KT_COLUMN_STATE:
         return coordinate(record->x, c->at);
     case KT_COLUMN_EFFECT:
-        return quantities[c->at];
+        return arrays->quantities[c->at];
     }
     return (double)NAN;
 }
 
-static bool uses_effects(const kt_columns *columns) {
+static bool uses(const kt_columns *columns, kt_column_source source) {
     for (size_t i = 0; columns->is_used != NULL && i < columns->count; i++)
-        if (columns->is_used[i] && columns->columns[i].source == KT_COLUMN_EFFECT)
+        if (columns->is_used[i] && columns->columns[i].source == source)
             return true;
     return columns->is_used == NULL;
 }
 
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record) {
     kt_column_group group = {{0.0}};
-    if (columns->quantities != NULL && uses_effects(columns))
+    kt_column_arrays arrays = {.quantities = columns->quantities};
+    if (columns->quantities != NULL && uses(columns, KT_COLUMN_EFFECT))
         kt_quantities_evaluate(columns->description, record, columns->quantities);
+    if (columns->gravity != NULL && uses(columns, KT_COLUMN_GRAVITY))
+        arrays.gravity = kt_gravity_evaluate(columns->gravity, record->model, record->time, record->q);
     for (size_t i = 0; i < columns->count; i++) {
         const kt_column *c = &columns->columns[i];
         if (columns->is_used != NULL && !columns->is_used[i])
             continue;
         if (c->component == 0 && is_grouped(c->source))
             group = group_of(columns, c, record);
-        columns->values[i] = value_of(c, record, &group, columns->quantities);
+        columns->values[i] = value_of(c, record, &group, &arrays);
     }
     if (columns->own != NULL) /* the last ones */
         evaluate_own(columns->own, record, columns->values + columns->count - (size_t)own_count(columns->own));
@@ -500,6 +516,8 @@ static unsigned record_for(kt_column_source source) {
         return KT_RECORD_ANGULAR_ACCELERATION;
     case KT_COLUMN_SINGULAR_VALUE:
         return KT_RECORD_SINGULAR_VALUE;
+    case KT_COLUMN_GRAVITY:
+        return KT_RECORD_GRAVITY;
     case KT_COLUMN_MOMENTUM:
         return KT_RECORD_MOMENTUM;
     case KT_COLUMN_ENERGY:
@@ -556,9 +574,7 @@ static kt_status read_formula(kt_own_columns *own, int k, unsigned *record, kt_e
         return kt_error_set(error, KT_ERROR_SCENE, where, "%s", from.message);
     }
     *record |= use_symbols(own, own->formula[k]);
-    if ((*record & KT_RECORD_SINGULAR_VALUE) != 0 && !take_singular(&own->all))
-        return no_memory(error);
-    return KT_OK;
+    return take_memory(&own->all, *record) ? KT_OK : no_memory(error);
 }
 
 /* ---- own columns: the list --------------------------------------------------------------------------------------- */

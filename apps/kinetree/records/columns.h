@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_RECORDS_COLUMNS_H
 #define KT_COMMAND_RECORDS_COLUMNS_H
 
+#include "records/gravity.h"
 #include "records/singular.h"
 
 #include "kinetree/scene.h"
@@ -16,6 +17,7 @@ typedef enum kt_column_source {
     KT_COLUMN_POSITION, /* of the joint of body `index`: its coordinate `component` */
     KT_COLUMN_VELOCITY,
     KT_COLUMN_ACCELERATION,
+    KT_COLUMN_GRAVITY,
     KT_COLUMN_MARKER,               /* coordinate `component` of marker `marker` of body `index` */
     KT_COLUMN_MARKER_VELOCITY,      /* its velocity */
     KT_COLUMN_MARKER_ACCELERATION,  /* its acceleration */
@@ -59,6 +61,7 @@ typedef struct kt_columns {
     double *quantities;              /* of all effects, likewise; NULL: they are not recorded */
     double *jacobian;                /* room for that of a body; NULL: bearings are not recorded */
     kt_singular *singular;           /* NULL: singular values are not recorded */
+    kt_gravity *gravity;             /* NULL: gravity in joints is not recorded */
 } kt_columns;
 
 /* Lists the columns of the recorded quantities (`record`: KT_RECORD_ bits). The scene and its model must outlive the

@@ -82,6 +82,7 @@ static const struct kind {
     {"position", NULL, "Positions", "rad or m", true, false, false},
     {"velocity", NULL, "Velocities", "rad/s or m/s", false, false, false},
     {"acceleration", NULL, "Accelerations", "rad/s\u00b2 or m/s\u00b2", false, false, false},
+    {"gravity", NULL, "Gravity in joints", "N m or N", false, false, false},
     {"marker", ".x|.y|.z", "Markers", "m", false, false, false},
     {"marker", ".vx|.vy|.vz", "Velocities of markers", "m/s", false, false, false},
     {"marker", ".ax|.ay|.az", "Accelerations of markers", "m/s\u00b2", false, false, false},
@@ -105,7 +106,7 @@ enum {
     NAMED_KINDS = sizeof kinds / sizeof kinds[0],
     OWN_KINDS = 12, /* columns of a scene's own that have units: "range [m]" */
     KINDS = NAMED_KINDS + OWN_KINDS,
-    KIND_MARKER = 3,
+    KIND_MARKER = 4,
     PART_PANELS = 12,
 };
 
