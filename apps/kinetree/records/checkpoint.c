@@ -33,6 +33,7 @@ typedef struct kt_progress_so_far {
     kt_compressions compressions;
     kt_half_turns half_turns;
     kt_stability_watch stability;
+    kt_growth growth;
     uint64_t extremes; /* columns */
     uint64_t words;    /* bytes of the text with warnings and marks */
 } kt_progress_so_far;
@@ -43,7 +44,7 @@ typedef struct kt_checkpoint_head {
     char words[160];
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 11";
+static const char checkpoint_kind[16] = "kinetree run 12";
 
 enum { WORDS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
 
@@ -235,6 +236,7 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
                                       .compressions = outcome->compressions,
                                       .half_turns = outcome->half_turns,
                                       .stability = outcome->stability,
+                                      .growth = outcome->growth,
                                       .extremes = outcome->extremes.count,
                                       .words = strlen(words)};
         kt_simulation_save(outcome->simulation, checkpoint->block);
@@ -345,6 +347,7 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
         outcome->cpu_seconds = so_far->cpu_seconds;
         outcome->corrected_since = so_far->corrected_since;
         outcome->stability = so_far->stability;
+        outcome->growth = so_far->growth;
         memcpy(outcome->extremes.column, content->extremes, outcome->extremes.count * sizeof *content->extremes);
     }
     json_decref(reported);

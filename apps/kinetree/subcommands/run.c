@@ -98,6 +98,7 @@ static int take_record(const kt_record *record, void *user) {
     if (record->index == KT_INDEX_CONTACT)
         return 0; /* for its mark alone */
     watch(sinks->outcome, record);
+    kt_growth_add(&sinks->outcome->growth, record, sinks->outcome->run->duration);
     kt_watch_step(sinks->modes, sinks->outcome, record);
     kt_watch_stability(sinks->outcome, record);
     kt_watch_correction(sinks->outcome);
@@ -495,6 +496,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_correction(outcome);
         kt_warn_of_energy(outcome);
         kt_warn_of_passages(outcome);
+        kt_warn_of_growth(outcome);
         kt_warn_of_counts(outcome);
         kt_warn_of_contacts(outcome);
         kt_warn_of_gaps(outcome);

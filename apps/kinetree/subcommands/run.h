@@ -3,6 +3,7 @@
 #define KT_COMMAND_SUBCOMMANDS_RUN_H
 
 #include "advice/compression.h"
+#include "advice/growth.h"
 #include "advice/half_turn.h"
 #include "advice/warnings.h"
 #include "records/columns.h"
@@ -128,6 +129,7 @@ typedef struct kt_outcome {
     double corrected_since;       /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
     kt_stability_watch stability; /* watches adaptive explicit steps */
     kt_pace pace;                 /* watches adaptive steps */
+    kt_growth growth;             /* watches speeds and auxiliary states */
     double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
     kt_residual constraint;       /* largest residuals */
     kt_compressions compressions; /* of distances, at all records */
