@@ -150,6 +150,25 @@ KT_API KT_CHECKED kt_status kt_batch_get_acceleration(const kt_batch *batch, siz
  * KT_ERROR_ARGUMENT if there is no such state. */
 KT_API kt_status kt_batch_status(const kt_batch *batch, size_t state);
 
+/* The numbers of all states in the memory of a batch. With these arrays a caller reads and writes states without a copy.
+ * States are in groups. Number i of a state is at
+ *     q[state / width * state_stride + i * width + state % width]
+ * and likewise in v and x, and with force_stride in tau and a. The last group may have unused lanes, which results never
+ * depend on. */
+typedef struct kt_batch_lanes {
+    size_t width;        /* states in a group, as in kt_batch_report */
+    size_t groups;       /* number of groups */
+    size_t state_stride; /* numbers from one group to the next in q, v and x */
+    size_t force_stride; /* numbers from one group to the next in tau and a */
+    double *t;           /* time of each state, s; a caller writes finite times only */
+    double *q, *v, *x;   /* positions, velocities and auxiliary states */
+    double *tau, *a;     /* joint forces; accelerations, as last computed or set */
+} kt_batch_lanes;
+
+/* Returns the arrays of a batch; zeros for NULL. The next computation checks q and v, as after kt_batch_set_state.
+ * Ownership: the arrays belong to the batch, and their addresses never change. */
+KT_API kt_batch_lanes kt_batch_lanes_of(kt_batch *batch);
+
 /* ---- all states -------------------------------------------------------------------------------------------------- */
 
 /* Computes the accelerations of every state by forward dynamics of the whole mechanism, with effects and loops. The

@@ -341,3 +341,22 @@ kt_batch_report kt_batch_report_of(const kt_batch *batch) {
     }
     return report;
 }
+
+kt_batch_lanes kt_batch_lanes_of(kt_batch *batch) {
+    kt_batch_lanes lanes;
+    memset(&lanes, 0, sizeof lanes);
+    if (!batch)
+        return lanes;
+    const kt_batch_counts *n = &batch->n;
+    lanes.width = n->width;
+    lanes.groups = n->groups;
+    lanes.state_stride = n->width * n->N;
+    lanes.force_stride = n->width * n->nv;
+    lanes.t = batch->t;
+    lanes.q = batch->y;
+    lanes.v = batch->y + n->width * n->nq;
+    lanes.x = lanes.v + n->width * n->nv;
+    lanes.tau = batch->tau;
+    lanes.a = batch->a;
+    return lanes;
+}

@@ -184,6 +184,42 @@ KT_TEST(a_batch_works_in_the_memory_of_the_caller_and_allocates_nothing) {
     kt_tree_free(&tree);
 }
 
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+KT_TEST(lanes_are_the_memory_of_the_batch) {
+    kt_random random = kt_random_of_test();
+    kt_tree tree;
+    kt_tree_state s;
+    kt_batch *batch = NULL;
+    kt_tree_plan plan = kt_tree_plan_default();
+    double q[KT_TREE_NQ] = {0.0}, v[KT_TREE_NV] = {0.0}, tau[KT_TREE_NV] = {0.0}, t = 0.0;
+    const kt_batch_options options = {.states = 11};
+    int different = 0;
+    if (!kt_tree_grow(&tree, &plan, &random) ||
+        !kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, NULL), KT_OK))
+        return;
+    const kt_batch_lanes lanes = kt_batch_lanes_of(batch);
+    for (size_t i = 0; i < options.states; i++) {
+        const size_t group = i / lanes.width, lane = i % lanes.width;
+        kt_tree_state_draw(&tree, &random, &s);
+        different += kt_batch_set_state(batch, i, 0.5 * (double)i, s.q, s.v, NULL) != KT_OK;
+        lanes.tau[group * lanes.force_stride + lane] = s.v[0];
+        different += kt_batch_get_state(batch, i, &t, q, v, NULL) != KT_OK ||
+                     kt_batch_get_torque(batch, i, tau, NULL) != KT_OK;
+        different += lanes.t[i] != 0.5 * (double)i || lanes.t[i] != t || tau[0] != s.v[0];
+        for (size_t k = 0; k < (size_t)kt_model_nq(tree.model); k++)
+            different += lanes.q[group * lanes.state_stride + k * lanes.width + lane] != s.q[k];
+        for (size_t k = 0; k < (size_t)kt_model_nv(tree.model); k++)
+            different += lanes.v[group * lanes.state_stride + k * lanes.width + lane] != s.v[k];
+    }
+    kt_check_equal_int("numbers that differ", different, 0);
+    kt_check_equal_int("width", (long long)lanes.width, (long long)kt_batch_report_of(batch).width);
+    kt_check_equal_int("groups", (long long)lanes.groups, (long long)((11 + lanes.width - 1) / lanes.width));
+    kt_check_equal_int("no batch", (long long)kt_batch_lanes_of(NULL).groups, 0);
+    kt_batch_free(batch);
+    kt_tree_free(&tree);
+}
+
 /* ---- arguments --------------------------------------------------------------------------------------------------- */
 
 /* A batch that was made for one thread. */

@@ -93,10 +93,37 @@ bool kt_many_vary(kt_many *many, kt_random *random) {
     return true;
 }
 
+/* Writes n numbers of a state into an array of kt_batch_lanes, whose groups are `stride` apart; NaN if there are none. */
+static void write_lane(double *all, size_t stride, size_t width, size_t state, size_t n, const double *from) {
+    for (size_t k = 0; k < n; k++)
+        all[state / width * stride + k * width + state % width] = from ? from[k] : (double)NAN;
+}
+
+/* Sets a state by the arrays of the batch. A state from KT_MANY_STATES on is in an unused lane. */
+static void set_lanes(kt_many *many, size_t i) {
+    const kt_batch_lanes to = kt_batch_lanes_of(many->batch);
+    const size_t nq = many->nq, nv = many->nv;
+    const bool used = i < KT_MANY_STATES;
+    to.t[i] = used ? many->t[i] : (double)NAN;
+    write_lane(to.q, to.state_stride, to.width, i, nq, used ? many->q + i * nq : NULL);
+    write_lane(to.v, to.state_stride, to.width, i, nv, used ? many->v + i * nv : NULL);
+    write_lane(to.x, to.state_stride, to.width, i, many->nx, used ? many->model->v0 + nv : NULL);
+    write_lane(to.tau, to.force_stride, to.width, i, nv, used ? many->tau + i * nv : NULL);
+    write_lane(to.a, to.force_stride, to.width, i, nv, used ? many->a + i * nv : NULL);
+}
+
+/* Every other state is set by a call, the others in the memory of the batch. */
 static void set(kt_many *many) {
+    const kt_batch_lanes lanes = kt_batch_lanes_of(many->batch);
     kt_status status = KT_OK;
+    for (size_t i = KT_MANY_STATES; i < lanes.groups * lanes.width; i++)
+        set_lanes(many, i);
     for (size_t i = 0; i < KT_MANY_STATES; i++) {
         status |= kt_batch_set_model(many->batch, i, many->own[i], NULL);
+        if (i % 2 != 0) {
+            set_lanes(many, i);
+            continue;
+        }
         status |= kt_batch_set_state(many->batch, i, many->t[i], many->q + i * many->nq, many->v + i * many->nv, NULL);
         status |= kt_batch_set_own_states(many->batch, i, many->model->v0 + many->nv, NULL);
         status |= kt_batch_set_torque(many->batch, i, many->tau + i * many->nv, NULL);
