@@ -1,6 +1,6 @@
 """Write the C source of the extension module `_kinetree` from the public headers.
 
-declarations.py INCLUDE-DIRECTORY BATCH.c OUTPUT.c DEPENDENCIES.d C-COMPILER...
+declarations.py INCLUDE-DIRECTORY CALLS.c OUTPUT.c DEPENDENCIES.d C-COMPILER...
 
 cffi compiles one wrapper for each public function (API mode). The declarations are those of the headers themselves, as the
 preprocessor leaves them: a new public function needs no line here.
@@ -20,21 +20,64 @@ extern "Python" {
     int kt_python_recorder(const kt_record *record, void *user);
     int kt_python_event_value(const kt_instant *at, double *value, kt_error *error, void *user);
     int kt_python_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
+    int kt_python_control_law(void *user, double t, const double *q, const double *v, double *tau);
     int kt_python_joint_force(void *user, double t, double q, double v, double *force, kt_effect_balance *balance);
 }
 """
 
-# All states of a batch in one call: a call of Python for each would take longer than the dynamics.
-BATCH_TYPE = """
+# One thread at a time may use an object. Memory of zeros is a guard that nobody holds.
+GUARD = """
+#include <stdatomic.h>
+typedef struct kt_python_guard {
+    atomic_flag is_held;
+} kt_python_guard;
+"""
+
+# Types of calls.c that Python fills.
+TYPES = """
+enum { KT_PYTHON_BUSY = -1, KT_PYTHON_ENDED = -2 }; /* beside kt_status: another thread uses the object; a loop has ended */
+
+typedef struct kt_python_data {
+    kt_python_guard *guard;
+    const kt_model *model;
+    kt_data *data;
+    kt_error *error;
+} kt_python_data;
+
+typedef struct kt_python_loop {
+    kt_simulation *simulation;
+    double *torque, *applied; /* nv: to be set before the next step; as the simulation has them */
+    size_t nv;
+} kt_python_loop;
+
+typedef int kt_python_law(void *user, double t, const double *q, const double *v, double *tau);
+
+typedef struct kt_python_feedback {
+    const kt_model *model;
+    size_t nv;
+    double *gain, *q, *v, *torque, *error; /* nv x 2 nv by rows; nq; nv; nv; 2 nv, of the last call */
+} kt_python_feedback;
+
 typedef struct kt_python_rows {
     size_t states, nq, nv, nx;
     double t;
     double *q, *v, *tau, *a, *x;
 } kt_python_rows;
 """
-BATCH = """
-kt_status kt_python_batch_set(kt_batch *batch, const kt_python_rows *rows, kt_error *error);
-kt_status kt_python_batch_get(const kt_batch *batch, const kt_python_rows *rows, kt_error *error);
+CALLS = """
+bool kt_python_lock(kt_python_guard *guard);
+void kt_python_unlock(kt_python_guard *guard);
+int kt_python_forward(const kt_python_data *at, double t, const double *q, const double *v, const double *tau, double *a);
+int kt_python_inverse(const kt_python_data *at, const double *q, const double *v, const double *a, double *tau);
+kt_status kt_python_apply(kt_python_loop *loop, kt_error *error);
+int kt_python_tick(kt_python_guard *guard, kt_python_loop *loop, double period, kt_error *error);
+bool kt_python_has_ended(const kt_python_loop *loop, double end);
+int kt_python_turn(kt_python_guard *guard, kt_python_loop *loop, double period, double end, kt_error *error);
+int kt_python_feedback_law(void *user, double t, const double *q, const double *v, double *tau);
+void kt_python_feed_back(kt_python_feedback *feedback, kt_python_loop *loop);
+int kt_python_control(kt_python_loop *loop, kt_python_law *law, void *user, double period, double end, kt_error *error);
+void kt_python_batch_set(kt_batch *batch, const kt_python_rows *rows);
+void kt_python_batch_get(kt_batch *batch, const kt_python_rows *rows);
 """
 
 
@@ -81,8 +124,7 @@ def builder(include, compiler):
     import cffi
     ffi = cffi.FFI()
     ffi.cdef(declarations(include, compiler))
-    ffi.cdef(CALLBACKS)
-    ffi.cdef(BATCH_TYPE + BATCH)
+    ffi.cdef("typedef struct kt_python_guard { ...; } kt_python_guard;" + TYPES + CALLBACKS + CALLS)
     return ffi
 
 
@@ -92,12 +134,12 @@ def functions(ffi):
 
 
 def main():
-    include, rows, output, dependencies, *compiler = sys.argv[1:]
+    include, calls, output, dependencies, *compiler = sys.argv[1:]
     ffi = builder(include, compiler)
-    source = HEADER + BATCH_TYPE + pathlib.Path(rows).read_text()
+    source = HEADER + GUARD + TYPES + pathlib.Path(calls).read_text()
     ffi.set_source("kinetree._kinetree", source, py_limited_api=True)
     ffi.emit_c_code(output)
-    read = [*sorted(pathlib.Path(include).glob("kinetree/*.h")), rows, __file__]
+    read = [*sorted(pathlib.Path(include).glob("kinetree/*.h")), calls, __file__]
     pathlib.Path(dependencies).write_text(f"{output}: {' '.join(map(str, read))}\n")
 
 

@@ -333,7 +333,8 @@ KT_API void kt_simulation_free(kt_simulation *simulation);
 KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
-/* Returns the auxiliary states (kt_own_state_count) at that time, likewise. */
+/* Returns the auxiliary states (kt_own_state_count) at that time, likewise. The velocities stand right behind the
+ * positions in memory, and the auxiliary states behind the velocities. */
 KT_API const double *kt_simulation_own_states(const kt_simulation *simulation);
 
 /* Restarts at time t from q (nq) and v (nv; NULL: at rest). The state is projected: quaternions get unit norm, and

@@ -39,7 +39,7 @@ static void draw_states(const kt_tree *tree, kt_many *many, kt_random *random) {
 
 /* Some states that cannot be computed, or come near to that: not finite, huge, quaternions of no norm and of tiny one. */
 static void spoil_states(kt_many *many, kt_random *random) {
-    static const double bad[] = {NAN, INFINITY, 1e300, -1e160, 0.0, 1e-170, 3e6};
+    static const double bad[] = {(double)NAN, (double)INFINITY, 1e300, -1e160, 0.0, 1e-170, 3e6};
     for (size_t i = 1; i < KT_MANY_STATES; i += 3) {
         double *x = i % 2 ? many->q + i * many->nq : many->v + i * many->nv;
         const size_t n = i % 2 ? many->nq : many->nv;
@@ -204,8 +204,8 @@ KT_TEST(lanes_are_the_memory_of_the_batch) {
         kt_tree_state_draw(&tree, &random, &s);
         different += kt_batch_set_state(batch, i, 0.5 * (double)i, s.q, s.v, NULL) != KT_OK;
         lanes.tau[group * lanes.force_stride + lane] = s.v[0];
-        different += kt_batch_get_state(batch, i, &t, q, v, NULL) != KT_OK ||
-                     kt_batch_get_torque(batch, i, tau, NULL) != KT_OK;
+        different +=
+            kt_batch_get_state(batch, i, &t, q, v, NULL) != KT_OK || kt_batch_get_torque(batch, i, tau, NULL) != KT_OK;
         different += lanes.t[i] != 0.5 * (double)i || lanes.t[i] != t || tau[0] != s.v[0];
         for (size_t k = 0; k < (size_t)kt_model_nq(tree.model); k++)
             different += lanes.q[group * lanes.state_stride + k * lanes.width + lane] != s.q[k];
@@ -246,7 +246,7 @@ static void refuse_jobs(kt_batch *batch) {
         kt_check_equal_int("a frame", kt_batch_compute(batch, &job, &error), KT_ERROR_ARGUMENT);
         kt_check_contains("which is wrong", error.where, "sensors.frames[1]");
     }
-    job = (kt_batch_job){.task = KT_BATCH_SEMI_IMPLICIT_STEP, .h = NAN, .steps = 1};
+    job = (kt_batch_job){.task = KT_BATCH_SEMI_IMPLICIT_STEP, .h = (double)NAN, .steps = 1};
     kt_check_equal_int("a step of NaN", kt_batch_compute(batch, &job, &error), KT_ERROR_ARGUMENT);
 }
 
@@ -279,7 +279,7 @@ KT_TEST(wrong_arguments_are_refused) {
     options.method = kt_method_find("euler");
     if (!kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, &error), KT_OK))
         return;
-    kt_check_equal_int("a step of infinity", kt_batch_step(batch, INFINITY, 1, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("a step of infinity", kt_batch_step(batch, (double)INFINITY, 1, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("less than no steps", kt_batch_step(batch, 0.1, -1, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no steps", kt_batch_step(batch, 0.1, 0, &error), KT_OK);
     refuse_jobs(batch);

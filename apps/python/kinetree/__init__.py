@@ -14,15 +14,15 @@ from . import command
 from ._core import ArgumentError, Busy, ConstraintError, Error, KinetreeWarning, ModelError, SceneError, StepError, text as _text
 from ._kinetree import ffi, lib
 from .batch import Batch
-from .callbacks import JointForce
+from .callbacks import Compiled, JointForce
 from .mechanism import Body, effect, joint, loop, mechanism, prismatic, revolute, rod, shape
 from .model import Data, Model, ModelCopy
 from .records import Run, Table
 from .scene import Picture, Scene, load
-from .simulation import Instant, Simulation
+from .simulation import Feedback, Instant, Simulation
 
 __version__ = _text(lib.kt_version())
 
-__all__ = ["ArgumentError", "Batch", "Body", "Busy", "ConstraintError", "Data", "Error", "Instant", "JointForce", "KinetreeWarning", "Model",
+__all__ = ["ArgumentError", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "Error", "Feedback", "Instant", "JointForce", "KinetreeWarning", "Model",
            "ModelCopy", "ModelError", "Picture", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table", "command", "effect", "ffi",
            "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]

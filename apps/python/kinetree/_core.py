@@ -1,8 +1,7 @@
 """Errors, memory and arrays: the part that all other modules share."""
 from __future__ import annotations
 
-import threading
-from typing import Any, NoReturn, Optional
+from typing import Any, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -122,6 +121,7 @@ class Fixed:
 
 
 _DOUBLES, _from_buffer = ffi.typeof("double[]"), ffi.from_buffer
+_lock, _unlock = lib.kt_python_lock, lib.kt_python_unlock
 
 
 class Memory:
@@ -138,31 +138,38 @@ class Memory:
 
     def view(self, pointer: Any, count: int) -> np.ndarray:
         """A read-only view of `count` doubles in this memory."""
-        if count == 0:
-            return np.zeros(0)
-        offset = int(ffi.cast("uintptr_t", pointer)) - self.address
-        if offset < 0 or offset + 8 * count > self.array.size:
-            raise AssertionError("the pointer is outside the memory")
-        found = self.array[offset:offset + 8 * count].view(np.float64)
+        found = self.strided(pointer, (count,), (8,))
         found.flags.writeable = False
         return found
 
+    def strided(self, pointer: Any, shape: Tuple[int, ...], strides: Tuple[int, ...]) -> np.ndarray:
+        """A writable view of doubles in this memory."""
+        if 0 in shape:
+            return np.zeros(shape)
+        offset = int(ffi.cast("uintptr_t", pointer)) - self.address
+        last = offset + sum((count - 1) * stride for count, stride in zip(shape, strides))
+        if offset < 0 or last + 8 > self.array.size:
+            raise AssertionError("the pointer is outside the memory")
+        return np.ndarray(shape, np.float64, self.array, offset, strides)
+
 
 class Guard:
-    """Rejects a second thread while a call runs: two threads must not share a workspace."""
+    """Rejects a second thread while a call runs: two threads must not share a workspace.
 
-    __slots__ = ("acquire", "release")
+    The flag is in C, so that calls that are made often can enter and leave without a call of Python for each.
+    """
+
+    __slots__ = ("pointer",)
 
     def __init__(self) -> None:
-        lock = threading.Lock()
-        self.acquire, self.release = lock.acquire, lock.release
+        self.pointer = ffi.new("kt_python_guard *")
 
     def __enter__(self) -> None:
-        if not self.acquire(False):
+        if not _lock(self.pointer):
             raise busy()
 
     def __exit__(self, *_: object) -> None:
-        self.release()
+        _unlock(self.pointer)
 
 
 def busy() -> Busy:
@@ -174,9 +181,13 @@ def doubles(value: Any, shape: tuple, what: str) -> np.ndarray:
     if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == shape and value.flags.c_contiguous:
         return value
     try:
-        array = np.ascontiguousarray(value, np.float64)
+        array = np.asarray(value)
+        if array.dtype.kind not in "biuf":  # numpy would read texts, and drop imaginary parts
+            raise TypeError
+        array = np.ascontiguousarray(array, np.float64)
     except (TypeError, ValueError):
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected numbers of shape {shape}, got {type(value).__name__}") from None
+        kind = f"an array of {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected numbers of shape {shape}, got {kind}") from None
     if array.shape != shape:
         if shape == (0,) and array.size == 0:
             return np.zeros(0)
@@ -194,6 +205,30 @@ def output(out: Optional[np.ndarray], shape: tuple, what: str = "out", order: st
             not (out.flags.c_contiguous if order == "C" else out.flags.f_contiguous):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a writable array of float64 in {order} order of shape {shape}")
     return out
+
+
+def outputs(out: Optional[Sequence[np.ndarray]], shapes: Sequence[tuple], order: str = "C") -> Tuple[np.ndarray, ...]:
+    """`output` for a call with several results."""
+    if out is None:
+        return tuple(output(None, shape, order=order) for shape in shapes)
+    if not isinstance(out, (tuple, list)) or len(out) != len(shapes):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "out", f"expected a tuple of {len(shapes)} arrays")
+    return tuple(output(each, shape, f"out[{i}]", order) for i, (each, shape) in enumerate(zip(out, shapes)))
+
+
+_Array, _FLOAT = np.ndarray, np.dtype(np.float64)
+
+
+def address(value: Any, shape: tuple, own: Any, what: str) -> Any:
+    """The address of an input, which keeps its array alive; `own` if there is none. This path is short: control loops take it."""
+    if value is None:
+        return own
+    if type(value) is _Array and value.dtype is _FLOAT and value.shape == shape:
+        try:
+            return _from_buffer(_DOUBLES, value)
+        except (ValueError, BufferError):  # it is not contiguous
+            pass
+    return pointer(doubles(value, shape, what))
 
 
 def pointer(array: Optional[np.ndarray]) -> Any:

@@ -1,12 +1,18 @@
 """Many states of one model at once, in lanes and threads."""
 from __future__ import annotations
 
-from typing import Any, Optional, Tuple
+from typing import Any, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._core import ArgumentError, Fixed, Guard, Memory, doubles, fail, ffi, finite, lib, name_of, output, pointer
+from ._core import ArgumentError, Fixed, Guard, Memory, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer
 from .model import Model, Vector
+
+
+def _count(value: Any, least: int, most: int, what: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected an integer from {least} to {most}, got {value!r}")
+    return int(value)
 
 
 class Batch(Fixed):
@@ -20,14 +26,24 @@ class Batch(Fixed):
         Threads that share the work.
     method : str, optional
         An explicit Runge-Kutta method for `step`.
+
+    Attributes
+    ----------
+    q, v, x, tau, a : numpy.ndarray
+        Positions, velocities, auxiliary states, joint forces and accelerations in the memory of C, groups x numbers x `width`.
+        State s is ``batch.q[s // width, :, s % width]``. The last group may have lanes that belong to no state.
+    width : int
+        States in a group.
+
+    Notes
+    -----
+    A call with arrays of states x numbers copies these into the memory. A call without arrays uses the memory in place, and returns
+    views of it.
     """
 
     def __init__(self, model: Model, states: int, threads: int = 1, method: Optional[str] = None) -> None:
-        if isinstance(states, bool) or not isinstance(states, (int, np.integer)) or not 0 < states <= 1 << 32:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "states", f"expected a positive number of states, got {states!r}")
-        if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 < threads <= 1024:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "threads", f"expected 1 to 1024 threads, got {threads!r}")
-        self.model, self.states, self.threads, self.method = model, int(states), int(threads), method
+        self.model, self.method = model, method
+        self.states, self.threads = _count(states, 1, 1 << 32, "states"), _count(threads, 1, 1024, "threads")
         self._guard, self._error = Guard(), ffi.new("kt_error *")
         options = ffi.new("kt_batch_options *", lib.kt_batch_options_default())
         options.states, options.threads = self.states, self.threads
@@ -40,10 +56,25 @@ class Batch(Fixed):
         out = ffi.new("kt_batch **")
         self._check(lib.kt_batch_init(model._pointer, options, self._memory.pointer, size, out, self._error))
         self._batch = out[0]
+        self._set_views(lib.kt_batch_lanes_of(self._batch))
+        self._rows_of = ffi.new("kt_python_rows *", {"states": self.states, "nq": model.nq, "nv": model.nv, "nx": model.nx})
+        self._job = ffi.new("kt_batch_job *")
         self._is_fixed = True
+
+    def _set_views(self, lanes: Any) -> None:
+        m, self.width = self.model, int(lanes.width)
+
+        def view(first: Any, count: int, stride: int) -> Vector:
+            return self._memory.strided(first, (int(lanes.groups), count, self.width), (8 * stride, 8 * self.width, 8))
+
+        self.q, self.v = view(lanes.q, m.nq, lanes.state_stride), view(lanes.v, m.nv, lanes.state_stride)
+        self.x = view(lanes.x, m.nx, lanes.state_stride)
+        self.tau, self.a = view(lanes.tau, m.nv, lanes.force_stride), view(lanes.a, m.nv, lanes.force_stride)
 
     def _check(self, status: int) -> None:
         if status:
+            for effect in self.model.effects:
+                effect.calls.reraise()
             fail(self._error, status)
 
     def _rows(self, value: Any, count: int, what: str) -> Tuple[Optional[Vector], Any]:
@@ -52,67 +83,128 @@ class Batch(Fixed):
         array = doubles(value, (self.states, count), what)
         return array, pointer(array)
 
-    def _all(self, t: float = 0.0, **arrays: Any) -> Any:
-        """Rows for all states."""
-        return ffi.new("kt_python_rows *", {"states": self.states, "nq": self.model.nq, "nv": self.model.nv, "nx": self.model.nx, "t": finite(t, "t"), **arrays})
-
-    def _run(self, task: int, h: float = 0.0, steps: int = 0) -> None:
-        job = ffi.new("kt_batch_job *", {"task": task, "h": h, "steps": steps})
-        self._check(lib.kt_batch_run(self._batch, job, self.threads, ffi.NULL, self._error))
-
     def _own_states(self, X: Optional[Vector]) -> Tuple[Optional[Vector], Any]:
         """Rows of auxiliary states; the initial ones of the model if none are given."""
-        return self._rows(np.tile(self.model.initial_x, (self.states, 1)) if X is None else X, self.model.nx, "X")
+        if X is None and self.model.nx:
+            X = np.tile(self.model.initial_x, (self.states, 1))
+        return self._rows(X, self.model.nx, "X")
 
-    def forward_dynamics(self, Q: Vector, V: Optional[Vector] = None, TAU: Optional[Vector] = None, *, X: Optional[Vector] = None, t: float = 0.0,
-                         out: Optional[Vector] = None) -> Vector:
-        """Accelerations of every state: arrays of states x nq, states x nv, and X of auxiliary states (default: the initial ones)."""
-        m = self.model
-        Q_, q = self._rows(Q, m.nq, "Q")
+    def _all(self, t: float = 0.0, q: Any = ffi.NULL, v: Any = ffi.NULL, tau: Any = ffi.NULL, a: Any = ffi.NULL, x: Any = ffi.NULL) -> Any:
+        rows = self._rows_of
+        rows.t, rows.q, rows.v, rows.tau, rows.a, rows.x = t, q, v, tau, a, x
+        return rows
+
+    def _run(self, task: int, h: float = 0.0, steps: int = 0) -> None:
+        job = self._job
+        job.task, job.h, job.steps = task, h, steps
+        self._check(lib.kt_batch_run(self._batch, job, self.threads, ffi.NULL, self._error))
+
+    def rows(self, view: Vector, out: Optional[Vector] = None) -> Vector:
+        """A copy of one of the arrays `q`, `v`, `x`, `tau` or `a`, with a row for each state."""
+        if not isinstance(view, np.ndarray) or view.ndim != 3 or view.shape[0] * view.shape[2] < self.states:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "view", "expected an array of this batch: q, v, x, tau or a")
+        out = output(out, (self.states, view.shape[1]))
+        out[:] = view.transpose(0, 2, 1).reshape(-1, view.shape[1])[:self.states]
+        return out
+
+    def forward_dynamics(self, Q: Optional[Vector] = None, V: Optional[Vector] = None, TAU: Optional[Vector] = None, *, X: Optional[Vector] = None,
+                         t: float = 0.0, out: Optional[Vector] = None) -> Vector:
+        """Accelerations of every state, with effects and loops.
+
+        Parameters
+        ----------
+        Q : array of states x nq, V, TAU : arrays of states x nv, X : array of states x nx
+            Positions, velocities (default: zero), joint forces (default: zero), auxiliary states (default: the initial ones).
+            Without Q the states in `q`, `v`, `x` and `tau` are computed in place.
+        out : array of states x nv, optional
+            Where to write.
+
+        Returns
+        -------
+        numpy.ndarray
+            states x nv accelerations; `self.a` if neither Q nor `out` is given.
+        """
+        m, inputs = self.model, self._inputs(Q, V=V, TAU=TAU, X=X)
+        if inputs is None:
+            with self._guard:
+                self._run(lib.KT_BATCH_FORWARD)
+            return self.a if out is None else self.rows(self.a, out)
         V_, v = self._rows(V, m.nv, "V")
         TAU_, tau = self._rows(TAU, m.nv, "TAU")
         X_, x = self._own_states(X)
-        out = output(out, (self.states, m.nv))
+        out, t = output(out, (self.states, m.nv)), finite(t, "t")
         with self._guard:
-            self._check(lib.kt_python_batch_set(self._batch, self._all(t, q=q, v=v, tau=tau, x=x), self._error))
+            lib.kt_python_batch_set(self._batch, self._all(t, q=inputs[1], v=v, tau=tau, x=x))
             self._run(lib.KT_BATCH_FORWARD)
-            self._check(lib.kt_python_batch_get(self._batch, self._all(a=pointer(out)), self._error))
-        del Q_, V_, TAU_, X_  # arrays live until here
+            lib.kt_python_batch_get(self._batch, self._all(a=pointer(out)))
+        del inputs, V_, TAU_, X_  # arrays live until here
         return out
 
-    def inverse_dynamics(self, Q: Vector, V: Optional[Vector] = None, A: Optional[Vector] = None, *, out: Optional[Vector] = None) -> Vector:
-        """Joint forces of the tree for accelerations, without effects."""
-        m = self.model
-        Q_, q = self._rows(Q, m.nq, "Q")
+    def _inputs(self, Q: Optional[Vector], **others: Optional[Vector]) -> Optional[Tuple[Any, Any]]:
+        """Positions and their address; None if the memory is used in place."""
+        if Q is not None:
+            return self._rows(Q, self.model.nq, "Q")
+        for name, value in others.items():
+            if value is not None:
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, f"it needs Q; without Q a batch computes the states in its memory (batch.{name.lower()})")
+        return None
+
+    def inverse_dynamics(self, Q: Optional[Vector] = None, V: Optional[Vector] = None, A: Optional[Vector] = None, *,
+                         out: Optional[Vector] = None) -> Vector:
+        """Joint forces of the tree for accelerations, without effects. Without Q it uses `q`, `v` and `a` in place, and returns `tau`."""
+        m, inputs = self.model, self._inputs(Q, V=V, A=A)
+        if inputs is None:
+            with self._guard:
+                self._run(lib.KT_BATCH_INVERSE)
+            return self.tau if out is None else self.rows(self.tau, out)
         V_, v = self._rows(V, m.nv, "V")
         A_, a = self._rows(np.zeros((self.states, m.nv)) if A is None else A, m.nv, "A")
         out = output(out, (self.states, m.nv))
         with self._guard:
-            self._check(lib.kt_python_batch_set(self._batch, self._all(q=q, v=v, a=a), self._error))
+            lib.kt_python_batch_set(self._batch, self._all(q=inputs[1], v=v, a=a))
             self._run(lib.KT_BATCH_INVERSE)
-            self._check(lib.kt_python_batch_get(self._batch, self._all(tau=pointer(out)), self._error))
-        del Q_, V_, A_
+            lib.kt_python_batch_get(self._batch, self._all(tau=pointer(out)))
+        del inputs, V_, A_
         return out
 
-    def step(self, h: float, steps: int, Q: Vector, V: Vector, TAU: Optional[Vector] = None, *, X: Optional[Vector] = None,
-             t: float = 0.0) -> Tuple[Vector, ...]:
-        """Take steps of the method of this batch with constant joint forces, from auxiliary states X (default: the initial ones).
+    def step(self, h: float, steps: int, Q: Optional[Vector] = None, V: Optional[Vector] = None, TAU: Optional[Vector] = None, *,
+             X: Optional[Vector] = None, t: float = 0.0, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Take steps of the method of this batch with constant joint forces.
 
-        Returns Q and V after them; and X, if the model has auxiliary states.
+        Parameters
+        ----------
+        h : float
+            Length of a step, s.
+        steps : int
+            How many steps.
+        Q, V, TAU, X
+            As in `forward_dynamics`. Without Q the states in the memory take the steps.
+        out : tuple of arrays, optional
+            Where to write Q and V (and X).
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Q and V after the steps; and X, if the model has auxiliary states. Without Q and `out` these are `q`, `v` (and `x`).
         """
         m = self.model
         if self.method is None:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", "the batch has no method; make it with model.batch(states, method='rk4')")
-        Q_, q = self._rows(Q, m.nq, "Q")
+        h, steps = finite(h, "h"), _count(steps, 0, (1 << 31) - 1, "steps")
+        inputs, kept = self._inputs(Q, V=V, TAU=TAU, X=X), 3 if m.nx else 2
+        if inputs is None and out is None:
+            with self._guard:
+                self._run(lib.KT_BATCH_STEP, h, steps)
+            return (self.q, self.v, self.x)[:kept]
         V_, v = self._rows(V, m.nv, "V")
-        TAU_, tau = self._rows(np.zeros((self.states, m.nv)) if TAU is None else TAU, m.nv, "TAU")
+        TAU_, tau = self._rows(TAU, m.nv, "TAU")
         X_, x = self._own_states(X)
-        next_q, next_v, next_x = (np.empty((self.states, count)) for count in (m.nq, m.nv, m.nx))
-        if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or not 0 <= steps < 1 << 31:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "steps", f"expected a number of steps, got {steps!r}")
+        results = outputs(out, [(self.states, count) for count in (m.nq, m.nv, m.nx)[:kept]])
+        t = finite(t, "t")
         with self._guard:
-            self._check(lib.kt_python_batch_set(self._batch, self._all(t, q=q, v=v, tau=tau, x=x), self._error))
-            self._run(lib.KT_BATCH_STEP, finite(h, "h"), int(steps))
-            self._check(lib.kt_python_batch_get(self._batch, self._all(q=pointer(next_q), v=pointer(next_v), x=pointer(next_x)), self._error))
-        del Q_, V_, TAU_, X_
-        return (next_q, next_v, next_x) if m.nx else (next_q, next_v)
+            if inputs is not None:
+                lib.kt_python_batch_set(self._batch, self._all(t, q=inputs[1], v=v, tau=tau, x=x))
+            self._run(lib.KT_BATCH_STEP, h, steps)
+            lib.kt_python_batch_get(self._batch, self._all(**dict(zip("qvx", map(pointer, results)))))
+        del inputs, V_, TAU_, X_
+        return results

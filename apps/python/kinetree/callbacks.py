@@ -1,12 +1,10 @@
 """Functions of Python that C calls: reports of faults, records, events and effects."""
 from __future__ import annotations
 
+import ctypes
 from typing import Any, Callable, List, Optional, Tuple, Union
 
-from ._core import ffi, lib, text
-
-Address = Union[int, Any]
-
+from ._core import ArgumentError, ffi, lib, text
 
 class Calls:
     """What C callbacks of one object need: the functions, and the first exception that one of them raised."""
@@ -69,12 +67,46 @@ def kt_python_joint_force(user: Any, t: float, q: float, v: float, force: Any, b
         return -1
 
 
-def address_of(function: Any) -> Optional[int]:
-    """The address of a compiled function: an int, or `numba.cfunc`'s ``address``. None: it is a function of Python."""
-    if isinstance(function, int):
-        return function
+@ffi.def_extern(error=-1)
+def kt_python_control_law(user: Any, t: float, q: Any, v: Any, tau: Any) -> int:
+    law = ffi.from_handle(user)
+    try:
+        return law.turn(t)
+    except BaseException as raised:
+        law.calls.raised = raised
+        return -1
+
+
+class Compiled:
+    """The address of a compiled function, for `JointForce`, `Simulation.control` and `Simulation.on`.
+
+    Functions of `numba.cfunc` and of ctypes need no wrapper. A plain number is rejected, since a wrong one would crash.
+
+    Parameters
+    ----------
+    address : int
+        The address of a function with the right signature, which nothing checks.
+    owner : object, optional
+        An object that must live as long as the function, such as its library.
+    """
+
+    def __init__(self, address: int, owner: Any = None) -> None:
+        if isinstance(address, bool) or not isinstance(address, int) or not 0 < address < 1 << 64:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "address", f"expected an address, got {address!r}")
+        self.address, self.owner = address, owner
+
+
+def address_of(function: Any, what: str) -> Optional[int]:
+    """The address of a compiled function. None: it is a function of Python."""
     found = getattr(function, "address", None)
-    return found if isinstance(found, int) else None
+    if isinstance(found, int):
+        return found
+    if isinstance(function, ctypes._CFuncPtr):  # type: ignore[attr-defined]
+        return ctypes.cast(function, ctypes.c_void_p).value
+    if callable(function):
+        return None
+    remedy = "; wrap an address: kinetree.Compiled(address)" if isinstance(function, int) else ""
+    raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a function, got {type(function).__name__}{remedy}")
 
 
 class JointForce:
@@ -84,16 +116,16 @@ class JointForce:
     ----------
     joint : str
         The joint, as ``joint`` of an effect in a scene.
-    function : callable or int
-        A function of Python (slow: the engine calls it at each evaluation), or the address of a compiled
-        ``int f(void *user, double t, double q, double v, double *force, kt_effect_balance *balance)``,
-        which may come from ``numba.cfunc``.
+    function : callable
+        A function of Python (slow: the engine calls it at each evaluation), or a compiled
+        ``int f(void *user, double t, double q, double v, double *force, kt_effect_balance *balance)`` of ``numba.cfunc``, ctypes, or `Compiled`.
     name : str, optional
         The name of the effect in records and messages.
     """
 
-    def __init__(self, joint: str, function: Union[Callable[[float, float, float], float], Address], name: Optional[str] = None) -> None:
+    def __init__(self, joint: str, function: Union[Callable[[float, float, float], float], Compiled, Any], name: Optional[str] = None) -> None:
         self.joint, self.function, self.name = joint, function, name
+        self.address = address_of(function, "function")
         self.calls = Calls()
         self._keep: List[Any] = []
 
@@ -105,9 +137,8 @@ class JointForce:
         if self.name is not None:
             self._keep.append(ffi.new("char[]", self.name.encode()))
             effect.name = self._keep[2]
-        address = address_of(self.function)
-        if address is None:
+        if self.address is None:
             effect.joint_force = lib.kt_python_joint_force
             effect.user = self._keep[0]
         else:
-            effect.joint_force = ffi.cast("kt_effect_joint_force_callback *", address)
+            effect.joint_force = ffi.cast("kt_effect_joint_force_callback *", self.address)

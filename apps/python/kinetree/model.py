@@ -6,10 +6,10 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import callbacks
-from ._core import ArgumentError, Fixed, Guard, Memory, busy, check, doubles, fail, ffi, finite, lib, name_of, output, pointer, text
+from ._core import ArgumentError, Fixed, Guard, Memory, address, busy, check, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer, text
 
 Vector = np.ndarray
-_forward, _NULL = lib.kt_acceleration_evaluate, ffi.NULL
+_forward, _inverse = lib.kt_python_forward, lib.kt_python_inverse
 Point = Sequence[float]
 
 
@@ -193,8 +193,10 @@ class ModelCopy(Model):
         check(lib.kt_parameter_set(self._pointer, found, pointer(values), error), error)
 
 
-def _vector(at: Any) -> Vector:
-    return np.array([at.x, at.y, at.z])
+def _vector(at: Any, out: Optional[Vector] = None) -> Vector:
+    out = output(out, (3,))
+    out[:] = at.x, at.y, at.z
+    return out
 
 
 def _vec3(at: Any) -> Any:
@@ -239,34 +241,28 @@ class Data(Fixed):
         out = ffi.new("kt_data **")
         check(lib.kt_data_init(model._pointer, self._memory.pointer, self._memory.array.size, out, self._error), self._error)
         self._data, self._m = out[0], model._pointer
+        self._call = ffi.new("kt_python_data *", {"guard": self._guard.pointer, "model": self._m, "data": self._data, "error": self._error})
         self._x = self._memory.view(lib.kt_own_states(self._m, self._data), model.nx)
         self._x.flags.writeable = True
         self._work: Dict[str, Memory] = {}
         q, v = model.initial
         self._state = State(model.nq, model.nv)
         self._q, self._v, self._tau, self._a = self._state.pointers
-        self._owned = {id(array): address for array, address in zip(self._state.arrays, self._state.pointers)}
+        self._own_a = self._state.arrays[3]
+        self._nq, self._nv = (model.nq,), (model.nv,)
         self.q, self.v = q, v
         self._is_fixed = True
 
     def __reduce__(self) -> Any:
-        return Data, (self.model,)
+        return _data_at, (self.model, [array.copy() for array in (*self._state.arrays, self._x)])
 
     def __deepcopy__(self, memo: dict) -> "Data":
-        return Data(self.model)
-
-    def _take(self, value: Any, count: int, own: Any, what: str) -> Tuple[Any, Any]:
-        """The array and its address; `own` if it is not given."""
-        if value is None:
-            return None, own
-        address = self._owned.get(id(value))
-        if address is not None and len(value) == count:
-            return value, address
-        array = doubles(value, (count,), what)
-        return array, pointer(array)
+        return self.__reduce__()[0](*self.__reduce__()[1])
 
     def _check(self, status: int) -> None:
         if status:
+            if status == lib.KT_PYTHON_BUSY:
+                raise busy()
             for effect in self.model.effects:
                 effect.calls.reraise()
             fail(self._error, status)
@@ -307,46 +303,39 @@ class Data(Fixed):
         """
         m = self.model
         if q is None and v is None and tau is None and out is None:  # the fast way: no array is looked up
-            guard = self._guard
-            if not guard.acquire(False):
-                raise busy()
-            try:
-                status = _forward(self._m, self._data, t, self._q, self._v, self._tau, _NULL, self._a, self._error)
-            finally:
-                guard.release()
+            status = _forward(self._call, t, self._q, self._v, self._tau, self._a)
             if status:
                 self._check(status)
-            return self._state.arrays[3]
-        q_, q = self._take(q, m.nq, self._q, "q")
-        v_, v = self._take(v, m.nv, self._v, "v")
-        tau_, tau = self._take(tau, m.nv, self._tau, "tau")
-        out = output(out, (m.nv,))
-        with self._guard:
-            self._check(lib.kt_acceleration_evaluate(self._m, self._data, t, q, v, tau, ffi.NULL, pointer(out), self._error))
-        del q_, v_, tau_
+            return self._own_a
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        tau = address(tau, self._nv, self._tau, "tau")
+        out = np.empty(self._nv) if out is None else output(out, self._nv)
+        status = _forward(self._call, t, q, v, tau, pointer(out))
+        if status:
+            self._check(status)
         return out
 
     def inverse_dynamics(self, q: Optional[Vector] = None, v: Optional[Vector] = None, a: Optional[Vector] = None, *,
                          out: Optional[Vector] = None) -> Vector:
         """Joint forces of the tree for accelerations, by the recursive Newton-Euler algorithm, without effects."""
         m = self.model
-        q_, q = self._take(q, m.nq, self._q, "q")
-        v_, v = self._take(v, m.nv, self._v, "v")
-        a_, a = self._take(a, m.nv, self._a, "a")
-        out = output(out, (m.nv,))
-        with self._guard:
-            self._check(lib.kt_dynamics_inverse(self._m, self._data, q, v, a, ffi.NULL, pointer(out), self._error))
-        del q_, v_, a_
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        a = address(a, self._nv, self._a, "a")
+        out = np.empty(self._nv) if out is None else output(out, self._nv)
+        status = _inverse(self._call, q, v, a, pointer(out))
+        if status:
+            self._check(status)
         return out
 
     def mass_matrix(self, q: Optional[Vector] = None, *, out: Optional[Vector] = None) -> Vector:
         """The mass matrix of the tree, nv x nv."""
         m = self.model
-        q_, q = self._take(q, m.nq, self._q, "q")
+        q = address(q, self._nq, self._q, "q")
         out = output(out, (m.nv, m.nv))
         with self._guard:
             self._check(lib.kt_dynamics_mass(self._m, self._data, q, pointer(out), self._error))
-        del q_
         return out
 
     def bias(self, q: Optional[Vector] = None, v: Optional[Vector] = None, *, out: Optional[Vector] = None) -> Vector:
@@ -356,12 +345,11 @@ class Data(Fixed):
     def effect_forces(self, q: Optional[Vector] = None, v: Optional[Vector] = None, *, t: float = 0.0, out: Optional[Vector] = None) -> Vector:
         """Generalised forces of all effects, nv."""
         m = self.model
-        q_, q = self._take(q, m.nq, self._q, "q")
-        v_, v = self._take(v, m.nv, self._v, "v")
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
         out = output(out, (m.nv,))
         with self._guard:
             self._check(lib.kt_effect_forces(self._m, self._data, t, q, v, pointer(out), self._error))
-        del q_, v_
         return out
 
     def _workspace(self, name: str, size: int) -> Memory:
@@ -370,23 +358,28 @@ class Data(Fixed):
         return self._work[name]
 
     def forward_derivatives(self, q: Optional[Vector] = None, v: Optional[Vector] = None, tau: Optional[Vector] = None, *,
-                            t: float = 0.0) -> Tuple[Vector, Vector, Vector]:
-        """Exact derivatives of `forward_dynamics` with respect to q (tangent), v and tau: three nv x nv matrices."""
+                            t: float = 0.0, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Exact derivatives of `forward_dynamics` with respect to q (tangent), v and tau.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Three nv x nv matrices of column-major order; `out`, if it is given.
+        """
         m = self.model
-        q_, q = self._take(q, m.nq, self._q, "q")
-        v_, v = self._take(v, m.nv, self._v, "v")
-        tau_, tau = self._take(tau, m.nv, self._tau, "tau")
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        tau = address(tau, self._nv, self._tau, "tau")
         size = lib.kt_acceleration_work_size(self._m)
         work = self._workspace("acceleration", size)
-        by = [np.empty((m.nv, m.nv), order="F") for _ in range(3)]
+        by = outputs(out, [(m.nv, m.nv)] * 3, "F")
         with self._guard:
             self._check(lib.kt_acceleration_derivatives(self._m, self._data, work.pointer, size, t, q, v, tau, ffi.NULL,
                                                         pointer(by[0]), pointer(by[1]), pointer(by[2]), self._error))
-        del q_, v_, tau_
-        return by[0], by[1], by[2]
+        return by
 
     def step(self, h: float, q: Optional[Vector] = None, v: Optional[Vector] = None, tau: Optional[Vector] = None, *,
-             x: Optional[Vector] = None, t: float = 0.0, method: str = "rk4") -> Tuple[Vector, ...]:
+             x: Optional[Vector] = None, t: float = 0.0, method: str = "rk4", out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """One step of a method, as a function of the state.
 
         Parameters
@@ -395,6 +388,8 @@ class Data(Fixed):
             Length of the step, s.
         q, v, tau, x : arrays of nq, nv, nv and nx
             Positions, velocities, joint forces and auxiliary states. Default: the arrays of this object, which stay as they are.
+        out : tuple of arrays, optional
+            Where to write q and v (and x).
 
         Returns
         -------
@@ -402,29 +397,33 @@ class Data(Fixed):
             q and v after the step; and x, if the model has auxiliary states.
         """
         taken, step, work = self._step(h, q, v, tau, x, t, method)
-        nq, nv = np.empty(self.model.nq), np.empty(self.model.nv)
+        m = self.model
+        results = outputs(out, [(count,) for count in (m.nq, m.nv, m.nx)[:3 if m.nx else 2]])
         with self._guard:
             before = self._x.copy()
-            self._check(lib.kt_step_evaluate(self._m, self._data, work.pointer, work.array.size, step, taken[0][1], taken[1][1], pointer(nq), pointer(nv),
-                                             self._error))
-            nx = self._x.copy()
+            self._check(lib.kt_step_evaluate(self._m, self._data, work.pointer, work.array.size, step, taken[0], taken[1], pointer(results[0]),
+                                             pointer(results[1]), self._error))
+            if m.nx:
+                results[2][:] = self._x
             self._x[:] = before
-        del taken
-        return (nq, nv, nx) if self.model.nx else (nq, nv)
+        return results
 
     def step_derivatives(self, h: float, q: Optional[Vector] = None, v: Optional[Vector] = None, tau: Optional[Vector] = None, *,
-                         x: Optional[Vector] = None, t: float = 0.0, method: str = "rk4") -> Tuple[Vector, Vector]:
-        """Exact derivatives of a step: A by the state (xi, dv, dx), B by the joint forces. Arguments are those of `step`."""
+                         x: Optional[Vector] = None, t: float = 0.0, method: str = "rk4",
+                         out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Exact derivatives of a step: A by the state (xi, dv, dx), B by the joint forces. Arguments are those of `step`.
+
+        `out` takes two arrays of column-major order: n x n and n x nv with n = 2 nv + nx.
+        """
         m = self.model
         taken, step, work = self._step(h, q, v, tau, x, t, method)
         n = 2 * m.nv + m.nx
-        A, B = np.empty((n, n), order="F"), np.empty((n, m.nv), order="F")
+        A, B = outputs(out, [(n, n), (n, m.nv)], "F")
         with self._guard:
             before = self._x.copy()
-            self._check(lib.kt_step_derivatives(self._m, self._data, work.pointer, work.array.size, step, taken[0][1], taken[1][1], ffi.NULL, ffi.NULL,
+            self._check(lib.kt_step_derivatives(self._m, self._data, work.pointer, work.array.size, step, taken[0], taken[1], ffi.NULL, ffi.NULL,
                                                 pointer(A), pointer(B), self._error))
             self._x[:] = before
-        del taken
         return A, B
 
     def _step(self, h: float, q: Any, v: Any, tau: Any, x: Any, t: float, method: str) -> Any:
@@ -432,9 +431,9 @@ class Data(Fixed):
         found = lib.kt_method_find(name_of(method, "method"))
         if found == ffi.NULL:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"there is no method '{method}'; kinetree integrators lists them")
-        taken = (self._take(q, m.nq, self._q, "q"), self._take(v, m.nv, self._v, "v"), self._take(tau, m.nv, self._tau, "tau"),
-                 self._take(x, m.nx, ffi.NULL, "x"))
-        step = ffi.new("kt_step *", {"method": found, "t": finite(t, "t"), "h": finite(h, "h"), "tau": taken[2][1], "x": taken[3][1]})
+        taken = (address(q, self._nq, self._q, "q"), address(v, self._nv, self._v, "v"), address(tau, self._nv, self._tau, "tau"),
+                 address(x, (m.nx,), ffi.NULL, "x"))
+        step = ffi.new("kt_step *", {"method": found, "t": finite(t, "t"), "h": finite(h, "h"), "tau": taken[2], "x": taken[3]})
         size = lib.kt_step_work_size(self._m, found)
         if size == 0:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"a step of '{method}' is no function of a state; take an explicit Runge-Kutta method")
@@ -442,34 +441,40 @@ class Data(Fixed):
 
     # ---- constraints ------------------------------------------------------------------------------------------------
 
-    def assemble(self, q: Optional[Vector] = None, v: Optional[Vector] = None, *, t: float = 0.0) -> Tuple[Vector, Vector]:
+    def assemble(self, q: Optional[Vector] = None, v: Optional[Vector] = None, *, t: float = 0.0,
+                 out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Close the loops of a state that may be far from closed. Returns q and v; the default is the state of this object, in place."""
-        return self._closed(lib.kt_state_assemble, q, v, t)
+        return self._closed(lib.kt_state_assemble, q, v, t, out)
 
-    def project(self, q: Optional[Vector] = None, v: Optional[Vector] = None, *, t: float = 0.0) -> Tuple[Vector, Vector]:
+    def project(self, q: Optional[Vector] = None, v: Optional[Vector] = None, *, t: float = 0.0,
+                out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Move a state by the least step until all loops are closed to rounding."""
         changed = ffi.new("bool *")
-        return self._closed(lambda m, d, t, q, v, e: lib.kt_state_project(m, d, t, q, v, changed, e), q, v, t)
+        return self._closed(lambda m, d, t, q, v, e: lib.kt_state_project(m, d, t, q, v, changed, e), q, v, t, out)
 
-    def _closed(self, call: Any, q: Any, v: Any, t: float) -> Tuple[Vector, Vector]:
-        m = self.model
-        q = self.q if q is None else np.array(doubles(q, (m.nq,), "q"))
-        v = self.v if v is None else np.array(doubles(v, (m.nv,), "v"))
+    def _closed(self, call: Any, q: Any, v: Any, t: float, out: Any) -> Tuple[Vector, ...]:
+        m, at = self.model, [self.q, self.v]
+        given = [own if value is None else doubles(value, own.shape, what) for value, own, what in zip((q, v), at, "qv")]
+        if out is not None:
+            at = list(outputs(out, [(m.nq,), (m.nv,)]))
+        else:
+            at = [own if value is None else np.empty_like(own) for value, own in zip((q, v), at)]
+        for target, values in zip(at, given):
+            target[:] = values
         with self._guard:
-            self._check(call(self._m, self._data, finite(t, "t"), pointer(q), pointer(v), self._error))
-        return q, v
+            self._check(call(self._m, self._data, finite(t, "t"), pointer(at[0]), pointer(at[1]), self._error))
+        return at[0], at[1]
 
     # ---- kinematics -------------------------------------------------------------------------------------------------
 
     def kinematics(self, q: Optional[Vector] = None, v: Optional[Vector] = None, a: Optional[Vector] = None) -> "Data":
         """Compute the poses, velocities and accelerations that the queries below read."""
         m = self.model
-        q_, q = self._take(q, m.nq, self._q, "q")
-        v_, v = self._take(v, m.nv, self._v, "v")
-        a_, a = self._take(a, m.nv, self._a, "a")
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        a = address(a, self._nv, self._a, "a")
         with self._guard:
             self._check(lib.kt_kinematics_update(self._m, self._data, q, v, a, self._error))
-        del q_, v_, a_
         return self
 
     def _place(self, point: Union[str, Tuple[str, Point]]) -> Tuple[int, Any]:
@@ -479,27 +484,29 @@ class Data(Fixed):
             body, at = self.model.body(point[0]), np.asarray(point[1])
         return body, _vec3(at)
 
-    def position(self, point: Union[str, Tuple[str, Point]]) -> Vector:
-        """World position of a point, after `kinematics`: ``"body.marker"``, or (body, place in the body frame)."""
-        return _vector(lib.kt_point_position(self._m, self._data, *self._place(point)))
+    def position(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
+        """World position of a point, m, after `kinematics`: ``"body.marker"``, or (body, place in the body frame)."""
+        return _vector(lib.kt_point_position(self._m, self._data, *self._place(point)), out)
 
-    def velocity(self, point: Union[str, Tuple[str, Point]]) -> Vector:
-        """World velocity of a point, after `kinematics`."""
-        return _vector(lib.kt_point_velocity(self._m, self._data, *self._place(point)))
+    def velocity(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
+        """World velocity of a point, m/s, after `kinematics`."""
+        return _vector(lib.kt_point_velocity(self._m, self._data, *self._place(point)), out)
 
-    def acceleration(self, point: Union[str, Tuple[str, Point]]) -> Vector:
-        """World acceleration of a point, after `kinematics`."""
-        return _vector(lib.kt_point_acceleration(self._m, self._data, *self._place(point)))
+    def acceleration(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
+        """World acceleration of a point, m/s^2, after `kinematics`."""
+        return _vector(lib.kt_point_acceleration(self._m, self._data, *self._place(point)), out)
 
-    def pose(self, body: str) -> Tuple[Vector, Vector]:
-        """Rotation matrix (3 x 3) and origin of a body in the world, after `kinematics`."""
+    def pose(self, body: str, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Rotation matrix (3 x 3) and origin (3) of a body in the world, after `kinematics`."""
         found = lib.kt_body_pose(self._m, self._data, self.model.body(body))
-        columns = [_vector(axis) for axis in (found.rotation.x, found.rotation.y, found.rotation.z)]
-        return np.column_stack(columns), _vector(found.position)
+        rotation, origin = outputs(out, [(3, 3), (3,)])
+        for column, axis in enumerate((found.rotation.x, found.rotation.y, found.rotation.z)):
+            rotation[:, column] = axis.x, axis.y, axis.z
+        return rotation, _vector(found.position, origin)
 
-    def jacobian(self, point: Union[str, Tuple[str, Point]]) -> Vector:
-        """The Jacobian of a point, 6 x nv: angular rows, then linear rows, world axes. After `kinematics`."""
-        out = np.empty((6, self.model.nv), order="F")
+    def jacobian(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
+        """The Jacobian of a point, 6 x nv, column-major: angular rows, then linear rows, world axes. After `kinematics`."""
+        out = output(out, (6, self.model.nv), order="F")
         lib.kt_point_jacobian(self._m, self._data, *self._place(point), pointer(out))
         return out
 
@@ -507,3 +514,9 @@ class Data(Fixed):
         """Kinetic and potential energy of the bodies, J, after `kinematics`."""
         return lib.kt_kinetic_energy(self._m, self._data), lib.kt_potential_energy(self._m, self._data)
 
+
+def _data_at(model: Model, arrays: List[Vector]) -> Data:
+    data = Data(model)
+    for own, array in zip((*data._state.arrays, data._x), arrays):
+        own[:] = array
+    return data

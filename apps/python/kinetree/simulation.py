@@ -1,7 +1,9 @@
 """The clock: steps, control loops, events and checkpoints, in this process."""
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
+import contextlib
+import threading
+from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from ._core import ArgumentError, Fixed, Guard, Memory, busy, check, doubles, fa
 from .model import Data, Model, ModelCopy, Vector
 
 _ROOM = 16  # events that a program may add
-_tick, _set_torque = lib.kt_simulation_tick, lib.kt_simulation_set_torque
+_tick, _turn, _feed_back, _time = lib.kt_python_tick, lib.kt_python_turn, lib.kt_python_feed_back, lib.kt_simulation_time
 _DIRECTIONS = {"either": lib.KT_DIRECTION_EITHER, "rising": lib.KT_DIRECTION_RISING, "falling": lib.KT_DIRECTION_FALLING}
 
 
@@ -35,7 +37,58 @@ class Event:
         return Instant(at, self.simulation.model)
 
     def act(self) -> bool:
-        return bool(self.action(self.simulation)) if self.action is not None else False
+        simulation = self.simulation
+        simulation._acting = threading.get_ident()
+        try:
+            return bool(self.action(simulation)) if self.action is not None else False
+        finally:
+            simulation._acting = None
+
+
+class Law:
+    """A control law of Python for `Simulation.control`."""
+
+    def __init__(self, simulation: "Simulation", function: Any) -> None:
+        self.simulation, self.function, self.calls = simulation, function, simulation._calls
+
+    def turn(self, t: float) -> int:
+        simulation = self.simulation
+        found = self.function(t, simulation._positions, simulation._velocities)
+        if found is None:
+            return 1
+        simulation._torque[:] = doubles(found, simulation._torque.shape, "the result of the law")
+        return 0
+
+
+class Feedback(Fixed):
+    """The law tau = torque + gain (reference - state), computed in C. `Simulation.feedback` makes it.
+
+    A call computes the law at the present state and writes `Simulation.torque`. `Simulation.control` takes it as a law.
+
+    Attributes
+    ----------
+    gain : array of nv x 2 nv
+        Gains of the differences of positions (`Model.subtract`) and of velocities.
+    q, v, torque : arrays of nq, nv and nv
+        The reference, and the torques at the reference. A loop may write into them.
+    """
+
+    def __init__(self, simulation: "Simulation", gain: Vector, q: Optional[Vector], v: Optional[Vector], torque: Optional[Vector]) -> None:
+        model = simulation.model
+        nq, nv = model.nq, model.nv
+        self._memory = Memory(8 * (2 * nv * nv + nq + 4 * nv))
+        parts = np.split(self._memory.array.view(np.float64), np.cumsum([2 * nv * nv, nq, nv, nv]))
+        self.gain, self.q, self.v, self.torque = parts[0].reshape(nv, 2 * nv), parts[1], parts[2], parts[3]
+        self.gain[:] = doubles(gain, (nv, 2 * nv), "gain")
+        for own, value, default, what in ((self.q, q, model.initial[0], "q"), (self.v, v, 0.0, "v"), (self.torque, torque, 0.0, "torque")):
+            own[:] = default if value is None else doubles(value, own.shape, what)
+        self._pointer = ffi.new("kt_python_feedback *", {"model": model._pointer, "nv": nv, **{
+            name: pointer(array) for name, array in zip(("gain", "q", "v", "torque", "error"), parts)}})
+        self._simulation, self._loop = simulation, simulation._loop
+        self._is_fixed = True
+
+    def __call__(self) -> None:
+        _feed_back(self._pointer, self._loop)
 
 
 class Recorder:
@@ -91,15 +144,21 @@ class Simulation(Fixed):
         self._simulation = out[0]
         self.duration, self.step_size, self.integrator = run.duration, run.step, text(run.integrator)
         self._watch_events(scene)
-        self._positions = self._memory.view(lib.kt_simulation_positions(out[0]), model.nq)
-        self._velocities = self._memory.view(lib.kt_simulation_velocities(out[0]), model.nv)
-        states = lib.kt_simulation_own_states(out[0])
-        self._states = self._memory.view(states, model.nx) if model.nx else np.zeros(0)
-        self._torque_memory = Memory(8 * max(model.nv, 1))
-        self._torque = self._torque_memory.array[:8 * model.nv].view(np.float64)
-        self._torque_address = pointer(self._torque)
+        self._state = self._memory.view(lib.kt_simulation_positions(out[0]), model.nq + model.nv + model.nx)
+        self._positions, self._velocities, self._states = np.split(self._state, [model.nq, model.nq + model.nv])
+        self._make_loop()
         self._data: Optional[Data] = None
+        self._acting: Optional[int] = None
         self._is_fixed = True
+
+    def _make_loop(self) -> None:
+        """Torques to be set before the next step, and those that the simulation has."""
+        nv = self.model.nv
+        self._torque_memory = Memory(16 * max(nv, 1))
+        both = self._torque_memory.array.view(np.float64)
+        self._torque, self._applied = both[:nv], both[nv:2 * nv]
+        self._loop = ffi.new("kt_python_loop *", {"simulation": self._simulation, "torque": pointer(self._torque), "applied": pointer(self._applied), "nv": nv})
+        self._flag = self._guard.pointer
 
     def _run(self) -> Any:
         run = ffi.new("kt_run *", self.model.scene._scene.run)
@@ -125,8 +184,14 @@ class Simulation(Fixed):
         self._check(lib.kt_scene_watch_create(scene, self.model._pointer, self._simulation, ffi.NULL, 0, watch, self._error))
         self._keep.append(ffi.gc(watch[0], lib.kt_scene_watch_free))
 
+    def _changing(self) -> ContextManager:
+        """The guard of a change, which the action of an event may make, too: the call that led to the action holds the guard."""
+        return contextlib.nullcontext() if self._acting == threading.get_ident() else self._guard  # type: ignore[return-value]
+
     def _check(self, status: int) -> None:
         if status:
+            if status == lib.KT_PYTHON_BUSY:
+                raise busy()
             self._calls.reraise()
             for effect in self.model.effects:
                 effect.calls.reraise()
@@ -137,7 +202,7 @@ class Simulation(Fixed):
     @property
     def time(self) -> float:
         """Time, s."""
-        return lib.kt_simulation_time(self._simulation)
+        return _time(self._simulation)
 
     @property
     def positions(self) -> Vector:
@@ -154,6 +219,11 @@ class Simulation(Fixed):
         """Auxiliary states (nx): a read-only view."""
         return self._states
 
+    @property
+    def state(self) -> Vector:
+        """Positions, velocities and auxiliary states in one array (nq + nv + nx): a read-only view."""
+        return self._state
+
     def set_state(self, t: float, q: Vector, v: Optional[Vector] = None) -> None:
         """Set time, positions and velocities (default: at rest)."""
         q = doubles(q, (self.model.nq,), "q")
@@ -161,24 +231,33 @@ class Simulation(Fixed):
         with self._guard:
             self._check(lib.kt_simulation_set_state(self._simulation, finite(t, "t"), pointer(q), pointer(v), self._error))
 
+    @property
+    def torque(self) -> Vector:
+        """Joint forces (nv), N or N m: a writable view. They act from the next step on, and hold until they change.
+
+        Write into it in a control loop: ``simulation.torque[:] = ...``, or ``np.dot(K, state, out=simulation.torque)``.
+        """
+        return self._torque
+
+    @torque.setter
+    def torque(self, tau: Vector) -> None:
+        self._torque[:] = doubles(tau, self._torque.shape, "torque")
+
     def set_torque(self, tau: Vector) -> None:
-        """Set the joint forces (nv), which hold until they are set again."""
+        """Set the joint forces (nv), which hold until they are set again. `torque` is the array itself."""
         self._torque[:] = doubles(tau, self._torque.shape, "tau")
-        guard = self._guard
-        if not guard.acquire(False):
-            raise busy()
-        try:
-            status = _set_torque(self._simulation, self._torque_address, self._error)
-        finally:
-            guard.release()
-        if status:
-            self._check(status)
+        with self._changing():
+            self._apply()
+
+    def _apply(self) -> None:
+        self._check(lib.kt_python_apply(self._loop, self._error))
 
     def jump(self, q: Optional[Vector] = None, v: Optional[Vector] = None) -> None:
         """Change positions or velocities within a motion."""
         q = None if q is None else doubles(q, (self.model.nq,), "q")
         v = None if v is None else doubles(v, (self.model.nv,), "v")
-        self._check(lib.kt_simulation_jump(self._simulation, pointer(q), pointer(v), self._error))
+        with self._changing():
+            self._check(lib.kt_simulation_jump(self._simulation, pointer(q), pointer(v), self._error))
 
     def set(self, name: str, value: Union[float, Vector]) -> None:
         """Set a parameter while the simulation runs. The simulation's model must be a copy (`Model.copy`)."""
@@ -186,20 +265,14 @@ class Simulation(Fixed):
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "the model is immutable; make the simulation with model=scene.model.copy()")
         found = self.model._parameter(name)
         values = doubles(np.atleast_1d(np.asarray(value, np.float64)), (found.count,), f"value of '{name}'")
-        with self._guard:
+        with self._changing():
             self._check(lib.kt_simulation_set_parameter(self._simulation, self.model._pointer, found, pointer(values), self._error))
 
     # ---- the clock --------------------------------------------------------------------------------------------------
 
     def tick(self, period: float) -> None:
         """Advance by exactly one period of a control loop, s."""
-        guard = self._guard
-        if not guard.acquire(False):
-            raise busy()
-        try:
-            status = _tick(self._simulation, period, self._error)
-        finally:
-            guard.release()
+        status = _tick(self._flag, self._loop, period, self._error)
         if status:
             self._check(status)
 
@@ -207,27 +280,81 @@ class Simulation(Fixed):
         """Take one step of the method, and not beyond `until` (default: the duration)."""
         limit = self.duration if until is None else finite(until, "until")
         with self._guard:
+            self._apply()
             self._check(lib.kt_simulation_step(self._simulation, limit, self._error))
 
     def advance(self, t: float) -> None:
         """Advance to the time t, s."""
         with self._guard:
+            self._apply()
             self._check(lib.kt_simulation_advance(self._simulation, finite(t, "t"), self._error))
+
+    def _period(self, period: Optional[float]) -> float:
+        period = self.step_size if period is None else finite(period, "period")
+        if not period > 0.0:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "step", "a control loop has a fixed step; give simulation(step=1e-3)")
+        return period
 
     def __iter__(self) -> Iterator["Simulation"]:
         """Yield this simulation before each period: read sensors, set torques; then it advances."""
-        period = self.step_size
-        if not period > 0.0:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "step", "a control loop has a fixed step; give simulation(step=1e-3)")
-        while self.time < self.duration * (1.0 - 1e-12) and self.stopped is None:
+        period, end, flag, loop, error = self._period(None), self.duration, self._flag, self._loop, self._error
+        if lib.kt_python_has_ended(loop, end):
+            return
+        status = 0
+        while not status:
             yield self
-            self.tick(min(period, self.duration - self.time))
+            status = _turn(flag, loop, period, end, error)
+        if status != lib.KT_PYTHON_ENDED:
+            self._check(status)
+
+    def feedback(self, gain: Vector, *, q: Optional[Vector] = None, v: Optional[Vector] = None, torque: Optional[Vector] = None) -> Feedback:
+        """A linear law of this simulation: tau = torque + gain (reference - state). See `Feedback`.
+
+        Parameters
+        ----------
+        gain : array of nv x 2 nv
+            Such as the gain of a linear-quadratic regulator, or ``[kp 1, kd 1]``.
+        q, v, torque : arrays, optional
+            The reference, and the torques there. Default: the initial positions, at rest, without torques.
+        """
+        return Feedback(self, gain, q, v, torque)
+
+    def control(self, law: Union[Callable[[float, Vector, Vector], Optional[Vector]], callbacks.Compiled, Any], *, period: Optional[float] = None,
+                until: Optional[float] = None) -> None:
+        """Run a control loop whose law sets the joint forces before each period.
+
+        Parameters
+        ----------
+        law : callable or Feedback
+            A function ``law(t, q, v)`` of Python that returns nv joint forces, or None to end the loop. Or a compiled
+            ``int law(void *user, double t, const double *q, const double *v, double *tau)`` of ``numba.cfunc``, ctypes, or `Compiled`:
+            it writes nv joint forces to `tau`, which holds the last ones, and returns 0. Another number ends the loop.
+        period : float, optional
+            Period of the loop, s. Default: the fixed step.
+        until : float, optional
+            End of the loop, s. Default: the duration.
+        """
+        period, end = self._period(period), self.duration if until is None else finite(until, "until")
+        if isinstance(law, Feedback):
+            handle, compiled = law._pointer, ffi.addressof(lib, "kt_python_feedback_law")
+            if law._simulation is not self:
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, "law", "it belongs to another simulation; take simulation.feedback(...)")
+        else:
+            address = callbacks.address_of(law, "law")
+            handle = ffi.new_handle(Law(self, law))
+            compiled = lib.kt_python_control_law if address is None else ffi.cast("kt_python_law *", address)
+        with self._guard:
+            status = lib.kt_python_control(self._loop, compiled, handle, period, end, self._error)
+        self._calls.reraise()
+        if status != lib.KT_PYTHON_ENDED:
+            self._check(status)
 
     def run(self) -> Dict[str, np.ndarray]:
         """Run to the duration. Returns the records as arrays ``time``, ``q`` and ``v``."""
         sink = Recorder(self)
         handle = ffi.new_handle(sink)
         with self._guard:
+            self._apply()
             self._check(lib.kt_simulation_run(self._simulation, lib.kt_python_recorder, handle, self._error))
         count = len(sink.time)
         return {"time": np.array(sink.time), "q": np.array(sink.q).reshape(count, self.model.nq),
@@ -239,6 +366,7 @@ class Simulation(Fixed):
         """Accelerations at this time, under the torques that are set."""
         out = output(out, (self.model.nv,))
         with self._guard:
+            self._apply()
             self._check(lib.kt_simulation_acceleration(self._simulation, pointer(out), self._error))
         return out
 
@@ -249,13 +377,14 @@ class Simulation(Fixed):
         self._data.q, self._data.v = self._positions, self._velocities
         return self._data.kinematics(a=np.zeros(self.model.nv))
 
-    def step_derivatives(self, tau: Optional[Vector] = None, h: Optional[float] = None) -> Tuple[Vector, Vector]:
+    def step_derivatives(self, tau: Optional[Vector] = None, h: Optional[float] = None, *,
+                         out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Exact derivatives of the next step: A by the state, B by the joint forces."""
         if self._data is None:
             self._data = Data(self.model)
         tau = self._torque if tau is None else tau
         return self._data.step_derivatives(h or self.step_size or 1e-3, self._positions, self._velocities, tau, t=self.time,
-                                           method=self.integrator if self.step_size > 0.0 and self.integrator else "rk4")
+                                           method=self.integrator if self.step_size > 0.0 and self.integrator else "rk4", out=out)
 
     @property
     def counts(self) -> Dict[str, int]:
@@ -272,18 +401,21 @@ class Simulation(Fixed):
         Parameters
         ----------
         function : callable
-            A value of the state (`Instant`: t, q, v, x). It must depend on its argument alone.
+            A value of the state (`Instant`: t, q, v, x). It must depend on its argument alone. Or a compiled
+            ``int f(const kt_instant *at, double *value, kt_error *error, void *user)``, as in `control`.
         action : callable, optional
-            Called with this simulation at the event. A true result ends the call that stepped.
+            Called with this simulation at the event. It may call `jump`, `set_torque` and `set`. A true result ends the call that stepped.
         direction : {"either", "rising", "falling"}
         stop : bool
             The event ends a run.
         """
         if direction not in _DIRECTIONS:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "direction", f"expected one of {', '.join(_DIRECTIONS)}, got {direction!r}")
+        address = callbacks.address_of(function, "function")
         event = Event(self, name, function, action, stop)
         handle, label = ffi.new_handle(event), ffi.new("char[]", name_of(name, "name"))
-        record = ffi.new("kt_event *", {"name": label, "function": lib.kt_python_event_value, "user": handle, "direction": _DIRECTIONS[direction], "stop": stop})
+        record = ffi.new("kt_event *", {"name": label, "user": handle, "direction": _DIRECTIONS[direction], "stop": stop})
+        record.function = lib.kt_python_event_value if address is None else ffi.cast("kt_event_function *", address)
         if action is not None:
             record.action = lib.kt_python_event_action
         self._check(lib.kt_simulation_event_add(self._simulation, record, self._error))
@@ -305,17 +437,22 @@ class Simulation(Fixed):
         """A checkpoint. All later results have the same bits after `restore`."""
         size = lib.kt_simulation_state_size(self._simulation)
         block = Memory(size)
-        lib.kt_simulation_save(self._simulation, block.pointer)
-        return block.array.tobytes()
+        with self._guard:
+            lib.kt_simulation_save(self._simulation, block.pointer)
+        return block.array.tobytes() + self._torque.tobytes()
 
     def restore(self, block: bytes) -> None:
         """Continue from a checkpoint of the same scene and run."""
         size = lib.kt_simulation_state_size(self._simulation)
-        if len(block) != size:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", f"a checkpoint of this simulation has {size} bytes, got {len(block)}")
+        whole = size + self._torque.nbytes
+        if not isinstance(block, (bytes, bytearray)) or len(block) != whole:
+            found = f"{len(block)} bytes" if isinstance(block, (bytes, bytearray)) else type(block).__name__
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", f"a checkpoint of this simulation has {whole} bytes, got {found}")
         memory = Memory(size)
-        memory.array[:] = np.frombuffer(block, np.uint8)
-        self._check(lib.kt_simulation_restore(self._simulation, memory.pointer, self._error))
+        memory.array[:] = np.frombuffer(block, np.uint8, size)
+        with self._guard:
+            self._check(lib.kt_simulation_restore(self._simulation, memory.pointer, self._error))
+            self._torque[:] = self._applied[:] = np.frombuffer(block, np.float64, offset=size)
 
     def __reduce__(self) -> Any:
         if isinstance(self.model, ModelCopy) or any(isinstance(each, Event) for each in self._keep):

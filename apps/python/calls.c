@@ -1,0 +1,146 @@
+/* Calls of Python that do several things at once: a call of Python for each would take longer than the dynamics. */
+static bool kt_python_lock(kt_python_guard *guard) {
+    return !atomic_flag_test_and_set_explicit(&guard->is_held, memory_order_acquire);
+}
+
+static void kt_python_unlock(kt_python_guard *guard) {
+    atomic_flag_clear_explicit(&guard->is_held, memory_order_release);
+}
+
+static int kt_python_forward(const kt_python_data *at, double t, const double *q, const double *v, const double *tau,
+                             double *a) {
+    if (!kt_python_lock(at->guard))
+        return KT_PYTHON_BUSY;
+    const kt_status status = kt_acceleration_evaluate(at->model, at->data, t, q, v, tau, NULL, a, at->error);
+    kt_python_unlock(at->guard);
+    return (int)status;
+}
+
+static int kt_python_inverse(const kt_python_data *at, const double *q, const double *v, const double *a, double *tau) {
+    if (!kt_python_lock(at->guard))
+        return KT_PYTHON_BUSY;
+    const kt_status status = kt_dynamics_inverse(at->model, at->data, q, v, a, NULL, tau, at->error);
+    kt_python_unlock(at->guard);
+    return (int)status;
+}
+
+/* ---- control loops ----------------------------------------------------------------------------------------------- */
+
+/* Sets the torques of the loop, unless they are those that the simulation has: methods that remember past steps go on. */
+static kt_status kt_python_apply(kt_python_loop *loop, kt_error *error) {
+    const size_t size = loop->nv * sizeof(double);
+    if (size == 0 || memcmp(loop->torque, loop->applied, size) == 0)
+        return KT_OK;
+    const kt_status status = kt_simulation_set_torque(loop->simulation, loop->torque, error);
+    if (status == KT_OK)
+        memcpy(loop->applied, loop->torque, size);
+    return status;
+}
+
+static int kt_python_tick(kt_python_guard *guard, kt_python_loop *loop, double period, kt_error *error) {
+    if (!kt_python_lock(guard))
+        return KT_PYTHON_BUSY;
+    kt_status status = kt_python_apply(loop, error);
+    if (status == KT_OK)
+        status = kt_simulation_tick(loop->simulation, period, error);
+    kt_python_unlock(guard);
+    return (int)status;
+}
+
+/* Whether a loop until the time `end` has ended: by its time, or by an event. */
+static bool kt_python_has_ended(const kt_python_loop *loop, double end) {
+    return !(kt_simulation_time(loop->simulation) < end * (1.0 - 1e-12)) ||
+           kt_simulation_stopped(loop->simulation) != NULL;
+}
+
+/* One turn of a loop, whose last period ends at `end`. */
+static int kt_python_turn(kt_python_guard *guard, kt_python_loop *loop, double period, double end, kt_error *error) {
+    const double left = end - kt_simulation_time(loop->simulation);
+    const int status = kt_python_tick(guard, loop, period < left ? period : left, error);
+    return status == 0 && kt_python_has_ended(loop, end) ? KT_PYTHON_ENDED : status;
+}
+
+/* The law torque + gain [q_at (-) q; v_at - v]. */
+static int kt_python_feedback_law(void *user, double t, const double *q, const double *v, double *tau) {
+    const kt_python_feedback *f = user;
+    const size_t n = f->nv;
+    (void)t;
+    kt_position_subtract(f->model, f->q, q, f->error);
+    for (size_t i = 0; i < n; i++)
+        f->error[n + i] = f->v[i] - v[i];
+    for (size_t i = 0; i < n; i++) {
+        const double *row = f->gain + i * 2 * n;
+        double sum = f->torque[i];
+        for (size_t k = 0; k < 2 * n; k++)
+            sum += row[k] * f->error[k];
+        tau[i] = sum;
+    }
+    return 0;
+}
+
+static void kt_python_feed_back(kt_python_feedback *feedback, kt_python_loop *loop) {
+    const kt_simulation *s = loop->simulation;
+    (void)kt_python_feedback_law(feedback, 0.0, kt_simulation_positions(s), kt_simulation_velocities(s), loop->torque);
+}
+
+/* The whole loop with a law in C. */
+static int kt_python_control(kt_python_loop *loop, kt_python_law *law, void *user, double period, double end,
+                             kt_error *error) {
+    kt_simulation *s = loop->simulation;
+    const double *q = kt_simulation_positions(s), *v = kt_simulation_velocities(s);
+    while (!kt_python_has_ended(loop, end)) {
+        const double left = end - kt_simulation_time(s);
+        if (law(user, kt_simulation_time(s), q, v, loop->torque) != 0)
+            return KT_PYTHON_ENDED;
+        kt_status status = kt_python_apply(loop, error);
+        if (status == KT_OK)
+            status = kt_simulation_tick(s, period < left ? period : left, error);
+        if (status != KT_OK)
+            return (int)status;
+    }
+    return KT_OK;
+}
+
+/* ---- all states of a batch --------------------------------------------------------------------------------------- */
+
+/* Copies rows of n numbers, one for each state, into groups of lanes; zeros if there are no rows. */
+static void kt_python_set_lanes(double *lanes, size_t stride, size_t width, size_t states, size_t n,
+                                const double *rows) {
+    for (size_t i = 0; i < states; i++) {
+        double *to = lanes + i / width * stride + i % width;
+        for (size_t k = 0; k < n; k++)
+            to[k * width] = rows ? rows[i * n + k] : 0.0;
+    }
+}
+
+static void kt_python_get_lanes(const double *lanes, size_t stride, size_t width, size_t states, size_t n,
+                                double *rows) {
+    for (size_t i = 0; i < states && rows; i++) {
+        const double *from = lanes + i / width * stride + i % width;
+        for (size_t k = 0; k < n; k++)
+            rows[i * n + k] = from[k * width];
+    }
+}
+
+static void kt_python_batch_set(kt_batch *batch, const kt_python_rows *rows) {
+    const kt_batch_lanes to = kt_batch_lanes_of(batch);
+    for (size_t i = 0; i < rows->states; i++)
+        to.t[i] = rows->t;
+    kt_python_set_lanes(to.q, to.state_stride, to.width, rows->states, rows->nq, rows->q);
+    kt_python_set_lanes(to.v, to.state_stride, to.width, rows->states, rows->nv, rows->v);
+    if (rows->x)
+        kt_python_set_lanes(to.x, to.state_stride, to.width, rows->states, rows->nx, rows->x);
+    if (rows->a)
+        kt_python_set_lanes(to.a, to.force_stride, to.width, rows->states, rows->nv, rows->a);
+    else
+        kt_python_set_lanes(to.tau, to.force_stride, to.width, rows->states, rows->nv, rows->tau);
+}
+
+static void kt_python_batch_get(kt_batch *batch, const kt_python_rows *rows) {
+    const kt_batch_lanes from = kt_batch_lanes_of(batch);
+    kt_python_get_lanes(from.q, from.state_stride, from.width, rows->states, rows->nq, rows->q);
+    kt_python_get_lanes(from.v, from.state_stride, from.width, rows->states, rows->nv, rows->v);
+    kt_python_get_lanes(from.x, from.state_stride, from.width, rows->states, rows->nx, rows->x);
+    kt_python_get_lanes(from.tau, from.force_stride, from.width, rows->states, rows->nv, rows->tau);
+    kt_python_get_lanes(from.a, from.force_stride, from.width, rows->states, rows->nv, rows->a);
+}

@@ -1,0 +1,154 @@
+"""Arrays: views of batches, results that the caller passes in, other packages, and copies of data."""
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import kinetree as kt
+
+LAG = """
+kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: arm, joint: {type: revolute, axis: y, position: 0.4}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}
+states: {lag: {initial: 0.5, rate: "3*(position.arm - lag)"}}
+effects: [{type: expression, joint: arm, force: "-20*lag"}]
+"""
+
+
+def drawn(model, random_state, count):
+    states = [random_state(model, seed) for seed in range(count)]
+    return [np.array([state[k] for state in states]) for k in range(3)]
+
+
+def test_a_batch_computes_its_memory_in_place(scenes, random_state):
+    for name in ("arm7", "humanoid"):
+        model, count = kt.load(scenes / f"{name}.yaml").model, 21
+        Q, V, TAU = drawn(model, random_state, count)
+        rows, place = model.batch(count, threads=2, method="rk4"), model.batch(count, threads=2, method="rk4")
+        width = place.width
+        for s in range(count):
+            place.q[s // width, :, s % width], place.v[s // width, :, s % width] = Q[s], V[s]
+            place.tau[s // width, :, s % width] = TAU[s]
+        A = rows.forward_dynamics(Q, V, TAU)
+        assert place.forward_dynamics() is place.a
+        assert np.array_equal(place.rows(place.a), A) and np.array_equal(place.rows(place.q), Q)
+        place.inverse_dynamics()
+        assert np.array_equal(place.rows(place.tau), rows.inverse_dynamics(Q, V, A))
+        place.tau[:] = 0.0
+        q, v = place.step(1e-3, 3)
+        wanted = rows.step(1e-3, 3, Q, V)
+        assert q is place.q and np.array_equal(place.rows(q), wanted[0]) and np.array_equal(place.rows(v), wanted[1])
+        again = place.step(1e-3, 1, out=(np.empty_like(Q), np.empty_like(V)))
+        assert np.array_equal(again[0], place.rows(place.q))
+
+
+def test_results_are_written_to_arrays_of_the_caller(scenes, random_state):
+    model = kt.load(scenes / "arm7.yaml").model
+    data, n = model.data(), model.nv
+    q, v, tau = random_state(model, 4)
+    square = [np.empty((n, n), order="F") for _ in range(3)]
+    cases = [
+        (lambda out: data.forward_dynamics(q, v, tau, out=out), np.empty(n)),
+        (lambda out: data.inverse_dynamics(q, v, tau, out=out), np.empty(n)),
+        (lambda out: data.mass_matrix(q, out=out), np.empty((n, n))),
+        (lambda out: data.bias(q, v, out=out), np.empty(n)),
+        (lambda out: data.effect_forces(q, v, out=out), np.empty(n)),
+        (lambda out: data.forward_derivatives(q, v, tau, out=out), tuple(square)),
+        (lambda out: data.step(1e-3, q, v, tau, out=out), (np.empty(n), np.empty(n))),
+        (lambda out: data.step_derivatives(1e-3, q, v, tau, out=out), (np.empty((2 * n, 2 * n), order="F"), np.empty((2 * n, n), order="F"))),
+        (lambda out: data.project(q, v, out=out), (np.empty(n), np.empty(n))),
+        (lambda out: data.assemble(q, v, out=out), (np.empty(n), np.empty(n))),
+        (lambda out: data.kinematics(q, v).position(model.bodies[-1], out), np.empty(3)),
+        (lambda out: data.velocity(model.bodies[-1], out), np.empty(3)),
+        (lambda out: data.acceleration(model.bodies[-1], out), np.empty(3)),
+        (lambda out: data.pose(model.bodies[-1], out), (np.empty((3, 3)), np.empty(3))),
+        (lambda out: data.jacobian(model.bodies[-1], out), np.empty((6, n), order="F")),
+        (lambda out: model.add(q, v, out), np.empty(n)),
+        (lambda out: model.subtract(q, v, out), np.empty(n)),
+    ]
+    for call, out in cases:
+        fresh, found = call(None), call(out)
+        for each, own, given in zip(*[x if isinstance(x, tuple) else (x,) for x in (fresh, found, out)]):
+            assert own is given and np.array_equal(each, own)
+        wrong = tuple(np.empty(99) for _ in out) if isinstance(out, tuple) else np.empty(99)
+        with pytest.raises(kt.ArgumentError, match="out.*expected a writable array of float64"):
+            call(wrong)
+        read_only = np.empty(out.shape, order="F") if isinstance(out, np.ndarray) and out.ndim == 2 else np.empty(n)
+        read_only.flags.writeable = False
+        with pytest.raises(kt.ArgumentError, match="out"):
+            call(read_only)
+    assert len(cases) == 17
+
+
+def test_inputs_that_are_no_rows_of_doubles_are_converted_or_rejected(scenes, random_state):
+    model = kt.load(scenes / "arm7.yaml").model
+    data = model.data()
+    q, v, tau = random_state(model, 5)
+    a = data.forward_dynamics(q, v, tau)
+    doubled = np.repeat(q, 2)[::2]
+    assert not doubled.flags.c_contiguous and np.array_equal(data.forward_dynamics(doubled, v, tau), a)
+    assert np.array_equal(data.forward_dynamics(list(q), tuple(v), tau.astype(">f8")), a)
+    for wrong in ("q", 1j * q, [object()] * 7, {"q": 1}, np.zeros((7, 1)), np.zeros(8), q[:, None]):
+        with pytest.raises(kt.ArgumentError, match="^q: expected"):
+            data.forward_dynamics(wrong, v, tau)
+    batch = model.batch(3)
+    with pytest.raises(kt.ArgumentError, match=r"Q: expected shape \(3, 7\), got \(7,\)"):
+        batch.forward_dynamics(q)
+    with pytest.raises(kt.ArgumentError, match="V: it needs Q"):
+        batch.forward_dynamics(V=np.zeros((3, 7)))
+
+
+def test_other_packages_share_the_memory_by_dlpack(scenes):
+    model = kt.load(scenes / "arm7.yaml").model
+    batch, data = model.batch(9), model.data()
+    simulation = kt.load(scenes / "arm7.yaml").simulation(step=1e-3)
+    for array in (batch.q, batch.v, batch.tau, batch.a, data.q, data.tau, simulation.torque):
+        other = np.from_dlpack(array)
+        array[:] = 0.25
+        assert np.shares_memory(other, array) and (np.asarray(other) == 0.25).all()
+        assert array.__dlpack_device__() == (1, 0)  # the memory of processors
+
+
+def test_copies_of_data_have_its_state_and_memory_of_their_own(random_state):
+    data = kt.Scene(LAG).model.data()
+    data.q, data.v, data.tau, data.x = [0.3], [1.5], [0.2], [0.7]
+    a = data.forward_dynamics()[0]
+    for other in (copy.deepcopy(data), pickle.loads(pickle.dumps(data))):
+        assert other.forward_dynamics()[0] == a and other.x[0] == 0.7
+        other.q[0] = 2.0
+        assert data.q[0] == 0.3
+
+
+def test_views_of_a_batch_outlive_it(scenes):
+    batch = kt.load(scenes / "arm7.yaml").model.batch(64)
+    q = batch.q
+    q[:] = 0.5
+    del batch
+    _ = [bytearray(1 << 20) for _ in range(16)]
+    assert (q == 0.5).all()
+    q[:] = 1.0
+
+
+def test_results_become_frames_and_plots(scenes):
+    run = kt.load(scenes / "double-pendulum.yaml").run(duration=0.2)
+    pandas = pytest.importorskip("pandas", reason="pandas is not on this machine")
+    frame = run.to_frame()
+    assert isinstance(frame, pandas.DataFrame) and list(frame.columns) == run.names and (frame["time"] == run.time).all()
+
+
+def test_a_plot_has_the_columns_that_match(scenes):
+    matplotlib = pytest.importorskip("matplotlib", reason="matplotlib is not on this machine")
+    matplotlib.use("agg")
+    run = kt.load(scenes / "double-pendulum.yaml").run(duration=0.2)
+    axes = run.plot("position.*")
+    assert [line.get_label() for line in axes.get_lines()] == list(run.matching("position.*"))
+    assert np.array_equal(axes.get_lines()[1].get_ydata(), list(run.matching("position.*").values())[1])
+    with pytest.raises(KeyError, match="no column matches"):
+        run.plot("positon.*")
+
+
+def test_a_notebook_shows_the_view(scenes):
+    page = kt.load(scenes / "double-pendulum.yaml", set={"simulate.duration": 0.1})._repr_html_()
+    assert page.startswith("<iframe srcdoc=") and "&lt;" not in page[:20] and "<html" in page.replace("&quot;", '"')
