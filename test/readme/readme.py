@@ -101,6 +101,14 @@ def python_with_package(folder):
     return None
 
 
+OPTIONAL = ["scipy", "pandas", "matplotlib"]
+
+
+@functools.lru_cache(None)
+def has_module(interpreter, name):
+    return subprocess.run([interpreter, "-c", f"import {name}"], capture_output=True).returncode == 0
+
+
 class Page:
     def __init__(self, name, build, include, command, compiler, folder):
         self.name, self.include, self.compiler, self.folder = name, include, compiler, pathlib.Path(folder)
@@ -133,6 +141,11 @@ class Page:
         interpreter = python_with_package(self.environment.get("PYTHONPATH", ""))
         if interpreter is None:
             skip(f"{self.name}:{line}: Python", "no Python on this machine has the package")
+            self.printed.append(None)
+            return
+        missing = [name for name in OPTIONAL if re.search(rf"^(?:import|from) {name}\b", body, flags=re.M) and not has_module(interpreter, name)]
+        if missing:
+            skip(f"{self.name}:{line}: Python", f"this Python has no {missing[0]}")
             self.printed.append(None)
             return
         script = self.folder / f"line-{line}.py"
