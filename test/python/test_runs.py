@@ -17,14 +17,24 @@ simulate: {duration: 1}
 """
 
 
-def test_records_are_those_of_the_command(scenes, tmp_path):
-    for name in ["double-pendulum", "four-bar"]:
-        run = kt.load(scenes / f"{name}.yaml").run(duration=0.5)
-        out = tmp_path / f"{name}.csv"
-        subprocess.run([kt.command.path(), "run", str(scenes / f"{name}.yaml"), "--duration", "0.5", "--quiet", "--out", str(out)], check=True)
-        assert out.read_text() == run.csv
-        lines = out.read_text().splitlines()
-        assert [repr(float(cell)) for cell in lines[-1].split(",")] == [repr(float(run[each][-1])) for each in run.names]
+@pytest.mark.filterwarnings("ignore::kinetree.KinetreeWarning")
+def test_records_of_every_bundled_scene_are_those_of_the_command(scenes, tmp_path):
+    """The bytes of `run`, and the bits of a simulation in this process."""
+    names = sorted(scenes.glob("*.yaml"))
+    for path in names:
+        scene, out = kt.load(path), tmp_path / "command.csv"
+        run = scene.run(duration=0.1, record="position,velocity")
+        subprocess.run([kt.command.path(), "run", path, "--duration", "0.1", "--record", "position,velocity", "--quiet", "--out", out], check=True)
+        assert out.read_text() == run.csv, path.name
+        cells = [repr(float(cell)) for cell in out.read_text().splitlines()[-1].split(",")]
+        assert cells == [repr(float(run[each][-1])) for each in run.names], path.name
+        records = scene.simulation(duration=0.1).run()
+        for letter, kind in (("q", "position.*"), ("v", "velocity.*")):
+            columns = list(run.matching(kind).values())
+            assert len(columns) == records[letter].shape[1] and np.array_equal(run.time, records["time"]), path.name
+            assert np.array_equal(np.column_stack(columns), records[letter]) if columns else True, path.name
+    print(f"       {len(names)} scenes")
+    assert len(names) > 70
 
 
 def test_a_simulation_in_this_process_has_the_bits_of_the_command(scenes):
@@ -43,6 +53,10 @@ def test_a_sweep_has_a_line_for_each_combination(tmp_path):
     fall = table["z0"] - table["position.ball.end"]
     assert len(table) == 5 and np.abs(fall - 0.5 * 9.81).max() < 1e-8
     assert table.to_records()["z0"][0] == 1.0
+    lines = file.read_text().splitlines(keepends=True)
+    (tmp_path / "half.csv").write_text("".join(lines[:3]))
+    whole = scene.sweep(z0=np.linspace(1, 3, 5), out=tmp_path / "half.csv", resume=True)
+    assert (whole["position.ball.end"] == table["position.ball.end"]).all() and (tmp_path / "half.csv").read_text() == file.read_text()
     again = scene.sweep(z0=np.linspace(1, 3, 5), out=tmp_path / "again.csv", jobs=1)
     assert (again["position.ball.end"] == table["position.ball.end"]).all()
 
