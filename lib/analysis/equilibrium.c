@@ -476,7 +476,7 @@ static kt_status run_from(search *s, const double *given, int most, kt_equilibri
     return status;
 }
 
-/* Own states of a failed search are those before it. */
+/* Auxiliary states of a failed search are those before it. */
 static kt_status find_with_states(kt_linearization *l, const kt_equilibrium_options *options, double t, const double *q,
                                   const double *tau, kt_equilibrium *found, kt_error *error) {
     kt_copy(l->x_given, l->x0, l->size.x * sizeof *l->x0);

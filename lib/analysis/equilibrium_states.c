@@ -159,11 +159,12 @@ static kt_status move(const search *s, double part, double d, kt_error *error) {
 
 static kt_status reject_search(const search *s, const char *why, kt_error *error) {
     char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "own state '%.60s', t = %.9g s", kt_own_state_name(s->l->model, 0), s->t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
-                        "no equilibrium of positions and own states was found: %s; start nearer to one, or let a run "
-                        "come to rest and go on from it",
-                        why);
+    (void)snprintf(where, sizeof where, "auxiliary state '%.60s', t = %.9g s", kt_own_state_name(s->l->model, 0), s->t);
+    return kt_error_set(
+        error, KT_ERROR_STEP, where,
+        "no equilibrium of positions and auxiliary states was found: %s; start nearer to one, or let a run "
+        "come to rest and go on from it",
+        why);
 }
 
 /* The residual at q0 and x0, which are kept, and the matrix of a step of d seconds, HUGE_VAL: to rest. */

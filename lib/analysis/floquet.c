@@ -39,7 +39,7 @@
     X(kt_multiplier, multiplier, n, "handed out")                                                                      \
     X(double, q, nq, "the motion")                                                                                     \
     X(double, v, n, "the motion")                                                                                      \
-    X(double, x, states, "own states at the start")                                                                    \
+    X(double, x, states, "auxiliary states at the start")                                                              \
     X(double, gap, n, "its difference from the start")                                                                 \
     X(char, data_memory, data_size, "the model's data")                                                                \
     X(char, work, work_size, "of a step")

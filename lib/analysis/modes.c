@@ -46,7 +46,7 @@
     X(kt_mode, mode, n, "handed out")                                                                                  \
     X(double, positions, n *(n - x), "shapes: a complex number for each coordinate")                                   \
     X(double, velocities, n *(n - x), "shapes: likewise")                                                              \
-    X(double, own_states, 2 * n * x, "shapes: a complex number for each own state")
+    X(double, own_states, 2 * n * x, "shapes: a complex number for each auxiliary state")
 
 struct kt_modes {
     void *owned; /* memory of kt_modes_create, or NULL */

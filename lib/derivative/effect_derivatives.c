@@ -322,8 +322,8 @@ static int differentiate_formulas(const state *s, const kt_effect_record *effect
     return code;
 }
 
-/* The matrices from which the derivatives of formulas are subtracted, column-major: by positions, velocities and own
- * states. */
+/* The matrices from which the derivatives of formulas are subtracted, column-major: by positions, velocities and
+ * auxiliary states. */
 typedef struct target {
     double *q, *v, *x;
     size_t rows, row; /* row: of a formula without ends */

@@ -169,7 +169,7 @@ static kt_status reject_for_urdf(const kt_export *x, kt_error *error) {
 
 static void lose_the_rest(kt_export *x) {
     for (int i = 0; i < x->d->state_count; i++)
-        kt_export_lose(x, "own states");
+        kt_export_lose(x, "auxiliary states");
     for (int i = 0; i < x->d->body_count; i++)
         if (x->d->bodies[i].variable_mass != NULL)
             kt_export_lose(x, "masses that vary with time, which stay as they are given");

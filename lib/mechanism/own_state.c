@@ -120,8 +120,8 @@ kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, con
 }
 
 kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what, kt_error *error) {
-    return model->n.x == 0
-               ? KT_OK
-               : kt_error_set(error, KT_ERROR_UNSUPPORTED, where, "the model has own states ('%.60s' is one), and %s",
-                              kt_own_state_name(model, 0), what);
+    return model->n.x == 0 ? KT_OK
+                           : kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                                          "the model has auxiliary states ('%.60s' is one), and %s",
+                                          kt_own_state_name(model, 0), what);
 }

@@ -195,7 +195,7 @@ static bool put(kt_writer *w, const char *text, size_t length) {
     if (length > (size_t)(KT_EXPRESSION_LENGTH_MAX - w->length))
         return kt_fault_at(
             w->r, KT_ERROR_SCENE, w->scope, w->to->node,
-            "with its expressions written out the formula has more than %d characters; make an own state "
+            "with its expressions written out the formula has more than %d characters; make an auxiliary state "
             "or a shorter formula of a part of it",
             KT_EXPRESSION_LENGTH_MAX);
     memcpy(w->text + w->length, text, length);

@@ -71,7 +71,7 @@ static const char *why_alone(const kt_model *model, const kt_rollout *rollout) {
     if (model->n.group > 0)
         return "it has loops";
     if (kt_has_own_states(model))
-        return "it has own states";
+        return "it has auxiliary states";
     if (model->family || kt_step_contact_rows(model) > 0 || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
         return "it has hard contacts, switched parts, masses that vary, or coordinates without mass";
     return model->n.v > 0 ? kt_sweep_refused(model) : "nothing moves";

@@ -69,9 +69,9 @@ static kt_products products_of(const kt_model *model) {
 }
 
 static kt_status check_own_states(const kt_model *model, const double *x, kt_error *error) {
-    return kt_all_finite(x, model->n.x)
-               ? KT_OK
-               : kt_error_set(error, KT_ERROR_NOT_FINITE, "own states", "a number of x at the start is not finite");
+    return kt_all_finite(x, model->n.x) ? KT_OK
+                                        : kt_error_set(error, KT_ERROR_NOT_FINITE, "auxiliary states",
+                                                       "a number of x at the start is not finite");
 }
 
 kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,

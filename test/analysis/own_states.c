@@ -1,4 +1,5 @@
-/* Linear systems, modes and equilibria of models with own states: closed forms, and differences along the manifold. */
+/* Linear systems, modes and equilibria of models with auxiliary states: closed forms, and differences along the
+ * manifold. */
 #include "../simulation/scenes.h"
 #include "kinetree/analysis.h"
 #include "kinetree/scene.h"

@@ -24,7 +24,7 @@ typedef struct outcome {
     char text[TEXT];
 } outcome;
 
-/* Own states, of which the second follows from the motion. */
+/* Auxiliary states, of which the second follows from the motion. */
 enum { OWN = 2 };
 static const kt_state own_state[OWN] = {{.name = "lag", .initial = 0.5, .rate = "sin(t) - lag^2"},
                                         {.name = "seen", .initial = -0.2, .rate = "lag*seen - t + marker.b0.tip.vx"}};
@@ -95,7 +95,7 @@ static int swing(const kt_instant *at, double *value, kt_error *error, void *use
     return 0;
 }
 
-/* Half of the velocities are left, and of the own states; or another gravity; or the run ends, or fails. */
+/* Half of the velocities are left, and of the auxiliary states; or another gravity; or the run ends, or fails. */
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     member *m = user;
     double v[KT_TREE_NV], x[2];
@@ -423,8 +423,8 @@ static uint64_t hash_of(const kt_tree *tree, const kt_rollout_task *tasks) {
     return hash;
 }
 
-/* The first step of motion i, every other of which begins at own states that are not the initial ones. Results: A, B
- * and the own states. */
+/* The first step of motion i, every other of which begins at auxiliary states that are not the initial ones. Results:
+ * A, B and the auxiliary states. */
 static kt_step_task step_task(const kt_tree *tree, int i, double *results) {
     static const double x[OWN] = {0.75, 0.25};
     const size_t side = 2 * (size_t)tree->nv + OWN;
@@ -473,7 +473,7 @@ static void compare_steps(const kt_tree *tree, kt_data *const *data, void *const
         for (int i = 0; i < MOTIONS; i++)
             different +=
                 memcmp(seen[i], alone[i], count * sizeof(double)) != 0 || (tasks[i].status != KT_OK) != (i == 2);
-        kt_check_equal_int("derivatives or own states that differ", different, 0);
+        kt_check_equal_int("derivatives or auxiliary states that differ", different, 0);
     }
     kt_check_equal_int("no thread of steps",
                        kt_step_run(tree->model, data, work, size, 0, tasks, MOTIONS, NULL, &error), KT_ERROR_ARGUMENT);

@@ -15,7 +15,7 @@ enum { KT_MANY_THREADS = 3 };
 typedef struct kt_many {
     const kt_model *model;
     kt_batch *batch;
-    size_t nq, nv, nx;           /* nx own states, of all states the initial ones */
+    size_t nq, nv, nx;           /* nx auxiliary states, of all states the initial ones */
     double *t, *q, *v, *tau, *a; /* state after state */
     void *work;                  /* of kt_step_evaluate */
     size_t work_size;

@@ -155,7 +155,7 @@ def wrong(function, kind, name, value):
         yield "of another model", "&f->other_parameter", ""
         yield "of none", "&f->no_parameter", ""
     if kind == "const kt_model *" and function in ("kt_step_run", "kt_rollout_run"):
-        yield "another", "f->other_model", ""  # which has own states
+        yield "another", "f->other_model", ""  # which has auxiliary states
     if kind == "kt_data *const *":
         yield "of another model", "f->other_list", ""
     if kind in ("kt_data *const *", "void *const *"):

@@ -166,8 +166,8 @@ KT_TEST(derivatives_of_a_bouncing_ball_are_those_of_its_closed_form) {
     kt_check_below("A of up to three bounces", worst, 1e-9);
 }
 
-/* An own state, the integral of the height: x = q s + ... behind bounce 1 is that up to it, by its own time, and from
- * there on. */
+/* An auxiliary state, the integral of the height: x = q s + ... behind bounce 1 is that up to it, by its own time, and
+ * from there on. */
 KT_TEST(derivatives_of_an_own_state_pass_through_a_bounce) {
     const double e = 0.6, v = 0.3, w = sqrt(v * v + 2.0 * g), at = (v + w) / g, s = 0.5;
     const double by[2] = {g / w, v / w};

@@ -17,8 +17,8 @@
 
 enum { INSTANTS = 6, NUMBERS = 160 };
 
-/* Calls visit with each scene that has no more bodies than that and no own states or variable masses, compiled for both
- * formulations. */
+/* Calls visit with each scene that has no more bodies than that and no auxiliary states or variable masses, compiled
+ * for both formulations. */
 static void visit_all(int most, void (*visit)(const char *name, const kt_scene *scene, const kt_model *model,
                                               const kt_absolute *absolute)) {
     struct dirent **entries = NULL;
@@ -36,7 +36,7 @@ static void visit_all(int most, void (*visit)(const char *name, const kt_scene *
             kt_model *model = NULL;
             kt_absolute *absolute = NULL;
             if (kt_is_for_trees_alone(&scene.description))
-                kt_note("%s: left out, it has own states, variable masses or switches", entries[i]->d_name);
+                kt_note("%s: left out, it has auxiliary states, variable masses or switches", entries[i]->d_name);
             else if (scene.description.body_count > most)
                 kt_note("%s: left out, %d bodies", entries[i]->d_name, scene.description.body_count);
             else

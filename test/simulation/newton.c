@@ -102,7 +102,7 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
     kt_check_worst(&worst);
 }
 
-/* ---- own states -------------------------------------------------------------------------------------------------- */
+/* ---- auxiliary states -------------------------------------------------------------------------------------------- */
 
 /* A body on a ball joint with an arm, and states that read joints, a marker, time and each other; effects of all places
  * of formulas read them. With `loop` a second rod that is closed to the ground. */

@@ -1,5 +1,5 @@
-/* Laws in C, with own states and without: against the same laws by formulas, to the bit; their derivatives, exact and
- * by differences; what of them is refused. */
+/* Laws in C, with auxiliary states and without: against the same laws by formulas, to the bit; their derivatives, exact
+ * and by differences; what of them is refused. */
 #include "interpose.h"
 #include "scenes.h"
 

@@ -1,5 +1,5 @@
-/* Own states: their rates, what a simulation does with them, and who refuses them. The scenes that have some are held
- * against other equations in own_state_scenes.c. */
+/* Auxiliary states: their rates, what a simulation does with them, and who refuses them. The scenes that have some are
+ * held against other equations in own_state_scenes.c. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
@@ -133,7 +133,7 @@ KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
         kt_check_equal_int("records", first.count + rest.count, whole.count);
         kt_check_equal_bits("before", first.y[0], whole.y[0], NUMBERS * (size_t)first.count);
         kt_check_equal_bits("after", rest.y[0], whole.y[first.count], NUMBERS * (size_t)rest.count);
-        kt_check_equal_bits("own states", kt_simulation_own_states(b), &whole.y[whole.count - 1][2], 2);
+        kt_check_equal_bits("auxiliary states", kt_simulation_own_states(b), &whole.y[whole.count - 1][2], 2);
         free(block);
         kt_simulation_free(a);
         kt_simulation_free(b);
@@ -306,7 +306,7 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
 
 static void refuses(const char *what, kt_status status, const kt_error *error) {
     kt_check_equal_int(what, status, KT_ERROR_UNSUPPORTED);
-    kt_check_contains("it says why", error->message, "own states ('lag' is one)");
+    kt_check_contains("it says why", error->message, "auxiliary states ('lag' is one)");
 }
 
 KT_TEST(what_does_not_know_own_states_says_so) {

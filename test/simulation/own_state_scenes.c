@@ -1,5 +1,5 @@
-/* Bundled scenes with own states against closed forms and against equations that are written down here once more and
- * integrated by the GNU Scientific Library (rk8pd), by an explicit, a stabilised, implicit and multistep methods.
+/* Bundled scenes with auxiliary states against closed forms and against equations that are written down here once more
+ * and integrated by the GNU Scientific Library (rk8pd), by an explicit, a stabilised, implicit and multistep methods.
  */
 #include "scenes.h"
 

@@ -1,6 +1,6 @@
-/* Derivatives of steps with own states: the step against a simulation's, A, B and C against differences of the step,
- * and gradients over many steps, through a loop, quaternions and markers; Floquet multipliers against the exponentials
- * of the modes. */
+/* Derivatives of steps with auxiliary states: the step against a simulation's, A, B and C against differences of the
+ * step, and gradients over many steps, through a loop, quaternions and markers; Floquet multipliers against the
+ * exponentials of the modes. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
@@ -106,7 +106,7 @@ KT_TEST(step_is_that_of_a_simulation) {
         if (k < EXPLICIT) {
             kt_check_equal_bits("positions", q, kt_simulation_positions(s), NQ);
             kt_check_equal_bits("velocities", v, kt_simulation_velocities(s), NV);
-            kt_check_equal_bits("own states", x, kt_simulation_own_states(s), COUNT);
+            kt_check_equal_bits("auxiliary states", x, kt_simulation_own_states(s), COUNT);
         } else { /* iterated otherwise, to the rounding of either */
             kt_worst worst = {.what = "difference"};
             for (int i = 0; i < NQ; i++)
@@ -114,7 +114,7 @@ KT_TEST(step_is_that_of_a_simulation) {
             for (int i = 0; i < NV; i++)
                 kt_worst_near(&worst, v[i], kt_simulation_velocities(s)[i], 3e-13, "velocity %d", i);
             for (int i = 0; i < COUNT; i++)
-                kt_worst_near(&worst, x[i], kt_simulation_own_states(s)[i], 3e-13, "own state %d", i);
+                kt_worst_near(&worst, x[i], kt_simulation_own_states(s)[i], 3e-13, "auxiliary state %d", i);
             kt_check_worst(&worst);
         }
         kt_simulation_free(s);
@@ -375,12 +375,12 @@ KT_TEST(failed_gradient_leaves_the_own_states) {
         "it stops",
         kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &value, NULL, NULL, cost, &m, &error),
         KT_ERROR_CALLBACK);
-    kt_check_equal_bits("own states", kt_own_states(m.model, m.data), m.x, COUNT);
+    kt_check_equal_bits("auxiliary states", kt_own_states(m.model, m.data), m.x, COUNT);
     free(work);
     end(&m);
 }
 
-/* The state after STEPS steps from given own states. */
+/* The state after STEPS steps from given auxiliary states. */
 static void walk(machine *m, const double x[COUNT], double out[NQ + NV + COUNT]) {
     kt_error error;
     double *q = out, *v = out + NQ, *next = out + NQ + NV;
@@ -543,7 +543,7 @@ static void compare_batch(const char *text, bool semi_implicit) {
     for (size_t i = 0; i < MANY; i++) {
         vary(&m, i, q, v, x);
         (void)kt_fine("torque", kt_batch_set_torque(batch, i, m.tau, &error), &error);
-        (void)kt_fine("own states", kt_batch_set_own_states(batch, i, x, &error), &error);
+        (void)kt_fine("auxiliary states", kt_batch_set_own_states(batch, i, x, &error), &error);
         (void)kt_fine("state", kt_batch_set_state(batch, i, 0.3, q, v, &error), &error);
     }
     const kt_status status = semi_implicit ? kt_batch_step_semi_implicit(batch, m.step.h, ONES, &error)

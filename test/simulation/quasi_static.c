@@ -361,7 +361,7 @@ KT_TEST(energy_of_a_damper_in_a_row_is_accounted) {
     end(&m);
 }
 
-/* A caller's torque on a node is balanced at once, and own states are integrated with it. */
+/* A caller's torque on a node is balanced at once, and auxiliary states are integrated with it. */
 KT_TEST(inputs_and_own_states_act_on_what_has_no_mass) {
     mechanism m;
     kt_error error;
