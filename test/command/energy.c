@@ -84,7 +84,8 @@ KT_TEST(warning_tells_the_step_that_is_enough) {
 KT_TEST(undamped_oscillation_that_dies_by_the_method_is_told) {
     kt_write_file("oscillator.yaml", oscillator);
     kt_ran ran = kt_shell("$K run oscillator.yaml --step 0.25132741228718347 --out /dev/null");
-    kt_check_contains("all of it is lost", ran.err, "the total energy is off by 50 J, 1 of the energy of the motion");
+    kt_check_contains("all of it is lost", ran.err,
+                      "the total energy is off by 50 J, 1 times the energy of the motion");
 }
 
 /* |R(3i)|^2 = 2.27 a step: 1000 after nine. Dampers make no difference to what cannot be gained. */

@@ -68,11 +68,12 @@ static void check_method(const char *arguments, const char *words, const char *m
 /* Report and summary tell which method a run has that names none, and why; so does info. */
 KT_TEST(a_run_tells_its_default_method) {
     kt_write_file("b.yaml", ball);
-    check_method("", ", auto at tolerance 1e-09: the default\n", "auto", "the default");
-    check_method("--step 0.01", ", dopri5 with steps of 0.01 s: the default with a fixed step\n", "dopri5",
+    check_method("", ", auto at tolerance 1e-09 (auto is the default)\n", "auto", "the default");
+    check_method("--step 0.01", ", dopri5 with steps of 0.01 s (dopri5 is the default with a fixed step)\n", "dopri5",
                  "the default with a fixed step");
     check_method("--integrator auto", ", auto at tolerance 1e-09\n", "auto", "null");
-    check_method("--formulation absolute", ", auto at tolerance 1e-09: the default\n", "auto", "the default");
+    check_method("--formulation absolute", ", auto at tolerance 1e-09 (auto is the default)\n", "auto", "the default");
+    check_method("--tolerance 1e-3", ", auto at tolerance 0.001 (auto is the default)\n", "auto", "the default");
     kt_expect(1, "--rho is for --integrator two-step, and this is the default one", "$K run b.yaml --rho 0.5");
     kt_check_contains("info", kt_shell("$K info b.yaml").out,
                       "simulate   1 s, auto at tolerance 1e-09, tree formulation\n           (auto is the default)\n");
@@ -84,7 +85,7 @@ KT_TEST(a_run_tells_its_default_method) {
     const kt_ran free =
         kt_shell("$K make chain --links 17 | $K run - --formulation absolute --duration 0.01 --out /dev/null");
     kt_check_contains("what counts are the coordinates that are integrated", free.err,
-                      "dopri5 at tolerance 1e-09: the default above 100 velocity coordinates");
+                      "dopri5 at tolerance 1e-09 (dopri5 is the default above 100 velocity coordinates");
 }
 
 KT_TEST(header_names_every_column) {

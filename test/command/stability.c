@@ -101,7 +101,7 @@ KT_TEST(stability_says_what_it_cannot_do) {
     kt_check_contains("nothing moves", ran.out,
                       "there are no degrees of freedom: loops alone determine the motion, and any step is stable\n");
     kt_write_file("lag.yaml", "kinetree: 1\nbodies: [{name: a, mass: 1}]\nstates: {x: {rate: \"-1000*x\"}}\n");
-    kt_check_contains("but an own state", kt_shell("$K stability lag.yaml").out, "decay of 1000 /s");
+    kt_check_contains("but an auxiliary state", kt_shell("$K stability lag.yaml").out, "decay of 1000 /s");
 #ifdef KT_HAS_CAIRO
     kt_expect(1, "a picture's name ends in .svg, .png or .pdf", "$K stability " PENDULUM " --plot a.jpg");
     kt_expect(1, "nothing to draw", "$K stability still.yaml --plot a.svg");

@@ -176,6 +176,8 @@ def lanes():
         run(*sweep, "--quiet", "--shard", "4/6", "--out", "one.csv")
         same("the bytes of a single run", pathlib.Path("lanes.csv").read_text().split("\n")[4],
              pathlib.Path("one.csv").read_text().split("\n")[1])
+    told = run("pendulum.yaml", "--vary", "a=0.5,1", "--jobs", "8", "--out", "x.csv").stderr
+    same("threads without runs do not count", "2 of them in lanes, up to" in told and "up to 0 at" not in told, True)
     told = run("pendulum.yaml", "--vary", "bodies.upper.joint.armature=1,2", "--jobs", "1", "--out", "x.csv").stderr
     same("why others are not", "one by one, not in lanes: its model differs" in told, True)
     loop = ["--set", "effects=[{type: joint_spring, joint: close, stiffness: 3}]", "--set", "simulate.duration=0.1"]
@@ -202,7 +204,7 @@ output: {columns: {strength: k*lag}}
 
 
 def eventful():
-    """Runs with events, what these set, formulas, own states and stops are computed in lanes: the bytes of one by one."""
+    """Runs with events, what these set, formulas, auxiliary states and stops are computed in lanes: the bytes of one by one."""
     pathlib.Path("eventful.yaml").write_text(EVENTFUL)
     pathlib.Path("bounce.yaml").write_text(BOUNCE)
     scenes = pathlib.Path(__file__).parents[2] / "apps/scenes"

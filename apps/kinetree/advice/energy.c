@@ -86,14 +86,15 @@ void kt_warn_of_energy(kt_outcome *outcome) {
         .code = "energy", .time = energy->excess_time, .value = error, .unit = NULL, .remedy = remedy};
     if (energy->energetics == KT_ENERGY_CONSERVED)
         kt_warn(&outcome->warnings, &warning,
-                "the total energy is off by %.3g J, %.2g of the energy of the motion (%.3g J), while nothing in the "
+                "the total energy is off by %.3g J, %.2g times the energy of the motion (%.3g J), while nothing in the "
                 "scene supplies or dissipates any; the error exceeds %g of that from t = %g s on",
                 energy->error, error, scale, KT_ENERGY_ERROR, energy->excess_time);
     else if (energy->energetics == KT_ENERGY_DISSIPATED && energy->error == energy->gain)
-        kt_warn(&outcome->warnings, &warning,
-                "the total energy rises by %.3g J, %.2g of the energy of the motion (%.3g J), while the scene can only "
-                "dissipate it; the error exceeds %g of that from t = %g s on",
-                energy->error, error, scale, KT_ENERGY_ERROR, energy->excess_time);
+        kt_warn(
+            &outcome->warnings, &warning,
+            "the total energy rises by %.3g J, %.2g times the energy of the motion (%.3g J), while the scene can only "
+            "dissipate it; the error exceeds %g of that from t = %g s on",
+            energy->error, error, scale, KT_ENERGY_ERROR, energy->excess_time);
     else if (energy->has_estimate)
         kt_warn(&outcome->warnings, &warning,
                 "the balance of energies (kinetic + potential + dissipated - supplied) is off by %.3g J more than the "

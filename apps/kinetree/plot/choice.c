@@ -119,7 +119,7 @@ static bool name_those(const kt_candidate *candidates, int count, bool empty, ch
 void kt_candidates_say_noise(const char *command, const kt_candidate *candidates, int count) {
     char names[600];
     if (name_those(candidates, count, false, names, sizeof names))
-        kt_say("%s: left out of the picture, since zero or rounding noise: %s", command, names);
+        kt_say("%s: note: left out of the picture, since zero or rounding noise: %s", command, names);
     if (name_those(candidates, count, true, names, sizeof names))
-        kt_say("%s: left out of the picture, since no value is finite: %s", command, names);
+        kt_say("%s: note: left out of the picture, since no value is finite: %s", command, names);
 }

@@ -200,7 +200,7 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_OWN:
         return own_quantity(&columns->formulas[c->index]);
     case KT_COLUMN_STATE:
-        return (kt_quantity){"Own states", ""};
+        return (kt_quantity){"Auxiliary states", ""};
     case KT_COLUMN_EFFECT:
         return quantity_of_effect(columns, c);
     case KT_COLUMN_MULTIPLIER:

@@ -195,6 +195,12 @@ void kt_note_replaced(const char *path, char *text, size_t size) {
     (void)snprintf(text + used, size - used, "%s%s of %s", used > 0 ? ", " : "", kt_show(path).text, when);
 }
 
+void kt_say_picture(const char *path, const char *remark, const char *replaced) {
+    fprintf(stderr, "picture: %s%s\n", kt_show(path).text, remark);
+    if (replaced[0] != '\0')
+        fprintf(stderr, "  replaces an older %s\n", replaced);
+}
+
 int kt_check_ending(const char *option, const char *path, const char *ending) {
     const size_t length = path != NULL ? strlen(path) : 0, end = strlen(ending);
     struct stat status;

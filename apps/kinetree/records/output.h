@@ -53,6 +53,10 @@ char *kt_part_name(const char *path);
  * is empty. Appends nothing if there is no such file. */
 void kt_note_replaced(const char *path, char *text, size_t size);
 
+/* Prints the name of a picture that has been written, with a remark or "", and the file that it replaces unless
+ * `replaced` is empty (kt_note_replaced). */
+void kt_say_picture(const char *path, const char *remark, const char *replaced);
+
 /* Prints an error if the ending of a result's name does not match its format. path: NULL, or as given to the option.
  * Devices may have any name. Returns -1 if there is no error, else KT_EXIT_USAGE. */
 int kt_check_ending(const char *option, const char *path, const char *ending);

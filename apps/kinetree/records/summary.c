@@ -323,7 +323,7 @@ static void say_method(const kt_outcome *outcome) {
     else
         fprintf(stderr, " at tolerances %g relative, %g absolute", run->relative, run->absolute);
     if (reason != NULL)
-        fprintf(stderr, ": %s", reason);
+        fprintf(stderr, " (%s is %s)", run->integrator, reason);
     fputc('\n', stderr);
 }
 

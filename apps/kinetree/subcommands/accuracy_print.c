@@ -71,7 +71,8 @@ static void print_head(const kt_findings *findings) {
     printf(", checked by %s at %g", results->check->name, results->check_tolerance);
     if (results->check_step > 0.0)
         printf(" with steps of %.2g s at most", results->check_step);
-    printf(": they differ by %.2g %s,\n  and no error below that is believed\n", results->uncertainty.position, unit);
+    printf(": they differ by %.2g %s,\n  and errors below that are not reliable\n", results->uncertainty.position,
+           unit);
     print_horizon(results);
 }
 
@@ -123,13 +124,14 @@ static void print_method(const kt_findings *findings, const kt_accuracy_curve *c
 static void print_methods(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
     printf("\n  %-14s %5s  %-9s  %-12s  %-8s  %s\n", "method", "order", "error ~", "stable to, s", "least",
-           "why no further");
+           "reason to stop");
     for (int i = 0; i < results->curve_count; i++)
         print_method(findings, &results->curves[i]);
     for (int i = 0; i < results->curve_count; i++)
         if (results->curves[i].stable_step > 0.0) {
-            puts("  beyond 'stable to' it is not accuracy but stability that forbids a step (of adaptive methods, on\n"
-                 "  average): 'kinetree stability' shows which modes do, and rkc2 is stable with them");
+            puts("  steps longer than 'stable to' are unstable (adaptive methods: on average). 'kinetree stability' "
+                 "shows\n"
+                 "  the modes that cause this, and rkc2 is stable with them");
             return;
         }
 }

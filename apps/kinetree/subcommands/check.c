@@ -1,5 +1,6 @@
 /* kinetree check: reports every error in scene files, and warns of doubtful values. */
 #include "advice/advice.h"
+#include "advice/angles.h"
 #include "advice/penetration.h"
 #include "records/output.h"
 #include "scene/start.h"
@@ -179,28 +180,10 @@ static void check_inertia(check *c) {
 
 /* ---- angles ------------------------------------------------------------------------------------------------------ */
 
-/* Returns whether an angle was probably given in degrees without the unit: it is beyond one turn, and no multiple of
- * 0.001 degrees. */
-static bool is_doubtful_angle(double x) {
-    const double turn = 2.0 * 3.14159265358979323846, degrees = 1000.0 * 360.0 * (x / turn);
-    return fabs(x) > turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
-}
-
 static void check_angle(check *c, const char *what, const char *name, const char *key, double x) {
-    if (is_doubtful_angle(x))
-        warn(c, "%s '%s': %s: %.9g is in radians, %.3g turns; if degrees are meant, write '%.9g deg'", what, name, key,
+    if (kt_angle_is_doubtful(x))
+        warn(c, "%s '%s': %s: %.9g is in radians, %.3g turns. Write '%.9g deg' if degrees are meant", what, name, key,
              x, x / (2.0 * 3.14159265358979323846), x);
-}
-
-static void check_joint_angles(check *c, const kt_body *body) {
-    const kt_joint *joint = &body->joint;
-    for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
-        char key[32] = "joint.position";
-        if (k > 0)
-            snprintf(key, sizeof key, "joint.position[%d]", k);
-        if (kt_joint_coordinate_kind(joint->type, k) == KT_COORDINATE_ANGLE)
-            check_angle(c, "body", body->name, key, joint->position[k]);
-    }
 }
 
 static bool turns(const check *c, const char *joint) {
@@ -228,8 +211,6 @@ static void check_effect_angles(check *c, const kt_effect *effect) {
 
 static void check_angles(check *c) {
     const kt_description *d = &c->scene->description;
-    for (int i = 0; i < d->body_count; i++)
-        check_joint_angles(c, &d->bodies[i]);
     for (int i = 0; i < d->effect_count; i++)
         check_effect_angles(c, &d->effects[i]);
 }
@@ -255,7 +236,7 @@ static void check_function_angles(check *c, const char *what, const char *name, 
         break;
     case KT_FUNCTION_TABLE:
         for (int i = 1; i < f->number_count; i += 2) {
-            if (!is_doubtful_angle(f->numbers[i]))
+            if (!kt_angle_is_doubtful(f->numbers[i]))
                 continue;
             snprintf(part, sizeof part, "%s.table[%d][1]", key, i / 2);
             check_angle(c, what, name, part, f->numbers[i]);
@@ -352,6 +333,7 @@ static int check_start(check *c) {
     check_mobility(c);
     check_gravity(c);
     check_inertia(c);
+    c->warnings += kt_angles_warn(&warnings, c->scene, false);
     check_angles(c);
     check_driven_angles(c);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);

@@ -578,7 +578,9 @@ int kt_command_draw(int argc, char **argv) {
     if (code < 0 && arguments.animate)
         code = kt_check_ending("--animate: --out", path, ".svg");
     motion m = {.state_count = 0};
+    char replaced[600] = "";
     int bodies = 0;
+    kt_note_replaced(path, replaced, sizeof replaced);
     if (code < 0)
         code = kt_load_model(argv[1], &arguments.settings, &m.scene, &m.model);
     if (m.model != NULL)
@@ -591,7 +593,7 @@ int kt_command_draw(int argc, char **argv) {
         release(&m);
     }
     if (code == KT_EXIT_DONE)
-        kt_say("%s%s", path, bodies == 1 ? ", which is empty: the scene has no bodies" : "");
+        kt_say_picture(path, bodies == 1 ? ", which is empty: the scene has no bodies" : "", replaced);
     free(base);
     return code;
 }

@@ -126,6 +126,11 @@ int kt_command_import(int argc, char **argv) {
     code = kt_check_files("import", uses, 2);
     if (code >= 0)
         return code;
+    const char *ending = strrchr(argv[1], '.');
+    if (ending != NULL && strcmp(ending, ".yaml") == 0) {
+        kt_say("import: %s is a scene, not a robot: 'kinetree run %s' runs it as it is", argv[1], argv[1]);
+        return KT_EXIT_USAGE;
+    }
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_robot(argv[1], &how, &scene);

@@ -6,6 +6,7 @@
 #include "plot/sweep.h"
 #include "records/keep.h"
 #include "records/marks.h"
+#include "records/output.h"
 #include "text/arguments.h"
 #include "text/list.h"
 
@@ -307,31 +308,35 @@ static bool has_part(const char *column, const char *name) {
     return false;
 }
 
-/* Prints the columns that contain a name, which is not a column itself. Returns whether there are any. */
-static bool say_columns_about(const kt_table *table, const char *option, const char *name) {
+/* Writes the columns that contain a name, or all for NULL, as a list: the first few, and the number of the others.
+ * Returns how many there are. */
+static int list_columns(const kt_table *table, const char *name, char *text, size_t size) {
     enum { NAMED = 4 };
-    char columns[400] = "";
     size_t used = 0;
     int count = 0;
+    text[0] = '\0';
     for (int i = 0; i < table->columns; i++)
-        if (has_part(table->names[i], name) && count++ < NAMED)
-            used += (size_t)snprintf(columns + used, sizeof columns - used, "%s'%.80s'", used > 0 ? ", " : "",
-                                     table->names[i]);
+        if ((name == NULL || has_part(table->names[i], name)) && count++ < NAMED)
+            used += (size_t)snprintf(text + used, size - used, "%s'%.80s'", used > 0 ? ", " : "", table->names[i]);
     if (count > NAMED)
-        snprintf(columns + used, sizeof columns - used, " and %d more", count - NAMED);
-    if (count > 0)
-        kt_say("plot: --%s: there is no column '%s'; about it there %s %s", option, name, count == 1 ? "is" : "are",
-               columns);
-    return count > 0;
+        snprintf(text + used, size - used, " and %d more", count - NAMED);
+    return count;
 }
 
 static int say_no_column(const kt_table *table, const char *option, const char *name) {
-    if (say_columns_about(table, option, name))
-        return KT_EXIT_USAGE;
+    char columns[400];
+    const int about = list_columns(table, name, columns, sizeof columns);
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int i = 0; i < table->columns; i++)
         (void)kt_nearest_try(&nearest, table->names[i]);
-    kt_say("plot: --%s: there is no column '%s'%s", option, name, kt_ask(&nearest, "").text);
+    const kt_question did = kt_ask(&nearest, "");
+    if (about > 0)
+        kt_say("plot: --%s: there is no column '%s'; about it there %s %s", option, name, about == 1 ? "is" : "are",
+               columns);
+    else if (did.text[0] != '\0')
+        kt_say("plot: --%s: there is no column '%s'%s", option, name, did.text);
+    else if (list_columns(table, NULL, columns, sizeof columns) > 0)
+        kt_say("plot: --%s: there is no column '%s'; the columns are %s", option, name, columns);
     return KT_EXIT_USAGE;
 }
 
@@ -690,8 +695,12 @@ int kt_command_plot(int argc, char **argv) {
     if (code < 0)
         code = kt_table_read_files(argv + 1, operands, &table);
     if (code < 0) {
+        char replaced[600] = "";
+        kt_note_replaced(out, replaced, sizeof replaced);
         code = draw_table(&arguments, &table, argv[1], base != NULL ? base : "result", out);
         kt_table_free(&table);
+        if (code == KT_EXIT_DONE)
+            kt_say_picture(out, "", replaced);
     }
     free(base);
     return code;

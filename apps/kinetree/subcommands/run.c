@@ -3,6 +3,7 @@
 #include "records/interrupt.h"
 
 #include "advice/advice.h"
+#include "advice/angles.h"
 #include "advice/excess.h"
 #include "advice/penetration.h"
 #include "picture/picture.h"
@@ -569,6 +570,7 @@ static void report_start(kt_outcome *outcome, bool quiet) {
     warn_of_long_step(outcome);
     warn_of_jumps(outcome);
     warn_of_until(outcome);
+    (void)kt_angles_warn(&outcome->warnings, outcome->scene, true);
     (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)

@@ -205,7 +205,7 @@ static void report(const sink *s, const kt_sweep_worker *all, const char *out, i
     if (before > 0)
         fprintf(stderr, "; %lld more were there already", (long long)before);
     if (all->together > 0)
-        fprintf(stderr, "\n  %lld of them in lanes%s, %zu at once by each thread", (long long)all->together,
+        fprintf(stderr, "\n  %lld of them in lanes%s, up to %zu at a time in each thread", (long long)all->together,
                 kt_batch_is_fused() ? ", fused (their bits are not those of single runs)" : "", all->width);
     if (all->alone != NULL)
         fprintf(stderr, "\n  %s one by one, not in lanes: %s", all->together > 0 ? "others" : "all", all->alone);

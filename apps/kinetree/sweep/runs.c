@@ -31,7 +31,7 @@ static void add_counts(kt_sweep_worker *all, const kt_sweep_worker *worker) {
     all->runs += worker->runs;
     all->anew += worker->anew;
     all->together += worker->together;
-    all->width = worker->width;
+    all->width = worker->width > all->width ? worker->width : all->width; /* a thread without runs has 0 */
     all->alone = worker->alone != NULL ? worker->alone : all->alone;
     if (all->why[0] == '\0')
         memcpy(all->why, worker->why, sizeof all->why);

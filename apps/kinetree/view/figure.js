@@ -68,7 +68,7 @@ class Figure {
         return all.length > 0 ? all[Math.floor(0.98 * (all.length - 1))] : 0;
     }
 
-    /* ---- fixed to bodies ------------------------------------------------------------------------------------------ */
+    /* ---- fixed to bodies ----------------------------------------------------------------------------------------- */
 
     colour_of(body) {
         const k = this.data.bodies[body].colour;
@@ -181,7 +181,7 @@ class Figure {
             this.thing(`bushing ${name ?? ""} between ${a} and ${b}`.replace("  ", " "), ends[1].body));
     }
 
-    /* ---- from frame to frame -------------------------------------------------------------------------------------- */
+    /* ---- from frame to frame ------------------------------------------------------------------------------------- */
 
     line(lines, a, b, colour) {
         lines.numbers.push_all(...a);
@@ -421,7 +421,7 @@ class Figure {
         this.instance("cone", sub(tip, scale(0.5 * head, n)), from_z(n), [2.2 * r, 2.2 * r, 0.5 * head], colour);
     }
 
-    /* ---- traces --------------------------------------------------------------------------------------------------- */
+    /* ---- traces -------------------------------------------------------------------------------------------------- */
 
     build_paths() {
         const known = new Map(this.paths.map((path) => [path.marker, path]));
@@ -459,7 +459,7 @@ class Figure {
         }
     }
 
-    /* ---- all of it ------------------------------------------------------------------------------------------------ */
+    /* ---- all of it ----------------------------------------------------------------------------------------------- */
 
     layers(shown) { return ["bodies", ...PICKABLE.filter((layer) => shown[layer])].flatMap((layer) => this.static[layer]); }
 

@@ -1,0 +1,15 @@
+/* Angles that were probably given in degrees without the unit. */
+#ifndef KT_COMMAND_ADVICE_ANGLES_H
+#define KT_COMMAND_ADVICE_ANGLES_H
+
+#include "advice/warnings.h"
+
+/* Returns whether an angle, rad, was probably given in degrees without the unit: it is beyond one turn, and no multiple
+ * of 0.001 degrees. */
+bool kt_angle_is_doubtful(double x);
+
+/* Warns of doubtful angles among the start positions of joints. With only_whole, it warns of whole numbers alone: the
+ * ends of earlier runs, which are other numbers, may have many turns. Returns the number of warnings. */
+int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole);
+
+#endif
