@@ -88,7 +88,7 @@ static void draw(cairo_t *c, const void *what) {
     cairo_paint(c);
     kt_paper_use(c, p->palette->ink);
     cairo_set_font_size(c, kt_title_size);
-    kt_paper_text(c, 24, 30, KT_ANCHOR_LEFT, "Hard cases: what is measured, smaller is better");
+    kt_paper_text(c, 24, 30, KT_ANCHOR_LEFT, "Hard cases: measured errors; smaller is better");
     draw_axis(c, p);
     draw_legend(c, p);
     for (int i = 0; i < p->count; i++)

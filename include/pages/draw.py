@@ -96,7 +96,7 @@ def planar(p, loop):
     p.arrow((0.3, 0.0, -0.24), (0.9, 0.0, -0.24))
     p.coordinate((0.9, 0.0, -0.24), "q_1", loop, shift=(13, 10))
     p.arrow((0.1, 0.55, -0.24), (0.1, 1.2, -0.24))
-    p.coordinate((0.1, 1.2, -0.24), "q_2", loop, shift=(-9, 14))
+    p.coordinate((0.1, 1.2, -0.24), "q_2", loop, shift=(6, -9))
     names(p, loop, (262, 174), (74, 80))
 
 
@@ -117,7 +117,7 @@ def universal(p, loop):
     p.axis((0, 0.58, 0), (0, 1.75, 0), "axis2", shift=(12, 14))
     p.axis((0, -0.58, 0), (0, -1.3, 0))
     p.turn((1.05, 0, 0), X, 0.3, -60, 150, start=Y)
-    p.coordinate((1.05, 0, 0.34), "q_1", loop, shift=(-22, 2))
+    p.coordinate((1.05, 0, 0.34), "q_1", loop, shift=(-28, -4))
     p.turn((0, 1.05, 0), Y, 0.3, -60, 150, start=Z)
     p.coordinate((0, 1.05, 0.34), "q_2", loop, shift=(10, -6))
     names(p, loop, (112, 178), (222, 38))
@@ -287,7 +287,7 @@ def knife_edge(p, loop):
     p.axis((0, 0, -0.28), (1.35, 0, -0.28), "axis", shift=(-10, 14))
     p.path([(0.62, -0.14, -0.28), (0.9, 0.14, -0.28)], "m")
     p.path([(0.62, 0.14, -0.28), (0.9, -0.14, -0.28)], "m")
-    names(p, loop, (258, 168), (120, 60))
+    names(p, loop, (286, 176), (120, 60))
 
 
 def rates(p, loop):
