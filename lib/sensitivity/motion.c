@@ -456,8 +456,8 @@ kt_status kt_motion_derivatives(kt_simulation *simulation, void *work, size_t wo
         return KT_ERROR_ARGUMENT;
     const double t = kt_integrator_time(simulation->integrator);
     if (!(t_end >= t) || !isfinite(t_end))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
-                            "t_end = %.17g s must be a time not before the current one, %.17g s", t_end, t);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "t_end",
+                            "%.17g s must be a time not before the current one, %.17g s", t_end, t);
     kt_status status = begin(&m, simulation, work, work_size, error);
     if (status != KT_OK)
         return status;

@@ -270,7 +270,7 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
         return KT_ERROR_ARGUMENT;
     double t = kt_integrator_time(simulation->integrator);
     if (!(t_limit > t))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "t_limit = %.17g s is not after the current time, %.17g s",
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "t_limit", "%.17g s is not after the current time, %.17g s",
                             t_limit, t);
     simulation->memory.stopped = 0;
     kt_status status = fire_pending(simulation, error);
@@ -285,8 +285,8 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
         return KT_ERROR_ARGUMENT;
     double t = kt_integrator_time(simulation->integrator);
     if (!(t_end >= t) || !isfinite(t_end))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
-                            "t_end = %.17g s must be a time not before the current one, %.17g s", t_end, t);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "t_end",
+                            "%.17g s must be a time not before the current one, %.17g s", t_end, t);
     simulation->memory.stopped = 0;
     kt_status status = fire_pending(simulation, error);
     while (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0) &&
@@ -309,12 +309,11 @@ kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error 
         return KT_ERROR_ARGUMENT;
     const double t = kt_integrator_time(simulation->integrator);
     if (!(period > 0.0) || !isfinite(period))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the period is %g s; it must be above zero", period);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "period", "%g s: must be above zero", period);
     const double end = end_of_period(simulation, period);
     if (!(end > t))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
-                            "a period of %g s does not change the time, which is %.17g s; take a longer one", period,
-                            t);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "period",
+                            "%g s does not change the time, which is %.17g s; take a longer one", period, t);
     return kt_simulation_advance(simulation, end, error);
 }
 
