@@ -1,8 +1,8 @@
-/* What published accuracy costs: processor time of a whole run (set-up of the simulation included, of the model not) of
- *   Andrews' squeezing mechanism (IVP test set; IFToMM A03) to t = 0.03 s with all angles within 1e-6 rad, and
- *   Bricard's mechanism (IFToMM A04) over 10 s with all points within 1e-7 m,
- * for each adaptive method of order 3 and more at the largest tolerance, of four a decade, that keeps the bound, as the
- * next three do.
+/* The cost of published accuracy: processor time of a whole run, with the set-up of the simulation and without that of
+ *   the model. Andrews' squeezing mechanism (IVP test set; IFToMM A03) runs to t = 0.03 s with all angles within 1e-6
+ *   rad. Bricard's mechanism (IFToMM A04) runs for 10 s with all points within 1e-7 m. Each adaptive method of order 3
+ *   and more runs at the largest tolerance that keeps the bound. Tolerances have four values a decade, and the next
+ *   three keep the bound, too.
  */
 #include "report.h"
 

@@ -1,7 +1,7 @@
 /* The clutch in MuJoCo, which has no Stribeck curve: the dry friction of a joint is a number of the model, which is set
- * before each step to what the curve has for the slip. Of Euler's and the Runge-Kutta method, time constants of 2 to 20
- * steps and impedances of 0.9 to 0.9999 the least error is that of Euler's method with 2 steps, where the impedance
- * does not matter. It goes with the step. */
+ * before each step to what the curve has for the slip. The search had Euler's and the Runge-Kutta method, time
+ * constants of 2 to 20 steps, and impedances of 0.9 to 0.9999. Euler's method with 2 steps has the least error, and the
+ * impedance does not matter there. It goes with the step. */
 #include "clutch.h"
 #include "mujoco.h"
 

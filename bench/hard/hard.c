@@ -107,7 +107,7 @@ static void run_peer(row *r, int k, bool full) {
 
 static bool holds(const kt_hard *h, int m) { return h->observed[m] <= h->c->measures[m].bound; }
 
-/* What a peer's cell says of measure m. */
+/* The cell of measure m for a peer. */
 static const char *cell(const row *r, int k, int m, char *text) {
     const kt_hard_motion *motion = r->own.c->motion;
     if (!motion || motion->alone || (r->own.c->run && m == 2)) /* what it needs two runs for */

@@ -1,4 +1,4 @@
-/* What the parts of bench/run hard ask of MuJoCo. */
+/* Functions for MuJoCo that the parts of bench/run hard share. */
 #ifndef KT_BENCH_HARD_MUJOCO_H
 #define KT_BENCH_HARD_MUJOCO_H
 

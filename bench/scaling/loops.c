@@ -1,6 +1,7 @@
-/* What closed loops cost: one evaluation of the accelerations, for four-bars hung on a chain (separate: each is a group
- * reduced by itself), for a row of windows that share their cranks (chained: one group, one dense reduction), the same
- * bodies without loops, and all of it in the absolute formulation (every body free, every joint a loop).
+/* The cost of closed loops: one evaluation of the accelerations. The mechanisms are four-bars hung on a chain
+ * (separate: each is a group reduced by itself) and a row of windows that share their cranks (chained: one group, one
+ * dense reduction). For comparison, the same bodies run without loops, and all of it in the absolute formulation (every
+ * body free, every joint a loop).
  *
  * A line is trusted if nothing was allocated after set-up, and if the forces of joints and loops do no work: with
  * tau = RNEA(a), error = |v . tau| / sum |v_i h_i|, h the bias force, at most 1e-10 (measured: 1e-13 and less).

@@ -1,6 +1,6 @@
-/* What the plane saves: one evaluation of the accelerations with planar kernels and with spatial ones (plan: spatial),
- * in turns: a row of 128 rods, a four-bar, twenty four-bars on a chain, two and ten windows; and the closures alone,
- * which is the same less the mechanism without its loops.
+/* The gain of planar kernels: one evaluation of the accelerations with planar kernels and with spatial ones (plan:
+ * spatial), in turns. The mechanisms are a row of 128 rods, a four-bar, twenty four-bars on a chain, and two and ten
+ * windows. The closures alone are measured as the difference to the mechanism without its loops.
  *
  * A line is trusted if nothing was allocated after set-up and both find the same accelerations, to 1e-9 of the largest
  * (measured: 1e-12 and less).

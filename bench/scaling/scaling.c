@@ -1,7 +1,7 @@
-/* What a chain costs as it grows: inverse dynamics (RNEA), mass matrix (CRBA), forward dynamics (ABA), a step of RK4;
- * the derivatives of forward dynamics with respect to positions and velocities (dABA); what operational space takes: J'
- * v of a point (bias), the terms of M^-1, and M^-1 x (column); the regressor for identification; and derivatives of a
- * step (A and B) and of many (gradient).
+/* The cost of a chain as it grows. Dynamics: inverse dynamics (RNEA), mass matrix (CRBA), forward dynamics (ABA), a
+ * step of RK4, and the derivatives of forward dynamics with respect to positions and velocities (dABA). Operational
+ * space: J' v of a point (bias), the terms of M^-1, and M^-1 x (column). Also the regressor for identification, the
+ * derivatives of a step (A and B), and those of many steps (gradient).
  *
  * A line is trusted if nothing was allocated after set-up and if inverse dynamics gives back the torques that forward
  * dynamics was given: error = max |tau' - tau| / max |h|, where the bias force h is what cancels in tau' = M a + h, at

@@ -138,8 +138,8 @@ KT_TEST(force_that_saturates_leads_to_rest_from_afar) {
 }
 
 /* Torques within r = 4 eps of the stiffest joint's, g N^2 / 2 (links of 1 kg and 1 m), are none. Link i, turned by
- * theta_i from straight, weighs with g (N - i - 1/2) theta_i on its joint beyond what the next joint bears: theta_i is
- * the difference of two torques over that, and a joint's angle that of two links' theta. */
+ * theta_i from straight, loads its joint with g (N - i - 1/2) theta_i more than the next joint. theta_i is the
+ * difference of two torques over this factor, and a joint's angle is the difference of two links' theta. */
 static double straight(int n, int i) {
     const double g = 9.81, r = 4.0 * DBL_EPSILON * g * n * n / 2.0;
     const double own = 2.0 * r / (g * (n - i - 0.5)), before = i ? 2.0 * r / (g * (n - i + 0.5)) : 0.0;

@@ -1,5 +1,5 @@
-/* What cannot be linearised is refused in words and leaves what was known; nothing is allocated after set-up; equal
- * inputs give equal bits, whatever was asked before. */
+/* Models that cannot be linearised are rejected with a message, and earlier results stay. Nothing is allocated after
+ * set-up. Equal inputs give equal bits, independent of earlier calls. */
 #include "../constraint/linkage.h"
 #include "interpose.h"
 #include "small.h"

@@ -1,5 +1,5 @@
-/* An effect fails at its n-th evaluation, n = 1, 2, ...: whatever was asked for is refused in its words and leaves what
- * was known, or is right all the same, where a neighbouring evaluation could be done without.
+/* An effect fails at its n-th evaluation, n = 1, 2, ... The call then fails with the effect's message, and earlier
+ * results stay. It may also be right all the same, if it can do without a neighbouring evaluation.
  */
 #include "../constraint/linkage.h"
 #include "small.h"

@@ -220,7 +220,8 @@ KT_TEST(matrices_in_space_are_those_of_differences) { compare(BODIES); }
 
 KT_TEST(matrices_with_a_loop_are_those_of_differences) { compare(BODIES LOOP); }
 
-/* What the formulas ask for is found by Newton's method from elsewhere: nothing moves there and no state changes. */
+/* Newton's method finds the equilibrium of the formulas from another start: nothing moves there and no state
+ * changes. */
 KT_TEST(equilibrium_in_space_with_a_loop_rests) {
     made m;
     kt_error error;

@@ -54,8 +54,8 @@ KT_TEST(modes_of_a_train_are_those_of_its_closed_form_at_every_state) {
     train_free(&t);
 }
 
-/* A pendulum let go at 1 rad: lambda^2 = -g / l cos q changes as it swings. Heun's steps of 0.4 s would tell of
- * another motion; what is looked at is good to 1e-6, and 1e-6 was measured of lambda. */
+/* A pendulum let go at 1 rad: lambda^2 = -g / l cos q changes as it swings. Heun's steps of 0.4 s would give another
+ * motion. The analysed motion is accurate to 1e-6, and 1e-6 was measured for lambda. */
 KT_TEST(motion_is_looked_at_without_the_step_that_is_in_doubt) {
     kt_description description = kt_description_default();
     kt_body bob = kt_body_default();

@@ -221,8 +221,8 @@ KT_TEST(what_is_more_than_rounding_is_refused) {
         }
 }
 
-/* Bars of 1, 1.5 and 1 m cannot reach over 3.5000001 m: what is left of the gap is within the tolerance, but stretched
- * they cannot move, so that no equation repeats another. */
+/* Bars of 1, 1.5 and 1 m cannot reach over 3.5000001 m. The remaining gap is within the tolerance, but stretched bars
+ * cannot move, so that no equation repeats another. */
 KT_TEST(linkage_out_of_reach_by_little_is_refused) {
     machine m;
     kt_error error = {0};

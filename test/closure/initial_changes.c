@@ -1,4 +1,4 @@
-/* What an assembly leaves alone because the description gives it, what it tells of what it moved, and where it ended.
+/* The values that an assembly keeps because the description gives them, its report on moved values, and its end.
  */
 #include "../constraint/linkage.h"
 

@@ -75,9 +75,9 @@ KT_TEST(closed_loop_shows_every_method_s_order) {
 /* ---- drift ------------------------------------------------------------------------------------------------------- */
 
 /* The four-bar without gravity: its crank turns round and round, and the motion has a period. phi'' = 0 holds for every
- * slope that a method is given, so that only the method's own errors reach phi': the same in each period, n of them
- * after n, and phi gathers what phi' has come to: n (n - 1) / 2 times that and the period, and what it errs itself, n
- * times. */
+ * slope that a method receives, so that only the method's own errors reach phi'. They are the same in each period: n of
+ * them after n periods. phi gathers the errors of phi', n (n - 1) / 2 times one error times the period, and its own
+ * error n times. */
 static void turning(linkage *l) {
     const four_bar f = four_bar_default();
     linkage_four_bar(l, &f);

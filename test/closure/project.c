@@ -115,7 +115,7 @@ KT_TEST(frames_at_rest_stay_so_beside_joints_that_turn) {
     kt_check_above("with frames at rest", rested, 200.0);
 }
 
-/* What a step should be for it to be least: W step is a combination of rows of A, so that it has no part along what A
+/* The condition for the least step: W step is a combination of rows of A. It then has no part along motions that A
  * allows. W is the mass matrix or the identity. */
 typedef struct part {
     double along;    /* step' W allowed */
@@ -289,8 +289,8 @@ KT_TEST(failed_projection_names_the_loop_and_leaves_the_state) {
 /* ---- dead points ------------------------------------------------------------------------------------------------- */
 
 /* A cart on a wheel that rolls, a lift on it that is driven to y = t - 1/4, and a rod from there to the origin, whose
- * length L is driven: L L' = x x' + (1 + y) y'. The cart starts at 1 m. At t = 1/4 it is at x: towards x = 0 the rod
- * loses the cart's direction, of which it has x / L, and asks for rate - 1 along it. */
+ * length L is driven: L L' = x x' + (1 + y) y'. The cart starts at 1 m. At t = 1/4 the cart is at x. Towards x = 0 the
+ * rod loses the cart's direction, of which it has x / L, and requires rate - 1 along it. */
 typedef struct cart {
     double lift[2], rod[3];
     linkage l;
@@ -326,8 +326,8 @@ static bool make_cart(cart *c, double x, double rate) {
     return linkage_compile(l);
 }
 
-/* Whether the projection says that it is a dead point; -1 where something else is wrong. *size: of the direction that
- * is about to be lost, over what is usual. */
+/* Whether the projection reports a dead point; -1 for another failure. *size: the size of the direction that is about
+ * to be lost, over the usual size. */
 static int project_cart(double x, double rate, double *size) {
     static cart c;
     int dead = -1;

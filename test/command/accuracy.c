@@ -178,7 +178,7 @@ KT_TEST(accuracy_takes_a_run_as_its_reference) {
               "r.csv");
 }
 
-/* What is left out of a motion is told, and what has no methods to compare is refused. */
+/* Parts that are left out of a motion are reported, and a scene without methods to compare is rejected. */
 KT_TEST(events_are_left_out_in_words_and_hard_contacts_are_refused) {
     char text[600];
     snprintf(text, sizeof text,

@@ -127,10 +127,10 @@ KT_TEST(evaluate_prints_equations_that_add_up_for_every_bundled_scene) {
         kt_ran ran = kt_shell("$K evaluate \"" KT_SCENES "/%s\"", name);
         json_t *root = kt_json(ran.out);
         const balance b = add_up(root);
-        /* Of a rotor that turns evenly at omega about a fixed axis nothing is left of any term but rounding of what
-         * cancels within h: sums of m (dx/dq_i) . x'' with |x''| = omega |x'|, whose sizes add up, by Cauchy and
-         * Schwarz, to at most omega sqrt(M_ii 2 T) in a row, which for the rotor's own coordinate is 2 T. Where other
-         * terms are left these alone count. */
+        /* For a rotor that turns evenly at omega about a fixed axis, every term is rounding of cancelling terms within
+         * h. These are sums of m (dx/dq_i) . x'' with |x''| = omega |x'|. By Cauchy and Schwarz, their sizes add up to
+         * at most omega sqrt(M_ii 2 T) in a row. For the rotor's own coordinate, this is 2 T. Where other terms are
+         * left these alone count. */
         const double kinetic = kt_json_at(root, "energy.kinetic");
         const bool even = b.size <= 1e-12 * kinetic;
         rotors += even && kinetic > 0.0;

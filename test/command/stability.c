@@ -233,9 +233,9 @@ static void write_ringing(double stiffness, double damping, double tolerance) {
     kt_write_file("ring.yaml", text);
 }
 
-/* By default a mode is found that rings with 0.01 to 0.5 of the critical damping; dopri5 takes 90,000 steps. Where no
- * step of the motion shows it (the tolerance keeps the steps to two thirds of the limit), the run says so, and the
- * remedy is one. */
+/* By default a mode is found that rings with 0.01 to 0.5 of the critical damping; dopri5 takes 90,000 steps. If no step
+ * of the motion shows it (the tolerance keeps the steps to two thirds of the limit), the run reports it, and the remedy
+ * helps. */
 KT_TEST(run_finds_a_mode_that_rings_or_tells_that_it_has_missed_it) {
     static const double dampings[] = {60.0, 300.0, 3000.0};
     for (int i = 0; i < 3; i++) {
@@ -492,8 +492,8 @@ static double last_angle(const char *scene) {
     return row != NULL ? strtod(row + 1, NULL) : (double)NAN;
 }
 
-/* At t = 0.793 s the branches cross on which b1 is the mirror image of a1, and lies along it: on the second the upper
- * stage stands still, and a2 is 0.08 off within 0.2 s. */
+/* At t = 0.793 s two branches cross. On one of them b1 is the mirror image of a1, and on the other it lies along a1. On
+ * the second, the upper stage rests, and a2 is 0.08 off within 0.2 s. */
 KT_TEST(two_loops_that_fold_at_once_stay_on_their_branch) {
     kt_worst worst = kt_worst_make("a2 at 1 s");
     for (int k = 4; k <= 10; k++) {
@@ -531,7 +531,7 @@ static void make_sarrus(const char *file, double d) {
 }
 
 /* From t = 0.564 s on, next to a bend of the path, interpolated accelerations are off by 1e-3 to one side, and direct
- * ones by 1e-8: interpolated ones lose 2.6e-6 J, while 3e-8 J is what the tolerance costs. */
+ * ones by 1e-8. Interpolated ones lose 2.6e-6 J. The tolerance alone costs 3e-8 J. */
 KT_TEST(stages_take_the_direct_acceleration_where_rounding_leaves_it_exact) {
     make_sarrus("sarrus.yaml", 2.1544346900318845e-4);
     const kt_ran ran =
@@ -578,8 +578,8 @@ KT_TEST(fixed_steps_that_fail_name_the_singular_position_before) {
     kt_check_contains("remedy", ran.err, "one below a tenth of that may help, or an adaptive method");
 }
 
-/* Where rounding bends the path: steps that shrank until they made no progress, by Jacobians of before the bend, and by
- * what accelerations are uncertain by. */
+/* Rounding bends the path: steps shrank until they made no progress. The causes were Jacobians of before the bend, and
+ * the uncertainty of accelerations. */
 KT_TEST(steps_pass_what_rounding_bends) {
     static const double crossed[3] = {1.2, -2.234830412233192, -2.2348304122331903};
     make_four_bar("bends.yaml", 2.5, 1.0 - 6e-13, 1.5, 0.0, falling);

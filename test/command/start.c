@@ -1,5 +1,5 @@
-/* What the command says of the state that a scene starts from: values that assembly moved, loops that stay open, and
- * what `check` finds doubtful. */
+/* Reports of the command on the start state of a scene: values that assembly moved, loops that stay open, and doubtful
+ * values that `check` finds. */
 #include "shell.h"
 
 #include <math.h>
@@ -319,8 +319,8 @@ KT_TEST(check_refuses_a_start_beyond_a_hard_stop_as_a_run_does) {
     kt_expect(0, NULL, "$K check h.yaml");
 }
 
-/* A bob of 1 kg at 0.1 m turns its hinge with no more than 0.981 N m, and what is fixed to the world with nothing; a
- * stop of 100 N m per rad may bear twice that: 0.01962 rad. */
+/* A bob of 1 kg at 0.1 m turns its hinge with at most 0.981 N m. Parts that are fixed to the world turn it with
+ * nothing. A stop of 100 N m per rad may carry twice that moment, at 0.01962 rad. */
 KT_TEST(check_warns_of_a_turning_joint_s_limit_by_what_weights_turn_it_with) {
     static const char swing[] =
         "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"

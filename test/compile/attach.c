@@ -45,7 +45,7 @@ static kt_status compile(const scene *s, kt_error *error) {
     return status;
 }
 
-/* Whatever the loop asks, no motion of the two bodies against each other is left that it could prevent or leave. */
+/* For any demand of the loop, the two bodies have no relative motion left that it could prevent or allow. */
 KT_TEST(a_loop_within_one_rigid_part_is_refused) {
     static const char *const ends[][2] = {{"arm", "plate"}, {"plate", "arm"}, {"world", "shelf"}, {"shelf", NULL}};
     static const kt_loop_type types[] = {KT_LOOP_SPHERICAL, KT_LOOP_WELD, KT_LOOP_INPLANE, KT_LOOP_UNIVERSAL};

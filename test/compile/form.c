@@ -1,5 +1,5 @@
-/* The form of a constraint group: which one known mechanisms get and why, and that a form which is excluded is not
- * chosen, while accelerations stay what they are but for rounding. */
+/* The form of a constraint group: the forms of known mechanisms, with the reason. A form that is excluded is not
+ * chosen, and accelerations stay the same but for rounding. */
 #include "constraint/linkage.h"
 
 #include <math.h>

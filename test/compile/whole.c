@@ -24,8 +24,7 @@ static void note_told(void *user, const kt_place *place, const kt_error *error) 
                                   body ? "body" : "loop", place->index, place->field, error->where);
 }
 
-/* What kt_model_check says of a description, and whether its first fault is that of kt_model_compile where nothing else
- * is wrong. */
+/* The result of kt_model_check for a description. Without other faults, its first fault is that of kt_model_compile. */
 static void check_told(const char *what, const kt_description *d, const char *expected, const char *where) {
     told t = {.length = 0};
     kt_error error = {KT_OK, "", ""}, other = {KT_OK, "", ""};

@@ -1,9 +1,10 @@
-/* What loops add to derivatives (constraint/gradient.h), against differences of their equations: of every type, in
- * space and in a plane, on the manifold and off it, for any accelerations and multipliers; and planar loops against
- * dual numbers (dual_rows.h).
+/* The part of loops in derivatives (constraint/gradient.h), against differences of their equations. The test has loops
+ * of every type, in space and in a plane, on the manifold and off it, for any accelerations and multipliers. Planar
+ * loops are compared with dual numbers (dual_rows.h).
  *
- * Differences of order eight, of steps H and H / 2: the second is off by 1 / 256 of what the first is off by, and so
- * their extrapolation by about 1 / 256 of their difference, or by rounding, some eps / H of the numbers.
+ * Differences of order eight, of steps H and H / 2. The error of the second is 1 / 256 of the error of the first. The
+ * error of their extrapolation is therefore about 1 / 256 of their difference, or rounding, some eps / H of the
+ * numbers.
  */
 #include "tangle.h"
 

@@ -54,7 +54,7 @@ static void acceleration_at(const kt_oracle_body *m, const long double arm[3], l
         out[i] += m->a[i] + x[i];
 }
 
-/* What a body asks for: inertia less gravity less external, about its origin. */
+/* The force that a body needs: inertia less gravity less external, about its origin. */
 static kt_oracle_wrench demand(const kt_tree *tree, int b, const kt_oracle_body *m, const kt_wrench *external) {
     const kt_body *body = described(tree, b);
     const kt_vec3 g = tree->description.gravity;

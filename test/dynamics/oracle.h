@@ -1,8 +1,8 @@
 /* The dynamics of a mechanism computed apart from the library, slowly, in long double.
  *
- * Poses are composed along each body's path from the description alone, axes as they stand, with every coordinate a
- * Taylor series in time, q + v t + a t^2 / 2 (rotations: exp of w t + w' t^2 / 2 in the body frame), so that twists and
- * accelerations are coefficients of the product, and no velocity recursion is written down. Then Kane: J from unit
+ * Poses are composed along each body's path from the description alone, with axes as given. Every coordinate is a
+ * Taylor series in time, q + v t + a t^2 / 2 (rotations: exp of w t + w' t^2 / 2 in the body frame). Twists and
+ * accelerations are therefore coefficients of the product, and no velocity recursion is needed. Then Kane: J from unit
  * velocities, M = sum J' m J, tau = sum J' (inertial wrench - gravity - external), M a = tau by Gaussian elimination.
  */
 #ifndef KT_TEST_DYNAMICS_ORACLE_H

@@ -243,7 +243,7 @@ KT_TEST(hertz_contact_lasts_as_long_as_it_should) {
     kt_check_near("of Hertz", 2.0 * tgamma(0.4) * sqrt(pi) / tgamma(0.9) / 2.5, 2.9432, 1e-4);
 }
 
-/* Whatever the exponent, with a = 3/2 c: v dv / (1 + a v) = -(k / m) x^p dx, so that v / a - log(1 + a v) / a^2 is the
+/* For any exponent, with a = 3/2 c: v dv / (1 + a v) = -(k / m) x^p dx. Therefore v / a - log(1 + a v) / a^2 is the
  * same at impact (v) and afterwards (-u). */
 static double rebound(double a, double v) {
     const double before = v / a - log1p(a * v) / (a * a);

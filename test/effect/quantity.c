@@ -1,6 +1,6 @@
-/* What can be recorded of effects, of every type on one mechanism in random states: their powers against the
- * generalised forces, which inverse dynamics computes; lengths' rates against differences; forces against each type's
- * formula of the lengths and rates that stand next to them.
+/* The quantities of effects that can be recorded, of every type on one mechanism in random states. Powers are compared
+ * with the generalised forces from inverse dynamics. Rates of lengths are compared with differences. Forces are
+ * compared with each type's formula of the recorded lengths and rates.
  */
 #include "../simulation/scenes.h"
 

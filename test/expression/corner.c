@@ -79,8 +79,7 @@ KT_TEST(bounds_hold_values_and_derivatives) {
     kt_check_below("without a finite bound, of 156,000", wide, 100);
 }
 
-/* A formula that may be NaN says so, and one that may be NaN below says what comes of it: NaN < 1 is 0, NaN != 1 is
- * 1. */
+/* A formula that may be NaN is marked, and so is the result of a part that may be NaN: NaN < 1 is 0, NaN != 1 is 1. */
 KT_TEST(bounds_hold_where_there_is_no_value) {
     static const struct {
         const char *text;
@@ -291,9 +290,9 @@ KT_TEST(searches_have_an_end) {
     }
 }
 
-/* Where exp is beyond the largest number, or below the least, and where a root of 0 stays 0, the first feature is
- * found, and not the end of what was looked at. f''' of 1 / (1 + e^-u) is 0 at u = -log(2 + sqrt(3)), that of tanh u at
- * half of it, that of log(1 + e^u) at 0, that of exp(-u^2) at -sqrt(3/2). */
+/* If exp overflows or underflows, and if the root of 0 stays 0, the search finds the first feature. It does not find
+ * the end of the searched interval. f''' of 1 / (1 + e^-u) is 0 at u = -log(2 + sqrt(3)), that of tanh u at half of it,
+ * that of log(1 + e^u) at 0, that of exp(-u^2) at -sqrt(3/2). */
 KT_TEST(features_are_found_behind_numbers_that_are_too_large) {
     static const struct {
         const char *text;

@@ -1,4 +1,5 @@
-/* What is no formula is told with its column; bounds of length, depth and memory; names with hyphens; units. */
+/* Text that is no formula is rejected with its column. Bounds of length, depth and memory; names with hyphens;
+ * units. */
 #include "kinetree/expression.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* The reader of formulas, for any text: it says what is wrong and where, or reads a formula whose value and derivatives
- * agree with each other, in no more memory than it has asked for. */
+/* The reader of formulas, for any text. It reports the fault and its place, or reads a formula whose value and
+ * derivatives agree with each other. It takes no more memory than it requires. */
 #include "expression/corner.h"
 #include "fuzz.h"
 

@@ -1,8 +1,8 @@
 /* Fuzzing: entry points that take any bytes, and what stands behind them.
  *
  * scene.c (also for URDF, MJCF and SDF), model.c and motion.c each have the entry of libFuzzer and AFL++,
- * LLVMFuzzerTestOneInput. What must hold is asked for by kt_fuzz_must, which ends the process: that is how fuzzers are
- * told. replay.c calls the same entries in the suite; `test/fuzz/run` builds the fuzzers.
+ * LLVMFuzzerTestOneInput. kt_fuzz_must checks a claim. It ends the process if the claim is false, which fuzzers notice.
+ * replay.c calls the same entries in the suite; `test/fuzz/run` builds the fuzzers.
  */
 #ifndef KT_TEST_FUZZ_H
 #define KT_TEST_FUZZ_H

@@ -1,5 +1,6 @@
-/* Small mechanisms with loops and effects, moved for a moment: what a call says is right is a number, what it refuses
- * leaves its outputs as they were, loops that are said to be closed are, and a state that is taken back is the same.
+/* Small mechanisms with loops and effects, moved for a moment. A result that a call accepts is a number. A rejected
+ * call leaves its outputs unchanged. Loops that are reported as closed are closed, and a state that is undone is the
+ * same as before.
  *
  * All memory is of exactly the size that is asked for, so that the address sanitizer sees a step beyond it.
  */

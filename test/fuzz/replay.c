@@ -27,7 +27,7 @@ typedef struct input {
     size_t size;
 } input;
 
-/* What the process at work tells. */
+/* Messages of the working process. */
 typedef struct shared {
     uint64_t runs;
     size_t size;

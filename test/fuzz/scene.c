@@ -1,5 +1,5 @@
-/* The readers of scenes and of robots in URDF, MJCF and SDF (FUZZ_ROBOT), for any text: each says what is wrong, or
- * reads a scene which, written, reads as the same. */
+/* The readers of scenes and of robots in URDF, MJCF and SDF (FUZZ_ROBOT), for any text. Each reports the fault, or
+ * reads a scene. A written scene reads as the same. */
 #include "fuzz.h"
 #include "kinetree/import.h"
 

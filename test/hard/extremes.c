@@ -1,6 +1,6 @@
 /* Kinds 13 and 14: next to nothing, and far too much.
  *
- * Free fall y = -g t^2 / 2 is what a Runge-Kutta method of order 2 or more finds but for rounding: over n steps the sum
+ * A Runge-Kutta method of order 2 or more finds free fall, y = -g t^2 / 2, but for rounding. Over n steps the sum
  * rounds by at most n eps of its end. A body that turns about a principal axis turns evenly. A pendulum's motion does
  * not depend on its mass, nor on its length if gravity grows with it: over all numbers that a double has, it must be
  * that motion, or be refused.

@@ -18,8 +18,8 @@ typedef struct kt_hard_measure {
     double bound;
 } kt_hard_measure;
 
-/* What any engine can tell of a mechanism at a time: for each body of the description the pose of its frame, and its
- * twist (velocity of the frame's origin), world axes. */
+/* The quantities of a mechanism at a time that any engine has. For each body of the description: the pose of its frame,
+ * and its twist (velocity of the frame's origin), in world axes. */
 typedef struct kt_hard_view {
     const kt_description *description;
     const int *parent; /* of each body, in the description; -1: the world */

@@ -1,4 +1,5 @@
-/* Kinds 11, 12 and 15: what cannot be, or cannot go on, is said: which loop, how far open, when; nothing is lost.
+/* Kinds 11, 12 and 15: impossible states and motions that cannot go on are reported, with the loop, its gap and the
+ * time. No records are lost.
  *
  * Out of reach: two bars of 1 m whose ends a distance loop holds 1.4 m + 0.2 m/s t apart are straight at t = 3 s. Near
  * there the rates grow as (3 s - t)^-1/2: a step of 1e-3 s fails where the stretch is a few steps ahead at most.
@@ -163,8 +164,8 @@ static void run_out_of_reach(kt_hard *h) {
 }
 
 /* A length is driven, and at 0.0160174 s the mechanism of a wheel, a plane and that length loses the direction along
- * which it would have to follow, though positions that close it remain: velocities grow like 1 / sqrt(t* - t). What is
- * told may come as much later as a step near there leaps. */
+ * which it would have to follow, though positions that close it remain: velocities grow like 1 / sqrt(t* - t). The
+ * report may be later by the length of a step near that position. */
 static void run_dead_point(kt_hard *h) {
     static const char *const names[] = {"qr", "partition", "svd"};
     h->observed[0] = h->observed[1] = 0.0;

@@ -157,8 +157,8 @@ static bool all_finite(const double *x, size_t n) {
     return true;
 }
 
-/* What moves and is evaluated from now on with the same objects: a short run of the simulation, which is taken back,
- * the accelerations, the states of the batch and that of the integrator. A call that is refused changes none of it. */
+/* Later results of the same objects: a short run of the simulation, which is undone, the accelerations, the states of
+ * the batch and that of the integrator. A call that is refused changes none of it. */
 static void find_later(fixture *f, double *out) {
     const size_t nq = (size_t)kt_model_nq(f->model), nv = (size_t)kt_model_nv(f->model);
     double *at = out;

@@ -243,9 +243,9 @@ static void check_count(const char *what, int count, const kt_vec3 *axis, const 
 #define Z_AXIS                                                                                                         \
     { 0.0, 0.0, 1.0 }
 
-/* Of revolute joints that are each parallel or perpendicular to the one before: 7 n - 4 b - 2 l, b being how many links
- * are in the first run of parallel axes, and l = 1 if the first axis is along gravity (Mayeda, Yoshida & Osuka 1990):
- * 36 of a PUMA 560, 43 of an arm with seven axes. */
+/* For revolute joints that are each parallel or perpendicular to the one before, the number is 7 n - 4 b - 2 l. Here b
+ * is the number of links in the first run of parallel axes, and l = 1 if the first axis is along gravity (Mayeda,
+ * Yoshida & Osuka 1990). This gives 36 for a PUMA 560, and 43 for an arm with seven axes. */
 KT_TEST(base_parameters_are_as_many_as_published) {
     static const kt_vec3 planar[] = {Z_AXIS, Z_AXIS}, puma[] = {Z_AXIS, Y_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS},
                          seven[] = {Z_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS};

@@ -213,9 +213,9 @@ static int compare_numbers(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* What does not depend on axes is the same to rounding: mass, centre of mass, and principal moments, whose error is of
- * second order in that of the axes; the whole inertia to 1.5e-6, which MuJoCo's rotations leave at most. Its axes and
- * moments are then replaced by those that belong to the same inertia to rounding. */
+/* Quantities that do not depend on axes agree to rounding: mass, centre of mass, and principal moments, whose error is
+ * of second order in that of the axes. The whole inertia agrees to 1.5e-6, the largest error of MuJoCo's rotations. Its
+ * axes and moments are then replaced by those that belong to the same inertia to rounding. */
 static void compare_inertia(pair *p, int ours, int theirs, kt_worst *invariant, kt_worst *whole) {
     const kt_body *body = &p->scene.description.bodies[kt_body_source(p->model, ours)];
     const mjModel *m = p->m;

@@ -68,9 +68,9 @@ static void release(robots *r) {
         mj_deleteModel(r->m);
 }
 
-/* M and h against theirs, in parts of the largest entry. MuJoCo turns inertias to principal axes and ends where what is
- * off the diagonal is below 1e-12 kg m^2: 1.8e-11 of the largest entry was measured here. An inertia about other axes,
- * or with the other sign of its products, is 1e-4 off. */
+/* M and h against theirs, in parts of the largest entry. MuJoCo turns inertias to principal axes and stops at
+ * off-diagonal entries below 1e-12 kg m^2. This is 1.8e-11 of the largest entry here. An inertia about other axes, or
+ * with the other sign of its products, is 1e-4 off. */
 static void compare(robots *r, kt_random *random, kt_worst *mass, kt_worst *bias, kt_worst *place) {
     double q[NV], v[NV], zero[NV] = {0}, tau[NV], matrix[NV * NV], theirs[NV * NV];
     kt_error error = {0};

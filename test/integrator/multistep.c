@@ -309,8 +309,8 @@ KT_TEST(modes_grow_as_the_largest_root) {
         }
 }
 
-/* The root that stands for the motion is e^z up to the error of a step, C z^(p + 1), with the error constants of the
- * methods: HNW III.2; Adams-Moulton's is -19/720 of order 4. */
+/* The root of the motion is e^z up to the error of a step, C z^(p + 1). C is the error constant of the method (HNW
+ * III.2), -19/720 for Adams-Moulton of order 4. */
 KT_TEST(the_principal_root_is_the_motion_to_the_order) {
     for (int i = 0; i < NAMES; i++) {
         const kt_method *m = kt_method_find(names[i]);

@@ -468,8 +468,9 @@ static double speed_after(const release *r, const char *name, double tol) {
     return speed;
 }
 
-/* What is left of it is hidden by the matrix: at 3 to 22 of 81 tolerances masses stayed where they were, or were flung
- * away, and ended up to 18,000 tolerances off, with rodas5p at 25 to 30 and up to 37,000. */
+/* The matrix hides the rest of the force. At 3 to 22 of 81 tolerances, masses stayed in place or were flung away. Their
+ * errors were up to 18,000 tolerances. With rodas5p, the same happened at 25 to 30 tolerances, with errors up to
+ * 37,000. */
 KT_TEST(a_stiff_force_that_lets_go_within_a_step_is_noticed) {
     enum { COUNT = 81 };
     static const char *const names[] = {"radau5", "rodas5p"};

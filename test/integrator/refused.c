@@ -255,7 +255,7 @@ static kt_status take_step(const kt_integrator_options *options, double t, doubl
     return status;
 }
 
-/* y is 1 in both components, and eps / 1e-30 as much as 2e14 times what is asked for; at half a rounding it is not. */
+/* y is 1 in both components. eps / 1e-30 is 2e14 times the tolerance, and at half a rounding it is not. */
 KT_TEST(tolerances_below_the_rounding_of_the_state_are_refused) {
     kt_error error;
     kt_integrator_options o = kt_integrator_options_default();

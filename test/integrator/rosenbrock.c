@@ -283,8 +283,9 @@ static double driven_error(driven *s, int steps, kt_integrator_counts *counts, k
     return worst;
 }
 
-/* What the caller knows is taken, for one evaluation that he is held to need; else the difference, for two. A slope of
- * another equation shows. Where lambda is large the three are the same: the last stages leave the slope out. */
+/* A derivative of the caller is used, at the cost of one evaluation. Otherwise a difference is used, at the cost of
+ * two. A slope of another equation shows. Where lambda is large the three are the same: the last stages leave the slope
+ * out. */
 KT_TEST(a_slope_in_time_that_is_known_is_taken) {
     static const struct {
         double offset;

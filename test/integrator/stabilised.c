@@ -91,8 +91,9 @@ KT_TEST(orders_hold_with_many_stages_on_a_problem_that_is_not_autonomous) {
     kt_check_near("order of rkc4", measured_order("rkc4", 64), 4.0, 0.2);
 }
 
-/* Where what decays fast follows a motion, errors are smaller than h^p says at large steps and fall more slowly (order
- * reduction): rkc2 keeps its 2, of rkc4 2.3 is left over h rate = 400 .. 50, from a hundredth of rkc2's error on. */
+/* If a fast decaying component follows a motion, errors at large steps are smaller than h^p predicts and fall more
+ * slowly (order reduction). rkc2 keeps its order 2. rkc4 keeps 2.3 over h rate = 400 .. 50, measured from a hundredth
+ * of rkc2's error on. */
 KT_TEST(errors_on_a_stiff_problem_fall_as_measured) {
     static const struct {
         const char *method;

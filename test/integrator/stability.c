@@ -340,8 +340,8 @@ KT_TEST(verdicts_are_those_published) {
         }
 }
 
-/* Three-step BDF grows near the axis (Dahlquist's second barrier: no method of order 3 is A-stable), and what is
- * infinitely stiff it damps; R = (1 + z / 2) / (1 + z / 2 - z^2) has a pole on the left, and |R| < 1 on the axis. */
+/* Three-step BDF grows near the axis (Dahlquist's second barrier: no method of order 3 is A-stable), and damps
+ * infinitely stiff modes. R = (1 + z / 2) / (1 + z / 2 - z^2) has a pole on the left, and |R| < 1 on the axis. */
 KT_TEST(methods_that_are_not_a_stable_are_told_from_those_that_are) {
     kt_stability three = stability_of(kt_method_find("bdf2"), 2), pole = stability_of(kt_method_find("radau5"), 2);
     const double bdf[4][2] = {{11.0 / 6.0, -1.0}, {-3.0, 0.0}, {1.5, 0.0}, {-1.0 / 3.0, 0.0}};

@@ -1,6 +1,6 @@
-/* What closed mechanisms refuse, in every way of reduction, in the plane and in space: numbers that are not finite or
- * too large, freedoms without inertia, states too far from closed. Nothing is written then, and the words say what is
- * wrong.
+/* Inputs that closed mechanisms reject, in every way of reduction, in the plane and in space: numbers that are not
+ * finite or too large, freedoms without inertia, states too far from closed. Nothing is written then, and the words say
+ * what is wrong.
  */
 #include "../constraint/linkage.h"
 

@@ -65,9 +65,9 @@ KT_TEST(two_windows_follow_the_exact_motion) {
 }
 
 /* A step that ends at the singular position, and stages that meet it: the start lies there, or before it by a whole
- * number of steps, or by half a step more. Where five windows start there, it is rounding alone that says how each of
- * them goes on: from 6e-11 to 1.4e-6 m were measured at twelve rates from 3 to 3.4 rad/s, in the plane and in space
- * alike; the worst of these rates is among those below. */
+ * number of steps, or by half a step more. If five windows start there, rounding alone decides the branch of each of
+ * them. Differences from 6e-11 to 1.4e-6 m were measured at twelve rates from 3 to 3.4 rad/s, in the plane and in
+ * space. The worst of these rates is among those below. */
 KT_TEST(steps_and_stages_may_land_on_a_singular_position) {
     static linkage l;
     static const struct {
@@ -120,9 +120,9 @@ KT_TEST(adaptive_steps_pass_singular_positions) {
     }
 }
 
-/* The acceleration itself, at distances from 0 to 0.1 rad and at any speed: interpolation errs by some 4e-11 rad/s^2,
- * and rounding by 3e-11 v^2 and what a chain makes of it. The model is given at an angle of the cranks, and each other
- * crank is turned on by `off`. */
+/* The acceleration itself, at distances from 0 to 0.1 rad and at any speed. Interpolation errs by some 4e-11 rad/s^2.
+ * Rounding errs by 3e-11 v^2, enlarged by the chain. The model is given at an angle of the cranks, and each other crank
+ * is turned on by `off`. */
 static void check_near_crossing(int n, double given, double off) {
     static linkage l;
     static const double rates[] = {1e-6, 1e-3, 0.3, 1.0, 5.0, 30.0};
@@ -195,8 +195,9 @@ KT_TEST(acceleration_is_interpolated_from_as_near_as_the_motion_varies) {
     kt_check_worst(&worst);
 }
 
-/* What is near is told by the usual size of the equations' directions, and a model given where they are small must not
- * take that for usual: the rounding that a state is off by, 4 units here, would be divided by the cube of the distance.
+/* The usual size of the equations' directions decides whether a position is near. A model whose start has small
+ * directions must not take them for usual. Otherwise the rounding of the state, 4 units here, would be divided by the
+ * cube of the distance.
  */
 KT_TEST(models_given_near_a_singular_position_know_it_as_one) {
     for (int k = -2; k <= 2; k++)

@@ -76,7 +76,7 @@ KT_TEST(motions_past_a_singular_position_keep_their_energy) {
     }
 }
 
-/* What is told of a passage: how near, and by which of the two ways. Away from it nothing is. */
+/* The report of a passage: the distance, and which of the two ways. Away from it nothing is. */
 KT_TEST(passages_are_told) {
     static linkage l;
     static const struct {

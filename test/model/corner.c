@@ -19,8 +19,8 @@ static curve compiled(kt_function function) {
     return c;
 }
 
-/* The jump of value (0), first (1) or second (2) derivative from just before t to just after. rounding: what it is
- * where it is continuous, at most, by the next derivative over that time and by roundings of the terms. */
+/* The jump of the value (0), first (1) or second (2) derivative from just before t to just after. rounding: the largest
+ * jump of a continuous value, from the next derivative over that time and from rounding of the terms. */
 static double jump(const curve *c, double t, int order, double *rounding) {
     double left[3], right[3], largest = 1.0;
     kt_curve_evaluate(&c->of, c->numbers, t - 4.0 * DBL_EPSILON * fabs(t), left);
@@ -31,8 +31,8 @@ static double jump(const curve *c, double t, int order, double *rounding) {
     return fabs(right[order] - left[order]);
 }
 
-/* All corners from -1 on, and their orders: what is below the order is continuous, what is of the order jumps (a third
- * derivative cannot be asked for). */
+/* All corners from -1 on, and their orders. Derivatives below the order are continuous, and the derivative of this
+ * order jumps (a third derivative cannot be computed). */
 static void check_corners(const char *name, kt_function function, int count, const double *times, const int *orders) {
     const curve c = compiled(function);
     double t = -1.0, rounding;

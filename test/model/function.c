@@ -159,8 +159,8 @@ KT_TEST(linear_table_joins_its_rows) {
 }
 
 /* GSL solves the same tridiagonal system in another arrangement. Its matrix is diagonally dominant (condition below 3
- * for steps of like size; here they differ up to 7.5 times): 100 eps max|y| / least step^k, found to be about twenty
- * times what is seen. */
+ * for steps of like size; here they differ up to 7.5 times). The bound 100 eps max|y| / least step^k is about twenty
+ * times the measured error. */
 KT_TEST(cubic_table_is_the_natural_spline) {
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("against gsl_interp_cspline");

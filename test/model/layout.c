@@ -156,9 +156,9 @@ static bytes bytes_a_link(int n, bool planar) {
     return link;
 }
 
-/* Of the model, 312 and 232 bytes are a body and a link, and 184 more where it is planar. What only links with several
- * children, joints of several degrees of freedom, or loops need is not there: it was 500 more; nor is memory of its own
- * for kinematics of a reaction or a power: 216 more. */
+/* Of the model, 312 and 232 bytes are a body and a link, and 184 more where it is planar. Memory for links with several
+ * children, joints of several degrees of freedom, or loops is not there: it was 500 more. Neither is memory for
+ * kinematics of a reaction or a power: 216 more. */
 KT_TEST(data_of_a_link_of_a_chain_take_no_more_than_1100_bytes) {
     for (int i = 0; i < 4; i++) {
         const bool planar = i % 2;

@@ -1,4 +1,4 @@
-/* What can be asked of a model. */
+/* Queries of a model. */
 #include "dynamics/tree.h"
 
 #include <math.h>

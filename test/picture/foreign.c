@@ -1,6 +1,6 @@
-/* What a kinetree that was built without assimp says of the meshes which assimp would read: this program has a
- * foreign.c of its own, compiled without. And readers that end, that do not end, and that take all memory, in processes
- * of their own. */
+/* Messages of a kinetree without assimp about meshes that assimp would read. This program has its own foreign.c,
+ * compiled without assimp. And readers that end, that do not end, and that take all memory, in processes of their
+ * own. */
 #include "check.h"
 
 #include "picture/apart.h"
@@ -28,7 +28,7 @@ KT_TEST(without_assimp_the_format_and_the_remedy_are_told) {
 
 /* ---- readers in a process of their own --------------------------------------------------------------------------- */
 
-/* What it does stands in the text. */
+/* Its action is in the text. */
 static kt_status read_oddly(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
     (void)path, (void)size;
     if (strcmp(text, "end") == 0)

@@ -387,9 +387,9 @@ static void round_column(const tangle *g, const tangle_system *s, const double *
     (void)tangle_solve(g, &of, (tangle_way){.mixes = true}, solution, moved);
 }
 
-/* The derivatives of the accelerations: by both reductions, up to 1e-12 of scale or twice what rounding of the matrices
- * makes of a column (measured of 20 seeds: 0.8 of that); and along one direction of v against differences of order
- * four. */
+/* The derivatives of the accelerations. Both reductions agree up to 1e-12 of scale, or twice the effect of rounded
+ * matrices on a column (measured with 20 seeds: 0.8 of that). Along one direction of v they agree with differences of
+ * order four. */
 static void compare_derivatives(const tangle *g, const tangle_system *s, const few_results *few,
                                 const few_results *dense, kt_worst *both, kt_worst *differences) {
     static double d[2][3][KT_TREE_NV * KT_TREE_NV];

@@ -89,8 +89,9 @@ static void count_classes(const kt_model *fronts, const kt_data *data, const kt_
 
 /* Accelerations: the bound is what the condition of the mechanism makes of rounding (tangle_solve), or 1e-10 of scale.
  * Next to singular positions both interpolate, from neighbouring states that differ by what projections leave: measured
- * of 20 seeds 5e-7 of scale. Where one alone does, as what is usual is a matter of the order, the other's acceleration
- * has the error of its position over the cube of the distance, 2 eps / x^3 = 1e-6 at x = 0.8e-3: measured 1.3e-6. */
+ * of 20 seeds 5e-7 of scale. If only one does, because the usual size depends on the order, the other's acceleration
+ * has the error of its position over the cube of the distance. This is 2 eps / x^3 = 1e-6 at x = 0.8e-3; measured
+ * 1.3e-6. */
 static bool compare_accelerations(const tangle *g, const pair *fronts, const pair *dense, const char *of, outcome *o) {
     static tangle_system s;
     double a[KT_TREE_NV], b[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV];
@@ -342,9 +343,9 @@ static wheels_errors errors_of(wheels *w, kt_random *random) {
 
 /* Bounds: noise of 1e-14 in positions and velocities times the 16 below which a preferred rod is replaced, and its
  * neighbour's 16; or a few times the dense error. Measured of 13 seeds: 1.8e-12 next to 0.01, where fronts prefer
- * another rod than dense matrices do, and 1e-15. Fronts that accepted what they met first were off by 6e-11 with three
- * wheels, and by 0.4 with five; those that preferred what they had met first, by 6e-11 with five, and forces by
- * 2e-13. */
+ * another rod than dense matrices do, and 1e-15. Fronts that accepted the first candidate were off by 6e-11 with three
+ * wheels, and by 0.4 with five. Fronts that preferred the first candidate were off by 6e-11 with five, and their forces
+ * by 2e-13. */
 static void compare_wheels(int count, int mechanisms, bool spatial, kt_worst worst[2]) {
     static wheels w;
     kt_random random = kt_random_of_test();
@@ -681,8 +682,8 @@ static int32_t ancestor_of(const kt_model *m, int32_t i, int32_t j) {
     return i;
 }
 
-/* The number of links on paths of loops, each counted as often as it is on one; *wrong: paths and ancestors that are
- * not what the links' parents say. */
+/* The number of links on paths of loops, each counted once for each path. *wrong: paths and ancestors that contradict
+ * the links' parents. */
 static int check_paths(const kt_model *m, int *wrong) {
     int sum = 0;
     for (size_t i = 0; i < m->n.loop; i++) {

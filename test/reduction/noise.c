@@ -1,5 +1,5 @@
-/* What rounding leaves is taken neither for an equation nor for a speed, and where the line is: the thresholds of rank,
- * closure and singular positions, at literal values on either side.
+/* Rounding errors are taken neither for an equation nor for a speed. The test has the thresholds of rank, closure and
+ * singular positions, at literal values on either side.
  */
 #include "../constraint/linkage.h"
 

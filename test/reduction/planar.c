@@ -1,5 +1,5 @@
-/* Mechanisms in a plane against the same mechanisms by the spatial kernels: whatever can be asked of their loops has
- * the same answer but for rounding. (acceleration.c and equations.c hold both against other formulations.) */
+/* Mechanisms in a plane against the same mechanisms by the spatial kernels: every query of their loops has the same
+ * answer but for rounding. (acceleration.c and equations.c hold both against other formulations.) */
 #include "../constraint/tangle.h"
 
 #include "model/model.h"

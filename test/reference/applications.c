@@ -1,5 +1,5 @@
-/* The scenes of applications against what theory says of them: a rotor's flap frequency, a tether's libration, a ball
- * that comes to roll, a pump's straight-line rod, and the moment of a wheel's axle that is turned.
+/* The scenes of applications against theory: a rotor's flap frequency, a tether's libration, a ball that comes to roll,
+ * a pump's straight-line rod, and the moment of a wheel whose axle is turned.
  *
  * Bounds are three times what was measured when the test was written, unless a comment derives them.
  */
@@ -99,12 +99,11 @@ static int follow_tether(const kt_record *record, void *user) {
     return 0;
 }
 
-/* A dumbbell with masses m at l along the tether, outwards, on a circular orbit of rate n and radius R: from the first
- * terms of GM m / |R + l|, the restoring moment at a small angle t is
- *     3 n^2 (sum m l^2 - 2 / R sum m l^3) t,
- * so that the period is 1 / sqrt(3) of the orbit's, longer by (sum m l^3) / (R sum m l^2), relatively: for m1 = 500 kg
- * and m2 = 50 kg by (m1 - m2) / (m1 + m2) L / R; and like that of a pendulum, which 2 t is, longer by A^2 / 4 for an
- * amplitude A. The terms that follow are of the order of 1e-5. */
+/* A dumbbell with masses m at l along the tether, outwards, on a circular orbit of rate n and radius R. From the first
+ * terms of GM m / |R + l|, the restoring moment at a small angle t is 3 n^2 (sum m l^2 - 2 / R sum m l^3) t. The period
+ * is therefore 1 / sqrt(3) of the orbit's, longer by (sum m l^3) / (R sum m l^2), relatively. For m1 = 500 kg and m2 =
+ * 50 kg, this is (m1 - m2) / (m1 + m2) L / R. For an amplitude A, it is also longer by A^2 / 4, like that of a pendulum
+ * of angle 2 t. The terms that follow are of the order of 1e-5. */
 KT_TEST(tether_librates_at_root_three_of_its_orbit) {
     static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
     const double radius = 6.771e6, amplitude = kt_degrees(5.0);

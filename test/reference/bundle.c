@@ -181,7 +181,7 @@ KT_TEST(every_scene_says_what_it_is) { visit_all(check_words); }
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-/* What is written of a scene, for the caller to free; NULL, told, where it cannot be. */
+/* The text of a written scene, which the caller frees; NULL, reported, if it cannot be written. */
 static char *write_text(const kt_scene *scene) {
     char *text = NULL;
     size_t size = 0;

@@ -201,8 +201,8 @@ static const struct {
     {"torus-marble", 1.4, 5.0, 3e-14, 0.0},
 };
 
-/* What is promised is 1e-12, which is needed where a direction is about to be lost and is left out of projections
- * (lib/closure/project.c): a record that falls there counts a hundredth. */
+/* The promise is 1e-12. A direction that is about to be lost needs this accuracy and is left out of projections
+ * (lib/closure/project.c). A record at such a time counts a hundredth. */
 static double gap(const kt_case *c, const kt_record *record, const void *about) {
     const double *size = about;
     const double open = fmax(record->constraint.position / size[0], record->constraint.velocity / size[1]);

@@ -1,4 +1,4 @@
-/* Joints of constant velocity, curves and surfaces against what is known: equal speeds, a bead that slides down a helix
+/* Joints of constant velocity, curves and surfaces against known results: equal speeds, a bead that slides down a helix
  * evenly, the angular momentum of a marble on a ring.
  *
  * Bounds that are not derived are three times what was measured when the test was written.

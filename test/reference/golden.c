@@ -8,8 +8,8 @@
  *
  * The list holds on every machine: the instruction-set levels of the library give equal bits, and the functions of the
  * C library, which do not (glibc chooses them by the processor), are here taken from golden_libm.c. OpenBLAS's kernels
- * depend on the processor, too. What calls them is left out: dense groups of 40 coordinates or more ("LAPACK" in the
- * list), the absolute formulation of more than six bodies, and the reduction svd.
+ * depend on the processor, too. Scenes that call them are left out: dense groups of 40 coordinates or more ("LAPACK" in
+ * the list), the absolute formulation of more than six bodies, and the reduction svd.
  *
  * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
 #include "../formulation.h"

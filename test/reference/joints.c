@@ -84,7 +84,7 @@ KT_TEST(puck_draws_loops_about_a_parabola) {
 
 /* ---- sleeve on a rod (cylindrical joint) ------------------------------------------------------------------------- */
 
-/* The slide knows nothing of the swing: s = t - g cos(40 deg) t^2 / 2, whatever the swing does. */
+/* The slide is independent of the swing: s = t - g cos(40 deg) t^2 / 2, for any motion of the swing. */
 static double slide_error(const kt_case *c, const kt_record *record, const void *about) {
     const double t = record->time;
     (void)c;

@@ -2,8 +2,8 @@
  *
  * Tables have the angles of chains against straight down, scenes against the link before: theta_i = sum of q up to i.
  *
- * Unless a comment says otherwise, bounds are three times what was measured when the test was written: compilers and
- * libraries of functions differ in the last bits, a mistake in a coefficient by orders of magnitude.
+ * Unless a comment has another reason, bounds are three times the measured errors. Compilers and libraries of functions
+ * differ in the last bits, and a mistake in a coefficient makes orders of magnitude.
  */
 #include "scene.h"
 

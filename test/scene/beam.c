@@ -304,10 +304,10 @@ KT_TEST(a_shaft_has_its_critical_speed_at_its_frequency) {
 enum { SECTIONS = 8 };
 
 /* Small loads at the end of a cantilever of 2 m: the force (N, V_y, V_z) and the moment (T, M_y, M_z) are at a section
- * s (N, V_y, V_z), (T, M_y - V_z (L - s), M_z + V_y (L - s)), and strains follow from the stiffnesses. Recorded are
- * what an effect exerts on its second end, and the positions of the joints, strains times the length that a joint
- * stands for: half a segment for the first. What deflections of 1e-8 m add to the moments of a force of 2e-3 N is 1e-4
- * of them. */
+ * s (N, V_y, V_z), (T, M_y - V_z (L - s), M_z + V_y (L - s)), and strains follow from the stiffnesses. The records have
+ * the forces of an effect on its second end, and the positions of the joints. These are strains times the length of the
+ * joint: half a segment for the first. Deflections of 1e-8 m change the moments of a force of 2e-3 N by 1e-4 of their
+ * size. */
 KT_TEST(strains_and_section_forces_are_those_of_a_cantilever) {
     static const double load[6] = {2e-3, 3e-7, -4e-7, 5e-7, 6e-7, -7e-7}, stiff[6] = {1e5, 2e4, 3e4, 50, 40, 60};
     static beam b;

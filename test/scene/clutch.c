@@ -178,8 +178,8 @@ KT_TEST(a_clutch_agrees_with_a_time_stepping_of_its_own) {
     }
 }
 
-/* What the plates slip by, and when they stick, depends on the speed at which the load begins; the clutch of the other
- * two opens and closes when they say. */
+/* The slip of the plates, and the time at which they stick, depend on the speed at which the load begins. The clutch of
+ * the other two opens and closes at given times. */
 KT_TEST(derivatives_pass_a_clutch_that_is_opened_and_closed) {
     check_derivatives(plates, 4.9, -10.0);
     check_derivatives(jerks, 6.0, 1.0);

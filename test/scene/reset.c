@@ -285,8 +285,8 @@ KT_TEST(checkpoints_keep_the_corners_of_formulas_of_time) {
 
 /* ---- all that can be set ----------------------------------------------------------------------------------------- */
 
-/* Whatever an event can set follows from p: gravity, a mass with the inertia of its shape, a centre, inertias, an
- * armature, numbers and functions of effects, a loop's length, a formula. */
+/* Everything that an event can set follows from p: gravity, a mass with the inertia of its shape, a centre, inertias,
+ * an armature, numbers and functions of effects, a loop's length, a formula. */
 static const char all_of_it[] =
     "kinetree: 1\n"
     "parameters: {p: 1, q: =p + 1}\n"

@@ -292,8 +292,8 @@ KT_TEST(a_trebuchet_throws_as_far_as_another_integrator_says) {
 
 /* ---- a woodpecker toy -------------------------------------------------------------------------------------------- */
 
-/* Where the bird passes phi_S = -0.2788 while the sleeve slides: times, and rates there; its least angle; the balance;
- * the letters of what happens, once in a row: beak, lower and upper edge, and what sticks. */
+/* The passages of the bird through phi_S = -0.2788 while the sleeve slides: times and rates. Also its least angle, the
+ * balance, and the letters of the transitions, once in a row: beak, lower and upper edge, and sticking. */
 typedef struct pecking {
     int passes;
     double time[ROWS], fall, turn, least, balance[2];

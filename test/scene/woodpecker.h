@@ -27,8 +27,8 @@ typedef struct kt_pecks {
 void kt_pecks_see(kt_pecks *pecks, double t);
 double kt_pecks_period(const kt_pecks *pecks);
 
-/* The period of 3 s of its motion by Moreau's time stepping with Newton's rule (which is Poisson's here: what strikes
- * slips) in steps of h, with an error of order h: 2.7e-5 s at 1e-5 s. */
+/* The period of 3 s of its motion, by Moreau's time stepping with Newton's rule in steps of h. This is Poisson's rule
+ * here, since all impacts slip. The error is of order h: 2.7e-5 s at 1e-5 s. */
 double kt_woodpecker_period(double h);
 
 #endif

@@ -76,8 +76,8 @@ static void run_beside(motion *m, double t_end, size_t j, double s, double *q, d
     memcpy(v, kt_simulation_velocities(m->simulation), m->nv * sizeof *v);
 }
 
-/* All columns against differences of order four, to `bound` of the largest number of A. Of quaternions the positions
- * are compared by what A says of them. */
+/* All columns against differences of order four, to `bound` of the largest number of A. Positions that are quaternions
+ * are compared through A. */
 static void compare(motion *m, const char *name, double t_end, double reach, double bound) {
     static const double at[4] = {-2.0, -1.0, 1.0, 2.0}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
     kt_error error = {0};

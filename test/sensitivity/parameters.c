@@ -320,8 +320,8 @@ static const char folded_text[] =
     "loops:\n"
     "  - {name: eye, type: revolute, between: [rod.end, ram], axis: z}\n";
 
-/* What is known too little next to a singular position after the step is refused by the parameter's columns, which are
- * all that there are. A mass does not move positions by one of Euler's steps, and velocities in proportion to h. */
+/* After a step to a singular position, a result can be too inaccurate. The parameter's columns reject it, since they
+ * are the only ones. A mass does not move positions by one of Euler's steps, and velocities in proportion to h. */
 KT_TEST(what_work_holds_does_not_decide_whether_derivatives_are_refused) {
     mechanism m;
     if (mechanism_read(&m, folded_text, KT_METRIC_IDENTITY, KT_STRUCTURE_AUTO)) {

@@ -1,6 +1,6 @@
-/* Gradients of many motions at once have the bits of the same motions computed alone: of random trees in space and in
- * planes, with armature and effects in joints, on every instruction set, whatever the other motions are; what lanes do
- * not compute is told and computed alone. */
+/* Gradients of many motions at once have the same bits as the same motions computed alone. The test has random trees in
+ * space and in planes, with armature and effects in joints, on every instruction set, with any other motions. Motions
+ * that lanes do not compute are reported and computed alone. */
 #include "dynamics/tree.h"
 #include "interpose.h"
 

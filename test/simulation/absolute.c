@@ -234,8 +234,8 @@ KT_TEST(quaternions_go_on_without_a_jump) {
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
 
-/* What is set is what is seen, turns included, as in the tree formulation, but for the last bit of a quaternion's norm;
- * a state that is none changes nothing. */
+/* A state that is set is read back, turns included, as in the tree formulation, but for the last bit of a quaternion's
+ * norm. A state with numbers that are not finite changes nothing. */
 KT_TEST(state_that_is_set_comes_back) {
     static stage s;
     kt_worst position = kt_worst_make("positions");

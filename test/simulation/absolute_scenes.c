@@ -85,9 +85,10 @@ static double force_of(const kt_scene *scene, double length, double rate) {
     return most;
 }
 
-/* What eight roundings of each position, of a metre or a radian at least, and of each velocity do to the accelerations,
- * at most: conversions between the formulations round both, and where springs measure them that is a force. amount[i]
- * receives that of a_i, times its weight. Zero where loops are at a singular position, which has no derivatives. */
+/* The largest effect on the accelerations of eight roundings of each position (of a metre or a radian at least) and of
+ * each velocity. Conversions between the formulations round both, and springs turn the rounding into a force. amount[i]
+ * receives the effect on a_i, times its weight. Zero where loops are at a singular position, which has no
+ * derivatives. */
 static bool amplify(kt_simulation *tree, const kt_model *model, kt_data *data, void *work, double *amount) {
     static double by_q[NUMBERS * NUMBERS], by_v[NUMBERS * NUMBERS], mass[NUMBERS * NUMBERS];
     const double *q = kt_simulation_positions(tree), *v = kt_simulation_velocities(tree);

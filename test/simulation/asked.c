@@ -286,7 +286,7 @@ KT_TEST(default_method_is_auto_where_steps_are_adaptive_and_matrices_small) {
     kt_model_free(more);
 }
 
-/* What a simulation takes, to the byte: that of the method which the default stands for. */
+/* The size of a simulation, to the byte: that of the method behind the default. */
 KT_TEST(simulation_of_the_default_method_takes_the_memory_of_that) {
     kt_model *most = compile_chain(KT_RUN_IMPLICIT_MOST), *more = compile_chain(KT_RUN_IMPLICIT_MOST + 1);
     kt_simulation_options own = kt_simulation_options_default();

@@ -220,8 +220,8 @@ static double bound_kinked(const kt_model *model, const kt_simulation *simulatio
     return 2.5e-9;
 }
 
-/* Stops and contacts have no damping here: where a surface is left behind by what leaves it, its last energy turns into
- * heat while hardly a force tells the motion's error control of it, and that heat is known to second order only. */
+/* Stops and contacts have no damping here. If a body leaves a surface, its last energy turns into heat at a force that
+ * is too small for the error control of the motion. That heat is exact to second order only. */
 static void check_balance(loss_kind kind, bound_of *bound) {
     static stage s;
     kt_random random = kt_random_of_test();
@@ -257,8 +257,9 @@ KT_TEST(energy_balance_closes_on_random_trees_under_smooth_forces) { check_balan
 
 KT_TEST(energy_balance_closes_on_random_trees_under_forces_with_kinks) { check_balance(MOST, bound_kinked); }
 
-/* Steps err in each formulation's own coordinates, where forces vary within a step by as much as they themselves: what
- * half the step changes tells it, of which a tenth is allowed (measured of 20 seeds: a hundredth). */
+/* Steps have errors in each formulation's own coordinates, in which forces vary within a step by as much as their size.
+ * The change by half the step measures the error, and a tenth of it is allowed (measured with 20 seeds: a
+ * hundredth). */
 static kt_both_bounds widen(const kt_both_bounds *rounding, const kt_both_trace *whole, const kt_both_trace *half) {
     kt_both_worst step = kt_both_worst_make();
     kt_both_compare(&step, "half the step", whole, half, rounding);

@@ -11,7 +11,7 @@
 
 /* ---- functions and actions --------------------------------------------------------------------------------------- */
 
-/* What a function reads, and what an action is told and does. */
+/* The values that a function reads, and those that an action receives and sets. */
 typedef struct told {
     double level, restitution;
     char letter; /* to be written to `order` */
@@ -268,8 +268,8 @@ static double edge_of_wave(void *user, double t) {
     return t < middle ? middle : HUGE_VAL;
 }
 
-/* A wheel that turns by itself at 7 rad/s passes multiples of pi at 0.1 + 7 t = k pi, however long the steps are; a
- * pulse of 2 ms, whose middle is told as its corner, is seen. */
+/* A wheel that turns by itself at 7 rad/s passes multiples of pi at 0.1 + 7 t = k pi, for any length of steps. A pulse
+ * of 2 ms is seen, since its middle is given as a corner. */
 KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
     static const char *const methods[] = {"auto", "dopri5", "bs32", "dop853", "rkc2", "radau5", "rodas5p"};
     static const double pi = 3.14159265358979323846;

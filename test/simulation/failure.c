@@ -1,4 +1,4 @@
-/* What a simulation says when it cannot go on, and what it leaves behind. */
+/* Messages of a simulation that cannot go on, and its state afterwards. */
 #include "scenes.h"
 
 #include <float.h>

@@ -152,8 +152,8 @@ KT_TEST(open_loop_is_assembled_at_the_start) {
 }
 
 /* With projection switched off the loop opens by what the steps are wrong, and halving the step divides that by 2^4. */
-/* Where it is not said how long a spring is, it is as long as the assembled start has it, which the linkage is given
- * far off. The energy k (d - L)^2 / 2 tells how far from that it is. */
+/* A spring without a length is as long as at the assembled start. The linkage is given far from that start. The energy
+ * k (d - L)^2 / 2 tells how far from that it is. */
 KT_TEST(spring_without_a_length_is_unstretched_where_the_loops_are_closed) {
     four_bar_frame f;
     kt_effect spring = kt_effect_default();

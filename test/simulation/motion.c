@@ -18,8 +18,8 @@ static int check_swing(const kt_record *record, void *user) {
     return 0;
 }
 
-/* From 90 degrees, 10 s. Bounds are five times what was measured when the test was written: they say that the tolerance
- * is kept to within the growth of errors over some five swings, at the ends of steps and between them. */
+/* From 90 degrees, 10 s. Bounds are five times the measured errors. They show that the tolerance is kept within the
+ * growth of errors over some five swings, at the ends of steps and between them. */
 static void swing(const char *integrator, double tolerance, double bound) {
     kt_lone lone;
     kt_swing s = {0.5 * 3.14159265358979323846, kt_worst_make(integrator), bound};

@@ -271,9 +271,9 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
 
 /* ---- refusals ---------------------------------------------------------------------------------------------------- */
 
-/* What begins and ends while nothing else moves, in the formula of a force, of a rate, and as a factor of a velocity;
- * no stage of a long step would see it. The impulse is 10 N over 1 ms; exp(-((t - 5)/w)^2) multiplies the velocity by
- * exp(w sqrt(pi)/2). */
+/* Pulses that begin and end while nothing else moves, in the formula of a force, of a rate, and as a factor of a
+ * velocity. No stage of a long step would see them. The impulse is 10 N over 1 ms; exp(-((t - 5)/w)^2) multiplies the
+ * velocity by exp(w sqrt(pi)/2). */
 KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
     static const char text[] =
         "kinetree: 1\nbodies:\n  - {name: block, joint: {type: prismatic, axis: x}, mass: 2}\n"

@@ -63,8 +63,8 @@ KT_TEST(torque_is_held_between_calls_of_advance) {
     follow_slider(kt_run_fixed("rk4", 0.013, 1.0), true); /* each advance is one step and a shorter one */
 }
 
-/* 3000 periods of 1 ms are 3000 steps, whatever the step divides them into, and end at 3 s to the bit; from a start
- * that is no multiple of the period, too. With t += 1e-3 there are half as many again. */
+/* 3000 periods of 1 ms are 3000 steps, for any division of the period by the step. They end at 3 s to the bit, also
+ * from a start that is no multiple of the period. With t += 1e-3 there are half as many again. */
 KT_TEST(periods_are_whole_steps) {
     static const struct {
         const char *integrator;

@@ -1,4 +1,4 @@
-/* Where a caller's equations, its projection or an effect refuse: whose words are told, when, and what is left behind.
+/* A caller's equations, its projection or an effect fail: the origin and time of the message, and the state after it.
  */
 #include "../formulation.h"
 #include "scenes.h"

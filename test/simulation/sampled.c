@@ -127,8 +127,8 @@ KT_TEST(methods_with_a_past_keep_it_under_smooth_inputs) {
     kt_model_free(model);
 }
 
-/* Their history is how fast the right-hand side decays, which inputs hardly change: it is kept, whatever they are, so
- * that torques that change take no more evaluations than torques that do not (6.0 and 14.0 instead of 2.8 and 10.8
+/* Their history is the rate of decay of the right-hand side, which inputs hardly change. It is kept for all inputs.
+ * Torques that change therefore take no more evaluations than constant ones (6.0 and 14.0 instead of 2.8 and 10.8
  * otherwise). */
 KT_TEST(stabilised_methods_keep_their_spectral_radius) {
     static const char *const methods[] = {"rkc2", "rkc4"};

@@ -465,8 +465,8 @@ KT_TEST(refused_states_spoil_no_sensor) {
 
 /* ---- what it means ----------------------------------------------------------------------------------------------- */
 
-/* A point mass on a link of 1 m: an accelerometer in it shows, along the link, what carries it: g cos x + x'^2, and
- * across it nothing, whatever the motion; the joint bears the same, along the link. */
+/* A point mass on a link of 1 m. An accelerometer in it shows the carrying acceleration along the link, g cos x + x'^2.
+ * It shows nothing across the link, for any motion. The joint carries the same force, along the link. */
 KT_TEST(accelerometer_and_wrench_of_a_pendulum_show_what_carries_it) {
     kt_lone lone;
     kt_pendulum_make(&lone, 1.0, 0.5);

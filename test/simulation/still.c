@@ -1,8 +1,8 @@
-/* After set-up nothing is asked of the system: a thousand steps with torques, sensors and checkpoints of the four
- * mechanisms of bench/realtime, every tenth step all that control laws ask (control.h) and the regressor
- * (identification.h), and every hundredth derivatives of steps and gradients (sensitivity.h) and new numbers of a
- * parameter, under Linux' strict seccomp, where any system call but read, write, exit and sigreturn ends the process;
- * and nothing is allocated.
+/* After set-up, no system call is made and nothing is allocated. The test takes a thousand steps with torques, sensors
+ * and checkpoints of the four mechanisms of bench/realtime. Every tenth step calls the functions for control laws
+ * (control.h) and the regressor (identification.h). Every hundredth step calls derivatives of steps and gradients
+ * (sensitivity.h), and sets new numbers of a parameter. Linux' strict seccomp ends the process at any system call but
+ * read, write, exit and sigreturn.
  */
 #include "scenes.h"
 
@@ -26,7 +26,7 @@
 
 enum { STEPS = 1000, JOINTS = 64 };
 
-/* What the process that steps has to say; written by it in one piece, which a pipe keeps whole. */
+/* The report of the stepping process, written in one piece, which a pipe keeps whole. */
 typedef struct report {
     int status, steps;
     long allocations;

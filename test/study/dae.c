@@ -230,8 +230,8 @@ KT_TEST(condition_of_newtons_matrix_grows_with_the_index) {
 
 /* ---- what is infinitely fast ------------------------------------------------------------------------------------- */
 
-/* A pendulum that starts off its rod at 1 mm/s, which no motion on the loop does: with index 3 that excites the modes
- * at infinity, of which a step leaves what the method does there: -1 of Crank-Nicolson, -rho of [MSD 5.31]. */
+/* A pendulum that starts with 1 mm/s along its rod, which no motion on the loop does. With index 3, this excites the
+ * modes at infinity. A step multiplies them by the method's value there: -1 for Crank-Nicolson, -rho for [MSD 5.31]. */
 static bool follow(const kt_method *method, double *lambda, int steps) {
     linkage l;
     kt_dae *dae = NULL;
@@ -269,8 +269,8 @@ KT_TEST(crank_nicolson_rings_on_index_3_for_ever) {
     kt_check_above("it does not decay", alternating(lambda, 300) / alternating(lambda, 10), 1.0);
 }
 
-/* What is left is the curvature of lambda itself, 5e-5 N; of rho = 0.9 after 40 steps the polynomial of the multiple
- * root is still larger than rho^40 = 0.015. */
+/* The curvature of lambda remains, 5e-5 N. With rho = 0.9, after 40 steps, the polynomial of the multiple root is still
+ * larger than rho^40 = 0.015. */
 KT_TEST(damping_at_infinity_ends_the_ringing) {
     static const struct {
         double rho;

@@ -160,7 +160,7 @@ static bool open_scene(kt_case *c, motion *m, const char *name, double duration)
     return kt_check_equal_int(name, m->status, KT_OK);
 }
 
-/* What the set says of its run; words: of the message, or NULL where it has nothing to say. */
+/* The report of the set on its run. words: of the message, or NULL without a message. */
 static void check_verdict(const kt_constraint_formulation *set, kt_status status, const char *words) {
     kt_error e = {0};
     kt_check_equal_int("verdict", kt_constraint_formulation_verdict(set, &e), status);
@@ -254,8 +254,9 @@ KT_TEST(every_set_runs_the_absolute_formulation) {
 
 /* ---- what is expected to go wrong -------------------------------------------------------------------------------- */
 
-/* Bricard's five equations of rank four: off the manifold the fifth looks independent. Whoever trusts it (as textbooks
- * do) has a structure of no freedom; rk4 then stops or errs by more than a hundred times, and a verdict says so. */
+/* Bricard's five equations of rank four: off the manifold the fifth looks independent. A user who trusts it (as
+ * textbooks do) has a structure of no freedom. rk4 then stops or errs by more than a hundred times, and a verdict
+ * reports it. */
 KT_TEST(trusting_redundant_equations_wrecks_bricard) {
     static motion m;
     kt_case c;

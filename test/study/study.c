@@ -101,8 +101,8 @@ KT_TEST(motion_that_any_step_has_ends_the_ladder_at_once) {
     kt_accuracy_free(b.study);
 }
 
-/* From nothing that works to all that is asked for: a curve ends by length or by what it has reached, and its points
- * that do not work have no error. */
+/* From no working point to all requested points: a curve ends by length or by its accuracy, and its points that do not
+ * work have no error. */
 KT_TEST(curves_end_as_runs_may_be_longer) {
     int studies = 0, strange = 0, refused = 0;
     for (int most = 2; most < 3000; most += 1 + most / 4) {
