@@ -79,8 +79,8 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
 
 /* ---- one ball ---------------------------------------------------------------------------------------------------- */
 
-/* Dropped from 1 m: impacts at t1 (1 + 2 e + 2 e^2 + ...), t1 = sqrt(2 / g), at speeds g t1 e^k, down to rest_velocity; it
- * rests from then on, within what is left of the chain. */
+/* Dropped from 1 m: impacts at t1 (1 + 2 e + 2 e^2 + ...), t1 = sqrt(2 / g), at speeds g t1 e^k, down to rest_velocity.
+ * It rests from then on, to within the rest of the chain. */
 static void check_ball(const char *method, double step, double bound) {
     row r;
     const double e = 0.5, t1 = sqrt(2.0 / g), zeno = t1 * (1.0 + e) / (1.0 - e), rest = 1e-6;

@@ -511,10 +511,9 @@ static void phase_by_hand(const double *W, double mu, double least, double *u, d
     }
 }
 
-/* Two rods of 1 kg and 1 m hang on a pin, and the lower end strikes the floor (Kane 1984; Kane and Levinson, Dynamics: Theory and
- * Applications, 1985): at one contact with friction Newton's rule gives back what compression has not had, and the energy would
- * grow. Poisson's does not. after: rates of
- * both rods. */
+/* Two rods of 1 kg and 1 m hang on a pin, and the lower end strikes the floor (Kane 1984; Kane and Levinson, Dynamics:
+ * Theory and Applications, 1985). At one contact with friction, Newton's rule returns more than the compression has
+ * taken, and the energy would grow. Poisson's does not. after: rates of both rods. */
 static kt_contact_counts strike_floor(double mu, double e, bool poisson, const double *angle, const double *rate,
                                       double *after) {
     scene s;
