@@ -150,7 +150,7 @@ KT_TEST(large_strobe_pictures_become_simpler_and_say_so) {
         kt_check_equal_int("words of all states", count_of(kt_read_file("s.svg"), ">12 states"), 0);
     }
     kt_ran ran = kt_shell("$K draw %s/rope.yaml --strobe 12 --out s.png 2>&1", KT_SCENES);
-    kt_check_text("a PNG needs no word", ran.out, "kinetree: s.png\n");
+    kt_check_text("a PNG needs no word", ran.out, "picture: s.png\n");
 }
 
 /* A spring and a stop in a joint, a motor, a gear: each adds lines. */

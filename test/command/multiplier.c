@@ -37,7 +37,7 @@ KT_TEST(coupling_has_its_generalised_force_in_a_column) {
     ran = kt_shell(
         "$K run gear.yaml --quiet --out - --record reaction,multiplier | head -1 | tr , '\\n' | sort | uniq -d");
     kt_check_text("no column twice", ran.out, "");
-    kt_expect(0, NULL,
+    kt_expect(0, "picture: gear.svg\n",
               "$K run gear.yaml --quiet --record multiplier --out gear.csv && $K plot gear.csv --out gear.svg");
     kt_check_contains("drawn", kt_read_file("gear.svg"), "<svg");
 }

@@ -319,15 +319,15 @@ KT_TEST(plot_takes_what_moves_and_leaves_out_noise) {
     kt_check_contains("residuals that are zero", ran.err, "rounding noise: constraint.position\n");
     kt_check_true("have no panel", strstr(kt_read_file("zeros.svg"), "Loops open by") == NULL);
     kt_write_file("late.csv", "time,position.a,constraint.position\n0,101,0\n5,103,1e-16\n6,104,3e-16\n10,107,2e-16\n");
-    kt_expect(0, NULL, "$K plot late.csv --out late.svg");
+    kt_expect(0, "picture: late.svg", "$K plot late.csv --out late.svg");
     const char *two = strstr(kt_read_file("late.svg"), ">2<");
     kt_check_true("panels have one axis of time", two != NULL && strstr(two + 1, ">2<") != NULL);
     kt_write_file("units.csv", "time,effect.strut.force [N],effect.strut.power [W]\n0,1,2\n1,2,3\n");
-    kt_expect(0, NULL, "$K plot units.csv --columns effect.strut --out units.svg");
+    kt_expect(0, "picture: units.svg", "$K plot units.csv --columns effect.strut --out units.svg");
     kt_check_contains("a column without its unit", kt_read_file("units.svg"), ">strut.force<");
     kt_check_contains("which the title has", kt_read_file("units.svg"), ">Powers of effects, W<");
     ran = kt_shell("$K plot many.csv --columns position.j11 --out one.svg");
-    kt_check_text("alone it is what was asked for", ran.err, "");
+    kt_check_text("alone it is what was asked for", ran.err, "picture: one.svg\n");
     kt_check_contains("and shown", kt_read_file("one.svg"), ">j11<");
 }
 
@@ -357,7 +357,7 @@ static double scale_of_ticks(const char *svg, bool of_y) {
 /* x goes from 0 to 4 m, y from 0 to 1 m. */
 KT_TEST(path_in_space_has_one_scale_on_both_axes) {
     kt_write_file("path.csv", "time,marker.a.tip.x,marker.a.tip.y\n0,0,0\n1,1,1\n2,4,0.5\n");
-    kt_expect(0, NULL, "$K plot path.csv --x marker.a.tip.x --columns marker.a.tip.y");
+    kt_expect(0, "picture: path.svg", "$K plot path.csv --x marker.a.tip.x --columns marker.a.tip.y");
     const char *svg = kt_read_file("path.svg");
     const double across = scale_of_ticks(svg, false);
     kt_check_above("pixels a metre", across, 50.0);
@@ -379,7 +379,10 @@ KT_TEST(half_names_of_markers_and_columns_are_completed) {
               "there is no column 'leg'; about it there are 'position.leg', 'velocity.leg', 'marker.leg.toe.x', "
               "'marker.leg.toe.y' and 1 more\n",
               "$K plot half.csv --columns leg");
+    kt_expect(1, "there is no column 'qqqqqqqq'; the columns are 'time', 'position.leg', 'velocity.leg', ",
+              "$K plot half.csv --columns qqqqqqqq");
 #endif
+    kt_expect(1, "half.yaml is a scene, not a robot: 'kinetree run half.yaml' runs it as it is", "$K import half.yaml");
 }
 
 /* ---- on a terminal ----------------------------------------------------------------------------------------------- */

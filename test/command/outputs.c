@@ -109,9 +109,9 @@ KT_TEST(picture_of_a_failed_run_is_drawn_in_its_own_format) {
  * page's. */
 KT_TEST(factor_of_the_x_axis_stands_with_its_title) {
     kt_write_file("x.csv", "time,position.a,velocity.a\n0,0.001,1\n0.001,0.002,2\n0.002,0.003,-1\n");
-    kt_expect(0, NULL, "$K plot x.csv --phase a --out x.svg");
+    kt_expect(0, "picture: x.svg", "$K plot x.csv --phase a --out x.svg");
     kt_check_contains("its own title", kt_read_file("x.svg"), ">\u22123<");
-    kt_expect(0, NULL, "$K plot x.csv --columns velocity.a --out x.svg");
+    kt_expect(0, "replaces an older x.svg of ", "$K plot x.csv --columns velocity.a --out x.svg");
     kt_check_contains("the page's title", kt_read_file("x.svg"), ">\u22123<");
 }
 #endif
