@@ -250,7 +250,8 @@ KT_TEST(plot_draws_columns_of_a_result) {
                  "--out v.png && $K plot r.csv --phase bob --dark --out f.png && $K plot - --x position.bob "
                  "--columns velocity.bob --log --out x.png <r.csv");
     kt_check_equal_int("plot", ran.code, 0);
-    kt_check_text("no words", ran.err, "");
+    kt_check_text("names of pictures alone", ran.err,
+                  "picture: r.svg\npicture: v.png\npicture: f.png\npicture: x.png\n");
     kt_check_above("by default an SVG", count_of(kt_read_file("r.svg"), "<path"), 10);
     kt_check_true("velocities", is_png("v.png"));
     kt_check_true("phase plane", is_png("f.png"));
