@@ -8,7 +8,7 @@
 
 static const double one_turn = 2.0 * 3.14159265358979323846;
 
-bool kt_angle_is_doubtful(double x) {
+bool kt_doubtful_angle(double x) {
     const double degrees = 1000.0 * 360.0 * (x / one_turn);
     return fabs(x) > one_turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
 }
@@ -29,7 +29,7 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
         const kt_body *body = &scene->description.bodies[i];
         for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
             const double x = body->joint.position[k];
-            if (kt_joint_coordinate_kind(body->joint.type, k) != KT_COORDINATE_ANGLE || !kt_angle_is_doubtful(x) ||
+            if (kt_joint_coordinate_kind(body->joint.type, k) != KT_COORDINATE_ANGLE || !kt_doubtful_angle(x) ||
                 (only_whole && x != rint(x)))
                 continue;
             warn_of_angle(warnings, body, k, x);

@@ -6,7 +6,7 @@
 
 /* Returns whether an angle, rad, was probably given in degrees without the unit: it is beyond one turn, and no multiple
  * of 0.001 degrees. */
-bool kt_angle_is_doubtful(double x);
+bool kt_doubtful_angle(double x);
 
 /* Warns of doubtful angles among the start positions of joints. With only_whole, it warns of whole numbers alone: the
  * ends of earlier runs, which are other numbers, may have many turns. Returns the number of warnings. */

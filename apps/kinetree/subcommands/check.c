@@ -181,7 +181,7 @@ static void check_inertia(check *c) {
 /* ---- angles ------------------------------------------------------------------------------------------------------ */
 
 static void check_angle(check *c, const char *what, const char *name, const char *key, double x) {
-    if (kt_angle_is_doubtful(x))
+    if (kt_doubtful_angle(x))
         warn(c, "%s '%s': %s: %.9g is in radians, %.3g turns. Write '%.9g deg' if degrees are meant", what, name, key,
              x, x / (2.0 * 3.14159265358979323846), x);
 }
@@ -236,7 +236,7 @@ static void check_function_angles(check *c, const char *what, const char *name, 
         break;
     case KT_FUNCTION_TABLE:
         for (int i = 1; i < f->number_count; i += 2) {
-            if (!kt_angle_is_doubtful(f->numbers[i]))
+            if (!kt_doubtful_angle(f->numbers[i]))
                 continue;
             snprintf(part, sizeof part, "%s.table[%d][1]", key, i / 2);
             check_angle(c, what, name, part, f->numbers[i]);
