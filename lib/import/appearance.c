@@ -241,20 +241,19 @@ void kt_appearance_finish(kt_appearance *appearance, kt_body *bodies, int count,
     }
 }
 
+static const kt_note notes_of_pictures[] = {
+    KT_NOTE(kt_appearance, ellipsoids,
+            "ellipsoids, which pictures have as rods with round ends, as long, and of their mean radius:"),
+    KT_NOTE(kt_appearance, cones, "cones, which pictures have as cylinders of half their radius:"),
+    KT_NOTE(kt_appearance, sizeless,
+            "shapes that are left out of pictures, since a dimension is not above zero, or above 1e50:"),
+    KT_NOTE(kt_appearance, missing,
+            "meshes that are not found, left out of pictures (--search FOLDER:FOLDER, or KINETREE_SEARCH, names "
+            "where packages and models are):"),
+    KT_NOTE(kt_appearance, large,
+            "collision shapes that are left out of pictures, since they are far larger than the robot:"),
+};
+
 void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance) {
-    kt_note_put(notes, &appearance->ellipsoids,
-                "ellipsoids, which pictures have as rods with round ends, as long, and of their mean radius: %d",
-                appearance->ellipsoids.count);
-    kt_note_put(notes, &appearance->cones, "cones, which pictures have as cylinders of half their radius: %d",
-                appearance->cones.count);
-    kt_note_put(notes, &appearance->sizeless,
-                "shapes that are left out of pictures, since a dimension is not above zero, or above 1e50: %d",
-                appearance->sizeless.count);
-    kt_note_put(notes, &appearance->missing,
-                "meshes that are not found, left out of pictures (--search FOLDER:FOLDER, or KINETREE_SEARCH, names "
-                "where packages and models are): %d; the first: %s",
-                appearance->missing.count, appearance->missing.what);
-    kt_note_put(notes, &appearance->large,
-                "collision shapes that are left out of pictures, since they are far larger than the robot: %d",
-                appearance->large.count);
+    KT_NOTES_PUT(notes, appearance, notes_of_pictures);
 }

@@ -38,6 +38,33 @@ kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type
     return effect;
 }
 
+kt_effect *kt_draft_joint_effect(kt_draft *d, const kt_element *e, kt_effect_type type, const char *joint) {
+    kt_effect *effect = kt_draft_effect(d, e, type);
+    if (effect != NULL)
+        effect->joint = joint;
+    return effect;
+}
+
+void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, double damping, double friction) {
+    kt_effect *damper = damping != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_DAMPER, joint) : NULL;
+    if (damper != NULL)
+        damper->damping = damping;
+    kt_effect *rub = friction != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_FRICTION, joint) : NULL;
+    if (rub != NULL)
+        rub->coulomb = friction;
+}
+
+void kt_draft_stop(kt_draft *d, const kt_element *e, const kt_robot_options *o, const char *joint, double lower,
+                   double upper) {
+    kt_effect *stop = o->stop_stiffness != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_LIMIT, joint) : NULL;
+    if (stop == NULL)
+        return;
+    stop->stiffness = o->stop_stiffness;
+    stop->damping = o->stop_damping;
+    stop->lower = lower;
+    stop->upper = upper;
+}
+
 int kt_terms_merge(kt_term *terms, int count) {
     int kept = 0;
     for (int i = 0; i < count; i++) {
@@ -52,6 +79,14 @@ int kt_terms_merge(kt_term *terms, int count) {
     return kept;
 }
 
+/* The element in a link that has the mass or the inertia, for a fault of this field; else `other`. */
+static const kt_element *element_of_mass(const kt_element *link, const char *field, const kt_element *other) {
+    const kt_element *inertial = kt_xml_child(link, "inertial");
+    const bool is_mass = strcmp(field, "mass") == 0 || strcmp(field, "inertia") == 0;
+    const kt_element *e = inertial != NULL && is_mass ? kt_xml_child(inertial, field) : NULL;
+    return e != NULL ? e : other;
+}
+
 /* The faults that the description's own check finds, at the element that each comes from. */
 static void take_fault(void *user, const kt_place *place, const kt_error *error) {
     const kt_draft *d = user;
@@ -59,6 +94,8 @@ static void take_fault(void *user, const kt_place *place, const kt_error *error)
         [KT_ITEM_BODY] = &d->body_elements, [KT_ITEM_LOOP] = &d->loop_elements, [KT_ITEM_EFFECT] = &d->effect_elements};
     const bool is_listed = place->item >= KT_ITEM_BODY && place->item <= KT_ITEM_EFFECT;
     const kt_element *e = is_listed ? ((const kt_element *const *)lists[place->item]->items)[place->index] : d->root;
+    if (place->item == KT_ITEM_BODY && d->links != NULL)
+        e = element_of_mass(d->links[place->index], place->field, e);
     const kt_element *at = e->included != NULL ? e->included : e;
     (void)kt_fault_put(d->r, error->code, at->line, at->column, "%s%s%s", error->where,
                        error->where[0] != '\0' ? ": " : "", error->message);

@@ -12,88 +12,68 @@
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
-static void note_masses(kt_notes *n, const kt_mjcf *m) {
-    kt_note_put(n, &m->by_density, "geoms that say neither mass nor density, and have that of --density: %d",
-                m->by_density.count);
-    kt_note_put(n, &m->by_geoms, "bodies whose mass and inertia are those of their geoms: %d", m->by_geoms.count);
-    kt_note_warn(
-        n, &m->mesh_masses,
-        "the motion is not that of the file: the mass of geoms that are meshes which cannot be read, or to which "
-        "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
-        m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
-    kt_note_put(n, &m->mesh_files, "meshes that cannot be read: %d; the first: %s", m->mesh_files.count,
-                m->mesh_files.what);
-    kt_note_put(n, &m->bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia': %d",
-                m->bounded.count);
-    kt_note_put(n, &m->balanced, "inertias that no body has, made those of spheres by 'balanceinertia': %d",
-                m->balanced.count);
-}
+static const kt_note body_notes[] = {
+    KT_NOTE(kt_mjcf, renamed, "names of bodies that a scene cannot have, with '_' or a number:"),
+    KT_NOTE(kt_mjcf, fixed_bodies, "bodies that are fixed to the world (--floating lets them move):"),
+    KT_NOTE(kt_mjcf, freed, "bodies fixed to the world that move freely, by --floating:"),
+    KT_NOTE(kt_mjcf, several,
+            "joints after the first of a body, each on a body of its own without mass, which has the joint's name:"),
+    KT_NOTE(kt_mjcf, offsets,
+            "joints that are not at the origin of their body, on a body of their own, which has the joint's name:"),
+    KT_NOTE(kt_mjcf, renamed_joints, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_mjcf, attached, "bodies of this model that it attaches again (attach without a model), left out:"),
+    KT_NOTE(kt_mjcf, incomplete,
+            "tendons, equalities and actuators of attached models, left out since they refer to what is not "
+            "attached, or has copies by a replicate:"),
+    KT_NOTE(kt_mjcf, lost_settings,
+            "attached models with settings of the whole (option, settotalmass), in place of which are this model's:"),
+    KT_NOTE(kt_mjcf, mocap, "bodies that a program moves (mocap), fixed to the world:"),
+    KT_NOTE(kt_mjcf, keys, "keyframes, of which none is the start (import --keyframe NAME):"),
+    KT_NOTE(kt_mjcf, by_density, "geoms that say neither mass nor density, and have that of --density:"),
+    KT_NOTE(kt_mjcf, by_geoms, "bodies whose mass and inertia are those of their geoms:"),
+};
 
-static void note_bodies(kt_notes *n, const kt_mjcf *m) {
-    kt_note_put(n, &m->renamed, "names of bodies that a scene cannot have, with '_' or a number: %d", m->renamed.count);
-    kt_note_put(n, &m->fixed_bodies, "bodies that are fixed to the world (--floating lets them move): %d",
-                m->fixed_bodies.count);
-    kt_note_put(n, &m->freed, "bodies fixed to the world that move freely, by --floating: %d", m->freed.count);
-    kt_note_put(
-        n, &m->several,
-        "joints after the first of a body, each on a body of its own without mass, which has the joint's name: %d",
-        m->several.count);
-    kt_note_put(
-        n, &m->offsets,
-        "joints that are not at the origin of their body, on a body of their own, which has the joint's name: %d",
-        m->offsets.count);
-    kt_note_renamed_joints(n, &m->renamed_joints);
-    kt_note_put(n, &m->attached, "bodies of this model that it attaches again (attach without a model), left out: %d",
-                m->attached.count);
-    kt_note_put(n, &m->incomplete,
-                "tendons, equalities and actuators of attached models, left out since they refer to what is not "
-                "attached, or has copies by a replicate: %d",
-                m->incomplete.count);
-    kt_note_put(
-        n, &m->lost_settings,
-        "attached models with settings of the whole (option, settotalmass), in place of which are this model's: %d",
-        m->lost_settings.count);
-    kt_note_put(n, &m->mocap, "bodies that a program moves (mocap), fixed to the world: %d", m->mocap.count);
-    if (m->source->options->keyframe == NULL)
-        kt_note_put(n, &m->keys, "keyframes, of which none is the start (import --keyframe NAME): %d", m->keys.count);
-}
+static const kt_note force_notes[] = {
+    KT_NOTE(kt_mjcf, mesh_files, "meshes that cannot be read:"),
+    KT_NOTE(kt_mjcf, bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
+    KT_NOTE(kt_mjcf, balanced, "inertias that no body has, made those of spheres by 'balanceinertia':"),
+    KT_NOTE(kt_mjcf, soft, "soft equalities, which are exact loops in the scene:"),
+    KT_NOTE(kt_mjcf, branches,
+            "tendons with an armature that joins branches of the tree, of whose inertia between branches MuJoCo has "
+            "nothing:"),
+    KT_NOTE(kt_mjcf, scaled, "welds with a torquescale, which an exact loop has no use for:"),
+    KT_NOTE(kt_mjcf, disabled,
+            "what flags of <option> turn off is left out (springs, dampers, dry friction, limits, equalities, "
+            "actuators, limits of controls)"),
+    KT_NOTE(kt_mjcf, idle, "actuators that flags or 'actuatorgroupdisable' turn off, left out:"),
+    KT_NOTE(kt_mjcf, idle_ties, "equalities that flags turn off, left out:"),
+    KT_NOTE(kt_mjcf, inactive, "equalities that are not active, left out:"),
+    KT_NOTE(kt_mjcf, tied, "fixed tendons of several joints, each a body without mass that a coupling moves:"),
+    KT_NOTE(kt_mjcf, friction,
+            "dry friction that is held exactly in MuJoCo and is smooth here (frictionloss, joint_friction):"),
+    KT_NOTE(kt_mjcf, motors, "motors, whose torque is that of the control at the start (0 without --keyframe):"),
+    KT_NOTE(kt_mjcf, servos, "servos, whose target is that of the control at the start (0 without --keyframe):"),
+    KT_NOTE(kt_mjcf, sums,
+            "joints in which actuators act by a formula, with the control at the start, since the sum of their "
+            "forces is bounded, or their stiffness or damping is below zero:"),
+    KT_NOTE(kt_mjcf, limits, "limits of position that are data alone (--stops makes effects of them):"),
+    KT_NOTE(kt_mjcf, lost_limits, "limits of ball joints that are left out:"),
+    KT_WARNING(kt_mjcf, fluid,
+               "the motion is not that of the file: forces of a medium (density, viscosity) are left out"),
+};
 
-static void note_forces(kt_notes *n, const kt_mjcf *m) {
-    kt_note_put(n, &m->soft, "soft equalities, which are exact loops in the scene: %d", m->soft.count);
-    kt_note_put(
-        n, &m->branches,
-        "tendons with an armature that joins branches of the tree, of whose inertia between branches MuJoCo has "
-        "nothing: %d",
-        m->branches.count);
-    kt_note_put(n, &m->scaled, "welds with a torquescale, which an exact loop has no use for: %d", m->scaled.count);
-    kt_note_put(n, &m->disabled,
-                "what flags of <option> turn off is left out (springs, dampers, dry friction, limits, "
-                "equalities, actuators, limits of controls)");
-    kt_note_put(n, &m->idle, "actuators that flags or 'actuatorgroupdisable' turn off, left out: %d", m->idle.count);
-    kt_note_put(n, &m->idle_ties, "equalities that flags turn off, left out: %d", m->idle_ties.count);
-    kt_note_put(n, &m->inactive, "equalities that are not active, left out: %d", m->inactive.count);
-    kt_note_put(n, &m->tied, "fixed tendons of several joints, each a body without mass that a coupling moves: %d",
-                m->tied.count);
-    kt_note_put(n, &m->friction,
-                "dry friction that is held exactly in MuJoCo and is smooth here (frictionloss, joint_friction): %d",
-                m->friction.count);
-    kt_note_put(n, &m->motors, "motors, whose torque is that of the control at the start (0 without --keyframe): %d",
-                m->motors.count);
-    kt_note_put(n, &m->servos, "servos, whose target is that of the control at the start (0 without --keyframe): %d",
-                m->servos.count);
-    kt_note_put(
-        n, &m->sums,
-        "joints in which actuators act by a formula, with the control at the start, since the sum of their forces "
-        "is bounded, or their stiffness or damping is below zero: %d",
-        m->sums.count);
-    if (m->source->options->stop_stiffness == 0.0)
-        kt_note_put(n, &m->limits, "limits of position that are data alone (--stops makes effects of them): %d",
-                    m->limits.count);
-    kt_note_put(n, &m->lost_limits, "limits of ball joints that are left out: %d", m->lost_limits.count);
-    kt_note_warn(n, &m->fluid,
-                 "the motion is not that of the file: forces of a medium (density, viscosity) are left out");
-    kt_note_changes(n, &m->changes);
-}
+static const kt_note last_notes[] = {
+    KT_NOTE(kt_mjcf, pictures,
+            "geoms that are left out of pictures, since they are the world's, or planes, or meshes that a scene "
+            "cannot place:"),
+};
+
+static const kt_note contact_notes[] = {
+    KT_WARNING(kt_mjcf, contacts_lost,
+               "the motion is not that of the file: meshes and ellipsoids that touch planes, left out:"),
+    KT_WARNING(kt_mjcf, contacts_between,
+               "the motion is not that of the file: geoms that could touch other geoms than planes, left out:"),
+};
 
 static bool is_flying(const kt_mjcf *m) {
     for (int i = 0; i < m->joints.count; i++)
@@ -114,12 +94,7 @@ static void note_contacts(kt_notes *n, const kt_mjcf *m) {
                     m->contacts.count);
     kt_note_put(n, &m->contacts_made, "geoms that touch planes, of which there are %d: %d", m->planes.count,
                 m->contacts_made.count);
-    kt_note_warn(n, &m->contacts_lost,
-                 "the motion is not that of the file: meshes and ellipsoids that touch planes, left out: %d",
-                 m->contacts_lost.count);
-    kt_note_warn(n, &m->contacts_between,
-                 "the motion is not that of the file: geoms that could touch other geoms than planes, left out: %d",
-                 m->contacts_between.count);
+    KT_NOTES_PUT(n, m, contact_notes);
 }
 
 static void make_notes(const kt_mjcf *m, kt_scene *scene) {
@@ -127,16 +102,18 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
-    note_bodies(&n, m);
-    note_masses(&n, m);
-    note_forces(&n, m);
+    KT_NOTES_PUT(&n, m, body_notes);
+    kt_note_warn(
+        &n, &m->mesh_masses,
+        "the motion is not that of the file: the mass of geoms that are meshes which cannot be read, or to which "
+        "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
+        m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
+    KT_NOTES_PUT(&n, m, force_notes);
+    kt_note_changes(&n, &m->changes);
     kt_note_put(&n, &m->unnamed_sites, "sites that are no markers, since they have no name or are the world's: %d",
                 m->unnamed_sites.count);
     kt_appearance_notes(&n, &m->appearance);
-    kt_note_put(&n, &m->pictures,
-                "geoms that are left out of pictures, since they are the world's, or planes, or meshes that a "
-                "scene cannot place: %d",
-                m->pictures.count);
+    KT_NOTES_PUT(&n, m, last_notes);
     note_contacts(&n, m);
     kt_unknown_list(&m->forces, &forces);
     if (m->forces.count > 0)

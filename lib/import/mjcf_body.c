@@ -36,7 +36,8 @@ static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
     if (j->lower > j->upper)
         (void)kt_mjcf_fault(m, j->element, "range: the lower limit, %g, is above the upper one, %g", range[0],
                             range[1]);
-    kt_left_count(&m->limits, j->element);
+    if (m->source->options->stop_stiffness == 0.0)
+        kt_left_count(&m->limits, j->element);
 }
 
 /* The bounds of the actuator forces in a joint; infinite if there are none. */

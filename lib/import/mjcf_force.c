@@ -13,10 +13,7 @@
 /* ---- a scalar joint, or a tendon --------------------------------------------------------------------------------- */
 
 kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type type) {
-    kt_effect *effect = kt_draft_effect(&m->draft, l->element, type);
-    if (effect != NULL)
-        effect->joint = l->joint;
-    return effect;
+    return kt_draft_joint_effect(&m->draft, l->element, type, l->joint);
 }
 
 static bool is_any(const double k[3]) { return k[0] != 0.0 || k[1] != 0.0 || k[2] != 0.0; }
@@ -110,14 +107,9 @@ static void add_friction(kt_mjcf *m, const kt_mjcf_line *l) {
 static bool has_stops(const kt_mjcf *m) { return m->source->options->stop_stiffness != 0.0 && !m->off.limits; }
 
 static void add_stop(kt_mjcf *m, const kt_mjcf_line *l, double lower, double upper) {
-    const kt_robot_options *o = m->source->options;
-    kt_effect *stop = has_stops(m) ? kt_mjcf_add_along(m, l, KT_EFFECT_JOINT_LIMIT) : NULL;
-    if (stop == NULL)
-        return;
-    stop->stiffness = o->stop_stiffness;
-    stop->damping = o->stop_damping;
-    stop->lower = fmin(lower / l->factor, upper / l->factor);
-    stop->upper = fmax(lower / l->factor, upper / l->factor);
+    const double a = lower / l->factor, b = upper / l->factor;
+    if (has_stops(m))
+        kt_draft_stop(&m->draft, l->element, m->source->options, l->joint, fmin(a, b), fmax(a, b));
 }
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
@@ -301,7 +293,7 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
     const double armature = kt_mjcf_number(m, e, "tendon", "armature", 0.0);
     const bool is_limited = kt_mjcf_is_limited(m, e, "tendon", "limited", "range") &&
                             kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, range) == 2;
-    if (is_limited)
+    if (is_limited && m->source->options->stop_stiffness == 0.0)
         kt_left_count(&m->limits, e);
     if (armature != 0.0 && t->count == 1)
         add_armature(m, t, armature);

@@ -120,7 +120,8 @@ static const kt_element *find_key(kt_mjcf *m, const char *wanted) {
     const kt_element *found = NULL;
     for (const kt_element *e = kt_mjcf_section(m, "keyframe", NULL); e != NULL; e = kt_mjcf_section(m, "keyframe", e)) {
         const char *name = kt_xml_attribute(e, "name");
-        kt_left_count(&m->keys, e);
+        if (wanted == NULL)
+            kt_left_count(&m->keys, e);
         found = found == NULL && wanted != NULL && name != NULL && strcmp(name, wanted) == 0 ? e : found;
     }
     if (wanted != NULL && found == NULL)

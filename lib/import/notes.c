@@ -112,11 +112,15 @@ void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const k
     kt_left_count(left, e);
 }
 
-void kt_note_renamed_joints(kt_notes *notes, const kt_left *left) {
-    kt_note_put(notes, left,
-                "names of joints that are changed, with '_' in place of what is not allowed, or a number where another "
-                "joint has the name: %d",
-                left->count);
+void kt_notes_put(kt_notes *notes, const void *object, const kt_note *list, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        const kt_left *left = (const kt_left *)(const void *)((const char *)object + list[i].left);
+        kt_phrase text = {.length = 0};
+        kt_phrase_add(&text, "%s", list[i].text);
+        if (text.text[text.length - 1] == ':')
+            kt_phrase_add(&text, left->what != NULL ? " %d; the first: %s" : " %d", left->count, left->what);
+        (list[i].is_warning ? kt_note_warn : kt_note_put)(notes, left, "%s", text.text);
+    }
 }
 
 void kt_note_changes(kt_notes *notes, const kt_unknown *changes) {

@@ -77,11 +77,28 @@ void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) 
 
 void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
 
+/* The note of what a struct counts in a kt_left at an offset. The number follows a text that ends with ':', and then
+ * the first of them, if it is recorded. */
+typedef struct kt_note {
+    size_t left;
+    const char *text;
+    bool is_warning;
+} kt_note;
+#define KT_NOTE(type, member, text)                                                                                    \
+    { offsetof(type, member), text, false }
+#define KT_WARNING(type, member, text)                                                                                 \
+    { offsetof(type, member), text, true }
+
+void kt_notes_put(kt_notes *notes, const void *object, const kt_note *list, size_t count);
+#define KT_NOTES_PUT(notes, object, list) kt_notes_put(notes, object, list, sizeof(list) / sizeof *(list))
+
 /* Adds the name of a body whose mass is not all there to those of the first five, and counts it. */
 void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const kt_element *e);
 
 /* Notes of all formats: changed names of joints, each item that changes the motion, and names that are left out. */
-void kt_note_renamed_joints(kt_notes *notes, const kt_left *left);
+#define KT_NOTE_RENAMED_JOINTS                                                                                         \
+    "names of joints that are changed, with '_' in place of what is not allowed, or a number where another joint has " \
+    "the name:"
 void kt_note_changes(kt_notes *notes, const kt_unknown *changes);
 void kt_note_strange(kt_notes *notes, const kt_strange *strange);
 
@@ -144,6 +161,7 @@ typedef struct kt_draft {
     const kt_element *root;                                /* of the file */
     kt_list bodies, loops, effects;                        /* kt_body ..., in r->keep */
     kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
+    const kt_element **links; /* of bodies: the elements around their <inertial>; NULL: faults are at the body's own */
     kt_namer loop_names;
 } kt_draft;
 
@@ -151,6 +169,14 @@ typedef struct kt_draft {
 kt_body *kt_draft_body(kt_draft *d, const kt_element *e);
 kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, const char *name);
 kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type);
+kt_effect *kt_draft_joint_effect(kt_draft *d, const kt_element *e, kt_effect_type type, const char *joint);
+
+/* Adds damping and dry friction of a joint, if they are not zero. */
+void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, double damping, double friction);
+
+/* Adds a stop at the limits of a joint, if the options ask for stops. */
+void kt_draft_stop(kt_draft *d, const kt_element *e, const kt_robot_options *o, const char *joint, double lower,
+                   double upper);
 
 /* Terms of one joint become one; returns how many are left. */
 int kt_terms_merge(kt_term *terms, int count);

@@ -81,94 +81,68 @@ static const kt_known_list all_known = {
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
-static void note_file(kt_notes *n, const kt_sdf *m) {
-    kt_note_put(n, &m->newer, "versions of SDF that are newer than 1.12, read as if they were that: %d",
-                m->newer.count);
-    kt_note_put(n, &m->older, "versions of SDF that are older than 1.4, converted to that: %d", m->older.count);
-    kt_note_put(n, &m->others, "worlds and models after the first, which are left out: %d", m->others.count);
-    kt_note_put(n, &m->missing,
-                "models that are neither in the model's folder nor on the search path, left out: %d; the first: %s",
-                m->missing.count, m->missing.what);
-    kt_note_put(n, &m->states, "initial states of worlds (<state>) that are left out: %d", m->states.count);
-}
+static const kt_note first_notes[] = {
+    KT_NOTE(kt_sdf, newer, "versions of SDF that are newer than 1.12, read as if they were that:"),
+    KT_NOTE(kt_sdf, older, "versions of SDF that are older than 1.4, converted to that:"),
+    KT_NOTE(kt_sdf, others, "worlds and models after the first, which are left out:"),
+    KT_NOTE(kt_sdf, missing, "models that are neither in the model's folder nor on the search path, left out:"),
+    KT_NOTE(kt_sdf, states, "initial states of worlds (<state>) that are left out:"),
+    KT_NOTE(kt_sdf, renamed, "names of bodies that a scene cannot have, with '_' or a number:"),
+    KT_NOTE(kt_sdf, renamed_joints, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_sdf, floating, "links that move freely, since no joint connects them with the world:"),
+    KT_WARNING(kt_sdf, reserved,
+               "links called 'world', which is the world's name alone: what names it is joined to the world, and these "
+               "links to nothing; give them another name:"),
+    KT_NOTE(kt_sdf, freed, "links that are fixed to the world and move freely, by --floating:"),
+    KT_NOTE(kt_sdf, at_rest, "links of static models, fixed to the world:"),
+    KT_NOTE(kt_sdf, standard_masses,
+            "links whose mass or inertia is not said, and is that of the format (1 kg, 1 kg m^2; --density gives "
+            "those of shapes):"),
+    KT_NOTE(kt_sdf, by_density,
+            "links without <inertial> that have mass and inertia of their collisions, by --density:"),
+    KT_NOTE(kt_sdf, by_geometry, "links whose mass and inertia are those of their collisions:"),
+};
 
-static void note_bodies(kt_notes *n, const kt_sdf *m) {
-    kt_note_put(n, &m->renamed, "names of bodies that a scene cannot have, with '_' or a number: %d", m->renamed.count);
-    kt_note_renamed_joints(n, &m->renamed_joints);
-    kt_note_put(n, &m->floating, "links that move freely, since no joint connects them with the world: %d",
-                m->floating.count);
-    kt_note_warn(
-        n, &m->reserved,
-        "links called 'world', which is the world's name alone: what names it is joined to the world, and these "
-        "links to nothing; give them another name: %d",
-        m->reserved.count);
-    kt_note_put(n, &m->freed, "links that are fixed to the world and move freely, by --floating: %d", m->freed.count);
-    kt_note_put(n, &m->at_rest, "links of static models, fixed to the world: %d", m->at_rest.count);
-    kt_note_put(
-        n, &m->standard_masses,
-        "links whose mass or inertia is not said, and is that of the format (1 kg, 1 kg m^2; --density gives those "
-        "of shapes): %d",
-        m->standard_masses.count);
-    kt_note_put(n, &m->by_density,
-                "links without <inertial> that have mass and inertia of their collisions, by --density: %d",
-                m->by_density.count);
-    kt_note_put(n, &m->by_geometry, "links whose mass and inertia are those of their collisions: %d",
-                m->by_geometry.count);
-    kt_note_warn(n, &m->lost_masses,
-                 "the motion is not that of the file: the mass of collisions that are meshes is missing: of %d link%s "
-                 "(%s); --mass LINK=MASS gives one",
-                 m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
-    kt_judge_notes(n, &m->judge);
-    kt_note_put(n, &m->no_gravity, "links without gravity, each held by a force against its weight: %d",
-                m->no_gravity.count);
-    kt_note_put(n, &m->kinematic, "kinematic links, which move as others do: %d", m->kinematic.count);
-}
+static const kt_note later_notes[] = {
+    KT_NOTE(kt_sdf, no_gravity, "links without gravity, each held by a force against its weight:"),
+    KT_NOTE(kt_sdf, kinematic, "kinematic links, which move as others do:"),
+    KT_NOTE(kt_sdf, halves,
+            "joints of two axes, each two joints with a body without mass between them, which has the joint's name:"),
+    KT_NOTE(kt_sdf, offsets,
+            "joints that are not at the origin of their link, on a body of their own, which has the joint's name:"),
+    KT_NOTE(kt_sdf, reversed, "joints that carry their parent, since another joint carries the child:"),
+    KT_NOTE(kt_sdf, loops, "joints that close loops:"),
+    KT_NOTE(kt_sdf, loop_forces, "joints whose damping, friction and springs are left out, since they close loops:"),
+    KT_NOTE(kt_sdf, still_joints, "joints within one rigid part, left out:"),
+    KT_NOTE(kt_sdf, gearboxes, "gearboxes, which are couplings of the joints between their links:"),
+    KT_NOTE(kt_sdf, lost_gears,
+            "gearboxes that are left out, since what is between their links and the reference does not turn about "
+            "parallels of the axes alone:"),
+    KT_NOTE(kt_sdf, lost_mimics, "mimics that are left out, since one of both has no axis in the tree:"),
+    KT_NOTE(kt_sdf, friction, "dry friction that is smooth here (joint_friction):"),
+    KT_NOTE(kt_sdf, outside, "joints that start outside their limits:"),
+    KT_NOTE(kt_sdf, disordered, "limits of position that are left out, since lower is above upper:"),
+    KT_NOTE(kt_sdf, limits, "limits of position that are data alone (--stops makes effects of them):"),
+};
 
-static void note_joints(kt_notes *n, const kt_sdf *m) {
-    kt_note_put(n, &m->halves,
-                "joints of two axes, each two joints with a body without mass between them, which has the joint's "
-                "name: %d",
-                m->halves.count);
-    kt_note_put(
-        n, &m->offsets,
-        "joints that are not at the origin of their link, on a body of their own, which has the joint's name: %d",
-        m->offsets.count);
-    kt_note_put(n, &m->reversed, "joints that carry their parent, since another joint carries the child: %d",
-                m->reversed.count);
-    kt_note_put(n, &m->loops, "joints that close loops: %d", m->loops.count);
-    kt_note_put(n, &m->loop_forces,
-                "joints whose damping, friction and springs are left out, since they close loops: %d",
-                m->loop_forces.count);
-    kt_note_put(n, &m->still_joints, "joints within one rigid part, left out: %d", m->still_joints.count);
-    kt_note_put(n, &m->gearboxes, "gearboxes, which are couplings of the joints between their links: %d",
-                m->gearboxes.count);
-    kt_note_put(n, &m->lost_gears,
-                "gearboxes that are left out, since what is between their links and the reference does not turn about "
-                "parallels of the axes alone: %d",
-                m->lost_gears.count);
-    kt_note_put(n, &m->lost_mimics, "mimics that are left out, since one of both has no axis in the tree: %d",
-                m->lost_mimics.count);
-    kt_note_put(n, &m->friction, "dry friction that is smooth here (joint_friction): %d", m->friction.count);
-    kt_note_put(n, &m->outside, "joints that start outside their limits: %d", m->outside.count);
-    kt_note_put(n, &m->disordered, "limits of position that are left out, since lower is above upper: %d",
-                m->disordered.count);
-    if (m->source->options->stop_stiffness == 0.0)
-        kt_note_put(n, &m->limits, "limits of position that are data alone (--stops makes effects of them): %d",
-                    m->limits.count);
-}
+static const kt_note last_notes[] = {
+    KT_NOTE(kt_sdf, pictures, "visuals that pictures do not have (planes, polylines ...), left out:"),
+    KT_NOTE(kt_sdf, contacts, "collision shapes that are left out, since contacts are effects:"),
+};
 
 static void make_notes(const kt_sdf *m, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
-    note_file(&n, m);
-    note_bodies(&n, m);
-    note_joints(&n, m);
+    KT_NOTES_PUT(&n, m, first_notes);
+    kt_note_warn(&n, &m->lost_masses,
+                 "the motion is not that of the file: the mass of collisions that are meshes is missing: of %d link%s "
+                 "(%s); --mass LINK=MASS gives one",
+                 m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
+    kt_judge_notes(&n, &m->judge);
+    KT_NOTES_PUT(&n, m, later_notes);
     kt_appearance_notes(&n, &m->appearance);
-    kt_note_put(&n, &m->pictures, "visuals that pictures do not have (planes, polylines ...), left out: %d",
-                m->pictures.count);
-    kt_note_put(&n, &m->contacts, "collision shapes that are left out, since contacts are effects: %d",
-                m->contacts.count);
+    KT_NOTES_PUT(&n, m, last_notes);
     kt_note_strange(&n, &m->strange);
     scene->notes = n.notes;
     scene->note_count = n.count;

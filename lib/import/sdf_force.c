@@ -16,13 +16,6 @@
 
 /* ---- forces in joints -------------------------------------------------------------------------------------------- */
 
-static kt_effect *add_effect(kt_sdf *m, const kt_sdf_joint *j, kt_effect_type type) {
-    kt_effect *effect = kt_draft_effect(&m->draft, j->element, type);
-    if (effect != NULL)
-        effect->joint = j->name;
-    return effect;
-}
-
 /* A limit; infinite if it is missing, or is the format's value for no limit. */
 static double read_limit(kt_sdf *m, const kt_element *limit, const char *which, double standard) {
     const char *text = kt_sdf_text(limit, which);
@@ -41,7 +34,6 @@ static double read_rate(kt_sdf *m, const kt_element *limit, const char *which) {
 static void make_stop(kt_sdf *m, const kt_sdf_joint *j) {
     const kt_element *limit = j->axis != NULL ? kt_xml_child(j->axis, "limit") : NULL;
     const char *type = kt_xml_attribute(j->element, "type");
-    const kt_robot_options *o = m->source->options;
     if (limit == NULL)
         return;
     kt_joint_limits *data = &((kt_body *)m->draft.bodies.items)[j->body].joint.limits;
@@ -57,17 +49,12 @@ static void make_stop(kt_sdf *m, const kt_sdf_joint *j) {
     }
     data->lower = lower;
     data->upper = upper;
-    kt_left_count(&m->limits, limit);
+    if (m->source->options->stop_stiffness == 0.0)
+        kt_left_count(&m->limits, limit);
     const double start = ((const kt_body *)m->draft.bodies.items)[j->body].joint.position[0];
     if (lower > start || upper < start)
         kt_left_count(&m->outside, limit);
-    kt_effect *stop = o->stop_stiffness != 0.0 ? add_effect(m, j, KT_EFFECT_JOINT_LIMIT) : NULL;
-    if (stop == NULL)
-        return;
-    stop->stiffness = o->stop_stiffness;
-    stop->damping = o->stop_damping;
-    stop->lower = lower;
-    stop->upper = upper;
+    kt_draft_stop(&m->draft, j->element, m->source->options, j->name, lower, upper);
 }
 
 /* A joint starts at its initial_position, else at zero. */
@@ -82,19 +69,15 @@ static void act_in_joint(kt_sdf *m, const kt_sdf_joint *j) {
     const double damping = kt_sdf_number(m, dynamics, "damping", 0.0);
     const double friction = kt_sdf_number(m, dynamics, "friction", 0.0);
     const double stiffness = kt_sdf_number(m, dynamics, "spring_stiffness", 0.0);
-    kt_effect *effect = stiffness != 0.0 ? add_effect(m, j, KT_EFFECT_JOINT_SPRING) : NULL;
-    if (effect != NULL) {
-        effect->stiffness = stiffness;
-        effect->rest = kt_function_constant(kt_sdf_number(m, dynamics, "spring_reference", 0.0));
+    kt_effect *spring =
+        stiffness != 0.0 ? kt_draft_joint_effect(&m->draft, j->element, KT_EFFECT_JOINT_SPRING, j->name) : NULL;
+    if (spring != NULL) {
+        spring->stiffness = stiffness;
+        spring->rest = kt_function_constant(kt_sdf_number(m, dynamics, "spring_reference", 0.0));
     }
-    effect = damping != 0.0 ? add_effect(m, j, KT_EFFECT_JOINT_DAMPER) : NULL;
-    if (effect != NULL)
-        effect->damping = damping;
-    effect = friction != 0.0 ? add_effect(m, j, KT_EFFECT_JOINT_FRICTION) : NULL;
-    if (effect != NULL) {
-        effect->coulomb = friction;
+    kt_draft_resistance(&m->draft, j->element, j->name, damping, friction);
+    if (friction != 0.0)
         kt_left_count(&m->friction, j->element);
-    }
     start_joint(m, j);
     make_stop(m, j);
 }

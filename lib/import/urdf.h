@@ -29,16 +29,17 @@ typedef struct kt_urdf_link {
     const kt_element *element;
     const char *body; /* its name in the scene; NULL: it is the world */
     int carrier;      /* the joint that has it as child; -1: none */
+    int index;        /* of its body in the scene; -1: none */
 } kt_urdf_link;
 
 enum { LINKS = 0, JOINTS = 1 }; /* scopes of names */
 
 typedef struct kt_urdf {
     kt_reader *r;
-    const kt_robot_options *options;
+    const kt_robot_source *source;
+    kt_draft draft;
     kt_appearance appearance;
     const kt_element *robot;
-    const char *path;
     kt_urdf_link *links;
     kt_urdf_joint *joints;
     int link_count, joint_count;
@@ -53,13 +54,6 @@ typedef struct kt_urdf {
     kt_left geared, ungeared, massless; /* transmissions with and without armature; a robot without masses */
     kt_left by_density;                 /* links with a mass by density */
     kt_left undeclared, freed;          /* the link `world`; links on it that move freely */
-    kt_xml_late late;
-    kt_body *bodies;
-    kt_loop *loops;
-    kt_effect *effects;
-    const kt_element **body_elements, **loop_elements, **effect_elements; /* that they come from */
-    int *body_links;                                                      /* links of bodies */
-    kt_description *description;
 } kt_urdf;
 
 /* ---- urdf_attribute.c: numbers ----------------------------------------------------------------------------------- */
@@ -101,7 +95,7 @@ void kt_urdf_names(kt_urdf *u, int root);
 /* Gives links the masses that the options name. */
 void kt_urdf_given_masses(kt_urdf *u);
 
-/* Bodies, loops and effects of the description, in memory that has been taken. */
+/* Bodies, loops and effects of the draft. */
 void kt_urdf_bodies(kt_urdf *u);
 
 #endif

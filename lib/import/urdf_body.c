@@ -120,21 +120,23 @@ static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
 
 /* Mass and inertia, from the shapes that are seen, of a link that has none. */
 static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body) {
-    if (u->options->density > 0.0 && kt_xml_child(link, "inertial") == NULL &&
-        kt_mass_by_shapes(body, u->options->density))
+    if (u->source->options->density > 0.0 && kt_xml_child(link, "inertial") == NULL &&
+        kt_mass_by_shapes(body, u->source->options->density))
         kt_left_count(&u->by_density, link);
 }
 
-static void make_body(kt_urdf *u, int index, kt_body *body) {
-    const kt_urdf_link *link = &u->links[index];
+static void make_body(kt_urdf *u, kt_urdf_link *link) {
     const kt_urdf_joint *j = link->carrier >= 0 ? &u->joints[link->carrier] : NULL;
-    *body = kt_body_default();
+    kt_body *body = kt_draft_body(&u->draft, j != NULL ? j->element : link->element);
+    if (body == NULL)
+        return;
+    link->index = u->draft.bodies.count - 1;
     body->name = link->body;
     read_inertial(u->r, link->element, body);
     read_picture(u, link->element, body);
     set_mass_of_shape(u, link->element, body);
     if (j == NULL) {
-        body->joint.type = u->options->floating ? KT_JOINT_FREE : KT_JOINT_FIXED;
+        body->joint.type = u->source->options->floating ? KT_JOINT_FREE : KT_JOINT_FIXED;
         return;
     }
     kt_vec3 rpy;
@@ -144,7 +146,7 @@ static void make_body(kt_urdf *u, int index, kt_body *body) {
     if (j->kind == NULL)
         return;
     body->joint.type = j->kind->type;
-    if (u->options->floating && j->kind->type == KT_JOINT_FIXED && body->parent == NULL) {
+    if (u->source->options->floating && j->kind->type == KT_JOINT_FIXED && body->parent == NULL) {
         body->joint.type = KT_JOINT_FREE;
         kt_left_count(&u->freed, link->element);
     }
@@ -159,15 +161,6 @@ static void make_body(kt_urdf *u, int index, kt_body *body) {
 
 /* ---- effects and couplings --------------------------------------------------------------------------------------- */
 
-static kt_effect *next_effect(kt_urdf *u, kt_effect_type type, const kt_urdf_joint *j) {
-    const int index = u->description->effect_count++;
-    u->effects[index] = kt_effect_default();
-    u->effects[index].type = type;
-    u->effects[index].joint = j->name;
-    u->effect_elements[index] = j->element;
-    return &u->effects[index];
-}
-
 static void make_effects(kt_urdf *u, const kt_urdf_joint *j) {
     const kt_element *dynamics = kt_xml_child(j->element, "dynamics");
     double damping = 0.0, friction = 0.0;
@@ -178,17 +171,9 @@ static void make_effects(kt_urdf *u, const kt_urdf_joint *j) {
             kt_unknown_count(&u->strange.moving, "dynamics", dynamics);
         return;
     }
-    if (damping != 0.0)
-        next_effect(u, KT_EFFECT_JOINT_DAMPER, j)->damping = damping;
-    if (friction != 0.0)
-        next_effect(u, KT_EFFECT_JOINT_FRICTION, j)->coulomb = friction;
-    if (u->options->stop_stiffness != 0.0 && isfinite(j->lower)) {
-        kt_effect *stop = next_effect(u, KT_EFFECT_JOINT_LIMIT, j);
-        stop->stiffness = u->options->stop_stiffness;
-        stop->damping = u->options->stop_damping;
-        stop->lower = j->lower;
-        stop->upper = j->upper;
-    }
+    kt_draft_resistance(&u->draft, j->element, j->name, damping, friction);
+    if (isfinite(j->lower))
+        kt_draft_stop(&u->draft, j->element, u->source->options, j->name, j->lower, j->upper);
 }
 
 /* q = multiplier q' + offset. */
@@ -196,64 +181,57 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
     if (j->master < 0)
         return;
     kt_term *terms = kt_pool_take(&u->r->keep, 2, sizeof *terms);
-    char *name = kt_pool_take(&u->r->keep, strlen(j->name) + 16, 1);
+    char *name = kt_pool_take(&u->r->scratch, strlen(j->name) + 16, 1);
     if (terms == NULL || name == NULL) {
         (void)kt_reader_out_of_memory(u->r);
         return;
     }
     (void)snprintf(name, strlen(j->name) + 16, "mimic_%s", j->name);
+    kt_loop *loop = kt_draft_loop(&u->draft, kt_xml_child(j->element, "mimic"), KT_LOOP_COUPLING, name);
+    if (loop == NULL)
+        return;
     terms[0] = (kt_term){.joint = j->name, .coefficient = 1.0};
     terms[1] = (kt_term){.joint = u->joints[j->master].name, .coefficient = -j->multiplier};
-    const int index = u->description->loop_count++;
-    u->loops[index] = kt_loop_default();
-    u->loops[index].name = name;
-    u->loops[index].type = KT_LOOP_COUPLING;
-    u->loops[index].terms = terms;
-    u->loops[index].term_count = 2;
-    u->loops[index].offset = j->offset;
-    u->loop_elements[index] = kt_xml_child(j->element, "mimic");
+    loop->terms = terms;
+    loop->term_count = 2;
+    loop->offset = j->offset;
 }
 
 /* ---- names of joints --------------------------------------------------------------------------------------------- */
 
 static void name_joints(kt_urdf *u) {
-    const int count = u->description->body_count;
+    const int count = u->draft.bodies.count;
+    kt_body *bodies = u->draft.bodies.items;
     const char **names = kt_pool_take(&u->r->scratch, (size_t)count + 1, sizeof *names);
     kt_namer joints;
     if (names == NULL || !kt_namer_init(&joints, u->r, 2 * count)) {
         (void)kt_reader_out_of_memory(u->r);
         return;
     }
-    for (int b = 0; b < count; b++) {
-        const int carrier = u->links[u->body_links[b]].carrier;
+    for (int i = 0; i < u->link_count; i++) {
+        const int carrier = u->links[i].carrier, body = u->links[i].index;
         const char *name = carrier >= 0 ? kt_xml_attribute(u->joints[carrier].element, "name") : NULL;
-        names[b] = name != NULL && *name != '\0' ? name : NULL;
+        if (body >= 0)
+            names[body] = name != NULL && *name != '\0' ? name : NULL;
     }
-    kt_joints_name(&joints, u->bodies, count, names, u->body_elements, &u->renamed_joints);
-    for (int b = 0; b < count; b++)
-        if (u->links[u->body_links[b]].carrier >= 0)
-            u->joints[u->links[u->body_links[b]].carrier].name = kt_joint_name_of(&u->bodies[b]);
+    kt_joints_name(&joints, bodies, count, names, u->draft.body_elements.items, &u->renamed_joints);
+    for (int i = 0; i < u->link_count; i++)
+        if (u->links[i].carrier >= 0 && u->links[i].index >= 0)
+            u->joints[u->links[i].carrier].name = kt_joint_name_of(&bodies[u->links[i].index]);
 }
 
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
 
 void kt_urdf_bodies(kt_urdf *u) {
-    kt_description *d = u->description;
-    for (int i = 0; i < u->link_count && !u->r->out_of_memory; i++) {
-        if (u->links[i].body == NULL)
-            continue;
-        u->body_links[d->body_count] = i;
-        u->body_elements[d->body_count] =
-            u->links[i].carrier >= 0 ? u->joints[u->links[i].carrier].element : u->links[i].element;
-        make_body(u, i, &u->bodies[d->body_count++]);
-    }
+    for (int i = 0; i < u->link_count && !u->r->out_of_memory; i++)
+        if (u->links[i].body != NULL)
+            make_body(u, &u->links[i]);
+    if (u->r->out_of_memory || !kt_namer_init(&u->draft.loop_names, u->r, u->joint_count + 1))
+        return;
     name_joints(u);
     for (int i = 0; i < u->joint_count && !u->r->out_of_memory; i++)
         if (u->joints[i].kind != NULL && u->joints[i].name != NULL) {
             make_effects(u, &u->joints[i]);
             make_coupling(u, &u->joints[i]);
         }
-    d->bodies = u->bodies;
-    d->loops = u->loops;
-    d->effects = u->effects;
 }

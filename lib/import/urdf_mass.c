@@ -64,27 +64,25 @@ void kt_urdf_transmissions(kt_urdf *u) {
 static int find_link(const void *user, const char *name) {
     const kt_urdf *u = user;
     const int index = kt_names_find(&u->names, LINKS, name);
-    for (int b = 0; b < u->description->body_count && index >= 0; b++)
-        if (u->body_links[b] == index)
-            return b;
-    return -1;
+    return index >= 0 ? u->links[index].index : -1;
 }
 
 /* A robot without any mass has poses and pictures, but no accelerations. */
 static void find_masses(kt_urdf *u) {
+    const kt_body *bodies = u->draft.bodies.items;
     bool moves = false;
-    for (int b = 0; b < u->description->body_count; b++) {
-        if (u->bodies[b].mass > 0.0)
+    for (int b = 0; b < u->draft.bodies.count; b++) {
+        if (bodies[b].mass > 0.0)
             return;
-        moves = moves || u->bodies[b].joint.type != KT_JOINT_FIXED;
+        moves = moves || bodies[b].joint.type != KT_JOINT_FIXED;
     }
     if (!moves)
         return;
-    u->description->inertia_check = KT_INERTIA_ACCEPT;
+    u->judge.limit = KT_INERTIA_ACCEPT;
     kt_left_count(&u->massless, u->robot);
 }
 
 void kt_urdf_given_masses(kt_urdf *u) {
-    kt_masses_give(u->r, u->options, u->robot, u->bodies, find_link, u);
+    kt_masses_give(u->r, u->source->options, u->robot, u->draft.bodies.items, find_link, u);
     find_masses(u);
 }

@@ -130,7 +130,7 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
                            (!has_upper && kt_xml_attribute(limit, "upper") != NULL);
     if (!j->kind->is_limited || is_faulty || (!has_lower && !has_upper))
         return;
-    if (lower > upper && u->options->stop_stiffness != 0.0)
+    if (lower > upper && u->source->options->stop_stiffness != 0.0)
         (void)kt_robot_fault(u->r, limit, "lower, %g, is above upper, %g; exchange them, or leave --stops out", lower,
                              upper);
     if (lower > upper) {
@@ -140,7 +140,8 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
     j->lower = lower;
     j->upper = upper;
     j->start = fmin(fmax(0.0, lower), upper);
-    kt_left_count(&u->limits, limit);
+    if (u->source->options->stop_stiffness == 0.0)
+        kt_left_count(&u->limits, limit);
 }
 
 static void read_joint(kt_urdf *u, int index) {
@@ -244,7 +245,7 @@ static void declare_world(kt_urdf *u) {
         *e = (kt_element){.name = "link", .attributes = attributes, .line = parent->line, .column = parent->column};
         e->parent = (kt_element *)u->joints[i].element->parent;
         (void)kt_names_add(&u->names, LINKS, "world", u->link_count);
-        u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1};
+        u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1};
         kt_left_count(&u->undeclared, parent);
     }
 }
@@ -268,7 +269,7 @@ bool kt_urdf_collect(kt_urdf *u) {
     u->link_count = u->joint_count = 0;
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
         if (strcmp(e->name, "link") == 0) {
-            u->links[u->link_count] = (kt_urdf_link){.element = e, .carrier = -1};
+            u->links[u->link_count] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1};
             add_name(u, LINKS, e, u->link_count++);
         } else if (strcmp(e->name, "joint") == 0) {
             u->joints[u->joint_count] = (kt_urdf_joint){.element = e, .master = -1};
