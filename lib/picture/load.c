@@ -8,7 +8,7 @@
 #include "picture/foreign.h"
 #include "picture/mesh.h"
 #include "picture/solid.h"
-#include "scene/file.h"
+#include "document/file.h"
 
 #include <math.h>
 #include <stdio.h>

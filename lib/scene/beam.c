@@ -22,7 +22,7 @@
  * p. 55 (1985).
  */
 #include "scene/beam.h"
-#include "scene/number.h"
+#include "document/number.h"
 #include "scene/part.h"
 
 #include <math.h>
@@ -569,5 +569,5 @@ void kt_beams_expand(kt_reader *r) {
             expand(r, nodes[i], &here, &beam);
     }
     if (kt_node_is_faulty(list))
-        r->names_are_known = false;
+        r->scene->names_are_known = false;
 }

@@ -319,8 +319,8 @@ static bool read_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     }
     body->shapes = shapes;
     body->shape_count = good ? count : 0;
-    r->parts = good ? parts : NULL;
-    r->part_nodes = nodes;
+    r->scene->parts = good ? parts : NULL;
+    r->scene->part_nodes = nodes;
     return good;
 }
 
@@ -361,7 +361,7 @@ static const kt_table body_table = {.fields = fields, .count = KT_COUNT_OF(field
 /* Gives the body the mass, com and inertia of its shapes. */
 static void settle_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, kt_body *body) {
     kt_node *list = kt_node_find(node, "shapes");
-    if (r->parts == NULL || list == NULL)
+    if (r->scene->parts == NULL || list == NULL)
         return;
     if (kt_node_find(node, "shape") != NULL) {
         (void)kt_fault_at(r, KT_ERROR_SCENE, scope, list, "the body has a `shape`, too; put it into the list");
@@ -370,12 +370,12 @@ static void settle_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, kt
     const unsigned given = (kt_node_find(node, "mass") != NULL ? KT_GIVES_MASS : 0) |
                            (kt_node_find(node, "com") != NULL ? KT_GIVES_COM : 0) |
                            (kt_node_find(node, "inertia") != NULL ? KT_GIVES_INERTIA : 0);
-    (void)kt_parts_settle(r, scope, list, r->part_nodes, r->parts, body->shape_count, given, body);
+    (void)kt_parts_settle(r, scope, list, r->scene->part_nodes, r->scene->parts, body->shape_count, given, body);
 }
 
 static void read_body(kt_reader *r, kt_node *node, int index, kt_body *body) {
     const kt_scope scope = kt_item_scope("body", "bodies", index, node);
-    r->parts = NULL;
+    r->scene->parts = NULL;
     if (!kt_table_read(r, &scope, node, &body_table, body))
         return;
     settle_shapes(r, &scope, node, body);
@@ -411,26 +411,26 @@ static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     (void)field;
     kt_scene *scene = object;
     int count = 0;
-    r->names_are_known = r->names_are_known && node->kind == KT_NODE_LIST;
-    if (!kt_list_nodes(r, scope, node, "a list of bodies ('- name: ...')", &r->body_nodes, &count))
+    r->scene->names_are_known = r->scene->names_are_known && node->kind == KT_NODE_LIST;
+    if (!kt_list_nodes(r, scope, node, "a list of bodies ('- name: ...')", &r->scene->body_nodes, &count))
         return false;
     kt_body *bodies = kt_pool_take(&r->keep, (size_t)count, sizeof *bodies);
     if (bodies == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {
         bodies[i] = kt_body_default();
-        read_body(r, r->body_nodes[i], i, &bodies[i]);
+        read_body(r, r->scene->body_nodes[i], i, &bodies[i]);
         if (!kt_name_is_valid(bodies[i].name) || strcmp(bodies[i].name, "world") == 0)
-            r->names_are_known = false;
-        r->hides_bodies = r->hides_bodies || kt_body_is_hidden(r, i);
+            r->scene->names_are_known = false;
+        r->scene->hides_bodies = r->scene->hides_bodies || kt_body_is_hidden(r, i);
     }
     scene->description.bodies = bodies;
     scene->description.body_count = count;
-    if (!kt_index_bodies(&r->scratch, &r->names, bodies, count))
+    if (!kt_index_bodies(&r->scratch, &r->scene->names, bodies, count))
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++)
         if (kt_find_body(r, bodies[i].name) != i) /* one of the two may have another name */
-            r->names_are_known = false;
+            r->scene->names_are_known = false;
     return true;
 }
 
@@ -483,13 +483,13 @@ static bool make_thrust(kt_reader *r, const kt_scope *scope, kt_node *node, cons
 
 /* A body with wrong keys gets no faults that follow from these keys. */
 static bool has_exhaust_name(const kt_reader *r, const kt_description *d, int body) {
-    return kt_name_is_valid(d->bodies[body].name) && !kt_node_has_stray(r->body_nodes[body]);
+    return kt_name_is_valid(d->bodies[body].name) && !kt_node_has_stray(r->scene->body_nodes[body]);
 }
 
 void kt_exhausts_add(kt_reader *r, kt_description *d) {
     int count = 0, added = d->effect_count;
     for (int i = 0; i < d->body_count; i++)
-        count += kt_node_find(r->body_nodes[i], "exhaust") != NULL && has_exhaust_name(r, d, i);
+        count += kt_node_find(r->scene->body_nodes[i], "exhaust") != NULL && has_exhaust_name(r, d, i);
     if (count == 0)
         return;
     const size_t all = (size_t)d->effect_count + (size_t)count;
@@ -501,17 +501,17 @@ void kt_exhausts_add(kt_reader *r, kt_description *d) {
     }
     for (int i = 0; i < d->effect_count; i++) {
         effects[i] = d->effects[i];
-        nodes[i] = r->effect_nodes[i];
+        nodes[i] = r->scene->effect_nodes[i];
     }
     for (int i = 0; i < d->body_count; i++) {
-        kt_node *node = kt_node_find(r->body_nodes[i], "exhaust");
-        const kt_scope body = kt_item_scope("body", "bodies", i, r->body_nodes[i]);
+        kt_node *node = kt_node_find(r->scene->body_nodes[i], "exhaust");
+        const kt_scope body = kt_item_scope("body", "bodies", i, r->scene->body_nodes[i]);
         const kt_scope here = {.outer = &body, .key = "exhaust"};
         if (node == NULL || !has_exhaust_name(r, d, i) || !make_thrust(r, &here, node, &d->bodies[i], &effects[added]))
             continue;
-        nodes[added++] = r->body_nodes[i];
+        nodes[added++] = r->scene->body_nodes[i];
     }
     d->effects = effects;
     d->effect_count = added;
-    r->effect_nodes = nodes;
+    r->scene->effect_nodes = nodes;
 }

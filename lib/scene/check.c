@@ -33,15 +33,15 @@ static const kt_key *key_of(const kt_checking *c, const kt_place *place) {
 static kt_node *item_node(const kt_reader *r, const kt_place *place) {
     switch (place->item) {
     case KT_ITEM_BODY:
-        return r->body_nodes[place->index];
+        return r->scene->body_nodes[place->index];
     case KT_ITEM_LOOP:
-        return r->loop_nodes[place->index];
+        return r->scene->loop_nodes[place->index];
     case KT_ITEM_EFFECT:
-        return r->effect_nodes[place->index];
+        return r->scene->effect_nodes[place->index];
     case KT_ITEM_HOLD:
-        return r->hold_nodes[place->index];
+        return r->scene->hold_nodes[place->index];
     case KT_ITEM_STATE:
-        return r->state_nodes[place->index];
+        return r->scene->state_nodes[place->index];
     case KT_ITEM_SCENE:
         break;
     }
@@ -125,7 +125,7 @@ static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt
     if (!is_reference(place, key))
         return false;
     const referred to = find_referred(r, place, key, node);
-    return to.body < 0 ? !r->names_are_known : kt_body_is_hidden(r, to.body);
+    return to.body < 0 ? !r->scene->names_are_known : kt_body_is_hidden(r, to.body);
 }
 
 /* Whether an item has faults of form; these do not change while the description is checked. Cost: O(item) for the first
@@ -232,7 +232,7 @@ static bool is_tree_known(const kt_reader *r) {
     for (const kt_node *node = r->root->of.first; node != NULL; node = node->next)
         if (node->faulty)
             return false;
-    return r->names_are_known && !kt_node_is_faulty(kt_node_find(r->root, "bodies")) &&
+    return r->scene->names_are_known && !kt_node_is_faulty(kt_node_find(r->root, "bodies")) &&
            !kt_node_is_faulty(kt_node_find(r->root, "loops"));
 }
 

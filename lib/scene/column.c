@@ -28,7 +28,7 @@ static bool find_name(void *user, const char *name, kt_symbol *symbol) {
     const kt_reader *r = user;
     kt_variable variable;
     *symbol = (kt_symbol){.index = 0};
-    return kt_variable_find(r->description, name, &variable) || is_recorded(name);
+    return kt_variable_find(r->scene->description, name, &variable) || is_recorded(name);
 }
 
 static const char *list_name(void *user, int k) {
@@ -36,9 +36,9 @@ static const char *list_name(void *user, int k) {
     kt_variable variable;
     char text[KT_EXPRESSION_NAME_MAX + 1];
     r->effort -= 1000;
-    if (r->effort <= 0 || !kt_variable_at(r->description, k, &variable))
+    if (r->effort <= 0 || !kt_variable_at(r->scene->description, k, &variable))
         return NULL;
-    (void)kt_variable_name(r->description, &variable, text, sizeof text);
+    (void)kt_variable_name(r->scene->description, &variable, text, sizeof text);
     return kt_pool_text(&r->scratch, text, strlen(text));
 }
 
@@ -164,7 +164,7 @@ void kt_expressions_check(kt_reader *r) {
     const kt_symbols symbols = {.find = find_anywhere, .list = list_name, .user = r};
     const kt_node *key;
     const char *text;
-    for (int k = 0; r->names_are_known && (key = kt_expression_unused(r, k)) != NULL; k++) {
+    for (int k = 0; r->scene->names_are_known && (key = kt_expression_unused(r, k)) != NULL; k++) {
         const kt_scope here = {.outer = &outer, .key = key->of.text};
         kt_node inner = *key->next;
         if (kt_node_is_faulty(&inner))

@@ -12,7 +12,7 @@
 #include "scene/csv.h"
 
 #include "base/decimal.h"
-#include "scene/file.h"
+#include "document/file.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -24,7 +24,8 @@ static bool find_name(void *user, const char *name, kt_symbol *symbol) {
     const kt_reader *r = user;
     kt_variable variable;
     *symbol = (kt_symbol){.index = 0};
-    return kt_variable_find(r->description, name, &variable) || kt_response_is_named(r->description, name);
+    return kt_variable_find(r->scene->description, name, &variable) ||
+           kt_response_is_named(r->scene->description, name);
 }
 
 static const char *list_name(void *user, int k) {
@@ -35,14 +36,14 @@ static const char *list_name(void *user, int k) {
     r->effort -= 1000;
     if (r->effort <= 0)
         return NULL;
-    if (kt_variable_at(r->description, k, &variable)) {
-        (void)kt_variable_name(r->description, &variable, text, sizeof text);
+    if (kt_variable_at(r->scene->description, k, &variable)) {
+        (void)kt_variable_name(r->scene->description, &variable, text, sizeof text);
         return kt_pool_text(&r->scratch, text, strlen(text));
     }
-    while (kt_variable_at(r->description, count, &variable))
+    while (kt_variable_at(r->scene->description, count, &variable))
         count++;
     r->effort -= 50 * (int64_t)count;
-    if (!kt_response_name(r->description, k - count, text, sizeof text))
+    if (!kt_response_name(r->scene->description, k - count, text, sizeof text))
         return NULL;
     return kt_pool_text(&r->scratch, text, strlen(text));
 }
@@ -94,8 +95,8 @@ static int find_effect(const kt_description *d, const char *name) {
 
 /* The name of a loop or of an effect. */
 static bool check_switched(kt_reader *r, const kt_scope *scope, kt_node *node, const char *name) {
-    const kt_description *d = r->description;
-    if (!r->names_are_known || kt_node_has_stray(r->root) || kt_node_is_faulty(kt_node_find(r->root, "loops")) ||
+    const kt_description *d = r->scene->description;
+    if (!r->scene->names_are_known || kt_node_has_stray(r->root) || kt_node_is_faulty(kt_node_find(r->root, "loops")) ||
         kt_node_is_faulty(kt_node_find(r->root, "effects")))
         return true; /* names of some loops or effects could not be read */
     for (int i = 0; i < d->loop_count + d->effect_count; i++) {
@@ -151,9 +152,9 @@ static kt_phrase did_you_mean(kt_reader *r, const char *name) {
     kt_phrase phrase = {.length = 0};
     kt_nearest near = kt_nearest_make(name, &r->effort);
     kt_variable variable;
-    for (int k = 0; kt_variable_at(r->description, k, &variable) && r->effort > 0; k++) {
+    for (int k = 0; kt_variable_at(r->scene->description, k, &variable) && r->effort > 0; k++) {
         char text[KT_EXPRESSION_NAME_MAX + 1];
-        (void)kt_variable_name(r->description, &variable, text, sizeof text);
+        (void)kt_variable_name(r->scene->description, &variable, text, sizeof text);
         const char *kept = variable.type == KT_VARIABLE_STATE || variable.type == KT_VARIABLE_VELOCITY
                                ? kt_pool_text(&r->scratch, text, strlen(text))
                                : NULL;
@@ -175,9 +176,9 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
         if (key->kind != KT_NODE_TEXT)
             return kt_fault_expected(r, scope, key, "the name of a parameter or a state");
         const kt_scope here = {.outer = scope, .key = key->of.text};
-        if (!r->names_are_known || r->parameters_are_hidden || r->hides_parameters)
+        if (!r->scene->names_are_known || r->scene->parameters_are_hidden || r->scene->hides_parameters)
             return true;
-        const bool is_settable = kt_variable_find(r->description, key->of.text, &variable) &&
+        const bool is_settable = kt_variable_find(r->scene->description, key->of.text, &variable) &&
                                  (variable.type == KT_VARIABLE_STATE || variable.type == KT_VARIABLE_VELOCITY);
         if (!is_settable && kt_is_parameter(r, key->of.text))
             return true; /* whose value has been reported */
@@ -394,7 +395,7 @@ static const kt_table event_table = {.fields = event_fields, .count = KT_COUNT_O
 /* A comparison begins to hold in one direction only. */
 static void check_direction(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event) {
     kt_node *given = kt_node_find(node, "direction");
-    if (event->when == NULL || !kt_formula_is_comparison(r->description, event->when))
+    if (event->when == NULL || !kt_formula_is_comparison(r->scene->description, event->when))
         return;
     if (given != NULL && event->direction != KT_DIRECTION_RISING)
         (void)kt_fault_at(r, KT_ERROR_SCENE, scope, given,
@@ -493,11 +494,11 @@ static bool read_until(kt_reader *r, const kt_scope *scope, kt_node *node, const
     const char *when = NULL;
     if (!read_formula(r, scope, node, &when))
         return false;
-    scene->until = (kt_scene_event){.name = "until",
-                                    .when = when,
-                                    .direction = kt_formula_is_comparison(r->description, when) ? KT_DIRECTION_RISING
-                                                                                                : KT_DIRECTION_EITHER,
-                                    .stop = true};
+    scene->until = (kt_scene_event){
+        .name = "until",
+        .when = when,
+        .direction = kt_formula_is_comparison(r->scene->description, when) ? KT_DIRECTION_RISING : KT_DIRECTION_EITHER,
+        .stop = true};
     return true;
 }
 

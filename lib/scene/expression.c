@@ -1,9 +1,9 @@
 /* Expressions of parameters where a scene has a number. */
 #include "scene/expression.h"
 
+#include "document/number.h"
 #include "expression/expression.h"
 #include "scene/named.h"
-#include "scene/number.h"
 #include "scene/vary.h"
 
 #include <math.h>
@@ -13,18 +13,18 @@
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
 static void mark_used(kt_reader *r, const char *name) {
-    const int k = r->parameter_count > 0 ? kt_names_find(&r->parameter_names, 0, name) : -1;
+    const int k = r->scene->parameter_count > 0 ? kt_names_find(&r->scene->parameter_names, 0, name) : -1;
     if (k >= 0)
-        r->parameters[k].is_used = true;
+        r->scene->parameters[k].is_used = true;
 }
 
 static bool find_parameter(void *user, const char *name, kt_symbol *symbol) {
     kt_reader *r = user;
-    const int k = r->parameter_count > 0 ? kt_names_find(&r->parameter_names, 0, name) : -1;
+    const int k = r->scene->parameter_count > 0 ? kt_names_find(&r->scene->parameter_names, 0, name) : -1;
     if (k < 0)
         return false;
-    r->parameters[k].is_used = true;
-    *symbol = (kt_symbol){.index = k, .is_angle = r->parameters[k].is_angle};
+    r->scene->parameters[k].is_used = true;
+    *symbol = (kt_symbol){.index = k, .is_angle = r->scene->parameters[k].is_angle};
     return true;
 }
 
@@ -32,11 +32,11 @@ static bool find_parameter(void *user, const char *name, kt_symbol *symbol) {
 static const char *list_parameter(void *user, int k) {
     kt_reader *r = user;
     r->effort -= 100;
-    return k < r->parameter_count && r->effort > 0 ? r->parameters[k].name : NULL;
+    return k < r->scene->parameter_count && r->effort > 0 ? r->scene->parameters[k].name : NULL;
 }
 
 bool kt_is_parameter(const kt_reader *r, const char *name) {
-    return r->parameter_count > 0 && kt_names_find(&r->parameter_names, 0, name) >= 0;
+    return r->scene->parameter_count > 0 && kt_names_find(&r->scene->parameter_names, 0, name) >= 0;
 }
 
 bool kt_is_expression(const kt_node *node) { return node->kind == KT_NODE_TEXT && node->of.text[0] == '='; }
@@ -53,7 +53,7 @@ static bool follows_from_names(kt_reader *r, const char *text, const kt_error *e
     const kt_symbols any = {.find = find_any_name};
     const kt_expression *expression = NULL;
     const size_t size = kt_expression_size(text);
-    if (!r->hides_parameters || strstr(error->message, "did you mean") != NULL)
+    if (!r->scene->hides_parameters || strstr(error->message, "did you mean") != NULL)
         return false;
     void *memory = kt_pool_take(&r->scratch, size, 1);
     return memory != NULL && kt_expression_parse(text, &any, memory, size, &expression, NULL, NULL) == KT_OK;
@@ -130,7 +130,7 @@ static bool find_either(void *user, const char *name, kt_symbol *symbol) {
     }
     if (!find_parameter(names->r, name, symbol))
         return false;
-    const kt_named_number *parameter = &names->r->parameters[symbol->index];
+    const kt_named_number *parameter = &names->r->scene->parameters[symbol->index];
     names->waits = names->waits || !parameter->is_known;
     names->varies = names->varies || parameter->varies;
     names->is_reset = names->is_reset || parameter->is_reset;
@@ -141,7 +141,7 @@ static bool find_either(void *user, const char *name, kt_symbol *symbol) {
 
 static const char *list_either(void *user, int k) {
     kt_formula_names *names = user;
-    const int parameters = names->r->parameter_count, named = names->r->named_count;
+    const int parameters = names->r->scene->parameter_count, named = names->r->scene->named_count;
     if (k < parameters) /* NULL if the effort is used up */
         return list_parameter(names->r, k);
     return k < parameters + named ? kt_expression_name(names->r, k - parameters)
@@ -151,9 +151,9 @@ static const char *list_either(void *user, int k) {
 /* "(-0.5)", "(0.25 rad)" in place of a parameter: returns the length. */
 static size_t put_parameter(const kt_reader *r, const char *name, size_t length, double value, char *to, size_t room) {
     bool is_angle = false;
-    for (int k = 0; k < r->parameter_count; k++)
-        if (strlen(r->parameters[k].name) == length && strncmp(r->parameters[k].name, name, length) == 0)
-            is_angle = r->parameters[k].is_angle;
+    for (int k = 0; k < r->scene->parameter_count; k++)
+        if (strlen(r->scene->parameters[k].name) == length && strncmp(r->scene->parameters[k].name, name, length) == 0)
+            is_angle = r->scene->parameters[k].is_angle;
     char number[KT_NUMBER_SIZE];
     kt_number_format(number, value);
     return (size_t)snprintf(to, room, "(%s%s)", number, is_angle ? " rad" : "");
@@ -209,7 +209,7 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
                      const char **text) {
     kt_formula_names names = {.r = r, .variables = variables};
     const kt_symbols symbols = {.find = find_either, .list = list_either, .user = &names};
-    const bool hidden = node->faulty || r->parameters_are_hidden;
+    const bool hidden = node->faulty || r->scene->parameters_are_hidden;
     kt_written written;
     const kt_expression *expression = NULL;
     if (!hidden && kt_write_out(r, scope, node, variables, &written))
@@ -237,7 +237,7 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
 
 bool kt_expression_value(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_expression *expression,
                          double *out) {
-    const double value = kt_expression_evaluate(expression, r->parameter_values);
+    const double value = kt_expression_evaluate(expression, r->scene->parameter_values);
     if (isnan(value))
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
                            "%s has no value: 0/0, a root or logarithm of a negative number, or the like",
@@ -254,13 +254,13 @@ static bool is_computable(const kt_reader *r, const kt_expression *expression) {
     int used[KT_EXPRESSION_LENGTH_MAX];
     const size_t count = kt_expression_symbols(expression, KT_EXPRESSION_LENGTH_MAX, used);
     for (size_t i = 0; i < count; i++)
-        if (!r->parameters[used[i]].is_known)
+        if (!r->scene->parameters[used[i]].is_known)
             return false;
     return true;
 }
 
 bool kt_read_expression(kt_reader *r, const kt_scope *scope, kt_node *node, bool angle, double *out) {
-    const bool hidden = node->faulty || r->parameters_are_hidden;
+    const bool hidden = node->faulty || r->scene->parameters_are_hidden;
     const kt_expression *expression = hidden ? NULL : kt_expression_of_node(r, scope, node);
     if (expression == NULL || !is_computable(r, expression)) {
         node->faulty = true; /* a fault of the parameter has been reported */

@@ -1,10 +1,10 @@
 /* Functions of time: a number, a formula of t, {sine: ...}, {ramp: ...}, {bump: ...}, {polynomial: [...]},
  * {table: [...], interpolation: ...}, {sum: [...]} or {product: [...]}. */
 #include "base/decimal.h"
+#include "document/number.h"
 #include "model/function_formula.h"
 #include "scene/csv.h"
 #include "scene/expression.h"
-#include "scene/number.h"
 #include "scene/part.h"
 
 #include <stddef.h>
@@ -40,7 +40,7 @@ static bool read_polynomial(kt_reader *r, const kt_scope *scope, kt_node *node, 
     int i = 0;
     for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        kt_quantity quantity = i == 0 ? (kt_quantity)r->quantity : KT_QUANTITY_NUMBER;
+        kt_quantity quantity = i == 0 ? (kt_quantity)r->scene->quantity : KT_QUANTITY_NUMBER;
         good = kt_read_number(r, &here, item, quantity, &numbers[i]) && good;
     }
     return good;
@@ -49,7 +49,7 @@ static bool read_polynomial(kt_reader *r, const kt_scope *scope, kt_node *node, 
 static bool read_table(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_function *function = object;
-    const kt_quantity quantities[] = {KT_QUANTITY_NUMBER, (kt_quantity)r->quantity};
+    const kt_quantity quantities[] = {KT_QUANTITY_NUMBER, (kt_quantity)r->scene->quantity};
     double *numbers;
     double value;
     if (node->kind == KT_NODE_TEXT && node->count > 0 &&
@@ -73,14 +73,14 @@ static bool read_table(kt_reader *r, const kt_scope *scope, kt_node *node, const
 static bool read_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_function *function = object;
-    const kt_quantity quantity = (kt_quantity)r->quantity;
+    const kt_quantity quantity = (kt_quantity)r->scene->quantity;
     if (node->kind != KT_NODE_LIST || node->count == 0)
         return kt_fault_expected(r, scope, node, "a list of functions of time [f, g, ...]");
     kt_function *parts = kt_pool_take(&r->keep, node->count, sizeof *parts);
     if (parts == NULL)
         return kt_reader_out_of_memory(r);
-    if (++r->function_depth > KT_FUNCTION_DEPTH_MAX) {
-        r->function_depth--;
+    if (++r->scene->function_depth > KT_FUNCTION_DEPTH_MAX) {
+        r->scene->function_depth--;
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "more than %d sums and products within one another",
                            KT_FUNCTION_DEPTH_MAX);
     }
@@ -90,8 +90,8 @@ static bool read_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const
         const kt_scope here = {.outer = scope, .index = i};
         good = kt_read_function(r, &here, item, quantity, &parts[i]) && good;
     }
-    r->function_depth--;
-    r->quantity = (int)quantity;
+    r->scene->function_depth--;
+    r->scene->quantity = (int)quantity;
     function->parts = parts;
     function->part_count = (int)node->count;
     return good;
@@ -101,7 +101,7 @@ static bool read_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const
 static bool read_slopes(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_function *function = object;
-    const bool turns = r->quantity == KT_QUANTITY_ANGLE || r->quantity == KT_QUANTITY_RATE;
+    const bool turns = r->scene->quantity == KT_QUANTITY_ANGLE || r->scene->quantity == KT_QUANTITY_RATE;
     function->has_slopes =
         kt_read_numbers(r, scope, node, 2, turns ? KT_QUANTITY_RATE : KT_QUANTITY_NUMBER, NULL, function->slopes);
     return function->has_slopes;
@@ -189,7 +189,7 @@ static void read_file(kt_reader *r, const kt_scope *scope, kt_node *node, form_r
                           "slopes at the ends are those of a table with `interpolation: cubic`; write that, or remove "
                           "the key");
     if (form->file != NULL && !kt_node_is_faulty(node))
-        (void)kt_read_csv(r, scope, form->file, &form->choice, (kt_quantity)r->quantity, &form->function.numbers,
+        (void)kt_read_csv(r, scope, form->file, &form->choice, (kt_quantity)r->scene->quantity, &form->function.numbers,
                           &form->function.number_count);
     form->function.number_count *= form->file != NULL ? 2 : 1;
 }
@@ -220,7 +220,7 @@ static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, kt_
 
 bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
     kt_function function = {.type = KT_FUNCTION_CONSTANT};
-    r->quantity = (int)quantity;
+    r->scene->quantity = (int)quantity;
     if (node->kind == KT_NODE_LIST)
         return kt_fault_expected(r, scope, node, "a function of time (a number, a formula of t, or one of " FORMS ")");
     if (node->kind == KT_NODE_TEXT && is_formula(node)) {

@@ -2,8 +2,8 @@
 #ifndef KT_SCENE_IMPULSE_H
 #define KT_SCENE_IMPULSE_H
 
+#include "document/pool.h"
 #include "kinetree/scene.h"
-#include "scene/pool.h"
 
 /* Whether a name that an event sets is that of a velocity. */
 bool kt_is_velocity_name(const char *name);

@@ -21,21 +21,25 @@ bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int 
     return true;
 }
 
-int kt_find_body(const kt_reader *r, const char *name) { return name == NULL ? -1 : kt_names_find(&r->names, 0, name); }
+int kt_find_body(const kt_reader *r, const char *name) {
+    return name == NULL ? -1 : kt_names_find(&r->scene->names, 0, name);
+}
 
 int kt_find_joint(const kt_reader *r, const char *name) {
     const int body = kt_find_body(r, name);
-    const int own = name == NULL ? -1 : kt_names_find(&r->names, KT_NAMES_OF_JOINTS, name);
-    return own >= 0 || body < 0 || r->description->bodies[body].joint.name != NULL ? own : body;
+    const int own = name == NULL ? -1 : kt_names_find(&r->scene->names, KT_NAMES_OF_JOINTS, name);
+    return own >= 0 || body < 0 || r->scene->description->bodies[body].joint.name != NULL ? own : body;
 }
 
 bool kt_body_is_hidden(const kt_reader *r, int body) {
-    const kt_node *joint = kt_node_find(r->body_nodes[body], "joint");
-    if (kt_node_has_stray(r->body_nodes[body]))
+    const kt_node *joint = kt_node_find(r->scene->body_nodes[body], "joint");
+    if (kt_node_has_stray(r->scene->body_nodes[body]))
         return true;
     if (joint != NULL && (joint->faulty || kt_node_has_stray(joint) || kt_node_is_faulty(kt_node_find(joint, "type"))))
         return true;
-    return kt_node_is_faulty(kt_node_find(r->body_nodes[body], "markers"));
+    return kt_node_is_faulty(kt_node_find(r->scene->body_nodes[body], "markers"));
 }
 
-int kt_find_marker(const kt_reader *r, int body, const char *name) { return kt_names_find(&r->names, body + 1, name); }
+int kt_find_marker(const kt_reader *r, int body, const char *name) {
+    return kt_names_find(&r->scene->names, body + 1, name);
+}

@@ -21,7 +21,7 @@ static bool is_length(kt_joint_type type, int k) {
 /* The quantity of NAME[k] of a joint, or of a coordinate of a loop. */
 static kt_quantity quantity_of_component(const kt_reader *r, const char *coordinate) {
     const kt_coordinate_name name = kt_coordinate_name_of(coordinate);
-    const kt_description *d = r->description;
+    const kt_description *d = r->scene->description;
     bool slides = false;
     for (int i = 0; i < d->body_count && name.has_index; i++)
         if (kt_coordinate_is_of(coordinate, name, kt_joint_name_of(&d->bodies[i])))
@@ -40,7 +40,7 @@ kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint) {
         return quantity_of_component(r, joint);
     if (kt_body_is_hidden(r, body))
         return KT_QUANTITY_ANGLE;
-    kt_joint_type type = r->description->bodies[body].joint.type;
+    kt_joint_type type = r->scene->description->bodies[body].joint.type;
     return position_counts[type] == 1 && !is_length(type, 0) ? KT_QUANTITY_ANGLE : KT_QUANTITY_NUMBER;
 }
 

@@ -94,7 +94,7 @@ static bool read_joint(kt_reader *r, const kt_scope *scope, kt_node *node, const
     const char **joint = kt_field_in(object, field);
     if (!kt_read_name(r, scope, node, "a name", joint))
         return false;
-    r->joint_quantity = (int)kt_joint_quantity(r, *joint);
+    r->scene->joint_quantity = (int)kt_joint_quantity(r, *joint);
     return true;
 }
 
@@ -114,13 +114,13 @@ static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const
         return kt_reader_out_of_memory(r);
     bool good = true;
     int i = 0;
-    r->joint_quantity = KT_QUANTITY_NUMBER;
+    r->scene->joint_quantity = KT_QUANTITY_NUMBER;
     for (kt_node *key = node->of.first; key != NULL; key = key->next->next, i++) {
         const kt_scope here = {.outer = scope, .key = key->kind == KT_NODE_TEXT ? key->of.text : "?"};
         good = kt_read_name(r, scope, key, "the name of a joint", &terms[i].joint) && good;
         good = kt_put_number(r, &here, key->next, KT_QUANTITY_NUMBER, &terms[i].coefficient) && good;
         if (kt_joint_quantity(r, terms[i].joint) == KT_QUANTITY_ANGLE)
-            r->joint_quantity = KT_QUANTITY_ANGLE;
+            r->scene->joint_quantity = KT_QUANTITY_ANGLE;
     }
     loop->terms = terms;
     loop->term_count = i;
@@ -217,10 +217,10 @@ static bool add_terms(kt_reader *r, const joint_names *names, kt_loop *loop) {
 
 /* The offset is an angle if one of the formula's joints turns. A loop with coefficients has its quantity from these. */
 static void set_quantity(kt_reader *r, const joint_names *names) {
-    r->joint_quantity = KT_QUANTITY_NUMBER;
+    r->scene->joint_quantity = KT_QUANTITY_NUMBER;
     for (int i = 0; i < names->count; i++)
         if (kt_joint_quantity(r, names->joint[i]) == KT_QUANTITY_ANGLE)
-            r->joint_quantity = KT_QUANTITY_ANGLE;
+            r->scene->joint_quantity = KT_QUANTITY_ANGLE;
 }
 
 /* The coefficients have been read before, the offset is read behind. */
@@ -232,7 +232,8 @@ static bool read_coupling(kt_reader *r, const kt_scope *scope, kt_node *node, co
         return false;
     }
     const kt_effect none = {.end_count = 0};
-    joint_names names = {.r = r, .description = r->description, .all = kt_formula_names_of(r->description, &none)};
+    joint_names names = {
+        .r = r, .description = r->scene->description, .all = kt_formula_names_of(r->scene->description, &none)};
     const kt_symbols symbols = {.find = find_joint, .list = list_joint, .user = &names};
     if (!kt_read_formula(r, scope, node, &symbols, true, kt_field_in(object, field)))
         return false;
@@ -311,7 +312,7 @@ static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, con
         node->faulty = true; /* a fault of the bodies or states has been reported */
         return false;
     }
-    kt_formula_names names = kt_formula_names_of(r->description, effect);
+    kt_formula_names names = kt_formula_names_of(r->scene->description, effect);
     const kt_symbols symbols = kt_formula_symbols(&names);
     return kt_read_formula(r, scope, node, &symbols, false, text);
 }

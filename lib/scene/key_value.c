@@ -10,8 +10,8 @@ kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field) {
     const kt_key *key = field->detail;
     const char *unit = key->unit, *second = strchr(unit, '|');
     if (strcmp(unit, "y") == 0)
-        return (kt_quantity)r->quantity;
-    if (second != NULL && r->joint_quantity != KT_QUANTITY_ANGLE)
+        return (kt_quantity)r->scene->quantity;
+    if (second != NULL && r->scene->joint_quantity != KT_QUANTITY_ANGLE)
         return KT_QUANTITY_NUMBER;
     const size_t length = second != NULL ? (size_t)(second - unit) : strlen(unit);
     if (length == 3 && strncmp(unit, "rad", length) == 0)

@@ -9,8 +9,8 @@
  * reports it. Files with a density are opened: the solids that the meshes of a body enclose are its mass, centre of
  * mass and inertia. */
 #include "mesh/mesh.h"
+#include "document/file.h"
 #include "scene/csv.h"
-#include "scene/file.h"
 #include "scene/part.h"
 #include "scene/shapes.h"
 #include "scene/vary.h"
@@ -123,7 +123,7 @@ static bool give_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const 
 
 /* NULL: a fault of the names has been reported. */
 static kt_body *body_of(kt_reader *r, kt_scene *scene, const char *name) {
-    const int index = r->names_are_known ? kt_find_body(r, name) : -1;
+    const int index = r->scene->names_are_known ? kt_find_body(r, name) : -1;
     return index >= 0 ? (kt_body *)&scene->description.bodies[index] : NULL;
 }
 
@@ -133,7 +133,7 @@ static bool read_mesh(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sce
     *mesh = standard_mesh();
     if (!kt_table_read(r, scope, node, &table, mesh))
         return false;
-    if (r->names_are_known && kt_find_body(r, mesh->body) < 0)
+    if (r->scene->names_are_known && kt_find_body(r, mesh->body) < 0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "body"), "body %s does not exist",
                            kt_name_quote(mesh->body).text);
     mesh->file = kt_path_near(r, mesh->file);

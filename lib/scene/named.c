@@ -50,20 +50,22 @@ static bool is_word(const char *name) {
 }
 
 static int find_named(const kt_reader *r, const char *name, size_t length) {
-    for (int k = 0; k < r->named_count; k++)
-        if (strncmp(r->named[k].name, name, length) == 0 && r->named[k].name[length] == '\0')
+    for (int k = 0; k < r->scene->named_count; k++)
+        if (strncmp(r->scene->named[k].name, name, length) == 0 && r->scene->named[k].name[length] == '\0')
             return k;
     return -1;
 }
 
 bool kt_is_named(const kt_reader *r, const char *name) { return find_named(r, name, strlen(name)) >= 0; }
 
-const char *kt_expression_name(const kt_reader *r, int k) { return k < r->named_count ? r->named[k].name : NULL; }
+const char *kt_expression_name(const kt_reader *r, int k) {
+    return k < r->scene->named_count ? r->scene->named[k].name : NULL;
+}
 
 kt_node *kt_expression_unused(const kt_reader *r, int k) {
-    for (int i = 0; i < r->named_count; i++)
-        if (!r->named[i].is_used && k-- == 0)
-            return r->named[i].key;
+    for (int i = 0; i < r->scene->named_count; i++)
+        if (!r->scene->named[i].is_used && k-- == 0)
+            return r->scene->named[i].key;
     return NULL;
 }
 
@@ -80,12 +82,13 @@ static void list_one(kt_reader *r, const kt_scope *scope, kt_node *key) {
     if (before >= 0)
         (void)kt_fault_at(r, KT_ERROR_SCENE, scope, key,
                           "the expression '%.40s' is there already, in line %u; remove one of them", key->of.text,
-                          (unsigned)r->named[before].key->line);
+                          (unsigned)r->scene->named[before].key->line);
     if (key->next->kind != KT_NODE_TEXT || key->next->count == 0) {
         const kt_scope here = {.outer = scope, .key = key->of.text};
         (void)kt_fault_expected(r, &here, key->next, "a formula (\"2*position.arm\")");
     }
-    r->named[r->named_count++] = (kt_named_formula){.name = key->of.text, .key = key, .node = key->next, .from = IDLE};
+    r->scene->named[r->scene->named_count++] =
+        (kt_named_formula){.name = key->of.text, .key = key, .node = key->next, .from = IDLE};
 }
 
 /* Names are compared with each other. */
@@ -101,7 +104,7 @@ void kt_expressions_list(kt_reader *r) {
     else if (map->count > EXPRESSION_COUNT_MAX)
         (void)kt_fault_at(r, KT_ERROR_SCENE, &scope, map, "there are %u expressions; a scene has at most %d",
                           (unsigned)map->count, (int)EXPRESSION_COUNT_MAX);
-    else if ((r->named = kt_pool_take(&r->scratch, (size_t)map->count + 1, sizeof *r->named)) == NULL)
+    else if ((r->scene->named = kt_pool_take(&r->scratch, (size_t)map->count + 1, sizeof *r->scene->named)) == NULL)
         (void)kt_reader_out_of_memory(r);
     else
         for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
@@ -174,7 +177,7 @@ static const char *next_word(const char *at, const kt_symbols *variables, const 
 
 int kt_find_named(const kt_reader *r, const char *text) {
     const char *end;
-    for (const char *at = text; r->named_count > 0 && (at = next_word(at, NULL, &end)) != NULL; at = end)
+    for (const char *at = text; r->scene->named_count > 0 && (at = next_word(at, NULL, &end)) != NULL; at = end)
         if (find_named(r, at, (size_t)(end - at)) >= 0)
             return (int)(at - text);
     return -1;
@@ -212,24 +215,24 @@ static void begin_stretch(kt_writer *w, kt_node *node, int named, int offset) {
 /* "a -> b -> a" */
 static bool report_circle(kt_writer *w, int k, int user) {
     kt_reader *r = w->r;
-    const kt_scope outer = {.key = "expressions"}, here = {.outer = &outer, .key = r->named[k].name};
+    const kt_scope outer = {.key = "expressions"}, here = {.outer = &outer, .key = r->scene->named[k].name};
     kt_phrase phrase = {.length = 0};
     const char *names[8];
     int count = 0;
-    for (int i = user; i != k && count < 7; i = r->named[i].from)
-        names[count++] = r->named[i].name;
-    kt_phrase_add(&phrase, "%s", r->named[k].name);
+    for (int i = user; i != k && count < 7; i = r->scene->named[i].from)
+        names[count++] = r->scene->named[i].name;
+    kt_phrase_add(&phrase, "%s", r->scene->named[k].name);
     while (count > 0)
         kt_phrase_add(&phrase, " -> %s", names[--count]);
-    return kt_fault_at(r, KT_ERROR_SCENE, &here, r->named[k].node,
+    return kt_fault_at(r, KT_ERROR_SCENE, &here, r->scene->named[k].node,
                        "the expression depends on itself: %s -> %s; write one of them without the next", phrase.text,
-                       r->named[k].name);
+                       r->scene->named[k].name);
 }
 
 static bool write_out(kt_writer *w, kt_node *node, int named);
 
 static bool write_named(kt_writer *w, int k, int user) {
-    kt_named_formula *named = &w->r->named[k];
+    kt_named_formula *named = &w->r->scene->named[k];
     named->is_used = true;
     if (named->from != IDLE)
         return report_circle(w, k, user);
@@ -290,7 +293,7 @@ bool kt_written_fault(kt_reader *r, const kt_scope *scope, const kt_written *wri
     if (s == NULL || s->named < 0) {
         (void)kt_fault_at(r, KT_ERROR_SCENE, scope, &spot, "%s", message);
     } else if (!kt_node_is_faulty(s->node)) {
-        const kt_scope here = {.outer = &outer, .key = r->named[s->named].name};
+        const kt_scope here = {.outer = &outer, .key = r->scene->named[s->named].name};
         (void)kt_fault_at(r, KT_ERROR_SCENE, &here, &spot, "%s (in the formula of line %u, which uses it)", message,
                           (unsigned)written->node->line);
         s->node->faulty = true;

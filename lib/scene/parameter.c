@@ -5,10 +5,10 @@
  */
 #include "scene/parameter.h"
 
+#include "document/number.h"
 #include "expression/expression.h"
 #include "scene/expression.h"
 #include "scene/named.h"
-#include "scene/number.h"
 #include "scene/part.h"
 #include "scene/reset.h"
 #include "scene/vary.h"
@@ -20,7 +20,7 @@
 /* ---- the section ------------------------------------------------------------------------------------------------- */
 
 static void check_name(kt_reader *r, const kt_scope *outer, int k) {
-    kt_named_number *parameter = &r->parameters[k];
+    kt_named_number *parameter = &r->scene->parameters[k];
     if (!kt_name_is_valid(parameter->name) || strchr(parameter->name, '-') != NULL)
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
                           "%s is no name of a parameter; take letters, digits and _, and begin with a letter or _",
@@ -31,32 +31,32 @@ static void check_name(kt_reader *r, const kt_scope *outer, int k) {
     else if (kt_is_named(r, parameter->name))
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
                           "'%s' is one of `expressions`, too; take another name for one of them", parameter->name);
-    const int first = kt_names_add(&r->parameter_names, 0, parameter->name, k);
+    const int first = kt_names_add(&r->scene->parameter_names, 0, parameter->name, k);
     if (first >= 0)
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, parameter->key,
                           "the parameter '%s' is there already, in line %u; remove one of them", parameter->name,
-                          (unsigned)r->parameters[first].key->line);
+                          (unsigned)r->scene->parameters[first].key->line);
 }
 
 static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
     const size_t count = map->count;
     void *slots = kt_pool_take(&r->scratch, kt_names_size(count), 1);
-    r->parameters = kt_pool_take(&r->scratch, count + 1, sizeof *r->parameters);
-    r->parameter_values =
-        kt_pool_take(r->varying != NULL ? &r->keep : &r->scratch, count + 1, sizeof *r->parameter_values);
-    if (slots == NULL || r->parameters == NULL || r->parameter_values == NULL)
+    r->scene->parameters = kt_pool_take(&r->scratch, count + 1, sizeof *r->scene->parameters);
+    r->scene->parameter_values =
+        kt_pool_take(r->scene->varying != NULL ? &r->keep : &r->scratch, count + 1, sizeof *r->scene->parameter_values);
+    if (slots == NULL || r->scene->parameters == NULL || r->scene->parameter_values == NULL)
         return kt_reader_out_of_memory(r);
-    kt_names_init(&r->parameter_names, count, slots);
+    kt_names_init(&r->scene->parameter_names, count, slots);
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next) {
         if (key->kind != KT_NODE_TEXT)
             (void)kt_fault_expected(r, scope, key, "the name of a parameter");
         if (key->kind != KT_NODE_TEXT || key->faulty)
             continue;
-        r->parameters[r->parameter_count] =
+        r->scene->parameters[r->scene->parameter_count] =
             (kt_named_number){.name = key->of.text, .key = key, .node = key->next, .value = (double)NAN};
-        r->parameters[r->parameter_count].is_set = kt_reset_is_named(r, key->of.text);
-        r->parameter_values[r->parameter_count] = (double)NAN;
-        check_name(r, scope, r->parameter_count++);
+        r->scene->parameters[r->scene->parameter_count].is_set = kt_reset_is_named(r, key->of.text);
+        r->scene->parameter_values[r->scene->parameter_count] = (double)NAN;
+        check_name(r, scope, r->scene->parameter_count++);
     }
     return true;
 }
@@ -64,15 +64,15 @@ static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
 static void put_value(kt_reader *r, kt_named_number *parameter, double value) {
     parameter->value = value;
     parameter->is_known = true;
-    r->parameter_values[parameter - r->parameters] = value;
+    r->scene->parameter_values[parameter - r->scene->parameters] = value;
     parameter->varies = parameter->node->follows;
     parameter->is_reset = parameter->is_set;
     for (size_t i = 0; parameter->expression != NULL && i < parameter->expression->count; i++) {
         const kt_expression_term *term = &parameter->expression->term[i];
         if (term->code == KT_OPERATOR_SYMBOL)
-            parameter->is_reset = parameter->is_reset || r->parameters[term->symbol].is_reset;
+            parameter->is_reset = parameter->is_reset || r->scene->parameters[term->symbol].is_reset;
     }
-    (void)kt_number_follows(r, parameter->node, false, &r->parameter_values[parameter - r->parameters]);
+    (void)kt_number_follows(r, parameter->node, false, &r->scene->parameter_values[parameter - r->scene->parameters]);
 }
 
 /* A number or an angle; its text decides between the two. */
@@ -94,10 +94,10 @@ typedef struct kt_uses {
 } kt_uses;
 
 static bool list_uses(kt_reader *r, kt_uses *u) {
-    const int count = r->parameter_count;
+    const int count = r->scene->parameter_count;
     size_t total = 0;
     for (int k = 0; k < count; k++) {
-        kt_named_number *parameter = &r->parameters[k];
+        kt_named_number *parameter = &r->scene->parameters[k];
         parameter->use = total;
         if (parameter->expression != NULL)
             parameter->use_count = (int)kt_expression_symbols(parameter->expression, 0, NULL);
@@ -109,16 +109,16 @@ static bool list_uses(kt_reader *r, kt_uses *u) {
     if (u->uses == NULL || u->users == NULL || u->first_user == NULL)
         return kt_reader_out_of_memory(r);
     for (int k = 0; k < count; k++)
-        if (r->parameters[k].expression != NULL)
-            (void)kt_expression_symbols(r->parameters[k].expression, (size_t)r->parameters[k].use_count,
-                                        u->uses + r->parameters[k].use);
+        if (r->scene->parameters[k].expression != NULL)
+            (void)kt_expression_symbols(r->scene->parameters[k].expression, (size_t)r->scene->parameters[k].use_count,
+                                        u->uses + r->scene->parameters[k].use);
     for (size_t i = 0; i < total; i++)
         u->first_user[u->uses[i] + 2]++;
     for (int k = 0; k < count; k++)
         u->first_user[k + 2] += u->first_user[k + 1];
     for (int k = 0; k < count; k++)
-        for (int i = 0; i < r->parameters[k].use_count; i++)
-            u->users[u->first_user[u->uses[r->parameters[k].use + (size_t)i] + 1]++] = k;
+        for (int i = 0; i < r->scene->parameters[k].use_count; i++)
+            u->users[u->first_user[u->uses[r->scene->parameters[k].use + (size_t)i] + 1]++] = k;
     return true;
 }
 
@@ -141,19 +141,19 @@ static void settle_units(kt_reader *r, const kt_scope *outer, kt_named_number *p
 }
 
 static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
-    const int count = r->parameter_count;
+    const int count = r->scene->parameter_count;
     int *computable = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *computable), computable_count = 0;
     if (computable == NULL) {
         (void)kt_reader_out_of_memory(r);
         return;
     }
     for (int k = 0; k < count; k++) {
-        r->parameters[k].missing = r->parameters[k].use_count;
-        if (r->parameters[k].missing == 0)
+        r->scene->parameters[k].missing = r->scene->parameters[k].use_count;
+        if (r->scene->parameters[k].missing == 0)
             computable[computable_count++] = k;
     }
     for (int i = 0; i < computable_count; i++) {
-        kt_named_number *parameter = &r->parameters[computable[i]];
+        kt_named_number *parameter = &r->scene->parameters[computable[i]];
         if (parameter->use_count > 0)
             settle_units(r, scope, parameter);
         if (!parameter->is_known)
@@ -161,7 +161,7 @@ static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
         if (!parameter->is_known)
             continue; /* its fault has been reported; parameters that use it are left out */
         for (size_t j = u->first_user[computable[i]]; j < u->first_user[computable[i] + 1]; j++)
-            if (--r->parameters[u->users[j]].missing == 0)
+            if (--r->scene->parameters[u->users[j]].missing == 0)
                 computable[computable_count++] = u->users[j];
     }
 }
@@ -175,40 +175,40 @@ static bool is_waiting(const kt_named_number *parameter) {
 
 /* The first parameter that an expression waits for; -1: none. */
 static int next_waiting(const kt_reader *r, const kt_uses *u, int k) {
-    const kt_named_number *parameter = &r->parameters[k];
+    const kt_named_number *parameter = &r->scene->parameters[k];
     for (int i = 0; i < parameter->use_count; i++)
-        if (is_waiting(&r->parameters[u->uses[parameter->use + (size_t)i]]))
+        if (is_waiting(&r->scene->parameters[u->uses[parameter->use + (size_t)i]]))
             return u->uses[parameter->use + (size_t)i];
     return -1;
 }
 
 /* Reports a circle at its parameter `first`. */
 static void report_circle(kt_reader *r, const kt_scope *outer, const kt_uses *u, int first) {
-    const kt_scope scope = {.outer = outer, .key = r->parameters[first].name};
+    const kt_scope scope = {.outer = outer, .key = r->scene->parameters[first].name};
     kt_phrase phrase = {.length = 0};
     int k = first, shown = 0;
     do {
         if (shown++ < 8)
-            kt_phrase_add(&phrase, "%s -> ", r->parameters[k].name);
+            kt_phrase_add(&phrase, "%s -> ", r->scene->parameters[k].name);
         k = next_waiting(r, u, k);
     } while (k != first);
-    kt_phrase_add(&phrase, "%s%s", shown > 8 ? "... -> " : "", r->parameters[first].name);
-    (void)kt_fault_at(r, KT_ERROR_SCENE, &scope, r->parameters[first].node,
+    kt_phrase_add(&phrase, "%s%s", shown > 8 ? "... -> " : "", r->scene->parameters[first].name);
+    (void)kt_fault_at(r, KT_ERROR_SCENE, &scope, r->scene->parameters[first].node,
                       "the parameter depends on itself: %s; give one of them a number", phrase.text);
 }
 
 /* Walks from each parameter along those that it waits for. A walk that comes back to a parameter of its own has found a
  * circle. `missing` is no longer needed, and numbers the walks. */
 static void report_circles(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
-    for (int k = 0; k < r->parameter_count; k++)
-        r->parameters[k].missing = -1;
-    for (int walk = 0; walk < r->parameter_count; walk++) {
+    for (int k = 0; k < r->scene->parameter_count; k++)
+        r->scene->parameters[k].missing = -1;
+    for (int walk = 0; walk < r->scene->parameter_count; walk++) {
         int k = walk;
-        while (k >= 0 && is_waiting(&r->parameters[k]) && r->parameters[k].missing < 0) {
-            r->parameters[k].missing = walk;
+        while (k >= 0 && is_waiting(&r->scene->parameters[k]) && r->scene->parameters[k].missing < 0) {
+            r->scene->parameters[k].missing = walk;
             k = next_waiting(r, u, k);
         }
-        if (k >= 0 && is_waiting(&r->parameters[k]) && r->parameters[k].missing == walk)
+        if (k >= 0 && is_waiting(&r->scene->parameters[k]) && r->scene->parameters[k].missing == walk)
             report_circle(r, scope, u, k);
     }
 }
@@ -219,22 +219,22 @@ void kt_parameters_read(kt_reader *r) {
     const kt_scope scope = {.key = "parameters"};
     kt_uses uses = {.uses = NULL};
     kt_node *map = kt_node_find(r->root, "parameters");
-    if (map == NULL || r->parameters_are_hidden)
+    if (map == NULL || r->scene->parameters_are_hidden)
         return;
     if (map->kind != KT_NODE_MAP) {
         (void)kt_fault_expected(r, &scope, map, "a mapping of names to numbers (L: 1.2)");
-        r->parameters_are_hidden = true;
+        r->scene->parameters_are_hidden = true;
         return;
     }
     if (!list_parameters(r, &scope, map))
         return;
-    r->hides_parameters = r->hides_parameters || kt_node_has_stray(map);
-    for (int k = 0; k < r->parameter_count && !r->out_of_memory; k++) {
-        const kt_scope here = {.outer = &scope, .key = r->parameters[k].name};
-        if (kt_is_expression(r->parameters[k].node))
-            r->parameters[k].expression = kt_expression_of_node(r, &here, r->parameters[k].node);
+    r->scene->hides_parameters = r->scene->hides_parameters || kt_node_has_stray(map);
+    for (int k = 0; k < r->scene->parameter_count && !r->out_of_memory; k++) {
+        const kt_scope here = {.outer = &scope, .key = r->scene->parameters[k].name};
+        if (kt_is_expression(r->scene->parameters[k].node))
+            r->scene->parameters[k].expression = kt_expression_of_node(r, &here, r->scene->parameters[k].node);
         else
-            read_plain(r, &here, &r->parameters[k]);
+            read_plain(r, &here, &r->scene->parameters[k]);
     }
     if (r->out_of_memory || !list_uses(r, &uses))
         return;
@@ -244,7 +244,7 @@ void kt_parameters_read(kt_reader *r) {
 
 static bool put_note(kt_reader *r, const char *path, const kt_node *key, const char *what, kt_scene_note *note) {
     char where[KT_WHERE_SIZE];
-    kt_scene_where(where, path, key->line, key->column);
+    kt_document_where(where, path, key->line, key->column);
     *note = (kt_scene_note){.where = kt_pool_text(&r->keep, where, strlen(where)),
                             .what = kt_pool_text(&r->keep, what, strlen(what))};
     return note->where != NULL && note->what != NULL;
@@ -267,15 +267,15 @@ static bool note_expression(kt_reader *r, const char *path, const kt_node *key, 
 /* A parameter or an expression without a use is noted, since it was probably meant to be used. */
 static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
     int count = 0;
-    for (int k = 0; k < r->parameter_count; k++)
-        count += !r->parameters[k].is_used;
+    for (int k = 0; k < r->scene->parameter_count; k++)
+        count += !r->scene->parameters[k].is_used;
     for (int k = 0; kt_expression_unused(r, k) != NULL; k++)
         count++;
     kt_scene_note *notes = count > 0 ? kt_pool_take(&r->keep, (size_t)count, sizeof *notes) : NULL;
     bool good = count == 0 || notes != NULL;
-    for (int k = 0; good && k < r->parameter_count; k++)
-        if (!r->parameters[k].is_used)
-            good = note_parameter(r, path, &r->parameters[k], &notes[scene->note_count++]);
+    for (int k = 0; good && k < r->scene->parameter_count; k++)
+        if (!r->scene->parameters[k].is_used)
+            good = note_parameter(r, path, &r->scene->parameters[k], &notes[scene->note_count++]);
     const kt_node *key;
     for (int k = 0; good && (key = kt_expression_unused(r, k)) != NULL; k++)
         good = note_expression(r, path, key, &notes[scene->note_count++]);
@@ -285,9 +285,9 @@ static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
 }
 
 static void keep_parameters(kt_reader *r, kt_scene *scene) {
-    kt_scene_parameter *parameters = kt_pool_take(&r->keep, (size_t)r->parameter_count, sizeof *parameters);
-    for (int k = 0; parameters != NULL && k < r->parameter_count; k++) {
-        const kt_named_number *from = &r->parameters[k];
+    kt_scene_parameter *parameters = kt_pool_take(&r->keep, (size_t)r->scene->parameter_count, sizeof *parameters);
+    for (int k = 0; parameters != NULL && k < r->scene->parameter_count; k++) {
+        const kt_named_number *from = &r->scene->parameters[k];
         parameters[k] = (kt_scene_parameter){.name = kt_pool_text(&r->keep, from->name, strlen(from->name)),
                                              .value = from->value,
                                              .is_set = from->node->line >= KT_SETTING_LINE};
@@ -299,7 +299,7 @@ static void keep_parameters(kt_reader *r, kt_scene *scene) {
         return;
     }
     scene->parameters = parameters;
-    scene->parameter_count = r->parameter_count;
+    scene->parameter_count = r->scene->parameter_count;
 }
 
 static void keep_settings(kt_reader *r, const kt_scene_options *options, kt_scene *scene) {
@@ -319,7 +319,7 @@ static void keep_settings(kt_reader *r, const kt_scene_options *options, kt_scen
 }
 
 void kt_parameters_finish(kt_reader *r, const char *path, const kt_scene_options *options, kt_scene *scene) {
-    if (r->parameter_count > 0)
+    if (r->scene->parameter_count > 0)
         keep_parameters(r, scene);
     if (options != NULL && options->setting_count > 0)
         keep_settings(r, options, scene);

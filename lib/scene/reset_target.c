@@ -37,7 +37,7 @@ static bool is_named(const kt_reader *r, const char *name) {
 }
 
 bool kt_resets_are_named(const kt_reader *r) { return is_named(r, NULL); }
-bool kt_reset_is_named(const kt_reader *r, const char *name) { return r->varying != NULL && is_named(r, name); }
+bool kt_reset_is_named(const kt_reader *r, const char *name) { return r->scene->varying != NULL && is_named(r, name); }
 
 /* ---- numbers of a description ------------------------------------------------------------------------------------ */
 

@@ -3,9 +3,9 @@
 #ifndef KT_SCENE_RESPONSE_H
 #define KT_SCENE_RESPONSE_H
 
+#include "document/pool.h"
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
-#include "scene/pool.h"
 
 typedef enum kt_response_type {
     KT_RESPONSE_ACCELERATION,         /* acceleration.JOINT, acceleration.JOINT[k] */

@@ -5,13 +5,13 @@
  * initial state. Their first end therefore moves along the axis by the distance of the ends along it in the new state.
  */
 #include "base/require.h"
+#include "document/pool.h"
 #include "kinetree/closure.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "scene/part.h"
-#include "scene/pool.h"
 #include "scene/vary.h"
 
 #include <stdlib.h>

@@ -7,12 +7,12 @@
 #include "base/options.h"
 #include "base/require.h"
 
+#include "document/file.h"
+#include "document/number.h"
 #include "scene/beam.h"
 #include "scene/comma.h"
 #include "scene/event.h"
-#include "scene/file.h"
 #include "scene/named.h"
-#include "scene/number.h"
 #include "scene/parameter.h"
 #include "scene/part.h"
 #include "scene/reset.h"
@@ -104,9 +104,9 @@ static bool check_version(kt_reader *r, kt_node *root) {
 /* The place of a fault: in the file, or in a setting, which is given with its text. */
 static void locate_fault(const kt_reader *r, const char *path, const kt_fault *fault, char where[KT_WHERE_SIZE]) {
     if (fault->line < KT_SETTING_LINE)
-        kt_scene_where(where, path, fault->line, fault->column);
+        kt_document_where(where, path, fault->line, fault->column);
     else
-        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->settings[fault->line - KT_SETTING_LINE]);
+        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->scene->settings[fault->line - KT_SETTING_LINE]);
 }
 
 /* Reports all faults; the first is the call's error. */
@@ -155,8 +155,8 @@ static bool mark_scene(kt_reader *r, const char *path, kt_scene *scene) {
     if (marks == NULL)
         return kt_reader_out_of_memory(r);
     marks->path = kt_pool_text(&r->keep, path, strlen(path));
-    marks->bodies = mark_items(r, r->body_nodes, scene->description.body_count, "joint");
-    marks->loops = mark_items(r, r->loop_nodes, scene->description.loop_count, "between");
+    marks->bodies = mark_items(r, r->scene->body_nodes, scene->description.body_count, "joint");
+    marks->loops = mark_items(r, r->scene->loop_nodes, scene->description.loop_count, "between");
     scene->marks = marks;
     return (marks->path != NULL && marks->bodies != NULL && marks->loops != NULL) || kt_reader_out_of_memory(r);
 }
@@ -188,7 +188,7 @@ bool kt_scene_locate(const kt_scene *scene, kt_error *error) {
         return false;
     const kt_error plain = *error;
     char where[KT_WHERE_SIZE];
-    kt_scene_where(where, scene->marks->path, mark->line, mark->column);
+    kt_document_where(where, scene->marks->path, mark->line, mark->column);
     (void)kt_error_set(error, plain.code, where, "%s: %s", plain.where, plain.message);
     return true;
 }
@@ -213,12 +213,12 @@ static void check_interval(kt_reader *r, const kt_run *run) {
 static void hide_sections(kt_reader *r) {
     static const char *const sections[] = {"bodies", "beams", "states"};
     const kt_node *expressions = kt_node_find(r->root, "expressions");
-    r->parameters_are_hidden = kt_key_is_hidden(r, &table, r->root, "parameters");
-    r->hides_parameters =
+    r->scene->parameters_are_hidden = kt_key_is_hidden(r, &table, r->root, "parameters");
+    r->scene->hides_parameters =
         (expressions != NULL && kt_node_has_stray(expressions)) || kt_key_is_hidden(r, &table, r->root, "expressions");
     for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
         if (kt_key_is_hidden(r, &table, r->root, sections[i]))
-            r->names_are_known = false;
+            r->scene->names_are_known = false;
 }
 
 static void read_scene(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
@@ -274,8 +274,9 @@ kt_status kt_format_parse(kt_format_choice format, const char *path, const char 
         return kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory to read the scene");
     locale_t before = uselocale(plain);
     kt_scene read = kt_scene_default();
-    kt_reader r = {.path = path, .effort = EFFORT, .names_are_known = true, .description = &read.description};
-    if (!kt_index_bodies(&r.scratch, &r.names, NULL, 0)) /* there may be none */
+    kt_scene_reading reading = {.names_are_known = true, .description = &read.description};
+    kt_reader r = {.path = path, .effort = EFFORT, .scene = &reading};
+    if (!kt_index_bodies(&r.scratch, &reading.names, NULL, 0)) /* there may be none */
         (void)kt_reader_out_of_memory(&r);
     else
         format.read(&r, path, text == NULL ? "" : text, size, format.options, &read);

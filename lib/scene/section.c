@@ -35,16 +35,17 @@ static bool read_loops(kt_reader *r, const kt_scope *scope, kt_node *node, const
     (void)field;
     kt_scene *scene = object;
     int count = 0;
-    if (!kt_list_nodes(r, scope, node, "a list of loops ('- {type: ..., between: ...}')", &r->loop_nodes, &count))
+    if (!kt_list_nodes(r, scope, node, "a list of loops ('- {type: ..., between: ...}')", &r->scene->loop_nodes,
+                       &count))
         return false;
     kt_loop *loops = kt_pool_take(&r->keep, (size_t)count, sizeof *loops);
     if (loops == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {
-        const kt_scope here = kt_item_scope("loop", "loops", i, r->loop_nodes[i]);
+        const kt_scope here = kt_item_scope("loop", "loops", i, r->scene->loop_nodes[i]);
         loops[i] = kt_loop_default();
-        r->joint_quantity = KT_QUANTITY_ANGLE;
-        (void)kt_table_read(r, &here, r->loop_nodes[i], &loop_table, &loops[i]);
+        r->scene->joint_quantity = KT_QUANTITY_ANGLE;
+        (void)kt_table_read(r, &here, r->scene->loop_nodes[i], &loop_table, &loops[i]);
     }
     scene->description.loops = loops;
     scene->description.loop_count = count;
@@ -80,14 +81,14 @@ static bool read_hold(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     (void)field;
     kt_scene *scene = object;
     int count = 0;
-    if (!kt_list_nodes(r, scope, node, "a list of joints", &r->hold_nodes, &count))
+    if (!kt_list_nodes(r, scope, node, "a list of joints", &r->scene->hold_nodes, &count))
         return false;
     const char **hold = kt_pool_take(&r->keep, (size_t)count, sizeof *hold);
     if (hold == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        (void)kt_read_name(r, &here, r->hold_nodes[i], "the name of a joint", &hold[i]);
+        (void)kt_read_name(r, &here, r->scene->hold_nodes[i], "the name of a joint", &hold[i]);
     }
     scene->description.hold = hold;
     scene->description.hold_count = count;
@@ -148,7 +149,7 @@ static void read_effect(kt_reader *r, const kt_scope *scope, kt_node *node, kt_e
     const kt_node *const at = kt_node_find(node, "at");
     effect->initial_length = true;
     effect->end_count = between ? 2 : at != NULL ? 1 : 0;
-    r->joint_quantity = KT_QUANTITY_ANGLE;
+    r->scene->joint_quantity = KT_QUANTITY_ANGLE;
     const bool good = kt_table_read(r, scope, node, &effect_table, effect);
     if (!good || kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_DISTANCE) == NULL)
         effect->initial_length = false;
@@ -164,15 +165,15 @@ static bool read_effects(kt_reader *r, const kt_scope *scope, kt_node *node, con
     (void)field;
     kt_scene *scene = object;
     int count = 0;
-    if (!kt_list_nodes(r, scope, node, "a list of effects ('- {type: ..., ...}')", &r->effect_nodes, &count))
+    if (!kt_list_nodes(r, scope, node, "a list of effects ('- {type: ..., ...}')", &r->scene->effect_nodes, &count))
         return false;
     kt_effect *effects = kt_pool_take(&r->keep, (size_t)count, sizeof *effects);
     if (effects == NULL)
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < count; i++) {
-        const kt_scope here = kt_item_scope("effect", "effects", i, r->effect_nodes[i]);
+        const kt_scope here = kt_item_scope("effect", "effects", i, r->scene->effect_nodes[i]);
         effects[i] = kt_effect_default();
-        read_effect(r, &here, r->effect_nodes[i], &effects[i]);
+        read_effect(r, &here, r->scene->effect_nodes[i], &effects[i]);
     }
     scene->description.effects = effects;
     scene->description.effect_count = count;

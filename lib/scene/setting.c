@@ -235,9 +235,9 @@ static const char *const *list_settings(kt_reader *r, const kt_scene_options *op
 
 void kt_settings_apply(kt_reader *r, const kt_scene_options *options, const kt_table *top) {
     const int count = options != NULL ? options->setting_count + options->variable_count : 0;
-    r->settings = count > 0 ? list_settings(r, options) : NULL;
+    r->scene->settings = count > 0 ? list_settings(r, options) : NULL;
     for (int k = 0; k < count && !r->out_of_memory; k++) {
-        const kt_setting setting = {.r = r, .text = r->settings[k], .index = k, .top = top};
+        const kt_setting setting = {.r = r, .text = r->scene->settings[k], .index = k, .top = top};
         apply(&setting);
     }
 }

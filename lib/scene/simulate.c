@@ -222,7 +222,7 @@ const kt_kind kt_kind_simulate = {read_simulate, write_simulate, same_simulate};
 
 /* Hard stops, contacts, slack ropes and friction that sticks are loops while they are closed. */
 static bool may_have_loops(const kt_reader *r) {
-    const kt_description *d = r->description;
+    const kt_description *d = r->scene->description;
     bool found = d == NULL || kt_node_find(r->root, "loops") != NULL || d->loop_count > 0;
     for (int i = 0; !found && i < d->effect_count; i++)
         found = kt_effect_is_hard(&d->effects[i]) || kt_effect_sticks(&d->effects[i]);
@@ -269,7 +269,7 @@ static const kt_kind kind_record = {read_record, write_record, same_record};
 
 /* Reports a marker that does not exist, and suggests the one that was probably meant. */
 static bool report_marker(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_end *end, int body) {
-    const kt_description *d = r->description;
+    const kt_description *d = r->scene->description;
     kt_nearest nearest = kt_nearest_make(body < 0 ? end->body : end->marker, &r->effort);
     bool more = d != NULL;
     if (body < 0)
@@ -301,7 +301,7 @@ static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_n
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected BODY.MARKER, found %s; name a marker of a body",
                            kt_name_quote(node->of.text).text);
     int body = kt_find_body(r, end.body);
-    if (body < 0 && !r->names_are_known)
+    if (body < 0 && !r->scene->names_are_known)
         return false;
     if (body < 0 || kt_find_marker(r, body, end.marker) < 0)
         return body >= 0 && kt_body_is_hidden(r, body) ? false : report_marker(r, scope, node, &end, body);

@@ -13,7 +13,7 @@
 
 static bool read_rate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const char **out = kt_field_in(object, field);
-    kt_formula_names names = {.description = r->description};
+    kt_formula_names names = {.description = r->scene->description};
     const kt_symbols symbols = kt_formula_symbols(&names);
     if (node->kind != KT_NODE_TEXT || node->count == 0)
         return kt_fault_expected(r, scope, node, "a formula (\"(input - current)/T\")");
@@ -44,7 +44,7 @@ static bool read_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_sta
     bool good = true;
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next, k++) {
         states[k] = kt_state_default();
-        r->state_nodes[k] = key->next;
+        r->scene->state_nodes[k] = key->next;
         if (key->kind != KT_NODE_TEXT) {
             good = kt_fault_expected(r, scope, key, "the name of a state");
             continue;
@@ -66,7 +66,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     (void)field;
     kt_scene *scene = object;
     if (node->kind != KT_NODE_MAP) {
-        r->names_are_known = false;
+        r->scene->names_are_known = false;
         return kt_fault_expected(r, scope, node, "names and rates of states ('current: {rate: ...}')");
     }
     /* After the states of parameters that events set (reset.h). */
@@ -76,15 +76,15 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     if (states == NULL || nodes == NULL)
         return kt_reader_out_of_memory(r);
     kt_copy(states, scene->description.states, before * sizeof *states);
-    kt_copy(nodes, r->state_nodes, before * sizeof *nodes);
-    r->state_nodes = nodes;
-    r->names_are_known = read_names(r, scope, node, states, before) && r->names_are_known;
+    kt_copy(nodes, r->scene->state_nodes, before * sizeof *nodes);
+    r->scene->state_nodes = nodes;
+    r->scene->names_are_known = read_names(r, scope, node, states, before) && r->scene->names_are_known;
     scene->description.states = states;
     scene->description.state_count = (int)count;
-    r->description = &scene->description; /* also of a scene without bodies */
+    r->scene->description = &scene->description; /* also of a scene without bodies */
     for (int k = (int)before; k < scene->description.state_count; k++) {
         const kt_scope here = {.outer = scope, .key = states[k].name, .index = k - (int)before};
-        (void)kt_table_read(r, &here, r->state_nodes[k], &state_table, &states[k]);
+        (void)kt_table_read(r, &here, r->scene->state_nodes[k], &state_table, &states[k]);
     }
     return !kt_node_is_faulty(node);
 }

@@ -1,8 +1,8 @@
 /* Numbers, vectors, axes, texts, words, mappings. */
 #include "scene/value.h"
 
+#include "document/number.h"
 #include "scene/expression.h"
-#include "scene/number.h"
 #include "scene/vary.h"
 
 #include <string.h>

@@ -69,7 +69,7 @@ void kt_varying_start(kt_reader *r, const kt_scene_options *options) {
     v->values = values;
     v->variable_count = count;
     v->first_setting = options != NULL ? options->setting_count : 0;
-    r->varying = v;
+    r->scene->varying = v;
 }
 
 /* The variable that a node is the value of; -1: of none. */
@@ -81,7 +81,7 @@ static int variable_of(const kt_scene_variables *v, const kt_node *node) {
 }
 
 bool kt_is_varied(const kt_reader *r, const kt_node *node) {
-    return r->varying != NULL && variable_of(r->varying, node) >= 0;
+    return r->scene->varying != NULL && variable_of(r->scene->varying, node) >= 0;
 }
 
 /* Whether an expression depends on a variable; *is_reset: on a parameter that an event sets. */
@@ -90,8 +90,8 @@ static bool depends(const kt_reader *r, const kt_expression *expression, bool *i
     *is_reset = false;
     for (size_t i = 0; i < expression->count; i++)
         if (expression->term[i].code == KT_OPERATOR_SYMBOL) {
-            varies = varies || r->parameters[expression->term[i].symbol].varies;
-            *is_reset = *is_reset || r->parameters[expression->term[i].symbol].is_reset;
+            varies = varies || r->scene->parameters[expression->term[i].symbol].varies;
+            *is_reset = *is_reset || r->scene->parameters[expression->term[i].symbol].is_reset;
         }
     return varies;
 }
@@ -112,7 +112,7 @@ static void *grow(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t
 }
 
 static void add_noted(kt_reader *r, kt_node *node, const kt_expression *expression, bool is_reset) {
-    kt_scene_variables *v = r->varying;
+    kt_scene_variables *v = r->scene->varying;
     kt_noted *noted = grow(r, &r->scratch, v->noted, v->noted_count, &v->noted_room, sizeof *noted);
     if (noted == NULL)
         return;
@@ -122,14 +122,14 @@ static void add_noted(kt_reader *r, kt_node *node, const kt_expression *expressi
 }
 
 void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_reset) {
-    if (r->varying != NULL)
+    if (r->scene->varying != NULL)
         add_noted(r, node, NULL, is_reset);
 }
 
 void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression) {
     bool is_reset = false;
-    if (r->varying == NULL ||
-        !(expression != NULL ? depends(r, expression, &is_reset) || is_reset : variable_of(r->varying, node) >= 0))
+    if (r->scene->varying == NULL || !(expression != NULL ? depends(r, expression, &is_reset) || is_reset
+                                                          : variable_of(r->scene->varying, node) >= 0))
         return;
     const size_t size = expression != NULL ? sizeof *expression + expression->count * sizeof expression->term[0] : 0;
     kt_expression *kept = expression != NULL ? kt_pool_take(&r->keep, 1, size) : NULL;
@@ -142,7 +142,7 @@ void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expressio
 }
 
 static kt_follower *add_follower(kt_reader *r) {
-    kt_scene_variables *v = r->varying;
+    kt_scene_variables *v = r->scene->varying;
     kt_follower *followers = grow(r, &r->keep, v->followers, v->count, &v->room, sizeof *followers);
     if (followers == NULL)
         return NULL;
@@ -162,14 +162,14 @@ static kt_noted take_noted(kt_scene_variables *v, const kt_node *node) {
 }
 
 bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at) {
-    if (r->varying == NULL || !node->follows || r->out_of_memory)
+    if (r->scene->varying == NULL || !node->follows || r->out_of_memory)
         return false;
     kt_follower *follower = add_follower(r);
     if (follower == NULL)
         return false;
-    const kt_noted noted = take_noted(r->varying, node);
+    const kt_noted noted = take_noted(r->scene->varying, node);
     *follower = (kt_follower){.expression = noted.expression,
-                              .variable = noted.expression == NULL ? variable_of(r->varying, node) : -1,
+                              .variable = noted.expression == NULL ? variable_of(r->scene->varying, node) : -1,
                               .positive = positive,
                               .is_reset = noted.is_reset,
                               .node = node};
@@ -188,7 +188,7 @@ void kt_number_follows_too(kt_reader *r, double *at) {
 
 void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at) {
     int k = 0;
-    for (kt_node *item = list->of.first; r->varying != NULL && item != NULL; item = item->next)
+    for (kt_node *item = list->of.first; r->scene->varying != NULL && item != NULL; item = item->next)
         (void)kt_number_follows(r, item, false, &at[k++]);
 }
 
@@ -221,14 +221,14 @@ static bool is_in_place(const kt_reader *r, kt_follower *follower, kt_scene *sce
     follower->offset = follower->is_offset ? (size_t)(at - begin) : 0;
     if (!follower->is_offset && !kt_pool_has(&r->keep, follower->at))
         return false;
-    return *place_of(follower, scene) == value_of(r->varying, follower, r->varying->values);
+    return *place_of(follower, scene) == value_of(r->scene->varying, follower, r->scene->varying->values);
 }
 
 static void tell_where(const kt_reader *r, const char *path, const kt_node *node, char where[KT_WHERE_SIZE]) {
     if (node != NULL && node->line < KT_SETTING_LINE)
-        kt_scene_where(where, path, node->line, node->column);
+        kt_document_where(where, path, node->line, node->column);
     else if (node != NULL)
-        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->settings[node->line - KT_SETTING_LINE]);
+        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->scene->settings[node->line - KT_SETTING_LINE]);
     else
         (void)snprintf(where, KT_WHERE_SIZE, "%s", path);
 }
@@ -245,17 +245,17 @@ static void refuse_reset(kt_reader *r, kt_node *node) {
 
 /* Records which number of the description each follower is. */
 static void check_resets(kt_reader *r, const kt_scene *scene) {
-    kt_scene_variables *v = r->varying;
+    kt_scene_variables *v = r->scene->varying;
     for (size_t i = 0; i < v->noted_count; i++)
         if (v->noted[i].is_reset)
             refuse_reset(r, v->noted[i].node);
     for (size_t i = 0; i < v->count; i++) {
         kt_follower *follower = &v->followers[i];
         const double *at = follower->at;
-        const bool is_parameter =
-            r->parameter_count > 0 && at >= r->parameter_values && at < r->parameter_values + r->parameter_count;
+        const bool is_parameter = r->scene->parameter_count > 0 && at >= r->scene->parameter_values &&
+                                  at < r->scene->parameter_values + r->scene->parameter_count;
         follower->reset = (kt_reset_number){.expression = follower->expression,
-                                            .parameter = is_parameter ? (int)(at - r->parameter_values) : -1};
+                                            .parameter = is_parameter ? (int)(at - r->scene->parameter_values) : -1};
         if (follower->is_reset && !is_parameter &&
             !kt_reset_target_of(&scene->description, at, &follower->reset.target))
             refuse_reset(r, follower->node);
@@ -264,12 +264,12 @@ static void check_resets(kt_reader *r, const kt_scene *scene) {
 }
 
 void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
-    kt_scene_variables *v = r->varying;
+    kt_scene_variables *v = r->scene->varying;
     if (v == NULL)
         return;
     check_resets(r, scene);
     bool follows = v->noted_count == 0;
-    v->parameters = r->parameter_values;
+    v->parameters = r->scene->parameter_values;
     for (size_t i = 0; i < v->count; i++) /* all: also those of a scene that has to be read anew may be set by events */
         follows = is_in_place(r, &v->followers[i], scene) && follows;
     v->is_fixed = !follows;
@@ -281,26 +281,26 @@ void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
 /* ---- parameters that events set ---------------------------------------------------------------------------------- */
 
 void kt_resets_add_states(kt_reader *r, kt_description *description) {
-    kt_scene_variables *v = r->varying;
-    if (v == NULL || r->parameter_count == 0)
+    kt_scene_variables *v = r->scene->varying;
+    if (v == NULL || r->scene->parameter_count == 0)
         return;
-    const size_t count = (size_t)r->parameter_count;
+    const size_t count = (size_t)r->scene->parameter_count;
     kt_state *states = kt_pool_take(&r->keep, count, sizeof *states);
     v->reset_state = kt_pool_take(&r->keep, count, sizeof *v->reset_state);
     v->is_set = kt_pool_take(&r->keep, count, sizeof *v->is_set);
-    r->state_nodes = kt_pool_take(&r->scratch, count, sizeof(kt_node *));
-    if (states == NULL || v->reset_state == NULL || v->is_set == NULL || r->state_nodes == NULL) {
+    r->scene->state_nodes = kt_pool_take(&r->scratch, count, sizeof(kt_node *));
+    if (states == NULL || v->reset_state == NULL || v->is_set == NULL || r->scene->state_nodes == NULL) {
         (void)kt_reader_out_of_memory(r);
         return;
     }
-    v->parameter_count = r->parameter_count;
-    for (int k = 0; k < r->parameter_count; k++) {
-        const kt_named_number *parameter = &r->parameters[k];
+    v->parameter_count = r->scene->parameter_count;
+    for (int k = 0; k < r->scene->parameter_count; k++) {
+        const kt_named_number *parameter = &r->scene->parameters[k];
         v->reset_state[k] = parameter->is_reset ? v->reset_count : -1;
         v->is_set[k] = parameter->is_set;
         if (!parameter->is_reset)
             continue;
-        r->state_nodes[v->reset_count] = parameter->node;
+        r->scene->state_nodes[v->reset_count] = parameter->node;
         states[v->reset_count++] = (kt_state){.name = kt_pool_text(&r->keep, parameter->name, strlen(parameter->name)),
                                               .initial = parameter->is_known ? parameter->value : 0.0,
                                               .rate = "0"};

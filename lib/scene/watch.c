@@ -3,6 +3,7 @@
  * A comparison a < b is watched as the difference b - a, which rises through zero when it begins to hold.
  */
 #include "base/require.h"
+#include "document/pool.h"
 #include "expression/corner.h"
 #include "expression/expression.h"
 #include "expression/part.h"
@@ -11,7 +12,6 @@
 #include "kinetree/mechanism.h"
 #include "scene/event.h"
 #include "scene/impulse.h"
-#include "scene/pool.h"
 #include "scene/reset.h"
 #include "scene/response.h"
 

@@ -14,7 +14,7 @@ from claims import claim, finish, note
 from folders import FOLDERS
 
 # Faces with another name than their folder's.
-FACES = {"status": "base", "description": "model", "descriptor": "model", "kinetree": None, "compat": None}
+FACES = {"status": "base", "description": "model", "descriptor": "model", "import": "robot", "export": "robot", "kinetree": None, "compat": None}
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 LONG, TOO_LONG = 600, 800

@@ -33,10 +33,10 @@ CODE = [
     ("descend", "forward or backward pass, iterate", ()),
     ("weigh", "apply_mass, set_inertia, weight", ()),
     ("weighs", "weight", ()),
-    ("push", "propagate, wrench", ("lib/import/mjcf_force.c",)),
+    ("push", "propagate, wrench", ("lib/robot/mjcf_force.c",)),
     ("pushed", "wrench", ()),
-    ("geared", "has_armature", ("lib/import/urdf",)),
-    ("level", "isa", ("lib/integrator/order.c", "lib/scene/emit", "lib/picture/camera.c", "apps/kinetree/text/tree.c")),
+    ("geared", "has_armature", ("lib/robot/urdf",)),
+    ("level", "isa", ("lib/integrator/order.c", "lib/document/emit", "lib/picture/camera.c", "apps/kinetree/text/tree.c")),
     ("bend", "bias, second derivative",  # where a path next to a singular position bends
      ("lib/mechanism/singular_crossing.c", "include/kinetree/model.h", "lib/simulation/step.c", "lib/simulation/fail.c", "apps/kinetree/")),
     ("rise", "time_derivative", ("apps/embed/",)),
@@ -51,9 +51,9 @@ CODE = [
     ("freedoms", "dofs", ()),
     ("slide", "prismatic", ("lib/dynamics/aba_inverse_passes.c", "lib/dynamics/inertia_check.c", "lib/control/frame.c", "lib/compile/planar.c")),
     ("helix", "screw", ("lib/scene/form.c", "lib/loop/curve.c", "lib/picture/stroke.c", "include/kinetree/description.h")),  # a curve
-    ("ball", "spherical", ("lib/export/mjcf.c", "lib/import/mjcf_force.c", "apps/kinetree/draw/solid.c")),  # MJCF's; a solid
+    ("ball", "spherical", ("lib/robot/write_mjcf.c", "lib/robot/mjcf_force.c", "apps/kinetree/draw/solid.c")),  # MJCF's; a solid
     ("node", "constraint group",  # of a text; of the recursion over degrees of freedom; of glTF; of a graph of operations
-     ("lib/codegen/", "lib/scene/", "lib/dynamics/", "lib/derivative/effect_", "lib/mechanism/effects.h", "lib/mechanism/singular_crossing.c", "lib/loop/", "lib/simulation/", "apps/kinetree/view/")),
+     ("lib/codegen/", "lib/scene/", "lib/document/", "lib/dynamics/", "lib/derivative/effect_", "lib/mechanism/effects.h", "lib/mechanism/singular_crossing.c", "lib/loop/", "lib/simulation/", "apps/kinetree/view/")),
     ("chart", "independent coordinates", ("apps/kinetree/subcommands/", "apps/kinetree/plot/")),  # a picture
     ("drive", "wrench, joint_force", ()),
     ("pushes", "inputs", ()),
@@ -71,7 +71,7 @@ CODE = [
     ("told", "known, reported", ("apps/embed/identify_arm.c",)),
     ("carry", "parent_coupling, propagate", ("lib/constraint/planar_gradient.c", "lib/dynamics/body.c", "lib/dynamics/total.c")),
     ("solved", "has_special_form", ("lib/linear/lemke.h", "lib/analysis/floquet.c", "lib/study/dae")),
-    ("spread", "expand_basis", ("lib/import/sdf_tree.c", "lib/batch/lanes.c", "lib/study/", "include/kinetree/study.h", "apps/")),
+    ("spread", "expand_basis", ("lib/robot/sdf_tree.c", "lib/batch/lanes.c", "lib/study/", "include/kinetree/study.h", "apps/")),
     ("passed", "delayed", ("lib/integrator/step.c",)),
     ("go", "line_search", ("apps/kinetree/sweep/ranks.c",)),
     ("go_down", "backward_pass", ()),

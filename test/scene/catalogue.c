@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "check.h"
-#include "scene/file.h"
+#include "document/file.h"
 
 enum { NAMES_MAX = 400 };
 

@@ -1,12 +1,12 @@
 /* Bundled scenes of which a part is missing or is something else: each is read and simulated, or an error says why not.
  *
- * Of every scene, as a tree of nodes (lib/scene/node.h): without each key and each item in turn; with another value in
+ * Of every scene, as a tree of nodes (lib/document/node.h): without each key and each item in turn; with another value in
  * place of each; without any two of its sections; and with each section alone.
  */
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
-#include "scene/node.h"
+#include "document/node.h"
 #include "scene/reader.h"
 
 #include <dirent.h>

@@ -1,5 +1,5 @@
 /* The emitter by itself: what no right scene asks of it is refused once, in words. */
-#include "scene/emit.h"
+#include "document/emit.h"
 
 #include <math.h>
 #include <stdlib.h>

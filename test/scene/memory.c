@@ -9,7 +9,7 @@
 #include "check.h"
 #include "collect.h"
 #include "interpose.h"
-#include "scene/pool.h"
+#include "document/pool.h"
 
 #include "kinetree/import.h"
 

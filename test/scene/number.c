@@ -1,5 +1,5 @@
 /* Numbers: what is one, and that it survives. */
-#include "scene/number.h"
+#include "document/number.h"
 #include "algebra/angle.h"
 
 #include <float.h>

@@ -1,5 +1,5 @@
 /* Characters. */
-#include "scene/text.h"
+#include "document/text.h"
 
 #include <string.h>
 

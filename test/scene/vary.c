@@ -2,8 +2,8 @@
  * it. */
 #include "kinetree/scene.h"
 
-#include "scene/node.h"
-#include "scene/number.h"
+#include "document/node.h"
+#include "document/number.h"
 #include "scene/reader.h"
 
 #include <dirent.h>

@@ -1,0 +1,51 @@
+/* YAML in the layout of scene-files.md, to a stream. All functions require the C locale. */
+#ifndef KT_DOCUMENT_EMIT_H
+#define KT_DOCUMENT_EMIT_H
+
+#include "kinetree/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+enum { KT_EMIT_DEPTH_MAX = 16 };
+
+typedef struct kt_emit_level {
+    bool list; /* else a mapping */
+    bool flow; /* [a, b] or {a: b} in one line; else one line for each item */
+    int count; /* items or keys so far */
+    int indent;
+} kt_emit_level;
+
+/* An emitter of zeros writes nothing: it only finds values that cannot be written. */
+typedef struct kt_emitter {
+    FILE *stream;   /* NULL: none */
+    kt_error fault; /* the first thing that cannot be written */
+    int column;
+    int depth;
+    kt_emit_level levels[KT_EMIT_DEPTH_MAX];
+} kt_emitter;
+
+/* Records a value that cannot be written; the first such fault is kept. */
+void kt_emit_refuse(kt_emitter *e, kt_status code, const char *format, ...) KT_PRINTF(3, 4);
+
+/* Begin a mapping or a list, and end it. Within a flow level everything is flow. The outermost mapping is a block. */
+void kt_emit_map(kt_emitter *e, bool flow);
+void kt_emit_list(kt_emitter *e, bool flow);
+void kt_emit_end(kt_emitter *e);
+
+/* Write a key of a mapping, before its value: kt_emit_key a plain one, kt_emit_section one that follows a blank line.
+ * The function kt_emit_name writes a name, in quotes if it needs them. */
+void kt_emit_key(kt_emitter *e, const char *key);
+void kt_emit_section(kt_emitter *e, const char *key);
+void kt_emit_name(kt_emitter *e, const char *name);
+
+/* Write values. A text gets quotes where YAML would read it as something else; a word never does. */
+void kt_emit_text(kt_emitter *e, const char *text);
+void kt_emit_word(kt_emitter *e, const char *word);
+void kt_emit_pair(kt_emitter *e, const char *body, const char *marker); /* BODY.MARKER; valid names need no quotes */
+void kt_emit_number(kt_emitter *e, double value);
+void kt_emit_integer(kt_emitter *e, int value);
+void kt_emit_numbers(kt_emitter *e, const double *values, int count); /* [a, b, c] */
+
+#endif

@@ -1,0 +1,306 @@
+/* Reads XML by expat into a tree of elements. */
+#include "document/xml.h"
+
+#include <expat.h>
+#include <limits.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct kt_xml {
+    kt_reader *reader;
+    XML_Parser parser;
+    kt_element *at, *root;
+    int depth;
+    const char *file;          /* of an included file: its name, and the element that includes it */
+    const kt_element *include; /* in the robot's own file */
+    const kt_element *by;      /* in the file that includes this one */
+    char *text;                /* since the last tag */
+    size_t text_size, text_room;
+} kt_xml;
+
+static uint32_t line_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentLineNumber(parser); }
+static uint32_t column_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentColumnNumber(parser) + 1; }
+
+/* Ends the reading after a fault or for want of memory. */
+static void stop(kt_xml *x) { (void)XML_StopParser(x->parser, XML_FALSE); }
+
+bool kt_xml_fault_in(kt_reader *reader, const kt_element *e, const char *context, const char *format,
+                     va_list arguments) {
+    char what[KT_MESSAGE_SIZE];
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    if (e->included == NULL)
+        return kt_fault_put(reader, KT_ERROR_SCENE, e->line, e->column, "%s%s", context, what);
+    return kt_fault_put(reader, KT_ERROR_SCENE, e->included->line, e->included->column, "%.200s:%u:%u: %s%s", e->file,
+                        (unsigned)e->line, (unsigned)e->column, context, what);
+}
+
+bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    const bool result = kt_xml_fault_in(reader, e, "", format, arguments);
+    va_end(arguments);
+    return result;
+}
+
+/* The place that the parser has reached, as an element. */
+static kt_element here(const kt_xml *x) {
+    return (kt_element){.line = line_of(x->parser),
+                        .column = column_of(x->parser),
+                        .file = x->file,
+                        .included = x->include,
+                        .by = x->by};
+}
+
+static const char *keep_text(kt_xml *x, const char *text) {
+    const char *copy = kt_pool_text(&x->reader->scratch, text, strlen(text));
+    if (copy == NULL)
+        (void)kt_reader_out_of_memory(x->reader);
+    return copy;
+}
+
+/* Copies names and values, which expat frees. */
+static bool keep_attributes(kt_xml *x, kt_element *element, const XML_Char **attributes) {
+    size_t count = 0;
+    while (attributes[count] != NULL)
+        count++;
+    const char **kept = kt_pool_take(&x->reader->scratch, count + 1, sizeof *kept);
+    element->attributes = kept;
+    if (kept == NULL)
+        return kt_reader_out_of_memory(x->reader);
+    for (size_t i = 0; i < count; i++)
+        kept[i] = keep_text(x, attributes[i]);
+    return !x->reader->out_of_memory;
+}
+
+static void hang_below(kt_element *parent, kt_element *element) {
+    element->parent = parent;
+    if (parent->last == NULL)
+        parent->first = element;
+    else
+        parent->last->next = element;
+    parent->last = element;
+}
+
+static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **attributes) {
+    kt_xml *x = user;
+    const kt_element place = here(x);
+    x->text_size = 0;
+    if (x->reader->out_of_memory)
+        return;
+    if (++x->depth > KT_XML_DEPTH_MAX) {
+        (void)kt_xml_fault(x->reader, &place, "elements are nested more than %d deep", (int)KT_XML_DEPTH_MAX);
+        stop(x);
+        return;
+    }
+    kt_element *element = kt_pool_take(&x->reader->scratch, 1, sizeof *element);
+    if (element == NULL || !keep_attributes(x, element, attributes)) {
+        (void)kt_reader_out_of_memory(x->reader);
+        stop(x);
+        return;
+    }
+    element->name = keep_text(x, name);
+    element->line = place.line;
+    element->column = place.column;
+    element->file = place.file;
+    element->included = place.included;
+    element->by = place.by;
+    if (x->at != NULL)
+        hang_below(x->at, element);
+    else
+        x->root = element;
+    x->at = element;
+}
+
+static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+/* The text since the last tag, without blanks around it. */
+static void keep_leaf(kt_xml *x) {
+    size_t from = 0, to = x->text_size;
+    while (from < to && is_blank(x->text[from]))
+        from++;
+    while (to > from && is_blank(x->text[to - 1]))
+        to--;
+    if (from == to)
+        return;
+    x->at->text = kt_pool_text(&x->reader->scratch, x->text + from, to - from);
+    if (x->at->text == NULL)
+        (void)kt_reader_out_of_memory(x->reader);
+}
+
+static void XMLCALL end(void *user, const XML_Char *name) {
+    kt_xml *x = user;
+    (void)name;
+    x->depth--;
+    if (x->at == NULL)
+        return;
+    if (x->at->first == NULL)
+        keep_leaf(x);
+    x->text_size = 0;
+    x->at = x->at->parent;
+}
+
+static void XMLCALL add_text(void *user, const XML_Char *text, int length) {
+    kt_xml *x = user;
+    const size_t size = x->text_size + (size_t)length;
+    if (x->reader->out_of_memory)
+        return;
+    if (size > x->text_room) {
+        char *more = kt_pool_take(&x->reader->scratch, 2 * size, 1);
+        if (more == NULL) {
+            (void)kt_reader_out_of_memory(x->reader);
+            stop(x);
+            return;
+        }
+        if (x->text_size > 0)
+            memcpy(more, x->text, x->text_size);
+        x->text = more;
+        x->text_room = 2 * size;
+    }
+    memcpy(x->text + x->text_size, text, (size_t)length);
+    x->text_size = size;
+}
+
+static void XMLCALL refuse_type(void *user, const XML_Char *name, const XML_Char *system, const XML_Char *public,
+                                int internal) {
+    kt_xml *x = user;
+    (void)name;
+    (void)system;
+    (void)public;
+    (void)internal;
+    const kt_element place = here(x);
+    (void)kt_xml_fault(x->reader, &place, "a document type (<!DOCTYPE ...>) is not read; leave it out");
+    stop(x);
+}
+
+/* The index behind a part that ends in `end`; size if it does not end. */
+static size_t behind(const char *text, size_t size, size_t from, const char *end) {
+    const size_t length = strlen(end);
+    while (from + length <= size && memcmp(text + from, end, length) != 0)
+        from++;
+    return from + length <= size ? from + length : size;
+}
+
+static bool begins(const char *text, size_t size, size_t at, const char *with) {
+    return at + strlen(with) <= size && memcmp(text + at, with, strlen(with)) == 0;
+}
+
+/* The index of a declaration that only blanks and comments precede; 0: it is at the beginning, or there is none. */
+static size_t late_declaration(const char *text, size_t size) {
+    size_t i = 0;
+    while (i < size && (strchr(" \t\r\n", text[i]) != NULL || begins(text, size, i, "<!--")))
+        i = text[i] == '<' ? behind(text, size, i + 4, "-->") : text[i] == '\0' ? size : i + 1;
+    return begins(text, size, i, "<?xml ") ? i : 0;
+}
+
+/* A copy of the text with blanks in place of a declaration that is not at its beginning, where XML has it; or the text.
+ * NULL: memory is insufficient. */
+static const char *take_late_away(kt_reader *reader, const char *text, size_t size, kt_xml_late *late) {
+    const size_t from = late_declaration(text, size);
+    *late = (kt_xml_late){0, 0};
+    if (from == 0)
+        return text;
+    char *copy = kt_pool_take(&reader->scratch, size, 1);
+    if (copy == NULL)
+        return NULL;
+    memcpy(copy, text, size);
+    *late = (kt_xml_late){1, 1};
+    for (size_t i = 0; i < from; i++)
+        *late = text[i] == '\n' ? (kt_xml_late){late->line + 1, 1} : (kt_xml_late){late->line, late->column + 1};
+    for (size_t i = from, end = behind(text, size, from, "?>"); i < end; i++)
+        copy[i] = text[i] == '\n' ? '\n' : ' ';
+    return copy;
+}
+
+/* The index of the next comment from an index on, outside of character data; size if there is none. */
+static size_t next_comment(const char *text, size_t size, size_t from) {
+    while (from < size && !begins(text, size, from, "<!--"))
+        from = begins(text, size, from, "<![CDATA[") ? behind(text, size, from, "]]>") : from + 1;
+    return from;
+}
+
+static bool has_dashes(const char *text, size_t from, size_t to) {
+    for (size_t i = from; i < to; i++)
+        if (text[i] == '-' && text[i + 1] == '-') /* there is the comment's end behind `to` */
+            return true;
+    return false;
+}
+
+/* Many files have "--" within comments, which XML forbids and other readers accept. Returns a copy of the text with
+ * blanks in place of these dashes, or the text itself. NULL: memory is insufficient. */
+static const char *take_dashes_away(kt_reader *reader, const char *text, size_t size) {
+    char *copy = NULL;
+    for (size_t at = next_comment(text, size, 0); at < size; at = next_comment(text, size, at)) {
+        const size_t from = at + 4, end = behind(text, size, from, "-->"), to = end >= from + 3 ? end - 3 : from;
+        at = end;
+        if (!has_dashes(text, from, to))
+            continue;
+        copy = copy != NULL ? copy : kt_pool_take(&reader->scratch, size, 1);
+        if (copy == NULL)
+            return NULL;
+        if (text != copy)
+            memcpy(copy, text, size);
+        text = copy;
+        for (size_t i = from; i < to; i++)
+            copy[i] = copy[i] == '-' ? ' ' : copy[i];
+    }
+    return text;
+}
+
+static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
+    kt_reader *reader = x->reader;
+    x->parser = XML_ParserCreate(NULL);
+    if (x->parser == NULL)
+        return kt_reader_out_of_memory(reader);
+    XML_SetUserData(x->parser, x);
+    XML_SetElementHandler(x->parser, start, end);
+    XML_SetCharacterDataHandler(x->parser, add_text);
+    XML_SetStartDoctypeDeclHandler(x->parser, refuse_type);
+    const bool done =
+        XML_Parse(x->parser, text, (int)size, 1) == XML_STATUS_OK; /* a file has less than INT_MAX bytes */
+    const enum XML_Error code = XML_GetErrorCode(x->parser);
+    const kt_element place = here(x);
+    if (!done && code == XML_ERROR_NO_MEMORY)
+        (void)kt_reader_out_of_memory(reader);
+    else if (!done && code != XML_ERROR_ABORTED)
+        (void)kt_xml_fault(reader, &place, "this is no well-formed XML: %s", XML_ErrorString(code));
+    XML_ParserFree(x->parser);
+    *root = x->root;
+    return done && !reader->out_of_memory;
+}
+
+bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late) {
+    kt_xml x = {.reader = reader};
+    text = take_late_away(reader, text, size, late);
+    text = text != NULL ? take_dashes_away(reader, text, size) : NULL;
+    return text != NULL ? parse(&x, text, size, root) : kt_reader_out_of_memory(reader);
+}
+
+bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, const char *file,
+                           const kt_element *include, kt_element **root) {
+    kt_xml x = {.reader = reader,
+                .file = file,
+                .include = include->included != NULL ? include->included : include,
+                .by = include};
+    kt_xml_late late;
+    text = take_late_away(reader, text, size, &late);
+    text = text != NULL ? take_dashes_away(reader, text, size) : NULL;
+    return text != NULL ? parse(&x, text, size, root) : kt_reader_out_of_memory(reader);
+}
+
+const char *kt_xml_attribute(const kt_element *element, const char *name) {
+    for (const char *const *a = element->attributes; *a != NULL; a += 2)
+        if (strcmp(*a, name) == 0)
+            return a[1];
+    return NULL;
+}
+
+static kt_element *named(kt_element *element, const char *name) {
+    while (element != NULL && strcmp(element->name, name) != 0)
+        element = element->next;
+    return element;
+}
+
+kt_element *kt_xml_child(const kt_element *element, const char *name) { return named(element->first, name); }
+
+kt_element *kt_xml_next(const kt_element *element, const char *name) { return named(element->next, name); }

@@ -1,0 +1,64 @@
+/* Contacts of robots with planes, as effects.
+ *
+ * A solid touches a plane in its lowest points. A sphere has one such point, and a capsule has one at each end. A box
+ * has its corners, and a cylinder has RIM points on each rim. Each point becomes a `contact` effect of a sphere, whose
+ * radius is zero at a corner or on a rim.
+ */
+#include "robot/robot.h"
+
+#include <math.h>
+
+enum { RIM = 8 };
+
+static void add_contact(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, kt_vec3 at,
+                        double radius) {
+    kt_effect *effect = kt_draft_effect(d, shape->element, KT_EFFECT_CONTACT);
+    if (effect == NULL)
+        return;
+    const char *name = kt_namer_make(shape->names, shape->name);
+    effect->name = *name != '\0' ? name : NULL;
+    effect->between[0].body = shape->body;
+    effect->between[0].at = kt_pose_apply(shape->pose, at);
+    effect->between[1].body = ground->body;
+    effect->between[1].at = ground->pose.position;
+    effect->between[1].rotation = kt_rotation_of_matrix(ground->pose.rotation);
+    effect->radius = radius;
+    effect->friction = shape->friction;
+    effect->slip = shape->slip;
+    effect->stiffness = shape->stiffness;
+    effect->exponent = shape->exponent;
+    effect->dissipation = shape->dissipation;
+}
+
+static void add_rim(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, double height) {
+    for (int i = 0; i < RIM; i++) {
+        const double turn = 2.0 * 3.14159265358979323846 * (double)i / RIM, r = shape->size[0];
+        add_contact(d, shape, ground, kt_vec3_make(r * cos(turn), r * sin(turn), height), 0.0);
+    }
+}
+
+bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground) {
+    const double *size = shape->size;
+    switch (shape->solid) {
+    case KT_SOLID_SPHERE:
+        add_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), size[0]);
+        return true;
+    case KT_SOLID_CAPSULE:
+        for (int i = -1; i < 2; i += 2)
+            add_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, i * size[1]), size[0]);
+        return true;
+    case KT_SOLID_CYLINDER:
+        add_rim(d, shape, ground, -size[1]);
+        add_rim(d, shape, ground, size[1]);
+        return true;
+    case KT_SOLID_BOX:
+        for (int i = 0; i < 8; i++) {
+            const kt_vec3 corner = kt_vec3_make((i & 1) != 0 ? size[0] : -size[0], (i & 2) != 0 ? size[1] : -size[1],
+                                                (i & 4) != 0 ? size[2] : -size[2]);
+            add_contact(d, shape, ground, corner, 0.0);
+        }
+        return true;
+    default:
+        return false;
+    }
+}

@@ -1,0 +1,124 @@
+/* The scene that a reader of robots builds: bodies, loops and effects, each with its element of the file. */
+#include "robot/robot.h"
+
+#include <string.h>
+
+static void *add(kt_draft *d, kt_list *items, kt_list *elements, size_t size, const kt_element *e) {
+    void *item = kt_list_add(d->r, &d->r->keep, items, size);
+    const kt_element **from = kt_list_add(d->r, &d->r->scratch, elements, sizeof *from);
+    if (item == NULL || from == NULL)
+        return NULL;
+    *from = e;
+    return item;
+}
+
+kt_body *kt_draft_body(kt_draft *d, const kt_element *e) {
+    kt_body *body = add(d, &d->bodies, &d->body_elements, sizeof *body, e);
+    if (body != NULL)
+        *body = kt_body_default();
+    return body;
+}
+
+kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, const char *name) {
+    kt_loop *loop = add(d, &d->loops, &d->loop_elements, sizeof *loop, e);
+    if (loop == NULL)
+        return NULL;
+    *loop = kt_loop_default();
+    loop->type = type;
+    loop->name = kt_namer_make(&d->loop_names, name);
+    return loop;
+}
+
+kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type) {
+    kt_effect *effect = add(d, &d->effects, &d->effect_elements, sizeof *effect, e);
+    if (effect == NULL)
+        return NULL;
+    *effect = kt_effect_default();
+    effect->type = type;
+    return effect;
+}
+
+kt_effect *kt_draft_joint_effect(kt_draft *d, const kt_element *e, kt_effect_type type, const char *joint) {
+    kt_effect *effect = kt_draft_effect(d, e, type);
+    if (effect != NULL)
+        effect->joint = joint;
+    return effect;
+}
+
+void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, double damping, double friction) {
+    kt_effect *damper = damping != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_DAMPER, joint) : NULL;
+    if (damper != NULL)
+        damper->damping = damping;
+    kt_effect *rub = friction != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_FRICTION, joint) : NULL;
+    if (rub != NULL)
+        rub->coulomb = friction;
+}
+
+void kt_draft_stop(kt_draft *d, const kt_element *e, const kt_robot_options *o, const char *joint, double lower,
+                   double upper) {
+    kt_effect *stop = o->stop_stiffness != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_LIMIT, joint) : NULL;
+    if (stop == NULL)
+        return;
+    stop->stiffness = o->stop_stiffness;
+    stop->damping = o->stop_damping;
+    stop->lower = lower;
+    stop->upper = upper;
+}
+
+int kt_terms_merge(kt_term *terms, int count) {
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        int same = 0;
+        while (same < kept && strcmp(terms[same].joint, terms[i].joint) != 0)
+            same++;
+        if (same < kept)
+            terms[same].coefficient += terms[i].coefficient;
+        else
+            terms[kept++] = terms[i];
+    }
+    return kept;
+}
+
+/* The element in a link that has the mass or the inertia, for a fault of this field; else `other`. */
+static const kt_element *element_of_mass(const kt_element *link, const char *field, const kt_element *other) {
+    const kt_element *inertial = kt_xml_child(link, "inertial");
+    const bool is_mass = strcmp(field, "mass") == 0 || strcmp(field, "inertia") == 0;
+    const kt_element *e = inertial != NULL && is_mass ? kt_xml_child(inertial, field) : NULL;
+    return e != NULL ? e : other;
+}
+
+/* The faults that the description's own check finds, at the element that each comes from. */
+static void take_fault(void *user, const kt_place *place, const kt_error *error) {
+    const kt_draft *d = user;
+    const kt_list *lists[] = {
+        [KT_ITEM_BODY] = &d->body_elements, [KT_ITEM_LOOP] = &d->loop_elements, [KT_ITEM_EFFECT] = &d->effect_elements};
+    const bool is_listed = place->item >= KT_ITEM_BODY && place->item <= KT_ITEM_EFFECT;
+    const kt_element *e = is_listed ? ((const kt_element *const *)lists[place->item]->items)[place->index] : d->root;
+    if (place->item == KT_ITEM_BODY && d->links != NULL)
+        e = element_of_mass(d->links[place->index], place->field, e);
+    const kt_element *at = e->included != NULL ? e->included : e;
+    (void)kt_fault_put(d->r, error->code, at->line, at->column, "%s%s%s", error->where,
+                       error->where[0] != '\0' ? ": " : "", error->message);
+}
+
+bool kt_draft_is_wrong(const kt_draft *d) { return d->r->out_of_memory || d->r->fault_count > 0; }
+
+static void fill_description(kt_draft *d, const char *name, kt_description *to) {
+    to->bodies = d->bodies.items;
+    to->body_count = d->bodies.count;
+    to->loops = d->loops.items;
+    to->loop_count = d->loops.count;
+    to->effects = d->effects.items;
+    to->effect_count = d->effects.count;
+    to->name = name != NULL ? kt_pool_text(&d->r->keep, name, strlen(name)) : NULL;
+    if (name != NULL && to->name == NULL)
+        (void)kt_reader_out_of_memory(d->r);
+}
+
+bool kt_draft_finish(kt_draft *d, const char *path, const char *name, kt_scene *scene) {
+    kt_error error;
+    fill_description(d, name, &scene->description);
+    if (!d->r->out_of_memory && kt_description_check(&scene->description, take_fault, d, &error) == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(d->r);
+    return !kt_draft_is_wrong(d) && kt_marks_make(d->r, path, scene, d->body_elements.items, d->loop_elements.items);
+}

@@ -1,0 +1,223 @@
+/* Checks of inertias that no physical body has, in robots.
+ *
+ * The principal moments of a body are not negative, and none exceeds the sum of the two others. Files often give a
+ * rounded inertia to a link of negligible inertia, such as a sensor. The check therefore applies to rigid parts. A
+ * rigid part consists of the links that fixed joints connect:
+ *
+ *     m = sum m_i,  m c = sum m_i c_i,  J = sum R_i J_i R_i' + m_i (|d_i|^2 1 - d_i d_i'),  d_i = c_i - c,
+ *
+ * with the pose of link i in the frame of the part's first link. A part that is fixed to the world does not move and is
+ * not checked.
+ */
+#include "robot/robot.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const double excess_most = 0.1; /* the largest excess that is accepted with a note */
+
+typedef struct part {
+    double mass;
+    kt_vec3 moment; /* sum of m_i c_i */
+    kt_sym3 inertia;
+    bool moves, is_odd;
+} part;
+
+typedef struct parts {
+    kt_judge *j;
+    int *first;    /* of bodies: the first body of its part; -1: not found yet */
+    kt_pose *pose; /* of bodies: in that body's frame */
+    int *path;     /* bodies on the way to the first one */
+    part *part;    /* of first bodies */
+} parts;
+
+static bool take_parts(parts *p, kt_judge *j) {
+    kt_pool *scratch = &j->r->scratch;
+    const size_t count = (size_t)j->count + 1;
+    *p = (parts){.j = j};
+    p->first = kt_pool_take(scratch, count, sizeof *p->first);
+    p->pose = kt_pool_take(scratch, count, sizeof *p->pose);
+    p->path = kt_pool_take(scratch, count, sizeof *p->path);
+    p->part = kt_pool_take(scratch, count, sizeof *p->part);
+    if (p->first == NULL || p->pose == NULL || p->path == NULL || p->part == NULL)
+        return kt_reader_out_of_memory(j->r);
+    for (int i = 0; i < j->count; i++) {
+        p->first[i] = -1;
+        p->part[i] = (part){.moment = kt_vec3_make(0.0, 0.0, 0.0)};
+    }
+    return true;
+}
+
+/* The body that a body is fixed to; -1: it moves on its parent, or is fixed to the world. */
+static int fixed_to(const parts *p, int b) {
+    return p->j->bodies[b].joint.type == KT_JOINT_FIXED ? p->j->parents[b] : -1;
+}
+
+static kt_pose pose_on_parent(const kt_body *body) {
+    kt_pose pose = {.rotation = kt_mat3_identity(), .position = body->joint.at};
+    if (body->joint.rotation.type != KT_ROTATION_NONE &&
+        kt_rotation_evaluate(&body->joint.rotation, &pose.rotation, NULL) != KT_OK)
+        pose.rotation = kt_mat3_identity(); /* the check of the description reports it */
+    return pose;
+}
+
+/* A walk over all bodies has met a circle of parents: it ends there, and the check of the description reports the
+ * circle. */
+static void find_firsts(parts *p) {
+    for (int i = 0; i < p->j->count; i++) {
+        int count = 0, at = i;
+        while (p->first[at] < 0 && fixed_to(p, at) >= 0 && count < p->j->count) {
+            p->path[count++] = at;
+            at = fixed_to(p, at);
+        }
+        if (p->first[at] < 0) {
+            p->first[at] = at;
+            p->pose[at] = kt_pose_identity();
+            p->part[at].moves = p->j->bodies[at].joint.type != KT_JOINT_FIXED;
+        }
+        while (count-- > 0) {
+            const int b = p->path[count];
+            p->first[b] = p->first[at];
+            p->pose[b] = kt_pose_compose(p->pose[at], pose_on_parent(&p->j->bodies[b]));
+            at = b;
+        }
+    }
+}
+
+/* ---- the inertia of a part --------------------------------------------------------------------------------------- */
+
+/* Centre of mass and inertia of a body, about the axes of its part. */
+static void properties_of(const parts *p, int b, kt_vec3 *centre, kt_sym3 *inertia) {
+    const kt_body *body = &p->j->bodies[b];
+    const kt_pose pose = p->pose[b];
+    kt_vec3 com = body->com;
+    kt_sym3 own = body->inertia;
+    if ((body->com_of_shape || body->inertia_of_shape) && kt_body_inertia(body, &com, &own, NULL) != KT_OK)
+        com = body->com; /* likewise */
+    *centre = kt_pose_apply(pose, com);
+    *inertia = kt_sym3_rotate(pose.rotation, own);
+}
+
+static part *part_of(const parts *p, int body) { return &p->part[p->first[body]]; }
+
+static void sum_parts(parts *p) {
+    const int count = p->j->count;
+    for (int b = 0; b < count; b++) {
+        part *all = part_of(p, b);
+        kt_vec3 centre;
+        kt_sym3 ignored;
+        properties_of(p, b, &centre, &ignored);
+        all->mass += p->j->bodies[b].mass;
+        all->moment = kt_vec3_add(all->moment, kt_vec3_scale(p->j->bodies[b].mass, centre));
+    }
+    for (int b = 0; b < count; b++) {
+        part *all = part_of(p, b);
+        kt_vec3 at;
+        kt_sym3 own;
+        properties_of(p, b, &at, &own);
+        const kt_vec3 centre = all->mass > 0.0 ? kt_vec3_scale(1.0 / all->mass, all->moment) : all->moment;
+        const kt_vec3 d = kt_vec3_sub(at, centre);
+        const double m = p->j->bodies[b].mass, dd = kt_vec3_dot(d, d);
+        all->inertia = kt_sym3_make(
+            all->inertia.xx + own.xx + m * (dd - d.x * d.x), all->inertia.yy + own.yy + m * (dd - d.y * d.y),
+            all->inertia.zz + own.zz + m * (dd - d.z * d.z), all->inertia.xy + own.xy - m * d.x * d.y,
+            all->inertia.xz + own.xz - m * d.x * d.z, all->inertia.yz + own.yz - m * d.y * d.z);
+    }
+}
+
+/* ---- the judgement ----------------------------------------------------------------------------------------------- */
+
+static double largest(kt_sym3 s) {
+    return fmax(fmax(fmax(fabs(s.xx), fabs(s.yy)), fmax(fabs(s.zz), fabs(s.xy))), fmax(fabs(s.xz), fabs(s.yz)));
+}
+
+/* The excess of an inertia over the triangle inequality; infinite if a moment is negative. */
+static double oddness(kt_sym3 inertia, kt_vec3 *moments) {
+    const kt_inertia_fault fault = kt_inertia_check(inertia, moments);
+    return fault == KT_INERTIA_TRIANGLE ? kt_inertia_excess(inertia)
+           : fault == KT_INERTIA_VALID  ? 0.0
+                                        : (double)INFINITY;
+}
+
+static bool accepts(const kt_judge *j, double odd) {
+    const kt_robot_inertia how = j->options->inertia;
+    return odd <= 0.0 || how == KT_ROBOT_INERTIA_ACCEPT || (how == KT_ROBOT_INERTIA_WARN && odd <= excess_most);
+}
+
+static void reject_inertia(kt_judge *j, const kt_element *e, kt_vec3 m, double odd) {
+    (void)kt_robot_fault(
+        j->r, e,
+        "the principal moments are %g, %g, %g, and with what is fixed to it, too, %s: of no body is one "
+        "negative, or larger than the two others together; check units, order and the axes of "
+        "<origin>, or let 'kinetree import --inertia %s' accept it",
+        m.x, m.y, m.z, isinf(odd) ? "one is negative or alone" : "one is too large",
+        odd <= excess_most ? "warn" : "accept");
+}
+
+/* Whether an inertia is the rounding error of a zero. The scale is the inertia of the part plus the moment m c^2 about
+ * the link's origin. The parallel-axis theorem subtracts a term as large as this moment. */
+static bool is_rounding(const parts *p, int b) {
+    const kt_body *body = &p->j->bodies[b];
+    const double scale = largest(part_of(p, b)->inertia) + body->mass * kt_vec3_dot(body->com, body->com);
+    return largest(body->inertia) <= 8.0 * DBL_EPSILON * scale;
+}
+
+/* Checks a body whose own inertia is invalid, using the inertia of its part. */
+static void judge(parts *p, int b, double own, kt_vec3 moments) {
+    kt_judge *j = p->j;
+    const kt_element *link = j->elements[b], *inertial = kt_xml_child(link, "inertial");
+    const kt_element *e =
+        inertial != NULL && kt_xml_child(inertial, "inertia") ? kt_xml_child(inertial, "inertia") : link;
+    const part *all = part_of(p, b);
+    kt_vec3 ignored;
+    const double odd = all->moves ? oddness(all->inertia, &ignored) : 0.0;
+    if (!accepts(j, odd)) {
+        reject_inertia(j, e, moments, odd);
+        return;
+    }
+    kt_left_count(odd > 0.0 ? &j->odd_inertias : &j->odd_links, e);
+    j->worst_excess = fmax(j->worst_excess, odd);
+    if (own > KT_INERTIA_EXCESS_MAX)
+        j->limit = KT_INERTIA_ACCEPT;
+}
+
+void kt_judge_inertias(kt_judge *j) {
+    parts p;
+    j->limit = KT_INERTIA_WARN;
+    if (!take_parts(&p, j))
+        return;
+    find_firsts(&p);
+    sum_parts(&p);
+    for (int b = 0; b < j->count; b++) {
+        kt_vec3 moments;
+        const double own = oddness(j->bodies[b].inertia, &moments);
+        if (!(own > 0.0))
+            continue;
+        if (is_rounding(&p, b)) {
+            kt_left_count(&j->nothings, j->elements[b]);
+            j->bodies[b].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        } else {
+            judge(&p, b, own, moments);
+        }
+    }
+}
+
+void kt_judge_notes(kt_notes *n, const kt_judge *j) {
+    kt_phrase by = {.length = 0};
+    kt_note_put(n, &j->nothings, "inertias that are nothing but rounding, taken for zero: %d", j->nothings.count);
+    kt_note_put(n, &j->odd_links,
+                "inertias that no body has, of links within rigid parts whose inertia is one of bodies (the scene has "
+                "'inertia_check: accept'): %d",
+                j->odd_links.count);
+    if (isinf(j->worst_excess))
+        kt_phrase_add(&by, "a principal moment being negative, or the only one");
+    else
+        kt_phrase_add(&by, "their largest principal moment exceeding the sum of the others by up to %.2g %% of it",
+                      100.0 * j->worst_excess);
+    kt_note_put(
+        n, &j->odd_inertias,
+        "inertias that no body has are computed with, %s: %d; where such a part moves, accelerations may be wrong or "
+        "not exist",
+        by.text, j->odd_inertias.count);
+}

@@ -1,0 +1,91 @@
+/* Masses that a robot's file does not give: from the options, and from shapes.
+ *
+ * Solids of one density have the volumes V_i, the centres c_i and, about these centres, the inertias J_i:
+ *     m = density sum V_i,   m c = sum m_i c_i,   J = sum J_i + m_i (|d_i|^2 1 - d_i d_i'),   d_i = c_i - c
+ */
+#include "robot/robot.h"
+#include "scene/shapes.h"
+
+#include <string.h>
+
+static const kt_shape *shape_at(const kt_body *body, int i) {
+    return body->shape_count > 0 ? &body->shapes[i] : &body->shape;
+}
+
+static int shape_count(const kt_body *body) {
+    return body->shape_count > 0 ? body->shape_count : body->shape.type != KT_SHAPE_NONE;
+}
+
+/* Mass, centre and inertia of one shape; false if it has none. */
+static bool find_solid(const kt_shape *shape, double density, kt_body *part, kt_vec3 *com, kt_sym3 *inertia) {
+    *part = kt_body_default();
+    part->shape = *shape;
+    part->mass = density * kt_shape_volume(shape);
+    part->com_of_shape = part->inertia_of_shape = true;
+    return part->mass > 0.0 && kt_body_inertia(part, com, inertia, NULL) == KT_OK;
+}
+
+static double volume_of(const kt_body *body) {
+    double volume = 0.0;
+    for (int i = 0; i < shape_count(body); i++)
+        volume += kt_shape_volume(shape_at(body, i));
+    return volume;
+}
+
+bool kt_mass_by_shapes(kt_body *body, double density) {
+    kt_body part;
+    kt_vec3 com = kt_vec3_make(0.0, 0.0, 0.0), c;
+    kt_sym3 inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), own;
+    double mass = 0.0;
+    for (int i = 0; i < shape_count(body); i++)
+        if (find_solid(shape_at(body, i), density, &part, &c, &own)) {
+            mass += part.mass;
+            com = kt_vec3_add(com, kt_vec3_scale(part.mass, c));
+        }
+    if (!(mass > 0.0))
+        return false;
+    com = kt_vec3_scale(1.0 / mass, com);
+    for (int i = 0; i < shape_count(body); i++)
+        if (find_solid(shape_at(body, i), density, &part, &c, &own))
+            inertia = kt_sym3_add(inertia, kt_sym3_shift(own, part.mass, kt_vec3_sub(c, com)));
+    body->mass = mass;
+    body->com = com;
+    body->inertia = inertia;
+    return true;
+}
+
+/* Replaces the mass of a body. The inertia grows with the mass; a body without mass takes the inertia of its shapes. */
+static void give_mass(kt_body *body, double mass) {
+    const double volume = volume_of(body);
+    if (body->mass > 0.0)
+        body->inertia = kt_sym3_scaled(mass / body->mass, body->inertia);
+    else if (volume > 0.0)
+        (void)kt_mass_by_shapes(body, mass / volume);
+    body->mass = mass;
+}
+
+static void give(kt_reader *r, const kt_element *root, const char *text, kt_body *bodies, kt_find_link *find,
+                 const void *user) {
+    const char *sign = strrchr(text, '=');
+    double mass = 0.0;
+    const char *link = kt_pool_text(&r->scratch, text, sign != NULL ? (size_t)(sign - text) : 0);
+    if (link == NULL) {
+        (void)kt_reader_out_of_memory(r);
+        return;
+    }
+    if (sign == NULL || kt_parse_numbers(sign + 1, 1, &mass) != 1 || !(mass > 0.0)) {
+        (void)kt_robot_fault(r, root, "mass '%.60s': expected LINK=MASS, with a mass above zero", text);
+        return;
+    }
+    const int body = find(user, link);
+    if (body >= 0)
+        give_mass(&bodies[body], mass);
+    else
+        (void)kt_robot_fault(r, root, "mass '%.60s': there is no link of this name", text);
+}
+
+void kt_masses_give(kt_reader *r, const kt_robot_options *options, const kt_element *root, kt_body *bodies,
+                    kt_find_link *find, const void *user) {
+    for (int i = 0; i < options->mass_count && !r->out_of_memory; i++)
+        give(r, root, options->masses[i], bodies, find, user);
+}

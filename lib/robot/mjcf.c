@@ -1,0 +1,179 @@
+/* Models in MJCF, the XML of MuJoCo: bodies, joints and equalities to a description.
+ *
+ * Included files, attached models and replicates come first, with the compiler's settings. Default classes follow.
+ * Classes and settings determine the meaning of all other attributes. Bodies, joints and masses come next, then the
+ * start, then the remaining items of the scene.
+ */
+#include "robot/mjcf.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- notes ------------------------------------------------------------------------------------------------------- */
+
+static const kt_note body_notes[] = {
+    KT_NOTE(kt_mjcf, renamed, "names of bodies that a scene cannot have, with '_' or a number:"),
+    KT_NOTE(kt_mjcf, fixed_bodies, "bodies that are fixed to the world (--floating lets them move):"),
+    KT_NOTE(kt_mjcf, freed, "bodies fixed to the world that move freely, by --floating:"),
+    KT_NOTE(kt_mjcf, several,
+            "joints after the first of a body, each on a body of its own without mass, which has the joint's name:"),
+    KT_NOTE(kt_mjcf, offsets,
+            "joints that are not at the origin of their body, on a body of their own, which has the joint's name:"),
+    KT_NOTE(kt_mjcf, renamed_joints, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_mjcf, attached, "bodies of this model that it attaches again (attach without a model), left out:"),
+    KT_NOTE(kt_mjcf, incomplete,
+            "tendons, equalities and actuators of attached models, left out since they refer to what is not "
+            "attached, or has copies by a replicate:"),
+    KT_NOTE(kt_mjcf, lost_settings,
+            "attached models with settings of the whole (option, settotalmass), in place of which are this model's:"),
+    KT_NOTE(kt_mjcf, mocap, "bodies that a program moves (mocap), fixed to the world:"),
+    KT_NOTE(kt_mjcf, keys, "keyframes, of which none is the start (import --keyframe NAME):"),
+    KT_NOTE(kt_mjcf, by_density, "geoms that say neither mass nor density, and have that of --density:"),
+    KT_NOTE(kt_mjcf, by_geoms, "bodies whose mass and inertia are those of their geoms:"),
+};
+
+static const kt_note force_notes[] = {
+    KT_NOTE(kt_mjcf, mesh_files, "meshes that cannot be read:"),
+    KT_NOTE(kt_mjcf, bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
+    KT_NOTE(kt_mjcf, balanced, "inertias that no body has, made those of spheres by 'balanceinertia':"),
+    KT_NOTE(kt_mjcf, soft, "soft equalities, which are exact loops in the scene:"),
+    KT_NOTE(kt_mjcf, branches,
+            "tendons with an armature that joins branches of the tree, of whose inertia between branches MuJoCo has "
+            "nothing:"),
+    KT_NOTE(kt_mjcf, scaled, "welds with a torquescale, which an exact loop has no use for:"),
+    KT_NOTE(kt_mjcf, disabled,
+            "what flags of <option> turn off is left out (springs, dampers, dry friction, limits, equalities, "
+            "actuators, limits of controls)"),
+    KT_NOTE(kt_mjcf, idle, "actuators that flags or 'actuatorgroupdisable' turn off, left out:"),
+    KT_NOTE(kt_mjcf, idle_ties, "equalities that flags turn off, left out:"),
+    KT_NOTE(kt_mjcf, inactive, "equalities that are not active, left out:"),
+    KT_NOTE(kt_mjcf, tied, "fixed tendons of several joints, each a body without mass that a coupling moves:"),
+    KT_NOTE(kt_mjcf, friction,
+            "dry friction that is held exactly in MuJoCo and is smooth here (frictionloss, joint_friction):"),
+    KT_NOTE(kt_mjcf, motors, "motors, whose torque is that of the control at the start (0 without --keyframe):"),
+    KT_NOTE(kt_mjcf, servos, "servos, whose target is that of the control at the start (0 without --keyframe):"),
+    KT_NOTE(kt_mjcf, sums,
+            "joints in which actuators act by a formula, with the control at the start, since the sum of their "
+            "forces is bounded, or their stiffness or damping is below zero:"),
+    KT_NOTE(kt_mjcf, limits, "limits of position that are data alone (--stops makes effects of them):"),
+    KT_NOTE(kt_mjcf, lost_limits, "limits of ball joints that are left out:"),
+    KT_WARNING(kt_mjcf, fluid,
+               "the motion is not that of the file: forces of a medium (density, viscosity) are left out"),
+};
+
+static const kt_note last_notes[] = {
+    KT_NOTE(kt_mjcf, pictures,
+            "geoms that are left out of pictures, since they are the world's, or planes, or meshes that a scene "
+            "cannot place:"),
+};
+
+static const kt_note contact_notes[] = {
+    KT_WARNING(kt_mjcf, contacts_lost,
+               "the motion is not that of the file: meshes and ellipsoids that touch planes, left out:"),
+    KT_WARNING(kt_mjcf, contacts_between,
+               "the motion is not that of the file: geoms that could touch other geoms than planes, left out:"),
+};
+
+static bool is_flying(const kt_mjcf *m) {
+    for (int i = 0; i < m->joints.count; i++)
+        if (kt_mjcf_joint_at(m, i)->type == KT_MJCF_FREE)
+            return true;
+    return false;
+}
+
+static void note_contacts(kt_notes *n, const kt_mjcf *m) {
+    if (!m->source->options->contacts && is_flying(m) && kt_vec3_norm(m->gravity) > 0.0)
+        kt_note_warn(
+            n, &m->contacts,
+            "the motion is not that of the file: a body that moves freely falls, since geoms touch nothing: %d; "
+            "import --contacts makes contacts with planes of them, and --ground 0 adds a floor",
+            m->contacts.count);
+    else if (!m->source->options->contacts)
+        kt_note_put(n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",
+                    m->contacts.count);
+    kt_note_put(n, &m->contacts_made, "geoms that touch planes, of which there are %d: %d", m->planes.count,
+                m->contacts_made.count);
+    KT_NOTES_PUT(n, m, contact_notes);
+}
+
+static void make_notes(const kt_mjcf *m, kt_scene *scene) {
+    kt_phrase forces = {.length = 0};
+    kt_notes n;
+    if (!kt_notes_begin(&n, m->r, m->source->path))
+        return;
+    KT_NOTES_PUT(&n, m, body_notes);
+    kt_note_warn(
+        &n, &m->mesh_masses,
+        "the motion is not that of the file: the mass of geoms that are meshes which cannot be read, or to which "
+        "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
+        m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
+    KT_NOTES_PUT(&n, m, force_notes);
+    kt_note_changes(&n, &m->changes);
+    kt_note_put(&n, &m->unnamed_sites, "sites that are no markers, since they have no name or are the world's: %d",
+                m->unnamed_sites.count);
+    kt_appearance_notes(&n, &m->appearance);
+    KT_NOTES_PUT(&n, m, last_notes);
+    note_contacts(&n, m);
+    kt_unknown_list(&m->forces, &forces);
+    if (m->forces.count > 0)
+        kt_note_warn(&n, &m->forces.left[0], "forces and equalities that are left out: %s", forces.text);
+    kt_note_strange(&n, &m->strange);
+    scene->notes = n.notes;
+    scene->note_count = n.count;
+}
+
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
+
+static bool init_names(kt_mjcf *m) {
+    const size_t count = 2 * (size_t)m->elements + 2; /* tendons have two names */
+    void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
+    if (memory == NULL)
+        return kt_reader_out_of_memory(m->r);
+    kt_names_init(&m->names, count, memory);
+    return kt_namer_init(&m->bodies_named, m->r, 2 * m->elements + 2) &&
+           kt_namer_init(&m->draft.loop_names, m->r, m->elements + 2) &&
+           kt_namer_init(&m->joints_named, m->r, 4 * m->elements + 4) &&
+           kt_namer_init(&m->effects_named, m->r, (m->source->options->contacts ? 17 : 1) * (m->elements + 2));
+}
+
+/* Prepares the tree of elements (files, attached models, replicates), the names, the classes and the options. */
+static bool prepare(kt_mjcf *m) {
+    kt_mjcf_expand(m);
+    if (kt_draft_is_wrong(&m->draft) || !init_names(m))
+        return false;
+    kt_mjcf_classes(m);
+    kt_mjcf_read_options(m);
+    kt_mjcf_count_strange(m);
+    return !kt_draft_is_wrong(&m->draft);
+}
+
+void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
+    kt_mjcf m = {.r = r,
+                 .source = source,
+                 .root = (kt_element *)source->root,
+                 .draft = {.r = r, .root = source->root},
+                 .appearance = {.r = r, .source = source}};
+    static const kt_inertia_limit limits[] = {KT_INERTIA_WARN, KT_INERTIA_STRICT, KT_INERTIA_ACCEPT};
+    if (!prepare(&m))
+        return;
+    kt_mjcf_collect(&m);
+    if (kt_draft_is_wrong(&m.draft))
+        return;
+    kt_mjcf_mark_incomplete(&m);
+    kt_mjcf_start(&m);
+    kt_mjcf_make_bodies(&m);
+    kt_mjcf_find_inertias(&m);
+    kt_mjcf_passive(&m);
+    kt_mjcf_make_tendons(&m);
+    kt_mjcf_actuators(&m);
+    kt_mjcf_equalities(&m);
+    kt_mjcf_contacts(&m);
+    if (kt_draft_is_wrong(&m.draft))
+        return;
+    scene->description.gravity = m.gravity;
+    scene->description.inertia_check = limits[source->options->inertia];
+    kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);
+    if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(m.root, "model"), scene))
+        make_notes(&m, scene);
+}

@@ -1,0 +1,369 @@
+/* A model in MJCF while it is read. */
+#ifndef KT_ROBOT_MJCF_H
+#define KT_ROBOT_MJCF_H
+
+#include "kinetree/expression.h"
+#include "mesh/mesh.h"
+#include "robot/robot.h"
+
+/* ---- default classes --------------------------------------------------------------------------------------------- */
+
+/* A <default> element. An attribute has the value of the element, else that of its class, else that of the class around
+ * it. The class main may be written in several places. */
+typedef struct kt_mjcf_class {
+    const char *name;
+    const kt_element *element;
+    int outer; /* the class around it; -1: the last at the root, of which there may be several; -2: none */
+} kt_mjcf_class;
+
+/* ---- settings ---------------------------------------------------------------------------------------------------- */
+
+typedef enum kt_mjcf_from_geom { KT_MJCF_NEVER, KT_MJCF_ALWAYS, KT_MJCF_AUTO } kt_mjcf_from_geom;
+
+/* Settings of <compiler>. The comments give their defaults. */
+typedef struct kt_mjcf_settings {
+    double angle;                   /* radians a unit: degrees */
+    char sequence[4];               /* of Euler angles: xyz, about carried axes; capital letters: fixed ones */
+    bool autolimits;                /* a range is a limit unless `limited` overrides it: true */
+    double total_mass;              /* <= 0: as it is */
+    bool balance;                   /* inertias that no body has become spheres': false */
+    double mass_least, least;       /* of masses and principal moments: 0 */
+    kt_mjcf_from_geom from_geom;    /* inertia from geoms: where there is no <inertial> */
+    double group_first, group_last; /* of geoms that have mass: 0 to 5 */
+    const char *mesh_folder;
+    bool exact_meshes; /* volumes with signs: false */
+    bool strip_path;
+    bool align_free; /* frames of free bodies that carry nothing are those of their inertia: false */
+} kt_mjcf_settings;
+
+/* What <option> turns off. */
+typedef struct kt_mjcf_off {
+    bool springs, dampers, friction, limits, actuation, equalities, control_limits;
+    unsigned actuator_groups; /* a bit each */
+} kt_mjcf_off;
+
+/* ---- documents --------------------------------------------------------------------------------------------------- */
+
+/* The model itself (document 0), or an attached one. An element has the settings and default classes of its document.
+ * Files that a document includes are part of it. */
+typedef struct kt_mjcf_document {
+    kt_element *root;
+    int parent; /* the document that attaches it; -1: the model itself */
+    const char *path, *prefix;
+    kt_mjcf_settings settings;
+    int main;       /* its last class at the root; -2: none */
+    kt_list joints; /* const kt_element *: all that it has, in MuJoCo's order, attached or not */
+} kt_mjcf_document;
+
+/* ---- bodies, joints, sites --------------------------------------------------------------------------------------- */
+
+typedef struct kt_mjcf_body {
+    const kt_element *element;
+    int parent;
+    kt_pose pose, world; /* in the parent, and in the world, at the reference position of all joints */
+    kt_pose frame;       /* in the body: MuJoCo's frame, that of the inertia (`align`) or the body's own */
+    const char *name;    /* in the scene; NULL: the world */
+    double mass;
+    kt_vec3 com;
+    kt_sym3 inertia; /* about com, body axes */
+    double gravcomp;
+    double mobility; /* acceleration of its centre of mass per force, 1/kg, at the reference; 0: not computed */
+    kt_shape shape;
+    const kt_shape *shapes;
+    int shape_count;
+    kt_list markers; /* kt_marker */
+    int first_joint, joint_count;
+    int lost_meshes; /* geoms of unknown mass */
+    int heavy_geoms; /* geoms that have mass */
+    bool has_mesh;   /* one of these is a mesh */
+    bool has_axes;   /* `inertial` has the axes of the inertia, as MuJoCo has them */
+    kt_pose inertial;
+    int child_count;
+} kt_mjcf_body;
+
+typedef enum kt_mjcf_motion { KT_MJCF_FREE, KT_MJCF_BALL, KT_MJCF_SLIDE, KT_MJCF_HINGE } kt_mjcf_motion;
+
+typedef struct kt_mjcf_joint {
+    const kt_element *element;
+    const char *tag; /* of its defaults; NULL: none */
+    int body;
+    kt_mjcf_motion type;
+    kt_vec3 at, axis;                 /* body frame */
+    double ref, spring, lower, upper; /* spring: position at which the joint's spring has no force */
+    double effort;                    /* the largest of its actuators' */
+    double force[2];                  /* bounds of the sum of actuator forces in it */
+    double inertia; /* effective inertia at the reference positions, if requested (springdamper); else 0 */
+    bool is_limited;
+    int position, velocity; /* its first coordinates in MuJoCo's order */
+    const char *carrier;    /* body of the scene that has it */
+    const char *name;       /* in the scene */
+    int carrier_index;
+    double start; /* initial position of a scalar joint */
+} kt_mjcf_joint;
+
+typedef struct kt_mjcf_site {
+    const kt_element *element;
+    int body;
+    kt_pose pose;
+} kt_mjcf_site;
+
+/* A fixed tendon: L = sum c_i q_i. */
+typedef struct kt_mjcf_tendon {
+    const kt_element *element;
+    int first, count;   /* terms */
+    const char *joint;  /* the scalar joint that it acts in; NULL: not made yet */
+    double coefficient; /* L = coefficient times the position of that joint */
+    double length;      /* at the reference positions */
+    double rest;        /* while the springs of all its joints have no force */
+    double start;       /* initially */
+} kt_mjcf_tendon;
+
+typedef struct kt_mjcf_term {
+    int joint;
+    double coefficient;
+} kt_mjcf_term;
+
+/* The solid that a mesh of <asset> encloses, at density 1, in the axes of its file. */
+typedef struct kt_mjcf_mesh {
+    const kt_element *element;
+    bool is_known;
+    kt_enclosed enclosed;
+} kt_mjcf_mesh;
+
+/* Scopes of names; classes have one for each document, from KT_MJCF_CLASSES on. */
+enum {
+    KT_MJCF_BODIES,
+    KT_MJCF_JOINTS,
+    KT_MJCF_SITES,
+    KT_MJCF_TENDONS,
+    KT_MJCF_COMPLETE_TENDONS, /* those without a missing reference */
+    KT_MJCF_MESHES,
+    KT_MJCF_CLASSES
+};
+
+/* Numbers in place of the class of an element. Incomplete: it refers to an item that is not attached. Orphan: a joint
+ * that the whole does not have itself, but in copies by a <replicate>. */
+enum { KT_MJCF_INCOMPLETE = -3, KT_MJCF_ORPHAN = -4 };
+
+typedef struct kt_mjcf {
+    kt_reader *r;
+    const kt_robot_source *source;
+    kt_element *root;
+    kt_list documents;                   /* kt_mjcf_document */
+    size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
+    int elements;                        /* of the whole, with copies of replicates */
+
+    kt_list classes; /* kt_mjcf_class */
+    kt_vec3 gravity;
+    kt_mjcf_off off;
+    kt_names names;
+    kt_namer bodies_named, joints_named, effects_named;
+
+    kt_list bodies, joints, sites, tendons, terms, meshes; /* bodies[0] is the world */
+    kt_list surfaces;                                      /* geoms that touch others (mjcf_contact.c) */
+    const kt_mjcf_settings *body_settings;                 /* of the body whose geoms are read */
+    bool geoms_have_mass, has_visuals;
+    int nq, nv;
+    double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
+    int ctrl_count;
+
+    kt_draft draft;
+
+    kt_strange strange;         /* elements and attributes that are left out */
+    kt_unknown forces, changes; /* actuators, tendons, equalities that are left out; omissions that change the motion */
+    kt_left limits, contacts, pictures, mesh_files, renamed_joints, offsets, several, mocap, soft, inactive, keys, tied,
+        lost_limits, freed, attached, incomplete, lost_settings;
+    kt_phrase massless_names; /* bodies of mesh_masses */
+    kt_appearance appearance;
+    kt_left contacts_made, contacts_lost, planes,
+        contacts_between; /* geoms that touch planes, or cannot; planes; geoms that touch others */
+    kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
+        motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies;
+} kt_mjcf;
+
+/* ---- mjcf_attribute.c -------------------------------------------------------------------------------------------- */
+
+/* Reports a fault: "body 'thigh': joint 'knee': " and the format. Returns false. */
+bool kt_mjcf_fault(kt_mjcf *m, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
+
+/* Finds the classes, and gives each element the number of its own. */
+void kt_mjcf_classes(kt_mjcf *m);
+
+/* The <default> element of a class, whose number becomes that of the class around it; NULL: there is none. */
+const kt_element *kt_mjcf_class_element(const kt_mjcf *m, int *number);
+
+/* The value of an attribute, or of its default for elements called `tag` (NULL: no defaults); NULL if there is none. */
+const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name);
+
+/* Its numbers, from `least` to `most` of them; others stay as they are. Returns how many; 0 if the attribute is
+ * missing, or wrong, which is reported. */
+int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, int least, int most,
+                    double *values);
+double kt_mjcf_number(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, double standard);
+kt_vec3 kt_mjcf_vector(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, kt_vec3 standard);
+
+/* Which of the words, which end with NULL, an attribute is; `standard` if there is none. */
+int kt_mjcf_choice(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, const char *const *words,
+                   int standard);
+bool kt_mjcf_flag(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, bool standard);
+
+/* Whether a range is a limit, by `limited` (true, false, auto). */
+bool kt_mjcf_is_limited(kt_mjcf *m, const kt_element *e, const char *tag, const char *limited, const char *range);
+
+/* `pos`, and the orientation by any of its ways. */
+kt_pose kt_mjcf_pose(kt_mjcf *m, const kt_element *e, const char *tag);
+
+/* Two parts of a name in one, such as a prefix and the name of an element. All such names are bounded, so that a small
+ * file cannot take all memory. NULL after reporting. */
+const char *kt_mjcf_join(kt_mjcf *m, const kt_element *e, const char *first, const char *second);
+
+/* Adds the name of an element, if it has one; reports one that is there already. */
+void kt_mjcf_add_name(kt_mjcf *m, int scope, const kt_element *e, int index);
+
+/* The index that an attribute names; -1 after reporting. */
+int kt_mjcf_find(kt_mjcf *m, const kt_element *e, const char *attribute, int scope);
+
+/* Counts unknown elements and attributes. */
+void kt_mjcf_count_strange(kt_mjcf *m);
+
+/* The element after `last` (NULL: the first) in the sections of a name, such as <equality>; NULL: there is no more.
+ * Incomplete elements are skipped, except with kt_mjcf_section_of_all. */
+const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const kt_element *last);
+kt_element *kt_mjcf_section_of_all(const kt_mjcf *m, const char *section, const kt_element *last);
+
+/* Calls `each` for the elements of a name directly in a body, or in frames of it, with the pose of the frame. */
+typedef void kt_mjcf_each(kt_mjcf *m, const kt_element *e, int body, kt_pose frame);
+void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, int body, kt_mjcf_each *each);
+
+/* ---- mjcf_include.c ---------------------------------------------------------------------------------------------- */
+
+/* kt_mjcf_include replaces each <include> with the contents of its file, below a depth. kt_mjcf_replicate replaces each
+ * <replicate> with its copies, after the compiler's settings have been read. */
+void kt_mjcf_include(kt_mjcf *m, int document, int depth);
+void kt_mjcf_replicate(kt_mjcf *m, int document);
+
+/* The path of a file that an element of a document names. The order is that of MuJoCo: first the document's folder,
+ * then the folder of the file that has the element. NULL after reporting the reason. */
+const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, const char *name);
+
+/* Puts the children of `from` (NULL: none) in place of an element that follows `before` (NULL: it is the first).
+ * Returns the first of the children; if there are none, the element that follows. */
+kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from);
+
+/* Adds an element at the end of another's. */
+void kt_mjcf_hang_below(kt_element *parent, kt_element *e);
+
+/* ---- mjcf_attach.c ----------------------------------------------------------------------------------------------- */
+
+/* Makes the whole tree: files that are included, models that are attached, replicates. */
+void kt_mjcf_expand(kt_mjcf *m);
+
+/* Marks elements of attached models that refer to bodies that are not attached. Requires the complete names. */
+void kt_mjcf_mark_incomplete(kt_mjcf *m);
+
+/* Whether a document is another one, or is attached to it. */
+bool kt_mjcf_is_within(const kt_mjcf *m, int document, int other);
+
+static inline kt_mjcf_document *kt_mjcf_document_at(const kt_mjcf *m, int i) {
+    return (kt_mjcf_document *)m->documents.items + i;
+}
+static inline const kt_mjcf_settings *kt_mjcf_settings_of(const kt_mjcf *m, const kt_element *e) {
+    return &kt_mjcf_document_at(m, e->document)->settings;
+}
+
+/* ---- mjcf_mesh.c ------------------------------------------------------------------------------------------------- */
+
+/* Reads the meshes of <asset>. kt_mjcf_find_mesh returns the solid that a mesh encloses, or NULL if it is unknown. */
+void kt_mjcf_read_meshes(kt_mjcf *m);
+const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom);
+
+/* Adds the mesh of a geom, whose pose in its body is given, to the picture of the body. */
+void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose);
+
+/* ---- mjcf_geom.c ------------------------------------------------------------------------------------------------- */
+
+/* Mass and inertia of a body from its <inertial> or its geoms, and its picture. */
+void kt_mjcf_masses(kt_mjcf *m, int body);
+
+/* Applies the compiler's settings to all masses. */
+void kt_mjcf_settle_masses(kt_mjcf *m);
+
+/* ---- mjcf_settings.c, _body.c, _key.c, _force.c, _inertia.c, _actuator.c, _loop.c -------------------------------- */
+
+void kt_mjcf_read_settings(kt_mjcf *m, int document); /* of <compiler> */
+void kt_mjcf_read_options(kt_mjcf *m);                /* of <option> */
+
+void kt_mjcf_collect(kt_mjcf *m); /* bodies, joints, sites, tendons */
+kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint);
+void kt_mjcf_start(kt_mjcf *m);       /* the requested keyframe */
+void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
+void kt_mjcf_passive(kt_mjcf *m);
+void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper` */
+void kt_mjcf_make_tendons(kt_mjcf *m);
+void kt_mjcf_actuators(kt_mjcf *m);
+void kt_mjcf_equalities(kt_mjcf *m);
+
+void kt_mjcf_contacts(kt_mjcf *m);
+
+/* Keeps a geom, whose solid and pose in its body are given, for contacts. */
+void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3], kt_pose pose);
+
+/* An element that acts along a length L = factor q of a scalar joint. */
+typedef struct kt_mjcf_line {
+    const kt_element *element;
+    const char *tag, *joint; /* of its defaults; in the scene */
+    double factor;
+} kt_mjcf_line;
+
+/* A new effect in the joint of a line; NULL: no memory. */
+kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type type);
+
+/* Finds, or makes, the joint that a tendon acts in; false if it has none. */
+bool kt_mjcf_find_length(kt_mjcf *m, kt_mjcf_tendon *t);
+
+/* ---- mjcf_formula.c ---------------------------------------------------------------------------------------------- */
+
+/* The text of a formula while it is written; `whole` is false if it has no room. Begins as {.whole = true}. */
+typedef struct kt_mjcf_formula {
+    char text[KT_EXPRESSION_LENGTH_MAX + 1];
+    size_t length;
+    bool whole;
+} kt_mjcf_formula;
+
+void kt_mjcf_put(kt_mjcf_formula *to, const char *text);
+void kt_mjcf_put_number(kt_mjcf_formula *to, double value);
+/* "2*position.a", "velocity.a": `quantity` is position or velocity. */
+void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint);
+/* The text for a description; NULL if it had no room, or there is no memory. */
+const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula);
+
+/* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */
+kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);
+
+static inline kt_mjcf_body *kt_mjcf_body_at(const kt_mjcf *m, int i) { return (kt_mjcf_body *)m->bodies.items + i; }
+/* Whether a body is another one, or is carried by it. */
+static inline bool kt_mjcf_is_carried(const kt_mjcf *m, int body, int by) {
+    while (body > by)
+        body = kt_mjcf_body_at(m, body)->parent;
+    return body == by;
+}
+/* The pose, in the parent, of the frame that MuJoCo uses for a body, at the reference position of its joints. */
+static inline kt_pose kt_mjcf_place_of(const kt_mjcf *m, int i) {
+    return kt_pose_compose(kt_mjcf_body_at(m, i)->pose, kt_mjcf_body_at(m, i)->frame);
+}
+static inline kt_mjcf_joint *kt_mjcf_joint_at(const kt_mjcf *m, int i) { return (kt_mjcf_joint *)m->joints.items + i; }
+/* Whether the bodies of two joints are the same, or one carries the other. */
+static inline bool kt_mjcf_is_chain(const kt_mjcf *m, int joint, int other) {
+    const int a = kt_mjcf_joint_at(m, joint)->body, b = kt_mjcf_joint_at(m, other)->body;
+    return kt_mjcf_is_carried(m, a > b ? a : b, a > b ? b : a);
+}
+static inline kt_mjcf_site *kt_mjcf_site_at(const kt_mjcf *m, int i) { return (kt_mjcf_site *)m->sites.items + i; }
+static inline kt_mjcf_tendon *kt_mjcf_tendon_at(const kt_mjcf *m, int i) {
+    return (kt_mjcf_tendon *)m->tendons.items + i;
+}
+static inline kt_mjcf_term *kt_mjcf_term_at(const kt_mjcf *m, int i) { return (kt_mjcf_term *)m->terms.items + i; }
+static inline int kt_mjcf_nq(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 7 : type == KT_MJCF_BALL ? 4 : 1; }
+static inline int kt_mjcf_nv(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 6 : type == KT_MJCF_BALL ? 3 : 1; }
+static inline bool kt_mjcf_is_scalar(const kt_mjcf_joint *j) { return j->type >= KT_MJCF_SLIDE; }
+
+#endif

@@ -1,0 +1,373 @@
+/* Models that a model in MJCF attaches. Elements of <asset> name their files. An <attach> element is the place for one
+ * of their bodies, or for all that is in their world.
+ *
+ * An attached model keeps its own settings and default classes. Its names get a prefix, and so do its references to
+ * them. Its other items (tendons, equalities, actuators, keyframes) are attached if all that they refer to is attached.
+ * Each attachment reads the file anew, and the sizes of all files are summed. No model may attach itself, directly or
+ * through others. */
+#include "robot/mjcf.h"
+
+#include <string.h>
+
+static const char no_document[] = "the file is attached within itself; a model cannot be a part of itself";
+
+bool kt_mjcf_is_within(const kt_mjcf *m, int document, int other) {
+    while (document >= 0 && document != other)
+        document = kt_mjcf_document_at(m, document)->parent;
+    return document == other;
+}
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+static int add_document(kt_mjcf *m, kt_element *root, int parent, const char *path, const char *prefix) {
+    kt_mjcf_document *d = kt_list_add(m->r, &m->r->scratch, &m->documents, sizeof *d);
+    if (d == NULL)
+        return -1;
+    *d = (kt_mjcf_document){.root = root, .parent = parent, .path = path, .prefix = prefix, .main = -2};
+    return m->documents.count - 1;
+}
+
+/* Whether a document, or one that attaches it, is a file. */
+static bool is_circle(const kt_mjcf *m, int document, const char *path) {
+    for (; document >= 0; document = kt_mjcf_document_at(m, document)->parent) {
+        const char *other = kt_mjcf_document_at(m, document)->path;
+        if (other != NULL && strcmp(other, path) == 0)
+            return true;
+    }
+    return false;
+}
+
+/* Reads the file of a <model>; NULL after reporting. */
+static kt_element *read_model(kt_mjcf *m, const kt_element *model, int document, const char **path) {
+    const char *file = kt_xml_attribute(model, "file");
+    if (file == NULL) {
+        (void)kt_mjcf_fault(m, model, "the attribute 'file' is missing");
+        return NULL;
+    }
+    *path = kt_mjcf_find_file(m, document, model, file);
+    if (*path == NULL)
+        return NULL;
+    if (is_circle(m, document, *path)) {
+        (void)kt_mjcf_fault(m, model, "%s", no_document);
+        return NULL;
+    }
+    kt_element *root = kt_include_read(m->r, model, *path, &m->included_bytes);
+    if (root == NULL || strcmp(root->name, "mujoco") == 0)
+        return root;
+    (void)kt_mjcf_fault(m, model, "%.200s begins with <%.40s>, not with <mujoco>", *path, root->name);
+    return NULL;
+}
+
+static bool is_equal(const char *a, const char *b) { return a != NULL && strcmp(a, b) == 0; }
+
+/* The root of the model that an asset of a document names; one without a name has that of its file's root. NULL after
+ * reporting. */
+static kt_element *find_model(kt_mjcf *m, const kt_element *e, int document, const char *name, const char **path) {
+    const kt_element *root = kt_mjcf_document_at(m, document)->root;
+    for (const kt_element *s = kt_xml_child(root, "asset"); s != NULL; s = kt_xml_next(s, "asset"))
+        for (const kt_element *a = kt_xml_child(s, "model"); a != NULL; a = kt_xml_next(a, "model"))
+            if (is_equal(kt_xml_attribute(a, "name"), name))
+                return read_model(m, a, document, path);
+    for (const kt_element *s = kt_xml_child(root, "asset"); s != NULL; s = kt_xml_next(s, "asset"))
+        for (const kt_element *a = kt_xml_child(s, "model"); a != NULL; a = kt_xml_next(a, "model")) {
+            kt_element *read = kt_xml_attribute(a, "name") == NULL ? read_model(m, a, document, path) : NULL;
+            if (kt_draft_is_wrong(&m->draft))
+                return NULL;
+            if (read != NULL && is_equal(kt_xml_attribute(read, "model"), name))
+                return read;
+        }
+    (void)kt_mjcf_fault(m, e, "there is no <model> %s in <asset>", kt_name_quote(name).text);
+    return NULL;
+}
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+/* Names of elements, and references to them. Classes need no prefix: each document has its own. */
+static bool has_prefix(const char *attribute) {
+    static const char *const names[] = {"name",   "body",          "body1",   "body2",     "joint",      "joint1",
+                                        "joint2", "jointinparent", "tendon",  "tendon1",   "tendon2",    "site",
+                                        "site1",  "site2",         "refsite", "cranksite", "slidersite", "mesh"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (strcmp(attribute, names[i]) == 0)
+            return true;
+    return false;
+}
+
+static void rename_attributes(kt_mjcf *m, kt_element *e, const char *prefix) {
+    size_t count = 0;
+    bool is_named = false;
+    for (; e->attributes[count] != NULL; count += 2)
+        is_named = is_named || has_prefix(e->attributes[count]);
+    const char **attributes = is_named ? kt_pool_take(&m->r->scratch, count + 1, sizeof *attributes) : NULL;
+    if (!is_named)
+        return;
+    if (attributes == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return;
+    }
+    for (size_t i = 0; i < count; i += 2) {
+        attributes[i] = e->attributes[i];
+        attributes[i + 1] = has_prefix(attributes[i]) && *e->attributes[i + 1] != '\0'
+                                ? kt_mjcf_join(m, e, prefix, e->attributes[i + 1])
+                                : e->attributes[i + 1];
+        if (attributes[i + 1] == NULL)
+            return;
+    }
+    e->attributes = attributes;
+}
+
+static void rename_all(kt_mjcf *m, kt_element *e, const char *prefix) {
+    rename_attributes(m, e, prefix);
+    for (kt_element *child = e->first; child != NULL && !kt_draft_is_wrong(&m->draft); child = child->next)
+        rename_all(m, child, prefix);
+}
+
+/* ---- joints of the whole model ----------------------------------------------------------------------------------- */
+
+static void list_joints(kt_mjcf *m, kt_element *within, kt_list *joints);
+
+/* Elements that are still in the whole after replicates are expanded get their class afterwards. The others remain
+ * orphans. */
+static void list_here(kt_mjcf *m, kt_element *within, const char *name, kt_list *joints) {
+    for (kt_element *e = within->first; e != NULL && !m->r->out_of_memory; e = e->next) {
+        if (strcmp(e->name, "frame") == 0) {
+            list_here(m, e, name, joints);
+        } else if (strcmp(e->name, name) == 0 && strcmp(name, "body") == 0) {
+            list_joints(m, e, joints);
+        } else if (strcmp(e->name, name) == 0) {
+            const kt_element **to = kt_list_add(m->r, &m->r->scratch, joints, sizeof *to);
+            if (to != NULL)
+                *to = e;
+            e->number = KT_MJCF_ORPHAN;
+        }
+    }
+}
+
+/* In the order of mjcf_body.c's collect_body: that of the numbers of a keyframe. */
+static void list_joints(kt_mjcf *m, kt_element *within, kt_list *joints) {
+    list_here(m, within, "joint", joints);
+    list_here(m, within, "freejoint", joints);
+    list_here(m, within, "body", joints);
+}
+
+/* ---- attaching --------------------------------------------------------------------------------------------------- */
+
+static kt_element *find_body(kt_element *within, const char *name) {
+    kt_element *found = NULL;
+    for (kt_element *e = within->first; e != NULL && found == NULL; e = e->next)
+        found = strcmp(e->name, "body") == 0 && is_equal(kt_xml_attribute(e, "name"), name) ? e : find_body(e, name);
+    return found;
+}
+
+static void unlink_element(kt_element *e) {
+    kt_element *parent = e->parent, *before = NULL;
+    for (kt_element *child = parent->first; child != e; child = child->next)
+        before = child;
+    (void)kt_mjcf_splice(parent, before, e, NULL);
+}
+
+/* A <frame> in place of an <attach>, for the contents of an element of the attached model. */
+static kt_element *make_frame(kt_mjcf *m, const kt_element *at, const kt_element *of) {
+    kt_element *frame = kt_pool_take(&m->r->scratch, 1, sizeof *frame);
+    if (frame == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    *frame = *at;
+    frame->name = "frame";
+    frame->attributes = of->attributes;
+    frame->document = of->document;
+    frame->first = frame->last = frame->next = NULL;
+    m->elements++;
+    return frame;
+}
+
+/* A <frame> for a body that is taken out of its surroundings. It has the class of the surroundings, in the body's
+ * document. */
+static kt_element *make_bare_frame(kt_mjcf *m, const kt_element *at, const kt_element *body) {
+    const kt_element *p = body->parent;
+    const char **attributes = kt_pool_take(&m->r->scratch, 3, sizeof *attributes);
+    if (attributes == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    while (p->parent != NULL && (p->document != body->document || kt_xml_attribute(p, "childclass") == NULL))
+        p = p->parent;
+    attributes[1] = p->document == body->document ? kt_xml_attribute(p, "childclass") : NULL;
+    attributes[0] = attributes[1] != NULL ? "childclass" : NULL;
+    attributes[2] = NULL;
+    return make_frame(m, at, &(kt_element){.attributes = attributes, .document = body->document});
+}
+
+/* Takes the body of a name out of a model, or all that is in its world, into frames below `to`. */
+static void take_bodies(kt_mjcf *m, const kt_element *e, const kt_mjcf_document *d, kt_element *to) {
+    const char *name = kt_xml_attribute(e, "body");
+    kt_element *body = NULL;
+    for (kt_element *w = kt_xml_child(d->root, "worldbody"); w != NULL && body == NULL;
+         w = kt_xml_next(w, "worldbody")) {
+        body = name != NULL ? find_body(w, name) : NULL;
+        if (name != NULL && body == NULL)
+            continue;
+        kt_element *frame = body != NULL ? make_bare_frame(m, e, body) : make_frame(m, e, w);
+        if (frame == NULL)
+            return;
+        kt_mjcf_hang_below(to, frame);
+        if (body != NULL) {
+            unlink_element(body);
+            kt_mjcf_hang_below(frame, body);
+            continue;
+        }
+        for (kt_element *child = w->first, *next; child != NULL; child = next) {
+            next = child->next;
+            kt_mjcf_hang_below(frame, child);
+        }
+        w->first = w->last = NULL;
+    }
+    if (name != NULL && body == NULL)
+        (void)kt_mjcf_fault(m, e, "body %s does not exist in the model", kt_name_quote(name).text);
+}
+
+/* Moves all sections of a model, except its bodies, settings and classes, to the model that attaches it. */
+static void take_sections(kt_element *from, kt_element *to) {
+    static const char *const kept[] = {"worldbody", "compiler", "default", "option", "size", "statistic", "visual"};
+    kt_element *e = from->first;
+    from->first = from->last = NULL;
+    for (kt_element *next; e != NULL; e = next) {
+        bool stays = false;
+        next = e->next;
+        for (size_t i = 0; i < sizeof kept / sizeof *kept; i++)
+            stays = stays || strcmp(e->name, kept[i]) == 0;
+        kt_mjcf_hang_below(stays ? from : to, e);
+    }
+}
+
+/* Options and the total mass concern the whole, so those of an attached model are counted as lost. */
+static void count_lost(kt_mjcf *m, int document) {
+    const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
+    const kt_element *option = kt_xml_child(d->root, "option");
+    if (option != NULL || d->settings.total_mass > 0.0)
+        kt_left_count(&m->lost_settings, option != NULL ? option : kt_xml_child(d->root, "compiler"));
+}
+
+static void expand_document(kt_mjcf *m, int document, int depth);
+
+/* Makes the contents that replace an <attach>, below `to`. */
+static void attach(kt_mjcf *m, const kt_element *e, int depth, kt_element *to) {
+    const char *name = kt_xml_attribute(e, "model"), *prefix = kt_xml_attribute(e, "prefix"), *path = NULL;
+    if (prefix == NULL) {
+        (void)kt_mjcf_fault(m, e, "the attribute 'prefix' is missing");
+        return;
+    }
+    if (name == NULL) {
+        kt_left_count(&m->attached, e);
+        return;
+    }
+    kt_element *root = find_model(m, e, e->document, name, &path);
+    const int document = root != NULL ? add_document(m, root, e->document, path, prefix) : -1;
+    if (document < 0)
+        return;
+    expand_document(m, document, depth);
+    if (kt_draft_is_wrong(&m->draft))
+        return;
+    count_lost(m, document);
+    kt_list joints = {.items = NULL};
+    for (kt_element *w = kt_xml_child(root, "worldbody"); w != NULL; w = kt_xml_next(w, "worldbody"))
+        list_joints(m, w, &joints);
+    kt_mjcf_document_at(m, document)->joints = joints;
+    take_bodies(m, e, kt_mjcf_document_at(m, document), to);
+    rename_all(m, to, prefix);
+    for (kt_element *s = root->first; s != NULL; s = s->next)
+        if (strcmp(s->name, "worldbody") != 0)
+            rename_all(m, s, prefix);
+    take_sections(root, kt_mjcf_document_at(m, e->document)->root);
+}
+
+static bool has_bodies(const kt_element *e) {
+    return strcmp(e->name, "worldbody") == 0 || strcmp(e->name, "body") == 0 || strcmp(e->name, "frame") == 0 ||
+           strcmp(e->name, "replicate") == 0;
+}
+
+/* Expands the world, bodies and their frames, and replicates. Contents that are attached have been expanded before. */
+static void attach_within(kt_mjcf *m, kt_element *parent, int depth) {
+    static const char *const none[] = {NULL};
+    kt_element *before = NULL;
+    for (kt_element *e = parent->first, *next; e != NULL && !kt_draft_is_wrong(&m->draft); e = next) {
+        next = e->next;
+        if (strcmp(e->name, "attach") != 0) {
+            attach_within(m, e, depth + 1);
+            before = e;
+            continue;
+        }
+        if (!has_bodies(parent)) {
+            (void)kt_mjcf_fault(m, e, "it stands in <%.40s>; put it into <worldbody>, <body>, <frame> or <replicate>",
+                                parent->name);
+            return;
+        }
+        kt_element attached = {.name = "frame", .attributes = none, .document = e->document};
+        attach(m, e, depth, &attached);
+        (void)kt_mjcf_splice(parent, before, e, &attached);
+        before = attached.last != NULL ? attached.last : before;
+    }
+}
+
+static void expand_document(kt_mjcf *m, int document, int depth) {
+    kt_mjcf_include(m, document, depth);
+    kt_mjcf_read_settings(m, document);
+    attach_within(m, kt_mjcf_document_at(m, document)->root, depth);
+    if (!kt_draft_is_wrong(&m->draft))
+        kt_mjcf_replicate(m, document);
+}
+
+void kt_mjcf_expand(kt_mjcf *m) {
+    if (add_document(m, m->root, -1, m->source->folder != NULL ? m->source->path : NULL, "") == 0)
+        expand_document(m, 0, 0);
+}
+
+/* ---- what is incomplete ----------------------------------------------------------------------------------------- */
+
+/* Whether all that an element and those in it refer to exists. */
+static bool is_complete(const kt_mjcf *m, const kt_element *e) {
+    static const struct {
+        const char *attribute;
+        int scope;
+    } references[] = {{"body", KT_MJCF_BODIES},
+                      {"body1", KT_MJCF_BODIES},
+                      {"body2", KT_MJCF_BODIES},
+                      {"joint", KT_MJCF_JOINTS},
+                      {"joint1", KT_MJCF_JOINTS},
+                      {"joint2", KT_MJCF_JOINTS},
+                      {"jointinparent", KT_MJCF_JOINTS},
+                      {"site", KT_MJCF_SITES},
+                      {"site1", KT_MJCF_SITES},
+                      {"site2", KT_MJCF_SITES},
+                      {"refsite", KT_MJCF_SITES},
+                      {"cranksite", KT_MJCF_SITES},
+                      {"slidersite", KT_MJCF_SITES},
+                      {"tendon", KT_MJCF_COMPLETE_TENDONS},
+                      {"tendon1", KT_MJCF_COMPLETE_TENDONS},
+                      {"tendon2", KT_MJCF_COMPLETE_TENDONS}};
+    for (size_t i = 0; i < sizeof references / sizeof *references; i++) {
+        const char *name = kt_xml_attribute(e, references[i].attribute);
+        if (name != NULL && kt_names_find(&m->names, references[i].scope, name) < 0)
+            return false;
+    }
+    for (const kt_element *child = e->first; child != NULL; child = child->next)
+        if (!is_complete(m, child))
+            return false;
+    return true;
+}
+
+void kt_mjcf_mark_incomplete(kt_mjcf *m) {
+    static const char *const sections[] = {"tendon", "equality", "actuator"};
+    for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
+        for (kt_element *e = kt_mjcf_section_of_all(m, sections[i], NULL); e != NULL;
+             e = kt_mjcf_section_of_all(m, sections[i], e)) {
+            const char *name = kt_xml_attribute(e, "name");
+            if (e->document > 0 && !is_complete(m, e)) {
+                e->number = KT_MJCF_INCOMPLETE;
+                kt_left_count(&m->incomplete, e);
+            } else if (i == 0 && name != NULL) {
+                (void)kt_names_add(&m->names, KT_MJCF_COMPLETE_TENDONS, name, 0);
+            }
+        }
+}

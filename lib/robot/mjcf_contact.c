@@ -1,0 +1,288 @@
+/* Contacts of MJCF between planes that do not move and geoms that do (contact.c).
+ *
+ * Two geoms touch if a <pair> names them. They also touch if no <exclude> has their bodies and their masks allow it:
+ *     (contype1 & conaffinity2) | (contype2 & conaffinity1) != 0.
+ * Their numbers are those of the geom with the higher priority. At equal priority, friction and condim are the larger
+ * values, and solimp and solref are means with the weights solmix. If a solref is not positive, the smaller values
+ * apply.
+ *
+ * MuJoCo's contact is an acceleration -b v - d k x of the surfaces. Its impedance d(x) acts against the mobility A of
+ * the touching body. At rest under a force N, the depth x follows from
+ *     A N (1 - d) / d = k d x.
+ * Under a friction force T the contact creeps, with the `impratio` r, at the speed
+ *     v = A T (1 - d) / (d b r).
+ * For a pyramidal cone, the first factor applies to v, and the second factor applies to A N:
+ *     f1 = 1 + mu^2,   f2 = (1 + mu^2) mu^2 / (2 r).
+ *
+ * A contact here has the force
+ *     N = K x^m (1 + 3/2 c x').
+ * It has MuJoCo's depth x1 under an eighth of the robot's weight, and MuJoCo's depth x2 under half of it. Damping and
+ * creep are those of MuJoCo at x1. The contact begins at the distance margin - gap, as in MuJoCo. */
+#include "robot/mjcf.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The least mobility, relative to that of the whole robot. A body that turns about its centre of mass has none of its
+ * own. */
+static const double LEAST = 0.01;
+
+typedef struct law {
+    double friction, condim, priority, mix, reference[2], impedance[5];
+    double distance; /* of the surfaces at which it begins */
+} law;
+
+typedef struct surface {
+    const kt_element *element;
+    int body;
+    bool is_plane;
+    kt_solid solid;
+    double size[3];
+    kt_pose pose; /* in its body */
+    unsigned type, affinity;
+    law law;
+} surface;
+
+static surface *surface_at(const kt_mjcf *m, int i) { return (surface *)m->surfaces.items + i; }
+
+static void read_law(kt_mjcf *m, const kt_element *e, const char *tag, law *l) {
+    double friction[5] = {l->friction};
+    const bool has_margin = kt_mjcf_text(m, e, tag, "margin") != NULL || kt_mjcf_text(m, e, tag, "gap") != NULL;
+    (void)kt_mjcf_numbers(m, e, tag, "friction", 1, 5, friction);
+    (void)kt_mjcf_numbers(m, e, tag, "solref", 1, 2, l->reference);
+    (void)kt_mjcf_numbers(m, e, tag, "solimp", 1, 5, l->impedance);
+    l->friction = friction[0];
+    l->condim = kt_mjcf_number(m, e, tag, "condim", l->condim);
+    l->priority = kt_mjcf_number(m, e, tag, "priority", l->priority);
+    l->mix = kt_mjcf_number(m, e, tag, "solmix", l->mix);
+    if (has_margin)
+        l->distance = kt_mjcf_number(m, e, tag, "margin", 0.0) - kt_mjcf_number(m, e, tag, "gap", 0.0);
+}
+
+static const law standard = {
+    .friction = 1.0, .condim = 3.0, .mix = 1.0, .reference = {0.02, 1.0}, .impedance = {0.9, 0.95, 0.001, 0.5, 2.0}};
+
+void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3],
+                         kt_pose pose) {
+    surface *s = kt_list_add(m->r, &m->r->scratch, &m->surfaces, sizeof *s);
+    const char *type = kt_mjcf_text(m, e, "geom", "type");
+    if (s == NULL)
+        return;
+    *s = (surface){.element = e, .body = body, .solid = solid, .pose = pose, .law = standard};
+    s->is_plane = type != NULL && strcmp(type, "plane") == 0;
+    memcpy(s->size, size, sizeof s->size);
+    s->type = (unsigned)kt_mjcf_number(m, e, "geom", "contype", 1.0);
+    s->affinity = (unsigned)kt_mjcf_number(m, e, "geom", "conaffinity", 1.0);
+    read_law(m, e, "geom", &s->law);
+}
+
+static law mix_laws(const law *a, const law *b) {
+    const double sum = a->mix + b->mix, part = sum > 0.0 ? a->mix / sum : 0.5;
+    const bool is_direct = a->reference[0] <= 0.0 || b->reference[0] <= 0.0;
+    law l = a->priority > b->priority ? *a : *b;
+    l.distance = a->distance + b->distance;
+    if (a->priority != b->priority)
+        return l;
+    l.friction = fmax(a->friction, b->friction);
+    l.condim = fmax(a->condim, b->condim);
+    for (int i = 0; i < 2; i++)
+        l.reference[i] = is_direct ? fmin(a->reference[i], b->reference[i])
+                                   : part * a->reference[i] + (1.0 - part) * b->reference[i];
+    for (int i = 0; i < 5; i++)
+        l.impedance[i] = part * a->impedance[i] + (1.0 - part) * b->impedance[i];
+    return l;
+}
+
+/* d(x), which rises from the first to the second number within the third. */
+static double impedance_at(const law *l, double x) {
+    const double *p = l->impedance, middle = fmin(fmax(p[3], 1e-4), 0.9999), power = fmax(p[4], 1.0);
+    const double low = fmin(fmax(p[0], 1e-4), 0.9999), high = fmin(fmax(p[1], 1e-4), 0.9999);
+    const double part = p[2] > 0.0 ? fmin(x / p[2], 1.0) : 1.0;
+    const double share = part <= middle ? pow(part, power) / pow(middle, power - 1.0)
+                                        : 1.0 - pow(1.0 - part, power) / pow(1.0 - middle, power - 1.0);
+    return low + share * (high - low);
+}
+
+/* k and b, by a time constant and a damping ratio, or by their own numbers below zero. */
+static void spring_of(const law *l, double shortest, double *k, double *b) {
+    const double most = fmin(fmax(l->impedance[1], 1e-4), 0.9999), time = fmax(l->reference[0], shortest);
+    const bool is_direct = l->reference[0] <= 0.0;
+    *k = is_direct ? -l->reference[0] / (most * most)
+                   : 1.0 / (most * most * time * time * l->reference[1] * l->reference[1]);
+    *b = is_direct ? -l->reference[1] / most : 2.0 / (most * time);
+}
+
+/* The depth under a force, by halving: k d^2 x / (1 - d) rises with x. */
+static double depth_under(const law *l, double k, double mobility, double force) {
+    double low = 0.0, high = 1e3;
+    for (int i = 0; i < 100; i++) {
+        const double x = 0.5 * (low + high), d = impedance_at(l, x);
+        if (k * d * d * x < (1.0 - d) * mobility * force)
+            low = x;
+        else
+            high = x;
+    }
+    return high;
+}
+
+/* Settings of <option> for contacts. */
+typedef struct cone {
+    double shortest, ratio; /* time constant; impratio */
+    bool is_pyramid;
+} cone;
+
+static cone read_cone(kt_mjcf *m) {
+    static const char *const words[] = {"pyramidal", "elliptic", NULL};
+    cone c = {.ratio = 1.0};
+    double step = 0.002;
+    int type = 0;
+    for (const kt_element *e = kt_xml_child(m->root, "option"); e != NULL; e = kt_xml_next(e, "option")) {
+        step = kt_mjcf_number(m, e, NULL, "timestep", step);
+        c.ratio = kt_mjcf_number(m, e, NULL, "impratio", c.ratio);
+        type = kt_mjcf_choice(m, e, NULL, "cone", words, type);
+    }
+    c.is_pyramid = type == 0;
+    c.shortest = 2.0 * step;
+    return c;
+}
+
+/* K, m, c, mu and v0. */
+static void set_spring(const law *l, const cone *of, double mobility, double weight, kt_contact_shape *shape) {
+    const double mu = l->condim > 1.0 ? l->friction : 0.0, edges = of->is_pyramid && mu > 0.0 ? 1.0 + mu * mu : 1.0;
+    const double across = edges > 1.0 ? edges * mu * mu / (2.0 * of->ratio) : 1.0;
+    double k, b;
+    spring_of(l, of->shortest, &k, &b);
+    const double x1 = depth_under(l, k, across * mobility, weight / 8.0), d = impedance_at(l, x1);
+    const double x2 = depth_under(l, k, across * mobility, weight / 2.0);
+    shape->exponent = fmax(1.0, log(4.0) / log(x2 / x1));
+    shape->stiffness = weight / 8.0 / pow(x1, shape->exponent);
+    shape->dissipation = 2.0 * b / (3.0 * k * d * x1);
+    shape->friction = mu;
+    shape->slip = fmax(1e-6, mu * weight / 8.0 * edges * mobility * (1.0 - d) / (d * b * of->ratio));
+}
+
+/* Whether no joint moves a body. */
+static bool is_still(const kt_mjcf *m, int body) {
+    bool still = true;
+    for (int i = body; i > 0; i = kt_mjcf_body_at(m, i)->parent)
+        still = still && kt_mjcf_body_at(m, i)->joint_count == 0;
+    return still;
+}
+
+/* The mass of all that the root of a body carries. */
+static double tree_mass(const kt_mjcf *m, int body) {
+    int root = body;
+    double mass = 0.0;
+    while (kt_mjcf_body_at(m, root)->parent > 0)
+        root = kt_mjcf_body_at(m, root)->parent;
+    for (int i = root; i < m->bodies.count; i++)
+        mass += kt_mjcf_is_carried(m, i, root) ? kt_mjcf_body_at(m, i)->mass : 0.0;
+    return mass;
+}
+
+/* ---- which touch ------------------------------------------------------------------------------------------------- */
+
+static bool has_name(const kt_element *e, const char *attribute, const kt_element *pair) {
+    const char *name = kt_xml_attribute(e, "name"), *wanted = kt_xml_attribute(pair, attribute);
+    return name != NULL && wanted != NULL && strcmp(name, wanted) == 0;
+}
+
+/* The <pair> of two geoms; NULL: there is none. */
+static const kt_element *find_pair(const kt_mjcf *m, const kt_element *a, const kt_element *b) {
+    for (const kt_element *e = kt_mjcf_section(m, "contact", NULL); e != NULL; e = kt_mjcf_section(m, "contact", e))
+        if (strcmp(e->name, "pair") == 0 && ((has_name(a, "geom1", e) && has_name(b, "geom2", e)) ||
+                                             (has_name(a, "geom2", e) && has_name(b, "geom1", e))))
+            return e;
+    return NULL;
+}
+
+static bool is_excluded(const kt_mjcf *m, int a, int b) {
+    const int bodies[2] = {a, b};
+    for (const kt_element *e = kt_mjcf_section(m, "contact", NULL); e != NULL; e = kt_mjcf_section(m, "contact", e)) {
+        int found[2];
+        if (strcmp(e->name, "exclude") != 0)
+            continue;
+        for (int i = 0; i < 2; i++) {
+            const char *name = kt_xml_attribute(e, i == 0 ? "body1" : "body2");
+            found[i] = name != NULL ? kt_names_find(&m->names, KT_MJCF_BODIES, name) : -1;
+        }
+        if ((found[0] == bodies[0] && found[1] == bodies[1]) || (found[0] == bodies[1] && found[1] == bodies[0]))
+            return true;
+    }
+    return false;
+}
+
+static bool masks_allow(const surface *a, const surface *b) {
+    return (a->type & b->affinity) != 0 || (b->type & a->affinity) != 0;
+}
+
+/* Whether two geoms touch, and how. */
+static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, law *l) {
+    const kt_element *pair = find_pair(m, plane->element, s->element);
+    *l = mix_laws(&plane->law, &s->law);
+    if (pair != NULL)
+        read_law(m, pair, "pair", l);
+    return pair != NULL || (masks_allow(plane, s) && !is_excluded(m, plane->body, s->body));
+}
+
+/* ---- effects ----------------------------------------------------------------------------------------------------- */
+
+static void add_plane_contacts(kt_mjcf *m, const cone *of, const surface *plane, const surface *s) {
+    const kt_mjcf_body *b = kt_mjcf_body_at(m, s->body);
+    const char *name = kt_xml_attribute(s->element, "name");
+    const double g = kt_vec3_norm(m->gravity), mass = tree_mass(m, s->body);
+    law l;
+    if (!find_law(m, plane, s, &l))
+        return;
+    kt_contact_shape shape = {.element = s->element,
+                              .name = name != NULL && *name != '\0' ? name : b->name,
+                              .body = b->name,
+                              .names = &m->effects_named,
+                              .solid = s->solid,
+                              .pose = s->pose};
+    memcpy(shape.size, s->size, sizeof shape.size);
+    kt_ground ground = {.body = plane->body > 0 ? kt_mjcf_body_at(m, plane->body)->name : NULL, .pose = plane->pose};
+    ground.pose.position =
+        kt_vec3_add(ground.pose.position, kt_vec3_scale(l.distance, ground.pose.rotation.z)); /* the normal */
+    if (mass > 0.0)
+        set_spring(&l, of, fmax(b->mobility, LEAST / mass), mass * (g > 0.0 ? g : 9.81), &shape);
+    if (!(shape.stiffness > 0.0) || !kt_contact_add(&m->draft, &shape, &ground))
+        kt_left_count(&m->contacts_lost, s->element);
+    else
+        kt_left_count(&m->contacts_made, s->element);
+}
+
+/* Geoms of moving bodies that could touch one another: neighbours do not. */
+static void count_others(kt_mjcf *m) {
+    for (int i = 0; i < m->surfaces.count; i++)
+        for (int k = 0; k < i; k++) {
+            const surface *a = surface_at(m, i), *b = surface_at(m, k);
+            const bool are_near = a->body == b->body || kt_mjcf_body_at(m, a->body)->parent == b->body ||
+                                  kt_mjcf_body_at(m, b->body)->parent == a->body;
+            if (!a->is_plane && !b->is_plane && !are_near && masks_allow(a, b) &&
+                !(is_still(m, a->body) && is_still(m, b->body))) {
+                kt_left_count(&m->contacts_between, a->element);
+                break;
+            }
+        }
+}
+
+void kt_mjcf_contacts(kt_mjcf *m) {
+    const kt_robot_options *o = m->source->options;
+    surface floor = {.element = m->root, .is_plane = true, .type = ~0U, .affinity = ~0U, .law = standard};
+    if (!o->contacts)
+        return;
+    const cone of = read_cone(m);
+    floor.pose = kt_pose_identity();
+    floor.pose.position.z = o->ground;
+    for (int p = o->has_ground ? -1 : 0; p < m->surfaces.count && !m->r->out_of_memory; p++) {
+        const surface *plane = p < 0 ? &floor : surface_at(m, p);
+        if (!plane->is_plane || !is_still(m, plane->body))
+            continue;
+        kt_left_count(&m->planes, plane->element);
+        for (int i = 0; i < m->surfaces.count && !m->r->out_of_memory; i++)
+            if (!surface_at(m, i)->is_plane && !is_still(m, surface_at(m, i)->body))
+                add_plane_contacts(m, &of, plane, surface_at(m, i));
+    }
+    count_others(m);
+}

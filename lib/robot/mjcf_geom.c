@@ -1,0 +1,275 @@
+/* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
+#include "algebra/principal.h"
+#include "robot/mjcf.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+typedef enum geom_type { PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF } geom_type;
+static const char *const geom_words[] = {"plane",    "hfield", "sphere", "capsule", "ellipsoid",
+                                         "cylinder", "box",    "mesh",   "sdf",     NULL};
+static const kt_solid solids[] = {
+    [PLANE] = KT_SOLID_NONE,      [HFIELD] = KT_SOLID_NONE,         [SPHERE] = KT_SOLID_SPHERE,
+    [CAPSULE] = KT_SOLID_CAPSULE, [ELLIPSOID] = KT_SOLID_ELLIPSOID, [CYLINDER] = KT_SOLID_CYLINDER,
+    [BOX] = KT_SOLID_BOX,         [MESH] = KT_SOLID_NONE,           [SDF] = KT_SOLID_NONE};
+
+/* A geom: its solid, its pose in the body, and its mass and inertia. */
+typedef struct geom {
+    geom_type type;
+    double size[3]; /* half sizes; radius, half length */
+    kt_pose pose;
+    double mass;
+    kt_vec3 com;     /* body frame */
+    kt_sym3 inertia; /* about com, body axes */
+    bool is_lost;    /* a mesh of unknown mass */
+    bool is_shell;   /* the mass is that of the surface */
+    const kt_enclosed *mesh;
+} geom;
+
+/* ---- solids ------------------------------------------------------------------------------------------------------ */
+
+/* How many numbers of `size` a type has, without and with `fromto`. */
+static int sizes_of(geom_type type, bool has_ends) {
+    const bool is_round = type == SPHERE || ((type == CAPSULE || type == CYLINDER) && has_ends);
+    const bool is_long = type == CAPSULE || type == CYLINDER;
+    if (is_round || ((type == BOX || type == ELLIPSOID) && has_ends))
+        return 1;
+    return is_long ? 2 : type == BOX || type == ELLIPSOID ? 3 : 0;
+}
+
+static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
+    double ends[6];
+    const bool has_ends = kt_mjcf_text(m, e, "geom", "fromto") != NULL;
+    const int need = sizes_of(g->type, has_ends);
+    const int count = kt_mjcf_numbers(m, e, "geom", "size", 1, 3, g->size);
+    for (int i = 0; i < need; i++)
+        if (i >= count || !(g->size[i] > 0.0)) {
+            (void)kt_mjcf_fault(m, e, "size: a %s needs %d number%s above zero", geom_words[g->type], need,
+                                need > 1 ? "s" : "");
+            g->size[0] = g->size[1] = g->size[2] = 1.0;
+            return;
+        }
+    if (!has_ends || need != 1 || kt_mjcf_numbers(m, e, "geom", "fromto", 6, 6, ends) != 6)
+        return;
+    const double half = 0.5 * kt_vec3_norm(kt_vec3_make(ends[3] - ends[0], ends[4] - ends[1], ends[5] - ends[2]));
+    g->size[1] = g->size[2] = half;
+    if (g->type == BOX || g->type == ELLIPSOID)
+        g->size[1] = g->size[0];
+}
+
+static double volume_of(const geom *g) {
+    if (g->type == MESH)
+        return g->mesh != NULL ? fmax(g->mesh->volume, 0.0) : 0.0;
+    return g->is_shell ? kt_shell_area(solids[g->type], g->size) : kt_solid_volume(solids[g->type], g->size);
+}
+
+/* Whether `shellinertia` makes a shell of a geom. An ellipsoid keeps the mass of a solid, and is counted. */
+static bool is_shell(kt_mjcf *m, const kt_element *e, const geom *g) {
+    if (g->type == MESH || !kt_mjcf_flag(m, e, "geom", "shellinertia", false))
+        return false;
+    if (g->type == ELLIPSOID)
+        kt_unknown_count(&m->changes, "shellinertia of an ellipsoid, which has the mass of a solid", e);
+    return g->type != ELLIPSOID;
+}
+
+/* ---- geoms ------------------------------------------------------------------------------------------------------- */
+
+/* Whether a geom is one of those that have mass. */
+static bool counts(kt_mjcf *m, const kt_element *e) {
+    const double group = kt_mjcf_number(m, e, "geom", "group", 0.0);
+    return m->geoms_have_mass && group >= m->body_settings->group_first && group <= m->body_settings->group_last;
+}
+
+static void set_moments(geom *g, double volume) {
+    const kt_solid solid = solids[g->type];
+    const kt_vec3 moments =
+        kt_vec3_scale(g->mass, g->is_shell ? kt_shell_moments(solid, g->size) : kt_solid_moments(solid, g->size));
+    g->inertia = kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
+    if (g->mesh == NULL)
+        return;
+    g->com = kt_pose_apply(g->pose, g->mesh->com);
+    g->inertia = kt_sym3_scaled(g->mass / volume, kt_sym3_rotate(g->pose.rotation, g->mesh->inertia));
+}
+
+/* The mass that a geom gives to its body. A mesh is read only if its mass is needed. */
+static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
+    const bool by_options = m->source->options->density > 0.0 && kt_mjcf_text(m, e, "geom", "density") == NULL;
+    const double standard = by_options ? m->source->options->density : 1000.0;
+    double mass = 0.0, density = kt_mjcf_number(m, e, "geom", "density", standard);
+    const bool has_mass = kt_mjcf_numbers(m, e, "geom", "mass", 1, 1, &mass) == 1;
+    if (mass < 0.0 || density < 0.0)
+        (void)kt_mjcf_fault(m, e, "mass and density cannot be below zero");
+    if (!counts(m, e) || !((has_mass ? mass : density) > 0.0))
+        return;
+    if (g->type == MESH && !is_fitted)
+        g->mesh = kt_mjcf_find_mesh(m, e);
+    g->is_shell = is_shell(m, e, g);
+    const double volume = volume_of(g);
+    g->is_lost = g->type == MESH && !(volume > 0.0);
+    if (!(volume > 0.0))
+        return;
+    g->mass = has_mass ? mass : density * volume;
+    if (by_options && !has_mass)
+        kt_left_count(&m->by_density, e);
+    set_moments(g, volume);
+}
+
+static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
+    geom g = {.type = (geom_type)kt_mjcf_choice(m, e, "geom", "type", geom_words, SPHERE)};
+    g.pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "geom"));
+    g.com = g.pose.position;
+    const bool is_fitted = g.type != MESH && kt_mjcf_text(m, e, "geom", "mesh") != NULL;
+    if (is_fitted)
+        g.type = MESH; /* a solid that MuJoCo fits to the mesh */
+    if (sizes_of(g.type, false) > 0)
+        read_size(m, e, &g);
+    set_mass(m, e, &g, is_fitted);
+    return g;
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
+
+/* MuJoCo shows groups 0 to 2; the others are collisions of bodies that have visuals, too. */
+static bool is_visual(kt_mjcf *m, const kt_element *e) { return kt_mjcf_number(m, e, "geom", "group", 0.0) <= 2.0; }
+
+static void find_visual(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    (void)body, (void)frame;
+    m->has_visuals = m->has_visuals || is_visual(m, e);
+}
+
+static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g) {
+    const bool is_drawn = solids[g->type] != KT_SOLID_NONE;
+    if (kt_mjcf_number(m, e, "geom", "contype", 1.0) != 0.0 || kt_mjcf_number(m, e, "geom", "conaffinity", 1.0) != 0.0)
+        kt_left_count(&m->contacts, e);
+    if (m->has_visuals && !is_visual(m, e))
+        return;
+    if (body == 0 || (!is_drawn && g->type != MESH)) {
+        kt_left_count(&m->pictures, e);
+    } else if (g->type == MESH) {
+        kt_mjcf_draw_mesh(m, e, g->pose);
+    } else {
+        (void)kt_appearance_add_solid(&m->appearance, e, solids[g->type], g->size, g->pose);
+    }
+}
+
+/* Keeps the picture of a body, after its geoms have been read. */
+static void keep_picture(kt_mjcf *m, kt_mjcf_body *b) {
+    kt_body body = kt_body_default();
+    body.name = b->name;
+    kt_appearance_end(&m->appearance, !m->has_visuals, b->element, &body);
+    b->shape = body.shape;
+    b->shapes = body.shapes;
+    b->shape_count = body.shape_count;
+}
+
+/* ---- all geoms of a body ----------------------------------------------------------------------------------------- */
+
+/* Adds a geom to the mass, first moment and inertia about the body's origin. */
+static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    const geom g = read_geom(m, e, frame);
+    b->heavy_geoms += g.mass > 0.0;
+    b->has_mesh = b->has_mesh || g.mesh != NULL;
+    if (g.mass > 0.0)
+        b->inertial = (kt_pose){.rotation = g.pose.rotation, .position = g.com};
+    b->mass += g.mass;
+    b->com = kt_vec3_add(b->com, kt_vec3_scale(g.mass, g.com));
+    b->inertia = kt_sym3_add(b->inertia, kt_sym3_shift(g.inertia, g.mass, g.com));
+    b->lost_meshes += g.is_lost;
+    add_picture(m, e, body, &g);
+    kt_mjcf_add_surface(m, e, body, solids[g.type], g.size, g.pose);
+}
+
+/* Moves the sums to the centre of mass. */
+static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
+    if (b->lost_meshes > 0)
+        kt_note_massless(&m->massless_names, &m->mesh_masses, b->name, b->element);
+    if (!(b->mass > 0.0))
+        return;
+    b->com = kt_vec3_scale(1.0 / b->mass, b->com);
+    b->inertia = kt_sym3_shift(b->inertia, -b->mass, b->com);
+    b->has_axes = b->heavy_geoms == 1 && !b->has_mesh;
+    kt_left_count(&m->by_geoms, b->element);
+}
+
+/* ---- <inertial> -------------------------------------------------------------------------------------------------- */
+
+static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
+    const kt_pose pose = kt_mjcf_pose(m, e, NULL);
+    double full[6] = {0.0};
+    b->com = pose.position;
+    if (kt_xml_attribute(e, "mass") == NULL || kt_xml_attribute(e, "pos") == NULL)
+        (void)kt_mjcf_fault(m, e, "the attribute '%s' is missing",
+                            kt_xml_attribute(e, "mass") == NULL ? "mass" : "pos");
+    b->mass = kt_mjcf_number(m, e, NULL, "mass", 0.0);
+    if (kt_mjcf_numbers(m, e, NULL, "fullinertia", 6, 6, full) == 0)
+        (void)kt_mjcf_numbers(m, e, NULL, "diaginertia", 3, 3, full);
+    b->inertial = pose;
+    b->has_axes = full[3] == 0.0 && full[4] == 0.0 && full[5] == 0.0;
+    b->inertia = kt_sym3_rotate(pose.rotation, kt_sym3_make(full[0], full[1], full[2], full[3], full[4], full[5]));
+}
+
+void kt_mjcf_masses(kt_mjcf *m, int body) {
+    kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    const kt_element *inertial = body > 0 ? kt_xml_child(b->element, "inertial") : NULL;
+    m->body_settings = kt_mjcf_settings_of(m, b->element);
+    const kt_mjcf_from_geom how = m->body_settings->from_geom;
+    m->geoms_have_mass = body > 0 && (how == KT_MJCF_ALWAYS || (how == KT_MJCF_AUTO && inertial == NULL));
+    m->has_visuals = false;
+    kt_mjcf_for_each(m, b->element, "geom", body, find_visual);
+    kt_appearance_begin(&m->appearance, b->name);
+    kt_mjcf_for_each(m, b->element, "geom", body, add_geom);
+    keep_picture(m, b);
+    if (m->geoms_have_mass)
+        centre_geoms(m, b);
+    else if (inertial != NULL)
+        read_inertial(m, inertial, b);
+}
+
+/* ---- the compiler's settings ------------------------------------------------------------------------------------- */
+
+/* Principal moments below the least become the least. */
+static void bound_inertia(kt_mjcf *m, double least, kt_mjcf_body *b) {
+    const kt_mat3 axes = kt_principal_axes(b->inertia);
+    const kt_sym3 d = kt_sym3_rotate(kt_mat3_transpose(axes), b->inertia);
+    if (d.xx >= least && d.yy >= least && d.zz >= least)
+        return;
+    b->inertia = kt_sym3_rotate(axes, kt_sym3_make(fmax(d.xx, least), fmax(d.yy, least), fmax(d.zz, least), 0, 0, 0));
+    kt_left_count(&m->bounded, b->element);
+}
+
+/* An inertia that no body has becomes that of a sphere with the same trace. */
+static void balance(kt_mjcf *m, kt_mjcf_body *b) {
+    const double mean = (b->inertia.xx + b->inertia.yy + b->inertia.zz) / 3.0;
+    if (kt_inertia_check(b->inertia, NULL) != KT_INERTIA_TRIANGLE)
+        return;
+    b->inertia = kt_sym3_make(mean, mean, mean, 0.0, 0.0, 0.0);
+    kt_left_count(&m->balanced, b->element);
+}
+
+void kt_mjcf_settle_masses(kt_mjcf *m) {
+    double total = 0.0;
+    for (int i = 1; i < m->bodies.count; i++) {
+        kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        const kt_mjcf_settings *s = kt_mjcf_settings_of(m, b->element);
+        if (b->mass < s->mass_least) {
+            b->mass = s->mass_least;
+            kt_left_count(&m->bounded, b->element);
+        }
+        if (s->least > 0.0)
+            bound_inertia(m, s->least, b);
+        if (s->balance)
+            balance(m, b);
+        total += b->mass;
+    }
+    const double wanted = kt_mjcf_settings_of(m, m->root)->total_mass; /* of the whole: no attached model's */
+    if (!(wanted > 0.0) || !(total > 0.0))
+        return;
+    const double scale = wanted / total;
+    for (int i = 1; i < m->bodies.count; i++) {
+        kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        b->mass *= scale;
+        b->inertia = kt_sym3_scaled(scale, b->inertia);
+    }
+}

@@ -1,0 +1,151 @@
+/* Effective inertias of joints and mobilities of bodies of a model in MJCF, at its reference positions.
+ *
+ * `springdamper` defines stiffness and damping relative to the inertia of the joint. A joint of n coordinates has
+ *     I = n / sum_i (M^-1)_ii
+ * with the mass matrix M of the tree. A fixed tendon of length L = c'q adds armature c c' to M, for pairs of joints of
+ * which one carries the other. A joint with the time constant T and the damping ratio z then has
+ *     stiffness = I / (T z)^2,   damping = 2 I / T.
+ *
+ * Contacts are softer if the touching body is lighter. The mobility of a body is the mean of (J M^-1 J')_ii over the
+ * three directions, with the Jacobian J of its centre of mass.
+ */
+#include "kinetree/dynamics.h"
+#include "linear/cholesky.h"
+#include "robot/mjcf.h"
+
+#include <string.h>
+
+static bool is_asked(kt_mjcf *m, const kt_mjcf_joint *j) {
+    double v[2] = {0.0, 0.0};
+    return kt_mjcf_numbers(m, j->element, j->tag, "springdamper", 2, 2, v) == 2 && v[0] > 0.0 && v[1] > 0.0;
+}
+
+/* The tree at the reference positions. */
+static kt_status compile_reference(const kt_mjcf *m, kt_body *bodies, kt_model **model, kt_error *error) {
+    kt_description d = kt_description_default();
+    memcpy(bodies, m->draft.bodies.items, (size_t)m->draft.bodies.count * sizeof *bodies);
+    for (int i = 0; i < m->joints.count; i++) {
+        const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
+        kt_joint *joint = &bodies[j->carrier_index].joint;
+        memcpy(joint->position, kt_joint_default().position, sizeof joint->position);
+        memcpy(joint->velocity, kt_joint_default().velocity, sizeof joint->velocity);
+        if (kt_mjcf_is_scalar(j))
+            joint->position[0] = j->ref;
+    }
+    d.bodies = bodies;
+    d.body_count = m->draft.bodies.count;
+    d.inertia_check = KT_INERTIA_ACCEPT;
+    return kt_model_compile(&d, NULL, model, error);
+}
+
+/* The coordinates of a joint in the model; none (nv = 0) if the model does not have it. */
+static kt_coordinates coordinates_of(const kt_mjcf *m, const kt_model *model, const kt_mjcf_joint *j) {
+    const kt_body *bodies = m->draft.bodies.items;
+    for (int b = 1; b < kt_model_body_count(model); b++)
+        if (strcmp(kt_body_name(model, b), bodies[j->carrier_index].name) == 0)
+            return kt_body_coordinates(model, b);
+    return (kt_coordinates){.nv = 0};
+}
+
+static void add_tendons(kt_mjcf *m, const kt_model *model, double *mass) {
+    const int nv = kt_model_nv(model);
+    for (const kt_element *e = kt_mjcf_section(m, "tendon", NULL); e != NULL; e = kt_mjcf_section(m, "tendon", e)) {
+        const double armature = kt_mjcf_number(m, e, "tendon", "armature", 0.0);
+        for (const kt_element *a = kt_xml_child(e, "joint"); a != NULL && armature != 0.0; a = kt_xml_next(a, "joint"))
+            for (const kt_element *b = kt_xml_child(e, "joint"); b != NULL; b = kt_xml_next(b, "joint")) {
+                const int i = kt_mjcf_find(m, a, "joint", KT_MJCF_JOINTS),
+                          k = kt_mjcf_find(m, b, "joint", KT_MJCF_JOINTS);
+                if (i < 0 || k < 0 || !kt_mjcf_is_chain(m, i, k))
+                    continue;
+                const int row = coordinates_of(m, model, kt_mjcf_joint_at(m, i)).v;
+                const int column = coordinates_of(m, model, kt_mjcf_joint_at(m, k)).v;
+                mass[column * nv + row] +=
+                    armature * kt_mjcf_number(m, a, NULL, "coef", 0.0) * kt_mjcf_number(m, b, NULL, "coef", 0.0);
+            }
+    }
+}
+
+/* The inertias of all joints with `springdamper`, from a factorised mass matrix; x has room for one vector. */
+static void take_inertias(kt_mjcf *m, const kt_model *model, const double *factors, double *x) {
+    const int nv = kt_model_nv(model);
+    for (int i = 0; i < m->joints.count; i++) {
+        kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
+        const kt_coordinates c = coordinates_of(m, model, j);
+        double sum = 0.0;
+        for (int k = c.v; k < c.v + c.nv && is_asked(m, j); k++) {
+            memset(x, 0, (size_t)nv * sizeof *x);
+            x[k] = 1.0;
+            kt_dense_solve(factors, nv, x);
+            sum += x[k];
+        }
+        j->inertia = sum > 0.0 ? c.nv / sum : 0.0;
+    }
+}
+
+/* The mobilities of all bodies, for contacts; rows: room for a Jacobian and a vector. */
+static void take_mobilities(kt_mjcf *m, const kt_model *model, const kt_data *data, const double *factors,
+                            double *rows) {
+    const int nv = kt_model_nv(model);
+    for (int i = 1; i < m->bodies.count; i++) {
+        kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        const int body = kt_body_find(model, b->name);
+        double *x = rows + (size_t)6 * (size_t)nv, sum = 0.0;
+        if (body < 0)
+            continue;
+        kt_point_jacobian(model, data, body, b->com, rows);
+        for (int k = 0; k < 3; k++) {
+            for (int j = 0; j < nv; j++)
+                x[j] = rows[6 * j + 3 + k];
+            kt_dense_solve(factors, nv, x);
+            for (int j = 0; j < nv; j++)
+                sum += x[j] * rows[6 * j + 3 + k] / 3.0;
+        }
+        b->mobility = sum;
+    }
+}
+
+static kt_status find_all(kt_mjcf *m, const kt_model *model, kt_data *data, kt_error *error) {
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    double *q = kt_pool_take(&m->r->scratch, nq + 8 * nv + nv * nv + 1, sizeof *q);
+    if (q == NULL)
+        return KT_ERROR_MEMORY;
+    double *x = q + nq, *rows = x + nv, *mass = rows + 7 * nv;
+    kt_model_initial(model, q, x);
+    kt_status status = kt_kinematics_update(model, data, q, x, NULL, error);
+    if (status == KT_OK)
+        status = kt_dynamics_mass(model, data, q, mass, error);
+    if (status != KT_OK)
+        return status;
+    add_tendons(m, model, mass);
+    if (!kt_dense_cholesky(mass, nv, (int)nv, NULL))
+        return KT_ERROR_SINGULAR;
+    take_inertias(m, model, mass, x);
+    if (m->source->options->contacts)
+        take_mobilities(m, model, data, mass, rows);
+    return KT_OK;
+}
+
+void kt_mjcf_find_inertias(kt_mjcf *m) {
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error error = {0};
+    const kt_element *first = NULL;
+    for (int i = 0; i < m->joints.count; i++)
+        first = first == NULL && is_asked(m, kt_mjcf_joint_at(m, i)) ? kt_mjcf_joint_at(m, i)->element : first;
+    if (first == NULL && m->source->options->contacts && m->nv > 0)
+        first = m->root;
+    if (first == NULL || m->r->out_of_memory)
+        return;
+    kt_body *bodies = kt_pool_take(&m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);
+    kt_status status = bodies != NULL ? compile_reference(m, bodies, &model, &error) : KT_ERROR_MEMORY;
+    if (status == KT_OK)
+        status = kt_data_create(model, &data, &error);
+    if (status == KT_OK)
+        status = find_all(m, model, data, &error);
+    if (status == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(m->r);
+    else if (status != KT_OK)
+        kt_unknown_count(&m->changes, "springdamper or contacts, since inertias along them cannot be computed", first);
+    kt_data_free(data);
+    kt_model_free(model);
+}

@@ -1,0 +1,227 @@
+/* Meshes of MJCF, for the masses of bodies.
+ *
+ * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. */
+#include "document/file.h"
+#include "robot/mjcf.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The file's name, without the folder where the compiler strips paths. */
+static const char *file_of(const kt_mjcf *m, const kt_element *e) {
+    const char *file = kt_xml_attribute(e, "file");
+    const char *slash = file != NULL && kt_mjcf_settings_of(m, e)->strip_path ? strrchr(file, '/') : NULL;
+    return slash != NULL ? slash + 1 : file;
+}
+
+/* "FOLDER/PATH", or an absolute path as it is; NULL: no memory. */
+static const char *path_in(kt_mjcf *m, const char *folder, const char *path) {
+    const bool is_whole = path[0] == '/' || folder == NULL || folder[0] == '\0';
+    const size_t room = is_whole ? 1 : strlen(folder) + strlen(path) + 2;
+    char *whole = is_whole ? NULL : kt_pool_take(&m->r->scratch, room, 1);
+    if (is_whole)
+        return path;
+    if (whole == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else
+        (void)snprintf(whole, room, "%s/%s", folder, path);
+    return whole;
+}
+
+/* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. As in MuJoCo, the search
+ * starts in the folder of the mesh's document. The folder of the file that names the mesh follows. */
+static const char *path_of(kt_mjcf *m, const kt_element *e, const char *file) {
+    const char *path = path_in(m, kt_mjcf_settings_of(m, e)->mesh_folder, file);
+    if (path == NULL || e->file == NULL || path[0] == '/')
+        return path;
+    const char *first = kt_include_relative(m->r, m->source, kt_mjcf_document_at(m, e->document)->root, path);
+    const char *near = kt_include_relative(m->r, m->source, e, path);
+    return first == NULL || near == NULL || kt_include_is_there(m->r, m->source, first) ||
+                   !kt_include_is_there(m->r, m->source, near)
+               ? first
+               : near;
+}
+
+/* Counts a mesh that cannot be read, with the reason of the first. */
+static void miss(kt_mjcf *m, const kt_element *e, const kt_error *error) {
+    kt_phrase what = {.length = 0};
+    if (error->code == KT_ERROR_MEMORY) {
+        (void)kt_reader_out_of_memory(m->r);
+        return;
+    }
+    kt_phrase_add(&what, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "", error->message);
+    if (m->mesh_files.count == 0)
+        m->mesh_files.what = kt_pool_text(&m->r->scratch, what.text, strlen(what.text));
+    if (m->mesh_files.count == 0 && m->mesh_files.what == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    kt_left_count(&m->mesh_files, e);
+}
+
+static kt_status read_file(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error) {
+    char *text = NULL;
+    size_t size = 0;
+    if (m->source->folder == NULL)
+        return kt_error_set(error, KT_ERROR_SCENE, "", "a model that is no file, but text, has no files of meshes");
+    const char *path = path_of(m, e, file);
+    path = path != NULL ? path_in(m, m->source->folder, path) : NULL;
+    kt_status status = path != NULL ? kt_file_read(path, &text, &size, error) : KT_ERROR_MEMORY;
+    if (status == KT_OK)
+        status = kt_triangles_parse(text, size, mesh, error);
+    if (status == KT_ERROR_SCENE)
+        (void)snprintf(error->where, sizeof error->where, "%.150s", path);
+    free(text);
+    return status;
+}
+
+/* Vertices and faces in the model itself. */
+static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh, kt_error *error) {
+    const char *texts[2] = {kt_xml_attribute(e, "vertex"), kt_xml_attribute(e, "face")};
+    double *numbers[2];
+    int counts[2];
+    for (int i = 0; i < 2; i++) {
+        const size_t most = texts[i] != NULL ? strlen(texts[i]) / 2 + 1 : 0;
+        numbers[i] = kt_pool_take(&m->r->scratch, most + 1, sizeof **numbers);
+        if (numbers[i] == NULL)
+            return kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
+        counts[i] = texts[i] != NULL ? kt_parse_numbers(texts[i], (int)most, numbers[i]) : 0;
+        const bool is_missing = texts[i] == NULL && i == 1; /* then it is a hull */
+        if (!is_missing && (counts[i] <= 0 || counts[i] % 3 != 0))
+            return kt_error_set(error, KT_ERROR_SCENE, "", "it has no file, and no list of %s, three numbers each",
+                                i == 0 ? "vertices" : "faces");
+    }
+    return kt_triangles_make(numbers[0], counts[0] / 3, numbers[1], counts[1] / 3, mesh, error);
+}
+
+/* How its mass is summed; the mesh's own setting comes before the compiler's. */
+typedef enum mesh_rule { LEGACY, EXACT, CONVEX, SHELL } mesh_rule;
+
+static mesh_rule rule_of(kt_mjcf *m, const kt_element *e) {
+    static const char *const words[] = {"legacy", "exact", "convex", "shell", NULL};
+    return (mesh_rule)kt_mjcf_choice(m, e, "mesh", "inertia", words, kt_mjcf_settings_of(m, e)->exact_meshes);
+}
+
+/* refpos and refquat. */
+static kt_pose reference_of(kt_mjcf *m, const kt_element *e) {
+    const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0);
+    kt_pose frame = {.rotation = kt_mat3_identity(), .position = kt_mjcf_vector(m, e, "mesh", "refpos", zero)};
+    double v[4];
+    if (kt_mjcf_numbers(m, e, "mesh", "refquat", 4, 4, v) == 4) {
+        const kt_quat q = kt_quat_make(v[0], v[1], v[2], v[3]);
+        if (kt_quat_norm_squared(q) > 0.0)
+            frame.rotation = kt_matrix_from_quat(kt_quat_normalize(q));
+    }
+    return frame;
+}
+
+static kt_vec3 scale_of(kt_mjcf *m, const kt_element *e) {
+    return kt_mjcf_vector(m, e, "mesh", "scale", kt_vec3_make(1.0, 1.0, 1.0));
+}
+
+/* Places a mesh and computes the solid that it encloses. For a hull, replaces the triangles with the hull. */
+static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangles, kt_enclosed *to, kt_error *error) {
+    static const kt_volume_rule rules[] = {[LEGACY] = KT_VOLUME_ABSOLUTE,
+                                           [EXACT] = KT_VOLUME_SIGNED,
+                                           [CONVEX] = KT_VOLUME_SIGNED,
+                                           [SHELL] = KT_VOLUME_SURFACE};
+    const mesh_rule rule = rule_of(m, e);
+    const kt_vec3 scale = scale_of(m, e);
+    kt_triangles_place(triangles, reference_of(m, e), scale);
+    if (scale.x * scale.y * scale.z < 0.0) /* a mirror */
+        kt_triangles_turn_over(triangles);
+    const kt_status status = rule == CONVEX ? kt_triangles_hull(triangles, error) : KT_OK;
+    if (status == KT_OK)
+        *to = kt_triangles_enclosed(triangles, rules[rule]);
+    if (rule == CONVEX && kt_mjcf_number(m, e, "mesh", "maxhullvert", -1.0) > 0.0)
+        kt_unknown_count(&m->changes, "a hull with a bounded number of vertices, which has all here", e);
+    return status;
+}
+
+/* A mesh without a name has that of its file, without folder and ending. */
+static const char *name_of(kt_mjcf *m, const kt_element *e) {
+    const char *name = kt_xml_attribute(e, "name"), *file = file_of(m, e);
+    if (name != NULL || file == NULL)
+        return name;
+    const char *slash = strrchr(file, '/'), *start = slash != NULL ? slash + 1 : file, *dot = strrchr(start, '.');
+    name = kt_pool_text(&m->r->scratch, start, dot != NULL ? (size_t)(dot - start) : strlen(start));
+    if (name == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    for (int d = e->document; d > 0 && name != NULL; d = kt_mjcf_document_at(m, d)->parent)
+        name = kt_mjcf_join(m, e, kt_mjcf_document_at(m, d)->prefix, name);
+    return name;
+}
+
+static void add_mesh(kt_mjcf *m, const kt_element *e) {
+    const char *name = name_of(m, e);
+    if (name != NULL && kt_names_add(&m->names, KT_MJCF_MESHES, name, m->meshes.count) >= 0)
+        (void)kt_mjcf_fault(m, e, "there is another mesh of this name; each needs one of its own");
+    kt_mjcf_mesh *mesh = kt_list_add(m->r, &m->r->scratch, &m->meshes, sizeof *mesh);
+    if (mesh != NULL)
+        mesh->element = e;
+}
+
+void kt_mjcf_read_meshes(kt_mjcf *m) {
+    for (const kt_element *e = kt_mjcf_section(m, "asset", NULL); e != NULL && !m->r->out_of_memory;
+         e = kt_mjcf_section(m, "asset", e))
+        if (strcmp(e->name, "mesh") == 0)
+            add_mesh(m, e);
+}
+
+/* Reads a mesh, once. */
+static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
+    const kt_element *e = mesh->element;
+    const char *file = file_of(m, e);
+    kt_triangles triangles = {.vertices = NULL};
+    kt_error error = {0};
+    kt_status status = file != NULL ? read_file(m, e, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
+    if (status == KT_OK)
+        status = enclose(m, e, &triangles, &mesh->enclosed, &error);
+    kt_triangles_free(&triangles);
+    if (status != KT_OK) {
+        error.code = status;
+        miss(m, e, &error);
+    }
+}
+
+/* The mesh that a geom names; NULL: there is none. */
+static kt_mjcf_mesh *mesh_of(const kt_mjcf *m, const char *name) {
+    const int index = name != NULL ? kt_names_find(&m->names, KT_MJCF_MESHES, name) : -1;
+    return index >= 0 ? (kt_mjcf_mesh *)m->meshes.items + index : NULL;
+}
+
+const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
+    const char *name = kt_mjcf_text(m, geom, "geom", "mesh");
+    kt_mjcf_mesh *mesh = mesh_of(m, name);
+    if (mesh == NULL) {
+        (void)kt_mjcf_fault(m, geom, "mesh %s does not exist",
+                            name != NULL ? kt_name_quote(name).text : "without a name");
+        return NULL;
+    }
+    if (!mesh->is_known)
+        read_mesh(m, mesh);
+    mesh->is_known = true;
+    return mesh->enclosed.volume > 0.0 ? &mesh->enclosed : NULL;
+}
+
+/* Points of a file are scaled in its own axes, so that a mesh that is turned by refquat has to have one scale. With s
+ * that scale: p + R s R0' (x - x0) = (p - R s R0' x0) + R R0' s x. */
+void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
+    const kt_mjcf_mesh *mesh = mesh_of(m, kt_mjcf_text(m, geom, "geom", "mesh"));
+    const char *file = mesh != NULL ? file_of(m, mesh->element) : NULL,
+               *path = file != NULL ? path_of(m, mesh->element, file) : NULL;
+    if (path == NULL) {
+        kt_left_count(&m->pictures, geom);
+        return;
+    }
+    const kt_pose frame = reference_of(m, mesh->element);
+    const kt_vec3 s = scale_of(m, mesh->element);
+    const bool is_turned = frame.rotation.x.x != 1.0 || frame.rotation.y.y != 1.0;
+    if (is_turned && (s.x != s.y || s.y != s.z)) {
+        kt_left_count(&m->pictures, geom);
+        return;
+    }
+    pose.rotation = kt_mat3_multiply(pose.rotation, kt_mat3_transpose(frame.rotation));
+    const kt_vec3 moved = kt_vec3_make(s.x * frame.position.x, s.y * frame.position.y, s.z * frame.position.z);
+    pose.position = kt_vec3_sub(pose.position, kt_mat3_apply(pose.rotation, moved));
+    (void)kt_appearance_add_mesh(&m->appearance, geom, path, pose, s);
+}

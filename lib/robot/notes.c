@@ -1,0 +1,289 @@
+/* Notes, names, lists and numbers that the readers of robots share. */
+#include "robot/robot.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- what is left out -------------------------------------------------------------------------------------------- */
+
+void kt_left_count(kt_left *left, const kt_element *e) {
+    if (left->count++ == 0)
+        left->first = e;
+}
+
+void kt_unknown_count(kt_unknown *unknown, const char *what, const kt_element *e) {
+    int i = 0;
+    while (i < unknown->count && strcmp(unknown->left[i].what, what) != 0)
+        i++;
+    if (i == KT_UNKNOWN_MOST)
+        i--;
+    if (i == unknown->count)
+        unknown->left[unknown->count++].what = i == KT_UNKNOWN_MOST - 1 ? "others" : what;
+    kt_left_count(&unknown->left[i], e);
+}
+
+void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase) {
+    for (int i = 0; i < unknown->count; i++)
+        kt_phrase_add(phrase, "%s%s (%d)", i > 0 ? ", " : "", unknown->left[i].what, unknown->left[i].count);
+}
+
+bool kt_words_have(const char *words, const char *word) {
+    const size_t length = strlen(word);
+    for (const char *at = strstr(words, word); at != NULL; at = strstr(at + 1, word))
+        if (at > words && at[-1] == ' ' && at[length] == ' ')
+            return true;
+    return false;
+}
+
+/* Counts a name in the list that it belongs to. */
+static void count_name(kt_strange *strange, const kt_known_list *list, const char *name, const kt_element *e) {
+    kt_unknown_count(kt_words_have(list->moving, name)     ? &strange->moving
+                     : kt_words_have(list->harmless, name) ? &strange->harmless
+                                                           : &strange->unknown,
+                     name, e);
+}
+
+void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_element *e) {
+    size_t i = 0;
+    if (kt_words_have(list->read, e->name))
+        return;
+    while (i < list->count && strcmp(list->known[i].name, e->name) != 0)
+        i++;
+    if (i == list->count || kt_words_have(list->apart, e->name)) {
+        count_name(strange, list, e->name, e);
+        return;
+    }
+    for (const char *const *a = e->attributes; *a != NULL; a += 2)
+        if (!kt_words_have(list->known[i].attributes, *a))
+            count_name(strange, list, *a, e);
+    for (const kt_element *child = e->first; child != NULL && !kt_words_have(list->closed, e->name);
+         child = child->next)
+        kt_strange_search(strange, list, child);
+}
+
+bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path) {
+    *notes = (kt_notes){.r = r, .path = path};
+    notes->notes = kt_pool_take(&r->keep, KT_NOTES_MOST, sizeof *notes->notes);
+    return notes->notes != NULL || kt_reader_out_of_memory(r);
+}
+
+static KT_PRINTF(4, 0) void put_note(kt_notes *notes, const kt_left *left, bool is_warning, const char *format,
+                                     va_list arguments) {
+    char what[KT_MESSAGE_SIZE];
+    if (left->count == 0 || notes->notes == NULL || notes->count == KT_NOTES_MOST)
+        return;
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    const char *path = left->first->file != NULL ? left->first->file : notes->path;
+    const size_t room = strlen(path) + 32;
+    char *where = kt_pool_take(&notes->r->keep, room, 1);
+    kt_scene_note *to = &notes->notes[notes->count++];
+    to->where = where;
+    to->what = kt_pool_text(&notes->r->keep, what, strlen(what));
+    to->is_warning = is_warning;
+    if (to->where == NULL || to->what == NULL) {
+        (void)kt_reader_out_of_memory(notes->r);
+        return;
+    }
+    (void)snprintf(where, room, "%s:%u:%u", path, (unsigned)left->first->line, (unsigned)left->first->column);
+}
+
+void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    put_note(notes, left, false, format, arguments);
+    va_end(arguments);
+}
+
+void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    put_note(notes, left, true, format, arguments);
+    va_end(arguments);
+}
+
+void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const kt_element *e) {
+    if (left->count < 5)
+        kt_phrase_add(names, "%s%.40s", left->count > 0 ? ", " : "", body);
+    else if (left->count == 5)
+        kt_phrase_add(names, " ...");
+    kt_left_count(left, e);
+}
+
+void kt_notes_put(kt_notes *notes, const void *object, const kt_note *list, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        const kt_left *left = (const kt_left *)(const void *)((const char *)object + list[i].left);
+        kt_phrase text = {.length = 0};
+        kt_phrase_add(&text, "%s", list[i].text);
+        if (text.text[text.length - 1] == ':')
+            kt_phrase_add(&text, left->what != NULL ? " %d; the first: %s" : " %d", left->count, left->what);
+        (list[i].is_warning ? kt_note_warn : kt_note_put)(notes, left, "%s", text.text);
+    }
+}
+
+void kt_note_changes(kt_notes *notes, const kt_unknown *changes) {
+    for (int i = 0; i < changes->count; i++)
+        kt_note_warn(notes, &changes->left[i], "the motion is not that of the file: %s: %d", changes->left[i].what,
+                     changes->left[i].count);
+}
+
+static void note_names(kt_notes *notes, const kt_unknown *names, const char *what) {
+    kt_phrase list = {.length = 0};
+    kt_unknown_list(names, &list);
+    if (names->count > 0)
+        kt_note_put(notes, &names->left[0], "%s: %s", what, list.text);
+}
+
+void kt_note_strange(kt_notes *notes, const kt_strange *strange) {
+    for (int i = 0; i < strange->moving.count; i++)
+        kt_note_warn(notes, &strange->moving.left[i], "the motion is not that of the file: '%s' is left out: %d",
+                     strange->moving.left[i].what, strange->moving.left[i].count);
+    note_names(notes, &strange->unknown, "names that are not known here, and left out");
+    note_names(notes, &strange->harmless, "elements and attributes that do not concern the motion, left out");
+}
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+/* "joint 'elbow': limit: ", from below the root inwards. */
+static void add_context(kt_phrase *phrase, const kt_element *e) {
+    if (e->parent == NULL)
+        return;
+    add_context(phrase, e->parent);
+    kt_phrase_add(phrase, "%s", e->name);
+    const char *name = kt_xml_attribute(e, "name");
+    if (name != NULL)
+        kt_phrase_add(phrase, " %s", kt_name_quote(name).text);
+    kt_phrase_add(phrase, ": ");
+}
+
+bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) {
+    kt_phrase where = {.length = 0};
+    va_list arguments;
+    add_context(&where, e);
+    va_start(arguments, format);
+    const bool result = kt_xml_fault_in(r, e, where.text, format, arguments);
+    va_end(arguments);
+    return result;
+}
+
+/* ---- names of bodies --------------------------------------------------------------------------------------------- */
+
+bool kt_namer_init(kt_namer *namer, kt_reader *r, int most) {
+    *namer = (kt_namer){.r = r, .room = most + 1};
+    void *memory = kt_pool_take(&r->scratch, 1, kt_names_size((size_t)most + 1));
+    namer->namesakes = kt_pool_take(&r->scratch, (size_t)most + 1, sizeof *namer->namesakes);
+    if (memory == NULL || namer->namesakes == NULL)
+        return kt_reader_out_of_memory(r);
+    kt_names_init(&namer->names, (size_t)most + 1, memory);
+    (void)kt_names_add(&namer->names, 0, "world", namer->count++);
+    return true;
+}
+
+const char *kt_namer_make(kt_namer *namer, const char *wanted) {
+    const size_t length = strlen(wanted);
+    char *name = kt_pool_take(&namer->r->keep, length + 16, 1);
+    if (name == NULL)
+        (void)kt_reader_out_of_memory(namer->r);
+    if (name == NULL || length == 0 || namer->count == namer->room)
+        return "";
+    size_t at = (wanted[0] >= '0' && wanted[0] <= '9') || wanted[0] == '-' ? 1 : 0; /* '7th' becomes '_7th' */
+    name[0] = '_';
+    memcpy(name + at, wanted, length);
+    for (size_t i = 0; i < at + length; i++) {
+        const char test[] = {'_', name[i], '\0'};
+        if (!kt_name_is_valid(i == 0 ? test + 1 : test))
+            name[i] = '_';
+    }
+    at += length;
+    const int owner = kt_names_add(&namer->names, 0, name, namer->count);
+    if (owner >= 0) /* numbers go on where those of the last namesake ended: each is tried once */
+        do
+            (void)snprintf(name + at, 16, "_%d", ++namer->namesakes[owner] + 1);
+        while (kt_names_add(&namer->names, 0, name, namer->count) >= 0);
+    namer->count++;
+    return name;
+}
+
+/* Joints without a name of their own have that of their body, and keep it. */
+void kt_joints_name(kt_namer *joints, kt_body *bodies, int count, const char *const *names,
+                    const kt_element *const *elements, kt_left *renamed) {
+    for (int i = 0; i < count; i++)
+        if (names[i] == NULL || strcmp(names[i], bodies[i].name) == 0)
+            (void)kt_namer_make(joints, bodies[i].name);
+    for (int i = 0; i < count; i++) {
+        if (names[i] == NULL || strcmp(names[i], bodies[i].name) == 0)
+            continue;
+        bodies[i].joint.name = kt_namer_make(joints, names[i]);
+        if (strcmp(bodies[i].joint.name, names[i]) != 0)
+            kt_left_count(renamed, elements[i]);
+    }
+}
+
+/* ---- lists ------------------------------------------------------------------------------------------------------- */
+
+void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size) {
+    if (list->count == list->room) {
+        const int room = list->room == 0 ? 8 : 2 * list->room;
+        void *items = list->room < 1 << 28 ? kt_pool_take(pool, (size_t)room, size) : NULL;
+        if (items == NULL) {
+            (void)kt_reader_out_of_memory(r);
+            return NULL;
+        }
+        if (list->count > 0)
+            memcpy(items, list->items, (size_t)list->count * size);
+        list->items = items;
+        list->room = room;
+    }
+    return (char *)list->items + (size_t)list->count++ * size;
+}
+
+/* ---- numbers, places --------------------------------------------------------------------------------------------- */
+
+int kt_parse_numbers(const char *text, int most, double *values) {
+    static const char space[] = " \t\r\n";
+    int count = 0;
+    if (text[strspn(text, "+-.0123456789eE \t\r\n")] != '\0')
+        return -1; /* neither nan nor hexadecimal digits */
+    for (text += strspn(text, space); *text != '\0'; text += strspn(text, space)) {
+        char *end;
+        const double value = strtod(text, &end);
+        if (end == text || !isfinite(value) || (*end != '\0' && strchr(space, *end) == NULL) || count == most)
+            return -1;
+        values[count++] = value;
+        text = end;
+    }
+    return count;
+}
+
+kt_rotation kt_rotation_of_matrix(kt_mat3 matrix) {
+    const kt_quat q = kt_quat_from_matrix(matrix);
+    if (q.x == 0.0 && q.y == 0.0 && q.z == 0.0)
+        return (kt_rotation){.type = KT_ROTATION_NONE};
+    return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
+}
+
+/* The place in the file itself. For an element of an included file, this is the place of the include. */
+static kt_mark mark_of(const kt_element *e) {
+    const kt_element *at = e->included != NULL ? e->included : e;
+    return (kt_mark){at->line, at->column};
+}
+
+bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *body_elements,
+                   const kt_element *const *loop_elements) {
+    const kt_description *d = &scene->description;
+    kt_scene_marks *marks = kt_pool_take(&r->keep, 1, sizeof *marks);
+    kt_mark *bodies = kt_pool_take(&r->keep, (size_t)d->body_count + 1, sizeof *bodies);
+    kt_mark *loops = kt_pool_take(&r->keep, (size_t)d->loop_count + 1, sizeof *loops);
+    char *name = kt_pool_text(&r->keep, path, strlen(path));
+    if (marks == NULL || bodies == NULL || loops == NULL || name == NULL)
+        return kt_reader_out_of_memory(r);
+    for (int i = 0; i < d->body_count; i++)
+        bodies[i] = mark_of(body_elements[i]);
+    for (int i = 0; i < d->loop_count; i++)
+        loops[i] = mark_of(loop_elements[i]);
+    *marks = (kt_scene_marks){.path = name, .bodies = bodies, .loops = loops};
+    scene->marks = marks;
+    return true;
+}

@@ -1,0 +1,340 @@
+/* Shared parts of the readers of robots: notes of omissions, names, growing lists, faults in included files. */
+#ifndef KT_ROBOT_ROBOT_H
+#define KT_ROBOT_ROBOT_H
+
+#include "kinetree/import.h"
+
+#include "document/xml.h"
+#include "scene/part.h"
+#include "scene/shapes.h"
+
+/* ---- what is left out, or changed -------------------------------------------------------------------------------- */
+
+/* The number of occurrences, and the first of them. */
+typedef struct kt_left {
+    const char *what;
+    const kt_element *first;
+    int count;
+} kt_left;
+
+void kt_left_count(kt_left *left, const kt_element *e);
+
+/* Unknown items by name; beyond the last name, "others". */
+enum { KT_UNKNOWN_MOST = 24 };
+typedef struct kt_unknown {
+    kt_left left[KT_UNKNOWN_MOST];
+    int count;
+} kt_unknown;
+
+void kt_unknown_count(kt_unknown *unknown, const char *what, const kt_element *e);
+
+/* An element of a format, with its attributes between blanks. */
+typedef struct kt_known {
+    const char *name, *attributes;
+} kt_known;
+
+typedef struct kt_known_list {
+    const kt_known *known;
+    size_t count;
+    const char *apart;  /* elements that are counted as a whole, though the format has them */
+    const char *closed; /* elements in which nothing is searched */
+    const char *read;   /* elements of which nothing is to be counted */
+    const char
+        *harmless;      /* elements and attributes of the format that do not concern the motion: looks, measurements */
+    const char *moving; /* those that do */
+} kt_known_list;
+
+/* Names that are left out. Harmless and moving ones are of the format; only the moving ones change the motion. Unknown
+ * ones are not of the format, such as misspelt ones. */
+typedef struct kt_strange {
+    kt_unknown harmless, moving, unknown;
+} kt_strange;
+
+/* Whether a word is one of those between blanks. */
+bool kt_words_have(const char *words, const char *word);
+
+/* Counts elements and attributes of an element, and in it, that are left out. */
+void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_element *e);
+
+/* Adds the names with their numbers: "camera (2), light (1)". */
+void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase);
+
+/* The notes of a scene that is being made. */
+enum { KT_NOTES_MOST = 96 };
+typedef struct kt_notes {
+    kt_reader *r;
+    const char *path;
+    kt_scene_note *notes;
+    int count;
+} kt_notes;
+
+/* Begins the notes; false if there is no memory. */
+bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path);
+
+/* Adds a note at the first place where something was counted, if anything was. kt_note_warn adds a warning, since the
+ * motion is not that of the file. */
+void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
+
+void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
+
+/* The note of what a struct counts in a kt_left at an offset. The number follows a text that ends with ':', and then
+ * the first of them, if it is recorded. */
+typedef struct kt_note {
+    size_t left;
+    const char *text;
+    bool is_warning;
+} kt_note;
+#define KT_NOTE(type, member, text)                                                                                    \
+    { offsetof(type, member), text, false }
+#define KT_WARNING(type, member, text)                                                                                 \
+    { offsetof(type, member), text, true }
+
+void kt_notes_put(kt_notes *notes, const void *object, const kt_note *list, size_t count);
+#define KT_NOTES_PUT(notes, object, list) kt_notes_put(notes, object, list, sizeof(list) / sizeof *(list))
+
+/* Adds the name of a body whose mass is not all there to those of the first five, and counts it. */
+void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const kt_element *e);
+
+/* Notes of all formats: changed names of joints, each item that changes the motion, and names that are left out. */
+#define KT_NOTE_RENAMED_JOINTS                                                                                         \
+    "names of joints that are changed, with '_' in place of what is not allowed, or a number where another joint has " \
+    "the name:"
+void kt_note_changes(kt_notes *notes, const kt_unknown *changes);
+void kt_note_strange(kt_notes *notes, const kt_strange *strange);
+
+/* ---- faults ------------------------------------------------------------------------------------------------------ */
+
+/* Reports a fault at an element: "joint 'elbow': limit: " and the format. Returns false. */
+bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
+
+/* ---- names of bodies --------------------------------------------------------------------------------------------- */
+
+/* Names that scenes can have, each once. '_' replaces characters that are not allowed, and a number is added to a name
+ * that is taken. */
+typedef struct kt_namer {
+    kt_reader *r;
+    kt_names names;
+    int *namesakes; /* of each name: how many have a number added to it; the first is the world's */
+    int count, room;
+} kt_namer;
+
+/* For up to `most` names; `world` is taken. False if there is no memory. */
+bool kt_namer_init(kt_namer *namer, kt_reader *r, int most);
+
+/* The name in the scene for `wanted`, in r->keep; "" if there is no memory. */
+const char *kt_namer_make(kt_namer *namer, const char *wanted);
+
+/* Gives the joint of each body the name of the file (NULL: none), if that is not the body's; names of joints differ. If
+ * a name had to be changed, `renamed` counts it. joints: a namer for twice as many names as there are bodies. */
+void kt_joints_name(kt_namer *joints, kt_body *bodies, int count, const char *const *names,
+                    const kt_element *const *elements, kt_left *renamed);
+
+/* ---- lists ------------------------------------------------------------------------------------------------------- */
+
+/* An array that grows, in a pool. Items move when it grows. */
+typedef struct kt_list {
+    void *items;
+    int count, room;
+} kt_list;
+
+/* A new item of zeros at the end; NULL, after reporting to the reader, if there is no memory. */
+void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size);
+
+/* ---- numbers, places --------------------------------------------------------------------------------------------- */
+
+/* Parses at most `most` decimal numbers, separated by blanks. Returns the count. Returns -1 if the text has anything
+ * else, a number that is not finite, or more numbers. */
+int kt_parse_numbers(const char *text, int most, double *values);
+
+/* A rotation for a description: none if it is the identity. */
+kt_rotation kt_rotation_of_matrix(kt_mat3 matrix);
+
+/* Marks the places of the scene's items in the file, for faults of its compilation. `bodies` and `loops` are their
+ * elements. */
+bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *bodies,
+                   const kt_element *const *loops);
+
+/* ---- draft.c: the scene that is being made ----------------------------------------------------------------------- */
+
+typedef struct kt_draft {
+    kt_reader *r;
+    const kt_element *root;                                /* of the file */
+    kt_list bodies, loops, effects;                        /* kt_body ..., in r->keep */
+    kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
+    const kt_element **links; /* of bodies: the elements around their <inertial>; NULL: faults are at the body's own */
+    kt_namer loop_names;
+} kt_draft;
+
+/* New items, with defaults; of a loop with a name of its own that is like `name`. NULL: no memory. */
+kt_body *kt_draft_body(kt_draft *d, const kt_element *e);
+kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, const char *name);
+kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type);
+kt_effect *kt_draft_joint_effect(kt_draft *d, const kt_element *e, kt_effect_type type, const char *joint);
+
+/* Adds damping and dry friction of a joint, if they are not zero. */
+void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, double damping, double friction);
+
+/* Adds a stop at the limits of a joint, if the options ask for stops. */
+void kt_draft_stop(kt_draft *d, const kt_element *e, const kt_robot_options *o, const char *joint, double lower,
+                   double upper);
+
+/* Terms of one joint become one; returns how many are left. */
+int kt_terms_merge(kt_term *terms, int count);
+
+/* Whether faults have been reported, or memory is insufficient. */
+bool kt_draft_is_wrong(const kt_draft *d);
+
+/* Makes the scene of it, checks it and marks its items; returns false after reporting. `name` may be NULL. */
+bool kt_draft_finish(kt_draft *d, const char *path, const char *name, kt_scene *scene);
+
+/* ---- inertia.c: inertias that no body has ------------------------------------------------------------------------ */
+
+typedef struct kt_judge {
+    kt_reader *r;
+    const kt_robot_options *options;
+    kt_body *bodies;
+    const int *parents;                        /* of bodies; -1: the world */
+    const kt_element *const *elements;         /* of bodies: their links, with <inertial> and <inertia> in it */
+    int count;                                 /* of bodies */
+    kt_inertia_limit limit;                    /* the result, for the description */
+    kt_left odd_inertias, odd_links, nothings; /* accepted: of rigid parts, of links alone; rounding of zero */
+    double worst_excess;                       /* of the first */
+} kt_judge;
+
+/* Checks the inertias of the rigid parts, according to the options. */
+void kt_judge_inertias(kt_judge *judge);
+void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
+
+/* ---- mass.c: masses that the file does not give ------------------------------------------------------------------ */
+
+/* Gives a body mass, com and inertia of its shapes, as solids of a density; false if they have no volume. */
+bool kt_mass_by_shapes(kt_body *body, double density);
+
+/* The index of the body of a link of this name; -1: there is none. */
+typedef int kt_find_link(const void *user, const char *name);
+
+/* Gives links the masses that the options name. */
+void kt_masses_give(kt_reader *r, const kt_robot_options *options, const kt_element *root, kt_body *bodies,
+                    kt_find_link *find, const void *user);
+
+/* ---- solid.c: what uniform solids weigh -------------------------------------------------------------------------- */
+
+typedef enum kt_solid {
+    KT_SOLID_NONE,
+    KT_SOLID_SPHERE,
+    KT_SOLID_CAPSULE,
+    KT_SOLID_ELLIPSOID,
+    KT_SOLID_CYLINDER,
+    KT_SOLID_CONE, /* its point is on the side of z */
+    KT_SOLID_BOX
+} kt_solid;
+
+/* Volume, and principal moments of a mass of 1 about the centre of mass; `size` is half sizes, or radius and half
+ * length along z. */
+double kt_solid_volume(kt_solid solid, const double size[3]);
+kt_vec3 kt_solid_moments(kt_solid solid, const double size[3]);
+
+/* The same of its surface, for spheres, capsules, cylinders and boxes; zero for others. */
+double kt_shell_area(kt_solid solid, const double size[3]);
+kt_vec3 kt_shell_moments(kt_solid solid, const double size[3]);
+
+/* ---- contact.c: solids on planes --------------------------------------------------------------------------------- */
+
+/* A solid of a body that touches planes, and how. */
+typedef struct kt_contact_shape {
+    const kt_element *element;
+    const char *name, *body; /* of the effect; in the scene */
+    kt_namer *names;         /* of effects */
+    kt_solid solid;
+    double size[3];                                          /* half sizes; radius, half length */
+    kt_pose pose;                                            /* in the body */
+    double friction, slip, stiffness, exponent, dissipation; /* as in the effect */
+} kt_contact_shape;
+
+/* A plane through the origin of a pose in a body (NULL: the world), with its z axis as the normal. */
+typedef struct kt_ground {
+    const char *body;
+    kt_pose pose;
+} kt_ground;
+
+/* Adds the contacts of a solid with a plane; false if no contact can represent the solid. */
+bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground);
+
+/* ---- the formats ------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_robot_source {
+    const kt_robot_options *options; /* never NULL */
+    const char *path;                /* its name in messages */
+    const char *folder;              /* the folder of other files; NULL: there are none */
+    const kt_element *root;
+    kt_xml_late late;
+} kt_robot_source;
+
+/* ---- search.c, appearance.c: pictures of robots ------------------------------------------------------------------ */
+
+/* The path of a mesh's file, package:// and model:// among them; NULL: there is none. */
+const char *kt_mesh_path(kt_reader *r, const kt_robot_source *source, const char *name);
+
+/* A body whose picture is that of its collisions. */
+typedef struct kt_seen_collision {
+    const char *body;
+    const kt_element *element;
+} kt_seen_collision;
+
+typedef struct kt_appearance {
+    kt_reader *r;
+    const kt_robot_source *source;
+    const char *body;                 /* the one that is being read */
+    kt_list shapes;                   /* kt_shape: of that body */
+    bool is_seen;                     /* it has a shape or a mesh */
+    kt_list meshes;                   /* kt_scene_mesh: of all bodies */
+    kt_list collisions;               /* kt_seen_collision, in the order of the bodies */
+    kt_left sizeless, missing, large; /* left out; `missing.what`: the first file */
+    kt_left ellipsoids, cones;        /* drawn as something near */
+} kt_appearance;
+
+/* Begins the picture of a body, adds to it, and gives it to the body. Items without a size or a file are counted, and
+ * the function returns false. With `of_collisions`, the shapes are those of collisions, for lack of visuals. */
+void kt_appearance_begin(kt_appearance *appearance, const char *body);
+bool kt_appearance_add_shape(kt_appearance *appearance, const kt_element *e, const kt_shape *shape);
+/* A solid of such half sizes, or radius and half length along z; a capsule is drawn as a cylinder. */
+bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_solid solid, const double size[3],
+                             kt_pose pose);
+bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, const char *name, kt_pose pose,
+                            kt_vec3 scale);
+void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_element *e, kt_body *body);
+
+/* Gives the scene the meshes, and takes collision shapes away that are far larger than the robot. */
+void kt_appearance_finish(kt_appearance *appearance, kt_body *bodies, int count, kt_scene *scene);
+void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
+
+/* ---- include.c --------------------------------------------------------------------------------------------------- */
+
+/* The path of a file or folder that an element names, relative to the robot's folder. It must be in that folder, or in
+ * one of options->search or options->allow. NULL after reporting the reason. */
+const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
+
+/* A name in the folder of the file that has the element, as a path relative to the robot's folder. If that file is
+ * elsewhere, the path is absolute. NULL: no memory. */
+const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
+
+/* The path of a file or folder NAME/REST in the folders of options->search; NULL: it is in none of them. */
+const char *kt_search_path(kt_reader *r, const kt_robot_source *source, const char *name);
+bool kt_include_exists(const char *path, bool folder); /* as a file, or a folder */
+
+/* Whether there is a file or folder of a path that is seen from the robot's folder, or absolute. */
+bool kt_include_is_there(kt_reader *r, const kt_robot_source *source, const char *name);
+
+/* The root element of a file that an element includes; NULL after reporting why not. `bytes` sums the sizes of files,
+ * whose sum is limited. */
+kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path, size_t *bytes);
+
+/* ---- readers ----------------------------------------------------------------------------------------------------- */
+
+/* Reads the robot below the root element into the scene. */
+void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
+void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
+void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
+bool kt_sdf_is_root(const kt_element *root); /* of a file in SDF */
+
+#endif

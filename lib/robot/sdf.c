@@ -1,0 +1,228 @@
+/* Models and worlds in SDF, the XML of Gazebo: links and joints to a description.
+ *
+ * Frames of the file and of included files come first, with their names and poses. Links and joints follow, then the
+ * tree that spans them, then bodies, loops and forces. A joint starts at the position zero, unless <initial_position>
+ * gives another.
+ */
+#include "robot/sdf.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- what is not known ------------------------------------------------------------------------------------------- */
+
+/* Elements that are read, or that define joints and links, with their attributes. Sections that do not concern the
+ * motion are counted as a whole. */
+static const kt_known known[] = {
+    {"sdf", " version "},
+    {"world", " name "},
+    {"model", " name canonical_link placement_frame "},
+    {"include", " merge "},
+    {"link", " name "},
+    {"joint", " name type "},
+    {"frame", " name attached_to "},
+    {"pose", " relative_to rotation_format degrees frame "},
+    {"inertial", " auto "},
+    {"xyz", " expressed_in "},
+    {"mimic", " joint axis "},
+    {"collision", " name "},
+    {"visual", " name "},
+    {"gravity", " "},
+    {"static", " "},
+    {"uri", " "},
+    {"name", " "},
+    {"placement_frame", " "},
+    {"mass", " "},
+    {"density", " "},
+    {"inertia", " "},
+    {"ixx", " "},
+    {"ixy", " "},
+    {"ixz", " "},
+    {"iyy", " "},
+    {"iyz", " "},
+    {"izz", " "},
+    {"parent", " "},
+    {"child", " "},
+    {"axis", " "},
+    {"axis2", " "},
+    {"use_parent_model_frame", " "},
+    {"dynamics", " "},
+    {"damping", " "},
+    {"friction", " "},
+    {"spring_reference", " "},
+    {"spring_stiffness", " "},
+    {"initial_position", " "},
+    {"limit", " "},
+    {"lower", " "},
+    {"upper", " "},
+    {"effort", " "},
+    {"velocity", " "},
+    {"multiplier", " "},
+    {"offset", " "},
+    {"reference", " "},
+    {"thread_pitch", " "},
+    {"screw_thread_pitch", " "},
+    {"gearbox_ratio", " "},
+    {"gearbox_reference_body", " "},
+    {"kinematic", " "},
+    {"geometry", " "},
+};
+
+static const kt_known_list all_known = {
+    known,
+    sizeof known / sizeof *known,
+    .apart = " surface ",
+    .closed = " geometry ",
+    .read = " self_collide material transparency cast_shadows state density viscosity ",
+    .harmless = " surface sensor light scene physics gui audio spherical_coordinates magnetic_field atmosphere wind "
+                "laser_retro max_contacts meta battery projector particle_emitter road grid audio_sink audio_source "
+                "visibility_flags enable_metrics population actor stiffness dissipation allow_auto_disable ",
+    .moving = " plugin velocity_decay fluid_added_mass enable_wind "};
+
+/* ---- notes ------------------------------------------------------------------------------------------------------- */
+
+static const kt_note first_notes[] = {
+    KT_NOTE(kt_sdf, newer, "versions of SDF that are newer than 1.12, read as if they were that:"),
+    KT_NOTE(kt_sdf, older, "versions of SDF that are older than 1.4, converted to that:"),
+    KT_NOTE(kt_sdf, others, "worlds and models after the first, which are left out:"),
+    KT_NOTE(kt_sdf, missing, "models that are neither in the model's folder nor on the search path, left out:"),
+    KT_NOTE(kt_sdf, states, "initial states of worlds (<state>) that are left out:"),
+    KT_NOTE(kt_sdf, renamed, "names of bodies that a scene cannot have, with '_' or a number:"),
+    KT_NOTE(kt_sdf, renamed_joints, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_sdf, floating, "links that move freely, since no joint connects them with the world:"),
+    KT_WARNING(kt_sdf, reserved,
+               "links called 'world', which is the world's name alone: what names it is joined to the world, and these "
+               "links to nothing; give them another name:"),
+    KT_NOTE(kt_sdf, freed, "links that are fixed to the world and move freely, by --floating:"),
+    KT_NOTE(kt_sdf, at_rest, "links of static models, fixed to the world:"),
+    KT_NOTE(kt_sdf, standard_masses,
+            "links whose mass or inertia is not said, and is that of the format (1 kg, 1 kg m^2; --density gives "
+            "those of shapes):"),
+    KT_NOTE(kt_sdf, by_density,
+            "links without <inertial> that have mass and inertia of their collisions, by --density:"),
+    KT_NOTE(kt_sdf, by_geometry, "links whose mass and inertia are those of their collisions:"),
+};
+
+static const kt_note later_notes[] = {
+    KT_NOTE(kt_sdf, no_gravity, "links without gravity, each held by a force against its weight:"),
+    KT_NOTE(kt_sdf, kinematic, "kinematic links, which move as others do:"),
+    KT_NOTE(kt_sdf, halves,
+            "joints of two axes, each two joints with a body without mass between them, which has the joint's name:"),
+    KT_NOTE(kt_sdf, offsets,
+            "joints that are not at the origin of their link, on a body of their own, which has the joint's name:"),
+    KT_NOTE(kt_sdf, reversed, "joints that carry their parent, since another joint carries the child:"),
+    KT_NOTE(kt_sdf, loops, "joints that close loops:"),
+    KT_NOTE(kt_sdf, loop_forces, "joints whose damping, friction and springs are left out, since they close loops:"),
+    KT_NOTE(kt_sdf, still_joints, "joints within one rigid part, left out:"),
+    KT_NOTE(kt_sdf, gearboxes, "gearboxes, which are couplings of the joints between their links:"),
+    KT_NOTE(kt_sdf, lost_gears,
+            "gearboxes that are left out, since what is between their links and the reference does not turn about "
+            "parallels of the axes alone:"),
+    KT_NOTE(kt_sdf, lost_mimics, "mimics that are left out, since one of both has no axis in the tree:"),
+    KT_NOTE(kt_sdf, friction, "dry friction that is smooth here (joint_friction):"),
+    KT_NOTE(kt_sdf, outside, "joints that start outside their limits:"),
+    KT_NOTE(kt_sdf, disordered, "limits of position that are left out, since lower is above upper:"),
+    KT_NOTE(kt_sdf, limits, "limits of position that are data alone (--stops makes effects of them):"),
+};
+
+static const kt_note last_notes[] = {
+    KT_NOTE(kt_sdf, pictures, "visuals that pictures do not have (planes, polylines ...), left out:"),
+    KT_NOTE(kt_sdf, contacts, "collision shapes that are left out, since contacts are effects:"),
+};
+
+static void make_notes(const kt_sdf *m, kt_scene *scene) {
+    kt_notes n;
+    if (!kt_notes_begin(&n, m->r, m->source->path))
+        return;
+    KT_NOTES_PUT(&n, m, first_notes);
+    kt_note_warn(&n, &m->lost_masses,
+                 "the motion is not that of the file: the mass of collisions that are meshes is missing: of %d link%s "
+                 "(%s); --mass LINK=MASS gives one",
+                 m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
+    kt_judge_notes(&n, &m->judge);
+    KT_NOTES_PUT(&n, m, later_notes);
+    kt_appearance_notes(&n, &m->appearance);
+    KT_NOTES_PUT(&n, m, last_notes);
+    kt_note_strange(&n, &m->strange);
+    scene->notes = n.notes;
+    scene->note_count = n.count;
+}
+
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
+
+/* Gravity is that of the world, until 1.5 that of its physics. Without a world it is the format's. */
+static void read_gravity(kt_sdf *m, const kt_element *world) {
+    const kt_element *physics = world != NULL ? kt_xml_child(world, "physics") : NULL;
+    m->gravity = kt_vec3_make(0.0, 0.0, -9.8);
+    m->gravity = kt_sdf_vector(m, physics, "gravity", m->gravity);
+    m->gravity = kt_sdf_vector(m, world, "gravity", m->gravity);
+}
+
+/* The first world, or the first model; others are counted. */
+static const kt_element *choose(kt_sdf *m) {
+    const kt_element *world = kt_xml_child(m->root, "world");
+    const kt_element *chosen = world != NULL ? world : kt_xml_child(m->root, "model");
+    for (const kt_element *e = m->root->first; e != NULL; e = e->next)
+        if (e != chosen && (strcmp(e->name, "world") == 0 || strcmp(e->name, "model") == 0))
+            kt_left_count(&m->others, e);
+    if (chosen == NULL)
+        (void)kt_robot_fault(m->r, m->root, "there is no <model> and no <world>");
+    if (world != NULL)
+        for (const kt_element *e = kt_xml_child(world, "state"); e != NULL; e = kt_xml_next(e, "state"))
+            kt_left_count(&m->states, e);
+    return chosen;
+}
+
+/* A world whose models were not found may have no bodies left. */
+static void require_bodies(kt_sdf *m, const kt_element *chosen) {
+    if (m->draft.bodies.count == 0 && m->missing.count > 0)
+        (void)kt_robot_fault(m->r, chosen,
+                             "no body is left, since its included models were not found: %d, the first is %s; name "
+                             "their folder by GZ_SIM_RESOURCE_PATH, GAZEBO_MODEL_PATH or import --search",
+                             m->missing.count, m->missing.what);
+}
+
+static void make_items(kt_sdf *m) {
+    kt_sdf_read_joints(m);
+    if (kt_draft_is_wrong(&m->draft) || !kt_namer_init(&m->draft.loop_names, m->r, 2 * m->frames.count + 2))
+        return;
+    kt_sdf_grow_tree(m);
+    if (kt_draft_is_wrong(&m->draft))
+        return;
+    kt_sdf_make_bodies(m);
+    kt_sdf_make_loops(m);
+    if (kt_draft_is_wrong(&m->draft))
+        return;
+    kt_sdf_make_effects(m);
+    kt_sdf_couple(m);
+}
+
+void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
+    kt_sdf m = {.r = r,
+                .source = source,
+                .root = (kt_element *)source->root,
+                .draft = {.r = r, .root = source->root},
+                .appearance = {.r = r, .source = source}};
+    const int version = kt_sdf_version(&m, m.root);
+    const kt_element *chosen = choose(&m);
+    if (version == 0 || chosen == NULL)
+        return;
+    const bool is_world = strcmp(chosen->name, "world") == 0;
+    read_gravity(&m, is_world ? chosen : NULL);
+    kt_sdf_collect(&m, chosen, is_world, version);
+    kt_strange_search(&m.strange, &all_known, m.root);
+    if (kt_draft_is_wrong(&m.draft))
+        return;
+    kt_sdf_place(&m);
+    if (kt_draft_is_wrong(&m.draft))
+        return;
+    make_items(&m);
+    require_bodies(&m, chosen);
+    if (kt_draft_is_wrong(&m.draft))
+        return;
+    scene->description.gravity = m.gravity;
+    scene->description.inertia_check = m.judge.limit;
+    kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);
+    if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(chosen, "name"), scene))
+        make_notes(&m, scene);
+}

@@ -1,0 +1,295 @@
+/* Links and joints of SDF as bodies and loops of a description.
+ *
+ * A link is a body, and the joint that carries it is its joint. X is the pose of the link in its carrier while the
+ * joint is at zero. The joint's axis then has a direction a and a point p in the link. If the axis meets the link's
+ * origin, or if the point does not matter, the joint has the pose X. Else a body without mass, with the joint's name,
+ * turns in X shift(p), and the link is fixed to it at -p.
+ */
+#include "model/joint_name.h"
+#include "robot/sdf.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- names ------------------------------------------------------------------------------------------------------- */
+
+/* Adds "A::B::name" below the root's scope. make_name counts a changed name at e (NULL: not). */
+static void add_path(const kt_sdf *m, kt_phrase *phrase, int frame) {
+    const kt_sdf_frame *f = kt_sdf_frame_at(m, frame);
+    if (f->scope != m->root_scope && f->scope > 0) {
+        add_path(m, phrase, f->scope);
+        kt_phrase_add(phrase, "::");
+    }
+    kt_phrase_add(phrase, "%s", f->name != NULL ? f->name : "");
+}
+
+static const char *make_name(kt_sdf *m, int frame, const kt_element *e) {
+    kt_phrase path = {.length = 0};
+    add_path(m, &path, frame);
+    const char *name = kt_namer_make(&m->bodies_named, path.text);
+    if (e != NULL && strcmp(name, path.text) != 0)
+        kt_left_count(&m->renamed, e);
+    return name;
+}
+
+/* Links get their names first, so that these stay unchanged. */
+static void name_links(kt_sdf *m) {
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 1; i < m->links.count; i++) {
+            kt_sdf_link *link = kt_sdf_link_at(m, i);
+            if (link->is_between == (pass == 1))
+                link->body = make_name(m, link->frame, link->element);
+        }
+}
+
+/* ---- bodies ------------------------------------------------------------------------------------------------------ */
+
+static kt_body *add_body(kt_sdf *m, const kt_element *e, const kt_element *link, const char *name, int parent) {
+    kt_body *body = kt_draft_body(&m->draft, e);
+    int *on = kt_list_add(m->r, &m->r->scratch, &m->parents, sizeof *on);
+    const kt_element **of = kt_list_add(m->r, &m->r->scratch, &m->link_elements, sizeof *of);
+    const char **wanted = kt_list_add(m->r, &m->r->scratch, &m->wanted, sizeof *wanted);
+    if (body == NULL || on == NULL || of == NULL || wanted == NULL)
+        return NULL;
+    *on = parent;
+    *of = link;
+    *wanted = NULL;
+    body->name = name;
+    body->parent = parent >= 0 ? ((const kt_body *)m->draft.bodies.items)[parent].name : NULL;
+    return body;
+}
+
+static void stand(kt_joint *joint, kt_pose pose) {
+    joint->at = pose.position;
+    joint->rotation = kt_rotation_of_matrix(pose.rotation);
+}
+
+/* A link that no joint carries is fixed or free; its coordinates are those in the world. */
+static void root_joint(kt_sdf *m, const kt_sdf_link *link, kt_joint *joint) {
+    const kt_pose pose = kt_sdf_pose(m, link->frame, 0);
+    if (link->is_static) {
+        stand(joint, pose);
+        kt_left_count(&m->at_rest, link->element);
+        return;
+    }
+    const kt_quat q = kt_quat_from_matrix(pose.rotation);
+    const double start[] = {pose.position.x, pose.position.y, pose.position.z, q.w, q.x, q.y, q.z};
+    joint->type = KT_JOINT_FREE;
+    memcpy(joint->position, start, sizeof start);
+    kt_left_count(&m->floating, link->element);
+}
+
+/* The part of the joint's point that matters; zero if it is rounding. */
+static kt_vec3 offset_of(const kt_sdf_joint *j, kt_vec3 point, kt_vec3 axis) {
+    const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0);
+    kt_vec3 across = point;
+    if (j->type == KT_JOINT_FIXED || j->type == KT_JOINT_PRISMATIC)
+        return zero;
+    if (j->type != KT_JOINT_SPHERICAL)
+        across = kt_vec3_sub(point, kt_vec3_scale(kt_vec3_dot(point, axis), axis));
+    return kt_vec3_norm(across) > 16.0 * DBL_EPSILON * kt_vec3_norm(point) ? point : zero;
+}
+
+/* Sets the type, the axis and the pose of a joint. */
+static void set_joint(kt_sdf *m, const kt_sdf_joint *j, kt_pose pose, kt_vec3 axis, kt_joint *joint) {
+    stand(joint, pose);
+    joint->type = j->type;
+    if (kt_sdf_is_scalar(j))
+        joint->axis = axis;
+    joint->pitch = j->pitch;
+    if (m->source->options->floating && j->type == KT_JOINT_FIXED && j->parent == 0) {
+        const kt_quat q = kt_quat_from_matrix(pose.rotation);
+        const double start[] = {pose.position.x, pose.position.y, pose.position.z, q.w, q.x, q.y, q.z};
+        *joint = kt_joint_default();
+        joint->type = KT_JOINT_FREE;
+        memcpy(joint->position, start, sizeof start);
+        kt_left_count(&m->freed, j->element);
+    }
+}
+
+/* A link between two axes, one of which closes a loop: both axes form one loop. */
+static bool is_end(const kt_sdf *m, const kt_sdf_link *link) {
+    return link->is_between && !kt_sdf_other_half(m, link, kt_sdf_joint_at(m, link->carrier))->is_used;
+}
+
+/* The last body has the joint, and its name. The second of two axes has the suffix "_2". */
+static void want_name(kt_sdf *m, kt_sdf_joint *j) {
+    const bool is_second = kt_sdf_joint_at(m, kt_sdf_frame_at(m, j->frame)->link) != j;
+    kt_phrase path = {.length = 0};
+    add_path(m, &path, j->frame);
+    kt_phrase_add(&path, "%s", is_second ? "_2" : "");
+    j->body = m->draft.bodies.count - 1;
+    const char *name = kt_pool_text(&m->r->scratch, path.text, strlen(path.text));
+    ((const char **)m->wanted.items)[j->body] = name;
+    if (name == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+}
+
+static void make_body(kt_sdf *m, int index) {
+    kt_sdf_link *link = kt_sdf_link_at(m, index);
+    if (is_end(m, link))
+        return;
+    kt_sdf_joint *j = link->carrier >= 0 ? kt_sdf_joint_at(m, link->carrier) : NULL;
+    const kt_sdf_link *on = j != NULL ? kt_sdf_link_at(m, j->is_reversed ? j->child : j->parent) : NULL;
+    const kt_element *e = j != NULL ? j->element : link->element;
+    kt_body *body;
+    link->rigid = j != NULL && j->type == KT_JOINT_FIXED ? on->rigid : link->is_static ? 0 : index;
+    if (j == NULL) {
+        body = add_body(m, e, link->element, link->body, -1);
+        if (body != NULL)
+            root_joint(m, link, &body->joint);
+    } else {
+        const kt_pose pose = kt_sdf_pose(m, link->frame, on->frame);
+        kt_vec3 axis = kt_vec3_normalize(kt_sdf_axis_in(m, j, link->frame));
+        const kt_vec3 point = offset_of(j, kt_sdf_pose(m, j->frame, link->frame).position, axis);
+        const bool is_off = point.x != 0.0 || point.y != 0.0 || point.z != 0.0;
+        if (j->is_reversed)
+            axis = kt_vec3_scale(-1.0, axis);
+        body = add_body(m, e, link->element, is_off ? make_name(m, j->frame, NULL) : link->body, on->index);
+        if (body == NULL)
+            return;
+        want_name(m, j);
+        set_joint(m, j, (kt_pose){pose.rotation, kt_pose_apply(pose, point)}, axis, &body->joint);
+        if (is_off) {
+            kt_left_count(&m->offsets, e);
+            body = add_body(m, e, link->element, link->body, m->draft.bodies.count - 1);
+            if (body != NULL)
+                body->joint.at = kt_vec3_scale(-1.0, point);
+        }
+    }
+    link->index = m->draft.bodies.count - 1;
+    if (body == NULL || link->is_between)
+        return;
+    kt_sdf_masses(m, link, body);
+    kt_sdf_picture(m, link, body);
+}
+
+/* Effects and loops call joints by their names. */
+static void name_joints(kt_sdf *m) {
+    kt_joints_name(&m->joints_named, m->draft.bodies.items, m->draft.bodies.count, m->wanted.items,
+                   m->draft.body_elements.items, &m->renamed_joints);
+    for (int i = 0; i < m->joints.count; i++) {
+        kt_sdf_joint *j = kt_sdf_joint_at(m, i);
+        if (j->body >= 0 && j->type != KT_JOINT_FIXED)
+            j->name = kt_joint_name_of((const kt_body *)m->draft.bodies.items + j->body);
+    }
+}
+
+static void judge_inertias(kt_sdf *m) {
+    m->judge = (kt_judge){.r = m->r,
+                          .options = m->source->options,
+                          .bodies = m->draft.bodies.items,
+                          .parents = m->parents.items,
+                          .elements = m->link_elements.items,
+                          .count = m->draft.bodies.count};
+    kt_judge_inertias(&m->judge);
+}
+
+/* A link by its name in the scene, or by that of the file, A::B. */
+static int find_link(const void *user, const char *name) {
+    const kt_sdf *m = user;
+    for (int i = 1; i < m->links.count; i++) {
+        const kt_sdf_link *link = kt_sdf_link_at(m, i);
+        kt_phrase path = {.length = 0};
+        if (link->is_between || link->index < 0)
+            continue;
+        add_path(m, &path, link->frame);
+        if (strcmp(path.text, name) == 0 || strcmp(link->body, name) == 0)
+            return link->index;
+    }
+    return -1;
+}
+
+void kt_sdf_make_bodies(kt_sdf *m) {
+    const int most = m->links.count + m->joints.count + 1;
+    if (!kt_namer_init(&m->bodies_named, m->r, most) || !kt_namer_init(&m->joints_named, m->r, 2 * most))
+        return;
+    name_links(m);
+    for (int i = 1; i < m->order_count && !m->r->out_of_memory; i++)
+        make_body(m, m->order[i]);
+    if (kt_draft_is_wrong(&m->draft))
+        return;
+    name_joints(m);
+    judge_inertias(m);
+    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_link, m);
+}
+
+/* ---- loops ------------------------------------------------------------------------------------------------------- */
+
+/* The joint's frame, with the direction of its axis, in a link. */
+static kt_end end_of(const kt_sdf *m, const kt_sdf_joint *j, int link) {
+    const kt_pose pose = kt_sdf_pose(m, j->frame, kt_sdf_link_at(m, link)->frame);
+    kt_end end = kt_end_default();
+    end.body = kt_sdf_link_at(m, link)->body;
+    end.at = pose.position;
+    end.rotation = kt_rotation_of_matrix(pose.rotation);
+    return end;
+}
+
+/* Whether damping, friction or a spring acts in a joint. */
+static bool has_forces(const kt_sdf_joint *j) {
+    static const char *const names[] = {"damping", "friction", "spring_stiffness"};
+    const kt_element *dynamics = j->axis != NULL ? kt_xml_child(j->axis, "dynamics") : NULL;
+    double value;
+    for (size_t i = 0; i < sizeof names / sizeof *names && dynamics != NULL; i++)
+        if (kt_sdf_text(dynamics, names[i]) != NULL &&
+            (kt_parse_numbers(kt_sdf_text(dynamics, names[i]), 1, &value) != 1 || value != 0.0))
+            return true;
+    return false;
+}
+
+/* The loop of a joint between two links: its type, axes and ends. */
+static void fill_loop(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf_joint *last, kt_loop *loop) {
+    loop->between[0] = end_of(m, first, first->parent);
+    loop->between[1] = end_of(m, first, last->child);
+    if (kt_sdf_is_scalar(first))
+        loop->axis = kt_sdf_axis_in(m, first, first->frame);
+    if (loop->type == KT_LOOP_UNIVERSAL)
+        loop->axis2 = kt_sdf_axis_in(m, last, first->frame);
+    loop->pitch = first->pitch;
+    kt_left_count(&m->loops, first->element);
+    if (has_forces(first) || has_forces(last))
+        kt_left_count(&m->loop_forces, first->element);
+}
+
+/* A piston is a cylindrical loop. A joint that turns about two axes is a universal loop if the axes are normal. */
+static kt_loop_type pair_type(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf_joint *last) {
+    const kt_vec3 a = kt_vec3_normalize(kt_sdf_axis_in(m, first, first->frame));
+    const kt_vec3 b = kt_vec3_normalize(kt_sdf_axis_in(m, last, first->frame));
+    if (last->type == KT_JOINT_PRISMATIC)
+        return KT_LOOP_CYLINDRICAL;
+    if (fabs(kt_vec3_dot(a, b)) > 1e-9)
+        (void)kt_robot_fault(m->r, first->element,
+                             "the joint closes a loop, and its axes are not normal to each other: the cosine is %g; a "
+                             "scene has no such loop",
+                             kt_vec3_dot(a, b));
+    return KT_LOOP_UNIVERSAL;
+}
+
+static void close_loop(kt_sdf *m, kt_sdf_joint *j) {
+    static const kt_loop_type types[KT_JOINT_TYPE_COUNT] = {
+        [KT_JOINT_FIXED] = KT_LOOP_WELD,          [KT_JOINT_REVOLUTE] = KT_LOOP_REVOLUTE,
+        [KT_JOINT_PRISMATIC] = KT_LOOP_PRISMATIC, [KT_JOINT_SCREW] = KT_LOOP_SCREW,
+        [KT_JOINT_SPHERICAL] = KT_LOOP_SPHERICAL,
+    };
+    const kt_sdf_link *parent = kt_sdf_link_at(m, j->parent), *child = kt_sdf_link_at(m, j->child);
+    const kt_sdf_joint *first = parent->is_between ? kt_sdf_other_half(m, parent, j) : j;
+    const kt_sdf_joint *last = child->is_between ? kt_sdf_other_half(m, child, j) : j;
+    if (kt_sdf_link_at(m, first->parent)->rigid == kt_sdf_link_at(m, last->child)->rigid) {
+        kt_left_count(&m->still_joints, j->element);
+        return;
+    }
+    const char *name = kt_xml_attribute(j->element, "name");
+    const kt_loop_type type = first != last ? pair_type(m, first, last) : types[j->type];
+    kt_loop *loop = kt_draft_loop(&m->draft, j->element, type, name != NULL ? name : "loop");
+    if (loop != NULL)
+        fill_loop(m, first, last, loop);
+}
+
+void kt_sdf_make_loops(kt_sdf *m) {
+    for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++)
+        if (!kt_sdf_joint_at(m, i)->is_used)
+            close_loop(m, kt_sdf_joint_at(m, i));
+}

@@ -1,0 +1,141 @@
+/* Files that SDF includes, and versions.
+ *
+ * A URI names a file, or a folder with a model.config, which names the files of a model by their versions. The URI
+ * `model://NAME` is the folder NAME in that of the robot. Other paths start from the folder of the file that includes
+ * them. A file that is not there is searched on the search path, as FOLDER/NAME. A file that is found nowhere is left
+ * out and noted, since worlds name models that simulators provide.
+ */
+#include "robot/sdf.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DEPTH_MOST = 32 /* files within one another */ };
+
+/* The number of a version, such as 112 for 1.12; zero if the text is no version of SDF. */
+static int version_of(const char *text) {
+    char *end;
+    const long major = strtol(text, &end, 10);
+    if (end == text || *end != '.' || major != 1)
+        return 0;
+    const char *rest = end + 1;
+    const long minor = strtol(rest, &end, 10);
+    return end != rest && minor >= 0 && minor < 100 && (*end == '\0' || *end == '.') ? 100 + (int)minor : 0;
+}
+
+int kt_sdf_version(kt_sdf *m, kt_element *sdf) {
+    enum { CURRENT = 104, NEWEST = 112 };
+    const char *text = kt_xml_attribute(sdf, "version");
+    const int version = text != NULL ? version_of(text) : 0;
+    if (version == 0) {
+        (void)kt_robot_fault(m->r, sdf, "version: expected 1.0 to 1.12, found '%.40s'", text != NULL ? text : "");
+        return 0;
+    }
+    if (version < CURRENT)
+        kt_sdf_convert(m, sdf);
+    if (version > NEWEST)
+        kt_left_count(&m->newer, sdf);
+    return version > CURRENT ? version : CURRENT;
+}
+
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
+
+static const char *join(kt_sdf *m, const char *folder, const char *name) {
+    const size_t room = strlen(folder) + strlen(name) + 2;
+    char *path = kt_pool_take(&m->r->scratch, room, 1);
+    if (path == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else
+        (void)snprintf(path, room, "%s/%s", folder, name);
+    return path;
+}
+
+/* The path that a URI names; NULL if there is none, reported where it leads out of the folder. */
+static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
+    const char *scheme = strstr(uri, "://"), *plain = scheme != NULL ? scheme + 3 : uri;
+    if (m->source->folder == NULL)
+        return NULL;
+    if (scheme != NULL && strncmp(uri, "model://", 8) != 0 && strncmp(uri, "file://", 7) != 0)
+        return NULL; /* a server's */
+    const char *own = scheme != NULL ? plain : kt_include_relative(m->r, m->source, e, uri);
+    const bool is_there = own != NULL && kt_include_is_there(m->r, m->source, own);
+    const char *found = is_there ? NULL : kt_search_path(m->r, m->source, plain);
+    return own != NULL ? kt_include_path(m->r, m->source, e, found != NULL ? found : own) : NULL;
+}
+
+/* ---- folders of models ------------------------------------------------------------------------------------------- */
+
+/* The name of a model's newest file, up to the newest version that is read, by its model.config; else model.sdf. */
+static const char *file_of(kt_sdf *m, const kt_element *e, const char *folder) {
+    const char *config = join(m, folder, "model.config"), *best = "model.sdf";
+    int newest = 0;
+    kt_element *root = config != NULL && kt_include_exists(config, false)
+                           ? kt_include_read(m->r, e, config, &m->included_bytes)
+                           : NULL;
+    for (const kt_element *sdf = root != NULL ? kt_xml_child(root, "sdf") : NULL; sdf != NULL;
+         sdf = kt_xml_next(sdf, "sdf")) {
+        const char *text = kt_xml_attribute(sdf, "version");
+        const int version = text != NULL ? version_of(text) : 0;
+        if (sdf->text != NULL && version >= newest && version <= 112) {
+            best = sdf->text;
+            newest = version;
+        }
+    }
+    return best;
+}
+
+/* ---- include ----------------------------------------------------------------------------------------------------- */
+
+static bool is_circle(const kt_sdf *m, const kt_sdf_chain *chain, const char *path) {
+    if (strcmp(path, m->source->path) == 0)
+        return true;
+    for (; chain != NULL; chain = chain->outer)
+        if (strcmp(chain->path, path) == 0)
+            return true;
+    return false;
+}
+
+static void omit(kt_sdf *m, const kt_element *e, const char *uri) {
+    if (m->missing.count == 0)
+        m->missing.what = uri;
+    kt_left_count(&m->missing, e);
+}
+
+const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,
+                                 int *version) {
+    const char *uri = kt_sdf_text(e, "uri");
+    if (uri == NULL) {
+        (void)kt_robot_fault(m->r, e, "<uri> is missing");
+        return NULL;
+    }
+    const size_t faults = m->r->fault_count;
+    *path = path_of(m, e, uri);
+    if (*path != NULL && kt_include_exists(*path, true)) {
+        const bool is_absolute = *path[0] == '/';
+        const char *file = file_of(m, e, *path);
+        const char *inner = join(m, is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
+        *path = inner != NULL ? kt_include_path(m->r, m->source, e, inner) : NULL;
+    }
+    if (*path == NULL || !kt_include_exists(*path, false)) {
+        if (m->r->fault_count == faults)
+            omit(m, e, uri);
+        return NULL;
+    }
+    if (is_circle(m, chain, *path) || (chain != NULL && chain->depth == DEPTH_MOST)) {
+        (void)kt_robot_fault(m->r, e, "files include each other in a circle, or more than %d deep", (int)DEPTH_MOST);
+        return NULL;
+    }
+    kt_element *root = kt_include_read(m->r, e, *path, &m->included_bytes);
+    if (root == NULL)
+        return NULL;
+    if (!kt_sdf_is_root(root)) {
+        (void)kt_robot_fault(m->r, e, "%.200s begins with <%.40s>, not with <sdf>", *path, root->name);
+        return NULL;
+    }
+    *version = kt_sdf_version(m, root);
+    const kt_element *model = kt_xml_child(root, "model");
+    if (model == NULL)
+        omit(m, e, uri);
+    return *version > 0 ? model : NULL;
+}

@@ -1,0 +1,150 @@
+/* Masses, inertias and pictures of links in SDF.
+ *
+ * A link without <inertial> has the format's mass of 1 kg and unit moments of inertia in kg m^2. Values that are
+ * missing in <mass> and <inertia> have the same defaults. With auto="true", mass and inertia are those of the solids of
+ * its collisions, with their densities.
+ */
+#include "robot/sdf.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- solids ------------------------------------------------------------------------------------------------------ */
+
+typedef struct solid {
+    kt_solid type;
+    double size[3]; /* half sizes; radius, half length */
+    bool is_mesh;
+} solid;
+
+/* The solid of a <geometry>. Missing numbers have the format's defaults. */
+static solid read_solid(kt_sdf *m, const kt_element *geometry) {
+    static const char *const names[] = {[KT_SOLID_NONE] = "",
+                                        [KT_SOLID_SPHERE] = "sphere",
+                                        [KT_SOLID_CAPSULE] = "capsule",
+                                        [KT_SOLID_ELLIPSOID] = "ellipsoid",
+                                        [KT_SOLID_CYLINDER] = "cylinder",
+                                        [KT_SOLID_CONE] = "cone",
+                                        [KT_SOLID_BOX] = "box"};
+    solid s = {.type = KT_SOLID_NONE, .is_mesh = kt_xml_child(geometry, "mesh") != NULL};
+    for (int i = 1; i < (int)(sizeof names / sizeof *names); i++) {
+        const kt_element *e = kt_xml_child(geometry, names[i]);
+        if (e == NULL)
+            continue;
+        const kt_vec3 one = kt_vec3_make(1.0, 1.0, 1.0);
+        s.type = (kt_solid)i;
+        if (s.type == KT_SOLID_BOX || s.type == KT_SOLID_ELLIPSOID) {
+            const bool is_box = s.type == KT_SOLID_BOX;
+            const kt_vec3 v = kt_sdf_vector(m, e, is_box ? "size" : "radii", one);
+            const double half = is_box ? 0.5 : 1.0;
+            s.size[0] = half * v.x;
+            s.size[1] = half * v.y;
+            s.size[2] = half * v.z;
+        } else {
+            s.size[0] = kt_sdf_number(m, e, "radius", s.type == KT_SOLID_CAPSULE ? 0.5 : 1.0);
+            s.size[1] = 0.5 * kt_sdf_number(m, e, "length", 1.0);
+        }
+    }
+    return s;
+}
+
+static bool has_size(const solid *s) {
+    const bool is_long = s->type != KT_SOLID_SPHERE, is_wide = s->type == KT_SOLID_BOX || s->type == KT_SOLID_ELLIPSOID;
+    return s->size[0] > 0.0 && (!is_long || s->size[1] > 0.0) && (!is_wide || s->size[2] > 0.0);
+}
+
+/* ---- masses ------------------------------------------------------------------------------------------------------ */
+
+/* Adds a collision to mass, first moment and inertia about the link's origin. A mesh adds nothing. */
+static void add_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, double density, kt_body *body,
+                          bool *has_mesh) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
+    if (s.type == KT_SOLID_NONE || !has_size(&s)) {
+        *has_mesh = *has_mesh || s.is_mesh;
+        return;
+    }
+    const kt_pose pose = kt_sdf_pose_within(m, e, link->frame);
+    const double mass = kt_sdf_number(m, e, "density", density) * kt_solid_volume(s.type, s.size);
+    const kt_vec3 low = kt_vec3_make(0.0, 0.0, s.type == KT_SOLID_CONE ? -0.5 * s.size[1] : 0.0);
+    const kt_vec3 com = kt_pose_apply(pose, low), d = kt_vec3_scale(mass, kt_solid_moments(s.type, s.size));
+    const kt_sym3 inertia = kt_sym3_rotate(pose.rotation, kt_sym3_make(d.x, d.y, d.z, 0.0, 0.0, 0.0));
+    body->mass += mass;
+    body->com = kt_vec3_add(body->com, kt_vec3_scale(mass, com));
+    body->inertia = kt_sym3_add(body->inertia, kt_sym3_shift(inertia, mass, com));
+}
+
+static bool sum_collisions(kt_sdf *m, const kt_sdf_link *link, double density, kt_body *body) {
+    bool has_mesh = false;
+    body->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision"))
+        add_collision(m, link, e, density, body, &has_mesh);
+    if (has_mesh)
+        kt_note_massless(&m->massless_names, &m->lost_masses, link->body, link->element);
+    if (body->mass > 0.0) {
+        body->com = kt_vec3_scale(1.0 / body->mass, body->com);
+        body->inertia = kt_sym3_shift(body->inertia, -body->mass, body->com);
+    }
+    return body->mass > 0.0;
+}
+
+void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
+    const kt_element *inertial = kt_xml_child(link->element, "inertial");
+    const kt_element *inertia = inertial != NULL ? kt_xml_child(inertial, "inertia") : NULL;
+    const char *automatic = inertial != NULL ? kt_xml_attribute(inertial, "auto") : NULL;
+    if (automatic != NULL && kt_sdf_is_true(m, inertial, automatic)) {
+        const double standard = m->source->options->density > 0.0 ? m->source->options->density : 1000.0;
+        (void)sum_collisions(m, link, kt_sdf_number(m, inertial, "density", standard), body);
+        kt_left_count(&m->by_geometry, link->element);
+        return;
+    }
+    if (inertial == NULL && m->source->options->density > 0.0 && !link->is_static &&
+        sum_collisions(m, link, m->source->options->density, body)) {
+        kt_left_count(&m->by_density, link->element);
+        return;
+    }
+    const kt_pose pose = kt_sdf_read_pose(m, inertial != NULL ? kt_xml_child(inertial, "pose") : NULL);
+    const kt_sym3 own = kt_sym3_make(kt_sdf_number(m, inertia, "ixx", 1.0), kt_sdf_number(m, inertia, "iyy", 1.0),
+                                     kt_sdf_number(m, inertia, "izz", 1.0), kt_sdf_number(m, inertia, "ixy", 0.0),
+                                     kt_sdf_number(m, inertia, "ixz", 0.0), kt_sdf_number(m, inertia, "iyz", 0.0));
+    const kt_vec3 turn = pose.rotation.x;
+    body->mass = kt_sdf_number(m, inertial, "mass", 1.0);
+    body->com = pose.position;
+    body->inertia = turn.x == 1.0 && pose.rotation.y.y == 1.0 ? own : kt_sym3_rotate(pose.rotation, own);
+    if ((inertia == NULL || kt_sdf_text(inertial, "mass") == NULL) && !link->is_static)
+        kt_left_count(&m->standard_masses, link->element);
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
+
+/* Adds a visual or collision to the link's picture. Returns whether it has a solid or mesh that pictures support. */
+static bool add_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
+    const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
+    if (mesh != NULL) {
+        const kt_vec3 scale = kt_sdf_vector(m, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0));
+        (void)kt_appearance_add_mesh(&m->appearance, e, kt_sdf_text(mesh, "uri"), kt_sdf_pose_within(m, e, link->frame),
+                                     scale);
+        return true;
+    }
+    if (s.type == KT_SOLID_NONE)
+        return false;
+    (void)kt_appearance_add_solid(&m->appearance, e, s.type, s.size, kt_sdf_pose_within(m, e, link->frame));
+    return true;
+}
+
+/* The picture: all visuals, or all collisions where no visual can be seen. */
+void kt_sdf_picture(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
+    kt_appearance_begin(&m->appearance, body->name);
+    for (const kt_element *e = kt_xml_child(link->element, "visual"); e != NULL; e = kt_xml_next(e, "visual"))
+        if (!add_visual(m, link, e))
+            kt_left_count(&m->pictures, e);
+    const bool is_seen = m->appearance.is_seen;
+    for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
+        kt_left_count(&m->contacts, e);
+        if (!is_seen)
+            (void)add_visual(m, link, e);
+    }
+    kt_appearance_end(&m->appearance, !is_seen, link->element, body);
+}

@@ -1,0 +1,112 @@
+/* Versions of SDF before 1.4, whose tree is made that of 1.4 before it is read.
+ *
+ * In 1.0 numbers are attributes: `<inertial mass="2">`, `<axis xyz="0 0 1"/>`, `<origin pose="..."/>`, `<parent
+ * link="a"/>`. They become elements of that name, or the text of the element. Files of 1.2 and 1.3 have elements
+ * already, but for some names. Axes are those of 1.4: in the model's frame. */
+#include "robot/sdf.h"
+
+#include <string.h>
+
+/* Elements in which the format has numbers as attributes, in 1.0 alone. */
+static const kt_known moved[] = {
+    {"model", " static "},
+    {"link", " gravity self_collide kinematic "},
+    {"inertial", " mass "},
+    {"inertia", " ixx ixy ixz iyy iyz izz "},
+    {"box", " size "},
+    {"sphere", " radius "},
+    {"cylinder", " radius length "},
+    {"mesh", " filename scale "},
+    {"plane", " normal "},
+    {"axis", " xyz "},
+    {"axis2", " xyz "},
+    {"dynamics", " damping friction "},
+    {"limit", " lower upper effort velocity "},
+};
+
+/* Elements whose only attribute becomes their text; the name that they have then. */
+static const struct {
+    const char *name, *attribute, *new_name;
+} texts[] = {{"origin", "pose", "pose"},
+             {"parent", "link", "parent"},
+             {"child", "link", "child"},
+             {"gravity", "xyz", "gravity"}};
+
+/* Elements with another name, and the elements around them. */
+static const struct {
+    const char *within, *name, *new_name;
+} names[] = {{"mesh", "filename", "uri"}, {"link", "damping", "velocity_decay"}};
+
+static void hang_text(kt_sdf *m, kt_element *parent, const char *name, const char *text) {
+    kt_element *e = kt_pool_take(&m->r->scratch, 1, sizeof *e);
+    if (e == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return;
+    }
+    static const char *const none[] = {NULL};
+    *e = *parent;
+    e->name = name;
+    e->text = text;
+    e->attributes = none;
+    e->first = e->last = e->next = NULL;
+    e->parent = parent;
+    if (parent->last != NULL)
+        parent->last->next = e;
+    else
+        parent->first = e;
+    parent->last = e;
+    parent->text = NULL;
+}
+
+/* Makes children of those attributes that are in a list, and keeps the others. */
+static void move_attributes(kt_sdf *m, kt_element *e, const char *list) {
+    size_t count = 0, kept = 0;
+    while (e->attributes[2 * count] != NULL)
+        count++;
+    const char **left = kt_pool_take(&m->r->scratch, 2 * count + 1, sizeof *left);
+    if (left == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const char *const *a = &e->attributes[2 * i];
+        if (kt_words_have(list, a[0])) {
+            hang_text(m, e, a[0], a[1]);
+            continue;
+        }
+        left[kept++] = a[0];
+        left[kept++] = a[1];
+    }
+    e->attributes = left;
+}
+
+static void convert_element(kt_sdf *m, kt_element *e) {
+    for (size_t i = 0; i < sizeof moved / sizeof *moved; i++)
+        if (strcmp(e->name, moved[i].name) == 0)
+            move_attributes(m, e, moved[i].attributes);
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        const char *text = strcmp(e->name, texts[i].name) == 0 ? kt_xml_attribute(e, texts[i].attribute) : NULL;
+        if (text == NULL)
+            continue;
+        static const char *const none[] = {NULL};
+        e->attributes = none;
+        e->name = texts[i].new_name;
+        e->text = text;
+    }
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (e->parent != NULL && strcmp(e->parent->name, names[i].within) == 0 && strcmp(e->name, names[i].name) == 0)
+            e->name = names[i].new_name;
+}
+
+static void convert_tree(kt_sdf *m, kt_element *e) {
+    convert_element(m, e);
+    for (kt_element *child = e->first; child != NULL && !m->r->out_of_memory; child = child->next)
+        convert_tree(m, child);
+}
+
+void kt_sdf_convert(kt_sdf *m, kt_element *sdf) {
+    kt_left_count(&m->older, sdf);
+    convert_tree(m, sdf);
+}
+
+bool kt_sdf_is_root(const kt_element *e) { return strcmp(e->name, "sdf") == 0 || strcmp(e->name, "gazebo") == 0; }

@@ -1,0 +1,132 @@
+/* Robots in the Unified Robot Description Format: links and joints of XML to bodies of a description.
+ *
+ * A link of URDF is a body of ours. The joint with this link as child is the body's joint: both frames are the same. As
+ * in our descriptions, `origin` gives the joint's frame in the parent link, and the axis is in the joint's frame.
+ */
+#include "robot/urdf.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
+
+static const kt_note link_notes[] = {
+    KT_NOTE(kt_urdf, undeclared, "no link 'world' is declared; this parent is taken for the world"),
+    KT_NOTE(kt_urdf, freed, "links that are fixed to the world and move freely, by --floating:"),
+};
+
+static const kt_note joint_notes[] = {
+    KT_NOTE(kt_urdf, renamed,
+            "names of links that names of bodies cannot be, with '_' in place of what is not allowed:"),
+    KT_NOTE(kt_urdf, renamed_joints, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_urdf, starts, "joints that start at a limit, since zero is outside their limits:"),
+    KT_NOTE(kt_urdf, limits, "joints whose limits of position are data alone (--stops makes effects of them):"),
+    KT_NOTE(kt_urdf, disordered, "joints whose limits of position are left out, since lower is above upper:"),
+    KT_NOTE(kt_urdf, followers, "joints that start where the joints that they follow put them, which is not zero:"),
+    KT_NOTE(kt_urdf, beyond, "joints that start beyond their own limits, since they follow others:"),
+    KT_NOTE(kt_urdf, fixed_mimics, "mimics that are left out, since the joint or the one that it follows is fixed:"),
+};
+
+static const kt_note mass_notes[] = {
+    KT_NOTE(kt_urdf, by_density, "links without <inertial> that have mass and inertia of their shapes, by --density:"),
+    KT_NOTE(kt_urdf, massless,
+            "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density gives "
+            "masses by shapes, --mass LINK=MASS one)"),
+    KT_NOTE(kt_urdf, geared, "transmissions whose rotor inertia became the joint's armature:"),
+    KT_NOTE(kt_urdf, words, "transmissions with a reduction or an inertia that is no number, which is left out:"),
+    KT_NOTE(kt_urdf, ungeared, "transmissions that are left out, since they have no rotor inertia:"),
+    KT_NOTE(kt_urdf, rates, "limits of effort or speed that are left out, since they are no numbers, or below zero:"),
+    KT_NOTE(kt_urdf, scales, "scales of meshes that are not three numbers, taken as 1:"),
+};
+
+static const kt_note last_notes[] = {
+    KT_NOTE(kt_urdf, shapes, "visuals without a geometry that is known, left out of pictures:"),
+    KT_NOTE(kt_urdf, contacts, "collision shapes that are left out, since contacts are effects:"),
+};
+
+static void note_root(kt_notes *n, const kt_urdf *u, int root) {
+    const kt_left base = {.first = u->links[root].element, .count = u->links[root].body != NULL};
+    kt_note_put(n, &base, "link %s %s; gravity is 9.81 m/s^2 along -z",
+                kt_name_quote(kt_xml_attribute(base.first, "name")).text,
+                u->source->options->floating ? "moves freely" : "is fixed to the world (--floating lets it move)");
+    if (u->source->late.line > 0) {
+        const kt_element declaration = {.line = u->source->late.line, .column = u->source->late.column};
+        kt_note_put(n, &(kt_left){.first = &declaration, .count = 1},
+                    "the XML declaration is not at the beginning of the file, where other readers expect it");
+    }
+    KT_NOTES_PUT(n, u, link_notes);
+    if (u->source->options->floating && kt_urdf_is_world(u, root) && u->freed.count == 0)
+        kt_note_put(n, &(kt_left){.first = u->links[root].element, .count = 1},
+                    "--floating frees nothing: no link is fixed to the world");
+}
+
+/* Makes a note of each kind of change or omission. */
+static void make_notes(const kt_urdf *u, int root, kt_scene *scene) {
+    kt_notes n;
+    if (!kt_notes_begin(&n, u->r, u->source->path))
+        return;
+    note_root(&n, u, root);
+    KT_NOTES_PUT(&n, u, joint_notes);
+    kt_judge_notes(&n, &u->judge);
+    KT_NOTES_PUT(&n, u, mass_notes);
+    kt_appearance_notes(&n, &u->appearance);
+    KT_NOTES_PUT(&n, u, last_notes);
+    kt_note_strange(&n, &u->strange);
+    scene->notes = n.notes;
+    scene->note_count = n.count;
+}
+
+static void judge_inertias(kt_urdf *u) {
+    const size_t room = (size_t)u->draft.bodies.count + 1;
+    int *parents = kt_pool_take(&u->r->scratch, room, sizeof *parents);
+    if (parents == NULL) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    for (int i = 0; i < u->link_count; i++) {
+        const kt_urdf_link *link = &u->links[i];
+        if (link->index >= 0)
+            parents[link->index] = link->carrier >= 0 ? u->links[u->joints[link->carrier].parent].index : -1;
+    }
+    u->judge = (kt_judge){.r = u->r,
+                          .options = u->source->options,
+                          .bodies = u->draft.bodies.items,
+                          .parents = parents,
+                          .elements = u->draft.links,
+                          .count = u->draft.bodies.count};
+    kt_judge_inertias(&u->judge);
+}
+
+static bool find_links(kt_urdf *u) {
+    u->draft.links = kt_pool_take(&u->r->scratch, (size_t)u->draft.bodies.count + 1, sizeof *u->draft.links);
+    for (int i = 0; i < u->link_count && u->draft.links != NULL; i++)
+        if (u->links[i].index >= 0)
+            u->draft.links[u->links[i].index] = u->links[i].element;
+    return u->draft.links != NULL || kt_reader_out_of_memory(u->r);
+}
+
+static void make_scene(kt_urdf *u, kt_scene *scene) {
+    if (!kt_urdf_collect(u))
+        return;
+    const int root = kt_urdf_root(u);
+    kt_urdf_names(u, root);
+    kt_urdf_bodies(u);
+    if (kt_draft_is_wrong(&u->draft) || !find_links(u))
+        return;
+    judge_inertias(u);
+    kt_urdf_given_masses(u);
+    scene->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    scene->description.inertia_check = u->judge.limit;
+    kt_appearance_finish(&u->appearance, u->draft.bodies.items, u->draft.bodies.count, scene);
+    if (kt_draft_finish(&u->draft, u->source->path, kt_xml_attribute(u->robot, "name"), scene))
+        make_notes(u, root, scene);
+}
+
+void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
+    kt_urdf u = {.r = r,
+                 .source = source,
+                 .draft = {.r = r, .root = source->root},
+                 .appearance = {.r = r, .source = source},
+                 .robot = source->root};
+    make_scene(&u, scene);
+}

@@ -1,0 +1,101 @@
+/* A robot in URDF while it is read: its links and joints, and its omissions. */
+#ifndef KT_ROBOT_URDF_H
+#define KT_ROBOT_URDF_H
+
+#include "robot/robot.h"
+
+/* The kinds of joints. A scalar one has one coordinate, which may have limits, damping and friction. */
+typedef struct kt_urdf_kind {
+    const char *name;
+    kt_joint_type type;
+    bool is_scalar, is_limited;
+} kt_urdf_kind;
+
+typedef struct kt_urdf_joint {
+    const kt_element *element;
+    const kt_urdf_kind *kind; /* NULL: it could not be read */
+    int parent, child;        /* links; -1: not found */
+    double lower, upper;      /* infinite if there are none */
+    double effort, speed;     /* likewise */
+    const char *name;         /* in the scene */
+    double start;             /* initial position of a scalar joint */
+    double armature;          /* by a transmission */
+    int master;               /* the joint that it follows; -1: none */
+    double multiplier, offset;
+    bool is_placed; /* its start has been found */
+} kt_urdf_joint;
+
+typedef struct kt_urdf_link {
+    const kt_element *element;
+    const char *body; /* its name in the scene; NULL: it is the world */
+    int carrier;      /* the joint that has it as child; -1: none */
+    int index;        /* of its body in the scene; -1: none */
+} kt_urdf_link;
+
+enum { LINKS = 0, JOINTS = 1 }; /* scopes of names */
+
+typedef struct kt_urdf {
+    kt_reader *r;
+    const kt_robot_source *source;
+    kt_draft draft;
+    kt_appearance appearance;
+    const kt_element *robot;
+    kt_urdf_link *links;
+    kt_urdf_joint *joints;
+    int link_count, joint_count;
+    kt_names names;
+    kt_namer namer; /* of bodies */
+    kt_strange strange;
+    kt_left shapes, contacts, limits, rates, scales, words, starts, renamed, renamed_joints;
+    kt_left disordered;                      /* limits that are left out */
+    kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
+                                                limits, and that are left out */
+    kt_judge judge;
+    kt_left geared, ungeared, massless; /* transmissions with and without armature; a robot without masses */
+    kt_left by_density;                 /* links with a mass by density */
+    kt_left undeclared, freed;          /* the link `world`; links on it that move freely */
+} kt_urdf;
+
+/* ---- urdf_attribute.c: numbers ----------------------------------------------------------------------------------- */
+
+/* Reads an attribute of one or three numbers. Without it, or if e is NULL, values stay as they are. Returns whether
+ * there were numbers, and reports a text that is no number. */
+bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int count, double *values);
+void kt_urdf_need_number(kt_reader *r, const kt_element *e, const char *name, double *value);
+kt_vec3 kt_urdf_vector(kt_reader *r, const kt_element *e, const char *name, kt_vec3 standard);
+
+/* The place and the rotation of an element's `origin`. */
+void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy);
+
+/* ---- urdf_tree.c: links and joints ------------------------------------------------------------------------------- */
+
+/* Numbers the links and joints of <robot>, in the order of the file. Returns false if there is no memory. */
+bool kt_urdf_collect(kt_urdf *u);
+
+/* Reads armatures from transmissions. */
+void kt_urdf_transmissions(kt_urdf *u);
+
+/* Finds the joint that each joint follows, and the start of all of them. */
+void kt_urdf_follow(kt_urdf *u);
+
+/* Whether the root link (-1: none) represents the world. */
+bool kt_urdf_is_world(const kt_urdf *u, int root);
+
+/* The link that no joint carries; -1 after reporting that there is not one. */
+int kt_urdf_root(kt_urdf *u);
+
+/* A link or joint that an attribute of a child element names; -1 after reporting. */
+int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const char *attribute, int scope);
+
+/* Gives each link the name of its body, or NULL if it is the world. */
+void kt_urdf_names(kt_urdf *u, int root);
+
+/* ---- urdf_body.c: what they become ------------------------------------------------------------------------------- */
+
+/* Gives links the masses that the options name. */
+void kt_urdf_given_masses(kt_urdf *u);
+
+/* Bodies, loops and effects of the draft. */
+void kt_urdf_bodies(kt_urdf *u);
+
+#endif

@@ -1,0 +1,237 @@
+/* Links and joints of URDF as bodies, effects and loops of a description. */
+#include "robot/urdf.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- bodies ------------------------------------------------------------------------------------------------------ */
+
+static kt_rotation rotation_of(kt_vec3 rpy) {
+    const kt_rotation none = {.type = KT_ROTATION_NONE};
+    return rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? kt_rotation_rpy(rpy.x, rpy.y, rpy.z) : none;
+}
+
+/* I = R I' R' takes an inertia from the axes of `inertial` to those of the link. */
+static kt_sym3 turn_inertia(kt_sym3 s, kt_vec3 rpy) {
+    kt_mat3 inertia;
+    inertia.x = kt_vec3_make(s.xx, s.xy, s.xz);
+    inertia.y = kt_vec3_make(s.xy, s.yy, s.yz);
+    inertia.z = kt_vec3_make(s.xz, s.yz, s.zz);
+    const kt_mat3 turn = kt_matrix_from_rpy(rpy);
+    const kt_mat3 m = kt_mat3_multiply(kt_mat3_multiply(turn, inertia), kt_mat3_transpose(turn));
+    return kt_sym3_make(m.x.x, m.y.y, m.z.z, 0.5 * (m.x.y + m.y.x), 0.5 * (m.x.z + m.z.x), 0.5 * (m.y.z + m.z.y));
+}
+
+static void read_inertial(kt_reader *r, const kt_element *link, kt_body *body) {
+    const kt_element *e = kt_xml_child(link, "inertial");
+    kt_sym3 s = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    kt_vec3 rpy;
+    if (e == NULL)
+        return;
+    kt_urdf_origin(r, e, &body->com, &rpy);
+    const kt_element *mass = kt_xml_child(e, "mass"), *inertia = kt_xml_child(e, "inertia");
+    if (mass == NULL || inertia == NULL) {
+        (void)kt_robot_fault(r, e, "<%s/> is missing", mass == NULL ? "mass" : "inertia");
+        return;
+    }
+    kt_urdf_need_number(r, mass, "value", &body->mass);
+    const struct {
+        const char *name;
+        double *value;
+    } entries[] = {{"ixx", &s.xx}, {"iyy", &s.yy}, {"izz", &s.zz}, {"ixy", &s.xy}, {"ixz", &s.xz}, {"iyz", &s.yz}};
+    for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
+        kt_urdf_need_number(r, inertia, entries[i].name, entries[i].value);
+    body->inertia = rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? turn_inertia(s, rpy) : s;
+}
+
+/* A shape of a visual or collision; false if it is none that a scene has. */
+static bool read_shape(kt_reader *r, const kt_element *e, kt_shape *shape) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    kt_vec3 rpy;
+    if (geometry == NULL || geometry->first == NULL)
+        return false;
+    const kt_element *solid = geometry->first;
+    if (strcmp(solid->name, "box") == 0) {
+        shape->type = KT_SHAPE_BOX;
+        shape->size = kt_urdf_vector(r, solid, "size", kt_vec3_make(0.0, 0.0, 0.0));
+    } else if (strcmp(solid->name, "cylinder") == 0) {
+        shape->type = KT_SHAPE_CYLINDER;
+        shape->axis = kt_vec3_make(0.0, 0.0, 1.0);
+        kt_urdf_need_number(r, solid, "length", &shape->length);
+        kt_urdf_need_number(r, solid, "radius", &shape->radius);
+    } else if (strcmp(solid->name, "sphere") == 0) {
+        shape->type = KT_SHAPE_SPHERE;
+        kt_urdf_need_number(r, solid, "radius", &shape->radius);
+    } else {
+        return false;
+    }
+    kt_urdf_origin(r, e, &shape->at, &rpy);
+    if (shape->type != KT_SHAPE_SPHERE)
+        shape->rotation = rotation_of(rpy);
+    return true;
+}
+
+/* The scale of a picture is three numbers. A single number applies to all axes. Any other count is noted, and the scale
+ * is 1. */
+static kt_vec3 read_scale(kt_urdf *u, const kt_element *mesh) {
+    double v[3] = {1.0, 1.0, 1.0};
+    const char *text = kt_xml_attribute(mesh, "scale");
+    const int count = text != NULL ? kt_parse_numbers(text, 3, v) : 3;
+    if (count == 1)
+        return kt_vec3_make(v[0], v[0], v[0]);
+    if (count == 3)
+        return kt_vec3_make(v[0], v[1], v[2]);
+    kt_left_count(&u->scales, mesh);
+    return kt_vec3_make(1.0, 1.0, 1.0);
+}
+
+/* Adds a visual or collision to the link's picture; returns whether it has a solid or a mesh at all. */
+static bool add_visual(kt_urdf *u, const kt_element *e) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
+    kt_shape shape = kt_shape_default();
+    kt_vec3 at, rpy;
+    if (mesh == NULL) {
+        const bool is_shape = read_shape(u->r, e, &shape);
+        return is_shape && (kt_appearance_add_shape(&u->appearance, e, &shape), true);
+    }
+    kt_urdf_origin(u->r, e, &at, &rpy);
+    const kt_vec3 scale = read_scale(u, mesh);
+    (void)kt_appearance_add_mesh(&u->appearance, e, kt_xml_attribute(mesh, "filename"),
+                                 (kt_pose){.rotation = kt_matrix_from_rpy(rpy), .position = at}, scale);
+    return true;
+}
+
+/* The picture: all visuals, or all collisions where no visual can be seen. */
+static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
+    kt_appearance_begin(&u->appearance, body->name);
+    for (const kt_element *e = kt_xml_child(link, "visual"); e != NULL; e = kt_xml_next(e, "visual"))
+        if (!add_visual(u, e))
+            kt_left_count(&u->shapes, e);
+    const bool is_seen = u->appearance.is_seen;
+    for (const kt_element *e = kt_xml_child(link, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
+        kt_left_count(&u->contacts, e);
+        if (!is_seen)
+            (void)add_visual(u, e);
+    }
+    kt_appearance_end(&u->appearance, !is_seen, link, body);
+}
+
+/* Mass and inertia, from the shapes that are seen, of a link that has none. */
+static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body) {
+    if (u->source->options->density > 0.0 && kt_xml_child(link, "inertial") == NULL &&
+        kt_mass_by_shapes(body, u->source->options->density))
+        kt_left_count(&u->by_density, link);
+}
+
+static void make_body(kt_urdf *u, kt_urdf_link *link) {
+    const kt_urdf_joint *j = link->carrier >= 0 ? &u->joints[link->carrier] : NULL;
+    kt_body *body = kt_draft_body(&u->draft, j != NULL ? j->element : link->element);
+    if (body == NULL)
+        return;
+    link->index = u->draft.bodies.count - 1;
+    body->name = link->body;
+    read_inertial(u->r, link->element, body);
+    read_picture(u, link->element, body);
+    set_mass_of_shape(u, link->element, body);
+    if (j == NULL) {
+        body->joint.type = u->source->options->floating ? KT_JOINT_FREE : KT_JOINT_FIXED;
+        return;
+    }
+    kt_vec3 rpy;
+    body->parent = j->parent >= 0 ? u->links[j->parent].body : NULL;
+    kt_urdf_origin(u->r, j->element, &body->joint.at, &rpy);
+    body->joint.rotation = rotation_of(rpy);
+    if (j->kind == NULL)
+        return;
+    body->joint.type = j->kind->type;
+    if (u->source->options->floating && j->kind->type == KT_JOINT_FIXED && body->parent == NULL) {
+        body->joint.type = KT_JOINT_FREE;
+        kt_left_count(&u->freed, link->element);
+    }
+    if (j->kind->type != KT_JOINT_FIXED && j->kind->type != KT_JOINT_FREE)
+        body->joint.axis = kt_urdf_vector(u->r, kt_xml_child(j->element, "axis"), "xyz", kt_vec3_make(1.0, 0.0, 0.0));
+    if (!j->kind->is_scalar)
+        return;
+    body->joint.position[0] = j->start;
+    body->joint.armature[0] = j->armature;
+    body->joint.limits = (kt_joint_limits){j->lower, j->upper, j->speed, j->effort};
+}
+
+/* ---- effects and couplings --------------------------------------------------------------------------------------- */
+
+static void make_effects(kt_urdf *u, const kt_urdf_joint *j) {
+    const kt_element *dynamics = kt_xml_child(j->element, "dynamics");
+    double damping = 0.0, friction = 0.0;
+    (void)kt_urdf_numbers(u->r, dynamics, "damping", 1, &damping);
+    (void)kt_urdf_numbers(u->r, dynamics, "friction", 1, &friction);
+    if (!j->kind->is_scalar) {
+        if (damping != 0.0 || friction != 0.0)
+            kt_unknown_count(&u->strange.moving, "dynamics", dynamics);
+        return;
+    }
+    kt_draft_resistance(&u->draft, j->element, j->name, damping, friction);
+    if (isfinite(j->lower))
+        kt_draft_stop(&u->draft, j->element, u->source->options, j->name, j->lower, j->upper);
+}
+
+/* q = multiplier q' + offset. */
+static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
+    if (j->master < 0)
+        return;
+    kt_term *terms = kt_pool_take(&u->r->keep, 2, sizeof *terms);
+    char *name = kt_pool_take(&u->r->scratch, strlen(j->name) + 16, 1);
+    if (terms == NULL || name == NULL) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    (void)snprintf(name, strlen(j->name) + 16, "mimic_%s", j->name);
+    kt_loop *loop = kt_draft_loop(&u->draft, kt_xml_child(j->element, "mimic"), KT_LOOP_COUPLING, name);
+    if (loop == NULL)
+        return;
+    terms[0] = (kt_term){.joint = j->name, .coefficient = 1.0};
+    terms[1] = (kt_term){.joint = u->joints[j->master].name, .coefficient = -j->multiplier};
+    loop->terms = terms;
+    loop->term_count = 2;
+    loop->offset = j->offset;
+}
+
+/* ---- names of joints --------------------------------------------------------------------------------------------- */
+
+static void name_joints(kt_urdf *u) {
+    const int count = u->draft.bodies.count;
+    kt_body *bodies = u->draft.bodies.items;
+    const char **names = kt_pool_take(&u->r->scratch, (size_t)count + 1, sizeof *names);
+    kt_namer joints;
+    if (names == NULL || !kt_namer_init(&joints, u->r, 2 * count)) {
+        (void)kt_reader_out_of_memory(u->r);
+        return;
+    }
+    for (int i = 0; i < u->link_count; i++) {
+        const int carrier = u->links[i].carrier, body = u->links[i].index;
+        const char *name = carrier >= 0 ? kt_xml_attribute(u->joints[carrier].element, "name") : NULL;
+        if (body >= 0)
+            names[body] = name != NULL && *name != '\0' ? name : NULL;
+    }
+    kt_joints_name(&joints, bodies, count, names, u->draft.body_elements.items, &u->renamed_joints);
+    for (int i = 0; i < u->link_count; i++)
+        if (u->links[i].carrier >= 0 && u->links[i].index >= 0)
+            u->joints[u->links[i].carrier].name = kt_joint_name_of(&bodies[u->links[i].index]);
+}
+
+/* ---- all of them ------------------------------------------------------------------------------------------------- */
+
+void kt_urdf_bodies(kt_urdf *u) {
+    for (int i = 0; i < u->link_count && !u->r->out_of_memory; i++)
+        if (u->links[i].body != NULL)
+            make_body(u, &u->links[i]);
+    if (u->r->out_of_memory || !kt_namer_init(&u->draft.loop_names, u->r, u->joint_count + 1))
+        return;
+    name_joints(u);
+    for (int i = 0; i < u->joint_count && !u->r->out_of_memory; i++)
+        if (u->joints[i].kind != NULL && u->joints[i].name != NULL) {
+            make_effects(u, &u->joints[i]);
+            make_coupling(u, &u->joints[i]);
+        }
+}

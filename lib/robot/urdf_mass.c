@@ -1,0 +1,88 @@
+/* Masses that files in URDF do not have in <inertial>: from the options, from shapes, and from rotors of transmissions.
+ *
+ * A rotor of inertia J behind a reduction n, which turns n times as fast as the joint, has the armature n^2 J.
+ */
+#include "robot/urdf.h"
+
+#include <string.h>
+
+/* ---- transmissions ----------------------------------------------------------------------------------------------- */
+
+/* Reads a number from an attribute `value`, or from the text. Returns whether there is one; another text is counted. */
+static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
+    const char *text = e != NULL ? kt_xml_attribute(e, "value") : NULL;
+    text = text == NULL && e != NULL ? e->text : text;
+    if (text == NULL)
+        return false;
+    double read[1];
+    const bool is_number = kt_parse_numbers(text, 1, read) == 1;
+    if (is_number)
+        *value = read[0];
+    else
+        kt_left_count(&u->words, e);
+    return is_number;
+}
+
+/* The first element of one of the names in a joint or an actuator of a transmission. */
+static const kt_element *find_in(const kt_element *transmission, const char *const *names) {
+    for (const kt_element *part = transmission->first; part != NULL; part = part->next)
+        for (int i = 0; names[i] != NULL; i++)
+            if (kt_xml_child(part, names[i]) != NULL)
+                return kt_xml_child(part, names[i]);
+    return NULL;
+}
+
+static void read_transmission(kt_urdf *u, const kt_element *e) {
+    static const char *const reductions[] = {"mechanicalReduction", "mechanical_reduction", "drake:gear_ratio", NULL};
+    static const char *const inertias[] = {"rotorInertia", "motorInertia", "rotor_inertia", "drake:rotor_inertia",
+                                           NULL};
+    const kt_element *joint = kt_xml_child(e, "joint");
+    const char *name = joint != NULL ? kt_xml_attribute(joint, "name") : NULL;
+    const int index = name != NULL ? kt_names_find(&u->names, JOINTS, name) : -1;
+    double reduction = 1.0, inertia = 0.0;
+    const kt_element *ratio = find_in(e, reductions);
+    const int words = u->words.count;
+    const bool has_ratio = ratio == NULL || read_value(u, ratio, &reduction);
+    const bool has_rotor = read_value(u, find_in(e, inertias), &inertia) && inertia != 0.0 && has_ratio;
+    if (u->words.count > words)
+        return;
+    if (!has_rotor || index < 0 || u->joints[index].kind == NULL || !u->joints[index].kind->is_scalar) {
+        kt_left_count(&u->ungeared, e);
+        return;
+    }
+    u->joints[index].armature += reduction * reduction * inertia;
+    kt_left_count(&u->geared, e);
+}
+
+void kt_urdf_transmissions(kt_urdf *u) {
+    for (const kt_element *e = kt_xml_child(u->robot, "transmission"); e != NULL; e = kt_xml_next(e, "transmission"))
+        read_transmission(u, e);
+}
+
+/* ---- masses of the options --------------------------------------------------------------------------------------- */
+
+static int find_link(const void *user, const char *name) {
+    const kt_urdf *u = user;
+    const int index = kt_names_find(&u->names, LINKS, name);
+    return index >= 0 ? u->links[index].index : -1;
+}
+
+/* A robot without any mass has poses and pictures, but no accelerations. */
+static void find_masses(kt_urdf *u) {
+    const kt_body *bodies = u->draft.bodies.items;
+    bool moves = false;
+    for (int b = 0; b < u->draft.bodies.count; b++) {
+        if (bodies[b].mass > 0.0)
+            return;
+        moves = moves || bodies[b].joint.type != KT_JOINT_FIXED;
+    }
+    if (!moves)
+        return;
+    u->judge.limit = KT_INERTIA_ACCEPT;
+    kt_left_count(&u->massless, u->robot);
+}
+
+void kt_urdf_given_masses(kt_urdf *u) {
+    kt_masses_give(u->r, u->source->options, u->robot, u->draft.bodies.items, find_link, u);
+    find_masses(u);
+}

@@ -1,0 +1,179 @@
+/* A mechanism while it is written as a robot. */
+#ifndef KT_ROBOT_WRITE_H
+#define KT_ROBOT_WRITE_H
+
+#include "kinetree/export.h"
+
+#include "base/names.h"
+#include "document/pool.h"
+
+/* The forces in a joint of one coordinate. */
+typedef struct kt_export_forces {
+    double damping, friction, stiffness, rest;
+} kt_export_forces;
+
+/* A coupling as a joint's: q = a0 + a1 q' + a2 q'^2 + ..., with q' of another body's joint; -1: it follows none. */
+typedef struct kt_export_follower {
+    int master;
+    double a[5];
+} kt_export_follower;
+
+/* The form in which a body is written. */
+typedef enum kt_export_role {
+    KT_EXPORT_BODY,   /* a body */
+    KT_EXPORT_MERGED, /* its joints are those of the only body that it carries, since it has no mass */
+    KT_EXPORT_SUM,    /* a fixed tendon, whose length its position represents */
+} kt_export_role;
+
+/* A motor or servo, in the joint of a body. */
+typedef struct kt_export_motor {
+    const kt_effect *effect;
+    int body;
+} kt_export_motor;
+
+enum { KT_LOST_MOST = 64 };
+
+typedef struct kt_export {
+    const kt_description *d;
+    const kt_scene_mesh *meshes;
+    int mesh_count;
+    const char *folder; /* where the file will be; NULL: unknown */
+    FILE *stream;
+    kt_pool pool;
+    kt_names names;                         /* scopes from 0 on: bodies, joints, markers (to the first body) */
+    int *parent, *first_child, *next_child; /* of bodies; -1: the world, none */
+    int first_root;                         /* the first body on the world */
+    kt_export_role *role;                   /* of bodies */
+    const kt_loop **sum;                    /* of a slider that is a sum: the coupling that defines it */
+    kt_export_forces *forces;               /* of bodies' joints */
+    kt_export_follower *followers;
+    kt_export_motor *motors;
+    int motor_count;
+    kt_loop const **tendons; /* couplings of several joints, or of one */
+    int tendon_count;
+    const char **mesh_files; /* of each mesh: its file, seen from `folder`; NULL: it is left out */
+    int raised, lightened;   /* bodies whose moments were raised, and those that got a mass */
+    double most_raised;      /* kg m^2 */
+    double least;            /* the smallest mass and moment that the format's readers accept */
+    struct {
+        const char *what;
+        int count;
+    } lost[KT_LOST_MOST];
+    int lost_count;
+} kt_export;
+
+/* One joint of those that a joint of several coordinates becomes. */
+typedef struct kt_export_step {
+    kt_joint_type type; /* revolute, prismatic, spherical, free */
+    kt_vec3 axis;
+} kt_export_step;
+
+enum { KT_EXPORT_STEPS = 4 };
+
+/* How many joints a joint becomes, one after the other; 0 of a fixed one. A free joint stays one. */
+int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]);
+
+/* Counts an item that the format does not have. */
+void kt_export_lose(kt_export *x, const char *what);
+
+/* A coupling of two joints as the polynomial with which the joint of the term `own` follows the other. Returns false if
+ * the coupling is none. */
+bool kt_export_polynomial(kt_export *x, const kt_loop *loop, int own, double a[5]);
+
+/* Writes ` name="1 2 3"`. */
+void kt_export_numbers(kt_export *x, const char *name, const double *values, int count);
+void kt_export_vector(kt_export *x, const char *name, kt_vec3 v);
+
+/* Writes a text, with the special characters of XML replaced. */
+void kt_export_text(kt_export *x, const char *text);
+
+static inline const kt_body *kt_export_body(const kt_export *x, int i) { return &x->d->bodies[i]; }
+kt_mat3 kt_export_matrix(const kt_rotation *rotation);
+
+/* Mass, com and inertia as they are in the end. */
+void kt_export_mass(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia);
+
+/* A shape as a box, sphere or cylinder along z; a rod is a cylinder between its ends. Returns false, and counts it,
+ * where it has no size or is a point. */
+bool kt_export_solid(kt_export *x, kt_shape *shape);
+
+/* Shape k of a body: its own, then the further ones. */
+static inline const kt_shape *kt_export_shape(const kt_body *body, int k) {
+    return k == 0 ? &body->shape : &body->shapes[k - 1];
+}
+
+/* The point of an end, in its body's frame. */
+kt_pose kt_export_end(const kt_export *x, const kt_end *end);
+
+/* The body of a joint with one coordinate; -1 where there is none of the name. */
+int kt_export_scalar(const kt_export *x, const char *joint);
+
+/* A number with as many digits as its bits need. */
+enum { KT_EXPORT_NUMBER = 32 };
+void kt_export_number(char *text, double value);
+
+/* The action at each body; `depth` is the number of bodies around it. */
+typedef void kt_export_visit(kt_export *x, int body, int depth);
+
+/* ---- role.c ------------------------------------------------------------------------------------------------------ */
+
+/* Finds the form in which each body of MJCF is written. False if there is no memory. */
+bool kt_export_find_roles(kt_export *x);
+
+/* For a slider that is a sum of joints, returns offset / c_n, its position less the length L of the tendon (role.c).
+ * *own is its coefficient c_n. */
+double kt_export_number_offset(const kt_export *x, int body, double *own);
+
+/* ---- moment.c ---------------------------------------------------------------------------------------------------- */
+
+/* An inertia that readers accept: moments about axes, which are those of the body if `is_plain`. */
+typedef struct kt_export_moments {
+    double mass;
+    kt_vec3 com;
+    kt_sym3 full;     /* about the axes of the body */
+    double moment[3]; /* about `axes` */
+    kt_mat3 axes;
+    bool is_nothing; /* no mass and no moments */
+    bool is_plain;   /* `full` is accepted as it is */
+} kt_export_moments;
+
+/* The inertia of a body. If it moves, mass and moments are raised to the least that readers accept, and counted. */
+kt_export_moments kt_export_find_moments(kt_export *x, const kt_body *body, bool moves);
+
+/* ---- start.c, mesh.c --------------------------------------------------------------------------------------------- */
+
+/* Makes x->d a copy whose joints start where assembly closes all loops. False if there is no memory. */
+bool kt_export_assemble(kt_export *x);
+
+/* Finds the files of meshes. `endings`: those that the format's readers support, as " .stl .obj "; NULL: all. */
+bool kt_export_find_meshes(kt_export *x, const char *endings);
+
+/* ---- the formats ------------------------------------------------------------------------------------------------- */
+
+void kt_export_urdf(kt_export *x);
+void kt_export_mjcf(kt_export *x);
+
+/* tree.c: visits bodies within one another. The second function, if there is one, follows all that a body carries. */
+void kt_export_tree(kt_export *x, kt_export_visit *begin, kt_export_visit *end);
+
+/* mjcf_force.c: tendons, equalities, actuators, the start. */
+void kt_export_tendons(kt_export *x);
+void kt_export_equalities(kt_export *x);
+void kt_export_actuators(kt_export *x);
+void kt_export_start(kt_export *x);
+
+/* The pose of a body of MJCF in its parent: its joint frame, with the start of a free joint on the world. */
+kt_pose kt_export_pose(const kt_export *x, int body);
+
+/* Whether a free joint is on another body than the world: in MJCF three slides and a ball. */
+static inline bool kt_export_is_deep(const kt_export *x, int body) {
+    return kt_export_body(x, body)->joint.type == KT_JOINT_FREE && x->parent[body] >= 0;
+}
+
+/* Whether a loop is an equality of sites in MJCF. */
+static inline bool kt_export_has_sites(const kt_loop *loop) {
+    return loop->side == KT_SIDE_NONE && (loop->type == KT_LOOP_SPHERICAL || loop->type == KT_LOOP_WELD ||
+                                          loop->type == KT_LOOP_REVOLUTE || loop->type == KT_LOOP_UNIVERSAL);
+}
+
+#endif

@@ -1,0 +1,150 @@
+/* Parts that both formats write: numbers, texts, joints of several coordinates as several joints, solids, masses. */
+#include "document/number.h"
+#include "robot/write.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- text -------------------------------------------------------------------------------------------------------- */
+
+void kt_export_number(char *text, double value) { kt_number_format(text, value); }
+
+void kt_export_numbers(kt_export *x, const char *name, const double *values, int count) {
+    char text[KT_EXPORT_NUMBER];
+    fprintf(x->stream, " %s=\"", name);
+    for (int i = 0; i < count; i++) {
+        kt_export_number(text, values[i]);
+        fprintf(x->stream, "%s%s", i > 0 ? " " : "", text);
+    }
+    fputs("\"", x->stream);
+}
+
+void kt_export_vector(kt_export *x, const char *name, kt_vec3 v) {
+    kt_export_numbers(x, name, (const double[]){v.x, v.y, v.z}, 3);
+}
+
+/* A character that XML does not have becomes '?'. */
+void kt_export_text(kt_export *x, const char *text) {
+    for (; *text != '\0'; text++)
+        switch (*text) {
+        case '<':
+            fputs("&lt;", x->stream);
+            break;
+        case '&':
+            fputs("&amp;", x->stream);
+            break;
+        case '"':
+            fputs("&quot;", x->stream);
+            break;
+        default:
+            fputc((unsigned char)*text < ' ' ? '?' : *text, x->stream);
+        }
+}
+
+void kt_export_lose(kt_export *x, const char *what) {
+    int i = 0;
+    while (i < x->lost_count && strcmp(x->lost[i].what, what) != 0)
+        i++;
+    if (i == KT_LOST_MOST)
+        return;
+    if (i == x->lost_count)
+        x->lost[x->lost_count++].what = what;
+    x->lost[i].count++;
+}
+
+/* ---- joints and masses ------------------------------------------------------------------------------------------- */
+
+kt_mat3 kt_export_matrix(const kt_rotation *rotation) {
+    kt_mat3 matrix = kt_mat3_identity();
+    if (rotation->type != KT_ROTATION_NONE && kt_rotation_evaluate(rotation, &matrix, NULL) != KT_OK)
+        return kt_mat3_identity(); /* the description has been checked */
+    return matrix;
+}
+
+void kt_export_mass(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia) {
+    *com = body->com;
+    *inertia = body->inertia;
+    if ((body->com_of_shape || body->inertia_of_shape) && kt_body_inertia(body, com, inertia, NULL) != KT_OK)
+        *com = body->com; /* likewise */
+}
+
+int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]) {
+    const kt_mat3 triad = kt_triad_from_axis(kt_vec3_normalize(joint->axis), 2);
+    const kt_vec3 second = joint->axis2;
+    const bool has_second = second.x != 0.0 || second.y != 0.0 || second.z != 0.0;
+    switch (joint->type) {
+    case KT_JOINT_FIXED:
+        return 0;
+    case KT_JOINT_CYLINDRICAL:
+        steps[0] = (kt_export_step){KT_JOINT_REVOLUTE, joint->axis};
+        steps[1] = (kt_export_step){KT_JOINT_PRISMATIC, joint->axis};
+        return 2;
+    case KT_JOINT_UNIVERSAL:
+        steps[0] = (kt_export_step){KT_JOINT_REVOLUTE, joint->axis};
+        steps[1] = (kt_export_step){KT_JOINT_REVOLUTE, has_second ? second : triad.x};
+        return 2;
+    case KT_JOINT_PLANAR:
+        steps[0] = (kt_export_step){KT_JOINT_PRISMATIC, triad.x};
+        steps[1] = (kt_export_step){KT_JOINT_PRISMATIC, triad.y};
+        steps[2] = (kt_export_step){KT_JOINT_REVOLUTE, joint->axis};
+        return 3;
+    default:
+        steps[0] = (kt_export_step){joint->type, joint->axis};
+        return 1;
+    }
+}
+
+/* ---- shapes, ends ------------------------------------------------------------------------------------------------ */
+
+/* The rotation that takes z to a unit vector, by the axis normal to both. */
+static kt_mat3 turn_z_to(kt_vec3 a) {
+    const kt_vec3 n = kt_vec3_cross(kt_vec3_make(0.0, 0.0, 1.0), a);
+    const double sine = kt_vec3_norm(n);
+    if (sine == 0.0)
+        return a.z > 0.0 ? kt_mat3_identity() : kt_matrix_about(0, 3.14159265358979323846);
+    return kt_matrix_from_euler_vector(kt_vec3_scale(atan2(sine, a.z) / sine, n));
+}
+
+static kt_rotation as_rotation(kt_mat3 matrix) {
+    const kt_quat q = kt_quat_from_matrix(matrix);
+    return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
+}
+
+bool kt_export_solid(kt_export *x, kt_shape *shape) {
+    kt_vec3 axis = shape->axis;
+    kt_mat3 own = kt_mat3_identity();
+    if (shape->type == KT_SHAPE_POINT || (shape->type == KT_SHAPE_ROD && !(shape->radius > 0.0))) {
+        kt_export_lose(x, "shapes that are points or rods without a radius");
+        return false;
+    }
+    if (shape->type == KT_SHAPE_POLYGON) {
+        kt_export_lose(x, "shapes that are polygons");
+        return false;
+    }
+    if (shape->type == KT_SHAPE_ROD) {
+        axis = kt_vec3_sub(shape->to, shape->from);
+        shape->length = kt_vec3_norm(axis);
+        shape->at = kt_vec3_scale(0.5, kt_vec3_add(shape->from, shape->to));
+        shape->rotation = (kt_rotation){.type = KT_ROTATION_NONE};
+    } else {
+        own = kt_export_matrix(&shape->rotation);
+    }
+    if (shape->type == KT_SHAPE_ROD || shape->type == KT_SHAPE_CYLINDER) {
+        shape->type = KT_SHAPE_CYLINDER;
+        if (shape->length > 0.0)
+            shape->rotation = as_rotation(kt_mat3_multiply(own, turn_z_to(kt_vec3_normalize(axis))));
+    }
+    return true;
+}
+
+kt_pose kt_export_end(const kt_export *x, const kt_end *end) {
+    const int body = end->marker != NULL && end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1;
+    const kt_pose own = {.position = end->at, .rotation = kt_export_matrix(&end->rotation)};
+    for (int i = 0; body >= 0 && i < x->d->bodies[body].marker_count; i++) {
+        const kt_marker *marker = &x->d->bodies[body].markers[i];
+        if (strcmp(marker->name, end->marker) == 0)
+            return (kt_pose){.position = marker->at,
+                             .rotation = kt_mat3_multiply(kt_export_matrix(&marker->rotation), own.rotation)};
+    }
+    return own;
+}

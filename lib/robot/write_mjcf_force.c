@@ -1,0 +1,264 @@
+/* Constraints and drives of joints in MJCF: tendons, equalities, actuators, and the start.
+ *
+ * A slider that represents a sum of joints, n = offset / c + L, is a fixed tendon of the length L (role.c). Its rest
+ * positions and targets are therefore less by offset / c. A coupling of several joints is a tendon whose length an
+ * equality holds. A loop of type revolute is two points of its axis that coincide, six equations of which one is
+ * redundant.
+ *
+ * A servo, k (r - q) + c (r' - v), is an actuator with the control r and the force k r - k q - c v. Without stiffness
+ * it has the control r'. */
+#include "model/joint_name.h"
+#include "robot/write.h"
+
+#include <math.h>
+#include <string.h>
+
+static const char *joint_of(const kt_export *x, int body) { return kt_joint_name_of(kt_export_body(x, body)); }
+
+/* ---- tendons ----------------------------------------------------------------------------------------------------- */
+
+static void write_terms(kt_export *x, const kt_loop *loop, int but, double factor) {
+    for (int k = 0; k < loop->term_count; k++) {
+        const double coefficient = factor * loop->terms[k].coefficient;
+        const int body = kt_export_scalar(x, loop->terms[k].joint);
+        if (body == but || coefficient == 0.0)
+            continue;
+        fprintf(x->stream, "<joint joint=\"%s\"", loop->terms[k].joint);
+        kt_export_numbers(x, "coef", &coefficient, 1);
+        fputs("/>", x->stream);
+    }
+}
+
+static void write_number(kt_export *x, int i) {
+    const kt_export_forces *f = &x->forces[i];
+    const kt_joint *joint = &kt_export_body(x, i)->joint;
+    double own;
+    const double offset = kt_export_number_offset(x, i, &own), rest = f->rest - offset;
+    fprintf(x->stream, "    <fixed name=\"%s\"", joint_of(x, i));
+    if (f->damping != 0.0)
+        kt_export_numbers(x, "damping", &f->damping, 1);
+    if (f->friction != 0.0)
+        kt_export_numbers(x, "frictionloss", &f->friction, 1);
+    if (f->stiffness != 0.0) {
+        kt_export_numbers(x, "stiffness", &f->stiffness, 1);
+        kt_export_numbers(x, "springlength", (const double[]){rest, rest}, 2);
+    }
+    if (joint->armature[0] != 0.0)
+        kt_export_numbers(x, "armature", &joint->armature[0], 1);
+    if (isfinite(joint->limits.lower) && isfinite(joint->limits.upper) && joint->limits.lower < joint->limits.upper)
+        kt_export_numbers(x, "range", (const double[]){joint->limits.lower - offset, joint->limits.upper - offset}, 2);
+    fputs(">", x->stream);
+    write_terms(x, x->sum[i], i, -1.0 / own);
+    fputs("</fixed>\n", x->stream);
+}
+
+void kt_export_tendons(kt_export *x) {
+    fputs("  <tendon>\n", x->stream);
+    for (int i = 0; i < x->d->body_count; i++)
+        if (x->role[i] == KT_EXPORT_SUM)
+            write_number(x, i);
+    for (int i = 0; i < x->tendon_count; i++) {
+        fprintf(x->stream, "    <fixed name=\"%s\">", x->tendons[i]->name);
+        write_terms(x, x->tendons[i], -1, 1.0);
+        fputs("</fixed>\n", x->stream);
+    }
+    fputs("  </tendon>\n", x->stream);
+}
+
+/* ---- equalities -------------------------------------------------------------------------------------------------- */
+
+static void write_sites(kt_export *x, const kt_loop *loop, const char *type, const char *suffix, int first) {
+    fprintf(x->stream, "    <%s name=\"%s%s\" site1=\"%s__%d\" site2=\"%s__%d\"/>\n", type, loop->name, suffix,
+            loop->name, first, loop->name, first + 1);
+}
+
+static void write_follower(kt_export *x, const char *joint, const char *other, const double *a, int count) {
+    fprintf(x->stream, "    <joint joint1=\"%s\"", joint);
+    if (other != NULL)
+        fprintf(x->stream, " joint2=\"%s\"", other);
+    kt_export_numbers(x, "polycoef", a, count);
+    fputs("/>\n", x->stream);
+}
+
+/* The slide of a screw advances with its hinge. */
+static void write_screw(kt_export *x, int i) {
+    const kt_joint *joint = &kt_export_body(x, i)->joint;
+    fprintf(x->stream, "    <joint joint1=\"%s__1\" joint2=\"%s\"", joint_of(x, i), joint_of(x, i));
+    kt_export_numbers(x, "polycoef", (const double[]){0.0, joint->pitch, 0.0, 0.0, 0.0}, 5);
+    fputs("/>\n", x->stream);
+}
+
+static void write_held(kt_export *x, const kt_loop *loop) {
+    double at = 0.0, v[3];
+    if (kt_function_evaluate(&loop->function, 0.0, v, NULL) == KT_OK)
+        at = v[0];
+    write_follower(x, loop->joint, NULL, (const double[]){at, 0.0, 0.0, 0.0, 0.0}, 5);
+}
+
+void kt_export_equalities(kt_export *x) {
+    fputs("  <equality>\n", x->stream);
+    for (int i = 0; i < x->d->loop_count; i++) {
+        const kt_loop *loop = &x->d->loops[i];
+        if (loop->type == KT_LOOP_MOTION && kt_export_scalar(x, loop->joint) >= 0)
+            write_held(x, loop);
+        if (!kt_export_has_sites(loop))
+            continue;
+        write_sites(x, loop, loop->type == KT_LOOP_WELD ? "weld" : "connect", "", 1);
+        if (loop->type == KT_LOOP_REVOLUTE)
+            write_sites(x, loop, "connect", "__axis", 3);
+    }
+    for (int i = 0; i < x->d->body_count; i++) {
+        const kt_export_follower *f = &x->followers[i];
+        if (f->master >= 0)
+            write_follower(x, joint_of(x, i), joint_of(x, f->master), f->a, 5);
+        if (kt_export_body(x, i)->joint.type == KT_JOINT_SCREW)
+            write_screw(x, i);
+    }
+    for (int i = 0; i < x->tendon_count; i++) {
+        fprintf(x->stream, "    <tendon tendon1=\"%s\"", x->tendons[i]->name);
+        kt_export_numbers(x, "polycoef", (const double[]){x->tendons[i]->offset, 0.0, 0.0, 0.0, 0.0}, 5);
+        fputs("/>\n", x->stream);
+    }
+    fputs("  </equality>\n", x->stream);
+}
+
+/* ---- actuators --------------------------------------------------------------------------------------------------- */
+
+/* A function of time at the start, and its rate. */
+static double start_of(const kt_function *f, int derivative) {
+    double v[3] = {0.0, 0.0, 0.0};
+    return f->type != KT_FUNCTION_NONE && kt_function_evaluate(f, 0.0, v, NULL) == KT_OK ? v[derivative] : 0.0;
+}
+
+/* A target without stiffness grows at a constant rate. */
+static bool is_steady(const kt_effect *e) {
+    const kt_function *f = e->type == KT_EFFECT_MOTOR ? &e->torque : &e->target;
+    const bool is_line = f->type == KT_FUNCTION_POLYNOMIAL && f->number_count <= 2;
+    return f->type == KT_FUNCTION_NONE || f->type == KT_FUNCTION_CONSTANT ||
+           (is_line && e->type == KT_EFFECT_SERVO && e->stiffness == 0.0);
+}
+
+/* The bounds of a servo's force, which are sharp in MuJoCo. */
+static void write_bounds(kt_export *x, const kt_effect *e) {
+    static const double far = 1e9;
+    const double lower = fmax(e->lower, -e->limit), upper = fmin(e->upper, e->limit);
+    if (isfinite(e->limit))
+        kt_export_lose(x, "smooth limits of servos, which MuJoCo has as sharp ones");
+    if (isfinite(lower) || isfinite(upper))
+        kt_export_numbers(x, "forcerange",
+                          (const double[]){isfinite(lower) ? lower : -far, isfinite(upper) ? upper : far}, 2);
+}
+
+static void write_motor(kt_export *x, const kt_export_motor *motor) {
+    const kt_effect *e = motor->effect;
+    const bool is_number = x->role[motor->body] == KT_EXPORT_SUM, is_servo = e->type == KT_EFFECT_SERVO;
+    fprintf(x->stream, "    <%s", is_servo ? "general" : "motor");
+    if (e->name != NULL)
+        fprintf(x->stream, " name=\"%s\"", e->name);
+    fprintf(x->stream, " %s=\"%s\"", is_number ? "tendon" : "joint", joint_of(x, motor->body));
+    if (is_servo) {
+        const double gain = e->stiffness > 0.0 ? e->stiffness : e->damping;
+        fputs(" biastype=\"affine\"", x->stream);
+        kt_export_numbers(x, "gainprm", &gain, 1);
+        kt_export_numbers(x, "biasprm", (const double[]){0.0, -e->stiffness, -e->damping}, 3);
+        write_bounds(x, e);
+    }
+    fputs("/>\n", x->stream);
+    if (!is_steady(e))
+        kt_export_lose(x, "functions of time of motors and servos, whose controls are those of the start");
+    if (isfinite(kt_export_body(x, motor->body)->joint.limits.effort) && !is_number)
+        kt_export_lose(x, "motors and servos that MuJoCo limits to the effort of their joints (it is data here)");
+}
+
+void kt_export_actuators(kt_export *x) {
+    fputs("  <actuator>\n", x->stream);
+    for (int i = 0; i < x->motor_count; i++)
+        write_motor(x, &x->motors[i]);
+    fputs("  </actuator>\n", x->stream);
+}
+
+static double control_of(const kt_export *x, const kt_export_motor *motor) {
+    const kt_effect *e = motor->effect;
+    double own;
+    if (e->type == KT_EFFECT_MOTOR)
+        return start_of(&e->torque, 0);
+    if (!(e->stiffness > 0.0))
+        return start_of(&e->target, 1);
+    return start_of(&e->target, 0) -
+           (x->role[motor->body] == KT_EXPORT_SUM ? kt_export_number_offset(x, motor->body, &own) : 0.0);
+}
+
+/* ---- the start --------------------------------------------------------------------------------------------------- */
+
+static void add_numbers(kt_export *x, const double *values, int count) {
+    for (int i = 0; i < count; i++) {
+        char text[KT_EXPORT_NUMBER];
+        kt_export_number(text, values[i]);
+        fprintf(x->stream, " %s", text);
+    }
+}
+
+static void add_quat(kt_export *x, const double *p) {
+    kt_quat q = kt_quat_make(p[0], p[1], p[2], p[3]);
+    q = kt_quat_norm_squared(q) > 0.0 ? kt_quat_normalize(q) : kt_quat_make(1.0, 0.0, 0.0, 0.0);
+    add_numbers(x, (const double[]){q.w, q.x, q.y, q.z}, 4);
+}
+
+/* Adds numbers of joints of one coordinate each; the second of a screw follows. */
+static void add_scalars(kt_export *x, const kt_joint *j, const double *values) {
+    kt_export_step steps[KT_EXPORT_STEPS];
+    add_numbers(x, values, kt_export_steps(j, steps));
+    if (j->type == KT_JOINT_SCREW)
+        add_numbers(x, (const double[]){j->pitch * values[0]}, 1);
+}
+
+static void write_position(kt_export *x, int i, int depth) {
+    const kt_joint *j = &kt_export_body(x, i)->joint;
+    (void)depth;
+    if (x->role[i] == KT_EXPORT_SUM)
+        return;
+    if (kt_export_is_deep(x, i)) {
+        add_numbers(x, j->position, 3);
+        add_quat(x, j->position + 3);
+    } else if (j->type == KT_JOINT_FREE) {
+        const kt_pose pose = kt_export_pose(x, i);
+        const kt_quat q = kt_quat_from_matrix(pose.rotation);
+        add_numbers(x, (const double[]){pose.position.x, pose.position.y, pose.position.z}, 3);
+        add_numbers(x, (const double[]){q.w, q.x, q.y, q.z}, 4);
+    } else if (j->type == KT_JOINT_SPHERICAL) {
+        add_quat(x, j->position);
+    } else {
+        add_scalars(x, j, j->position);
+    }
+}
+
+static void write_velocity(kt_export *x, int i, int depth) {
+    const kt_joint *j = &kt_export_body(x, i)->joint;
+    (void)depth;
+    if (x->role[i] == KT_EXPORT_SUM)
+        return;
+    if (kt_export_is_deep(x, i)) {
+        add_numbers(x, j->velocity, 6);
+    } else if (j->type == KT_JOINT_FREE) {
+        const kt_vec3 own = kt_vec3_make(j->velocity[0], j->velocity[1], j->velocity[2]);
+        const kt_vec3 v = kt_mat3_apply(kt_export_matrix(&j->rotation), own);
+        add_numbers(x, (const double[]){v.x, v.y, v.z}, 3);
+        add_numbers(x, j->velocity + 3, 3);
+    } else if (j->type == KT_JOINT_SPHERICAL) {
+        add_numbers(x, j->velocity, 3);
+    } else {
+        add_scalars(x, j, j->velocity);
+    }
+}
+
+void kt_export_start(kt_export *x) {
+    fputs("  <keyframe>\n    <key name=\"start\" qpos=\"", x->stream);
+    kt_export_tree(x, write_position, NULL);
+    fputs("\"\n      qvel=\"", x->stream);
+    kt_export_tree(x, write_velocity, NULL);
+    if (x->motor_count > 0)
+        fputs("\"\n      ctrl=\"", x->stream);
+    for (int i = 0; i < x->motor_count; i++)
+        add_numbers(x, (const double[]){control_of(x, &x->motors[i])}, 1);
+    fputs("\"/>\n  </keyframe>\n", x->stream);
+}

@@ -1,0 +1,81 @@
+/* Inertias that MuJoCo accepts.
+ *
+ * MuJoCo rejects a body that moves if its mass or a principal moment is below 1e-15. It also rejects moments a <= b <=
+ * c with a + b < c. It computes the moments of a full matrix itself, and requires 1e-14 of these. Slender rods, points,
+ * and bodies in a plane with one moment alone violate these conditions.
+ *
+ * Here a moment below the least becomes the least, and a and b grow by (c - a - b) / 2 each. This is the smallest
+ * change that is shared equally. It concerns axes that a mechanism in a plane does not turn about. Such moments are
+ * written about principal axes, since a matrix would round them. */
+#include "algebra/principal.h"
+#include "robot/write.h"
+
+#include <math.h>
+
+static bool is_diagonal(kt_sym3 s) { return s.xy == 0.0 && s.xz == 0.0 && s.yz == 0.0; }
+
+/* Moves the pointer to the largest of three to the last position. */
+static void sort_last(double *m[3]) {
+    for (int i = 0; i < 2; i++)
+        if (*m[i] > *m[2]) {
+            double *swap = m[i];
+            m[i] = m[2];
+            m[2] = swap;
+        }
+}
+
+/* Raises moments, and returns the largest change. */
+static double raise_moments(double moment[3], double least) {
+    double *m[3] = {&moment[0], &moment[1], &moment[2]};
+    const double before[3] = {moment[0], moment[1], moment[2]};
+    double most = 0.0;
+    for (int i = 0; i < 3; i++)
+        moment[i] = fmax(moment[i], least);
+    sort_last(m);
+    const double missing = *m[2] - (*m[0] + *m[1]);
+    if (missing > 0.0) {
+        *m[0] += 0.5 * missing;
+        *m[1] += 0.5 * missing;
+    }
+    while (*m[0] + *m[1] < *m[2]) /* rounded down */
+        *m[0] = nextafter(*m[0], INFINITY);
+    for (int i = 0; i < 3; i++)
+        most = fmax(most, moment[i] - before[i]);
+    return most;
+}
+
+/* Whether readers that compute principal moments of a matrix accept it for certain. */
+static bool is_safe(const double moment[3], double least) {
+    const double sum = moment[0] + moment[1] + moment[2], most = fmax(fmax(moment[0], moment[1]), moment[2]);
+    const double smallest = fmin(fmin(moment[0], moment[1]), moment[2]);
+    return smallest > 20.0 * least && smallest > 1e-10 * most && sum - 2.0 * most > 1e-10 * most;
+}
+
+kt_export_moments kt_export_find_moments(kt_export *x, const kt_body *body, bool moves) {
+    kt_export_moments m = {.mass = body->mass, .axes = kt_mat3_identity()};
+    kt_export_mass(body, &m.com, &m.full);
+    const kt_sym3 s = m.full;
+    m.is_plain = is_diagonal(s);
+    m.is_nothing = body->mass == 0.0 && m.is_plain && s.xx == 0.0 && s.yy == 0.0 && s.zz == 0.0;
+    if (m.is_nothing && !moves)
+        return m;
+    if (!m.is_plain)
+        m.axes = kt_principal_axes(s);
+    const kt_vec3 columns[3] = {m.axes.x, m.axes.y, m.axes.z};
+    for (int k = 0; k < 3; k++)
+        m.moment[k] = kt_vec3_dot(columns[k], kt_sym3_apply(s, columns[k]));
+    m.is_plain = m.is_plain || is_safe(m.moment, x->least);
+    const double size = fmax(fmax(m.moment[0], m.moment[1]), m.moment[2]);
+    const double raised = raise_moments(m.moment, moves ? x->least : 0.0);
+    if (m.is_plain && is_diagonal(s))
+        m.full = kt_sym3_make(m.moment[0], m.moment[1], m.moment[2], 0.0, 0.0, 0.0);
+    if (moves && m.mass < x->least) {
+        m.mass = x->least;
+        x->lightened++;
+    } else if (raised > 1e-15 * size) {
+        x->raised++;
+        x->most_raised = fmax(x->most_raised, raised);
+    }
+    m.is_nothing = false;
+    return m;
+}
