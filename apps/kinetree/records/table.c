@@ -2,35 +2,14 @@
 #include "records/table.h"
 
 #include "command.h"
+#include "text/bytes.h"
 
 #include <errno.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Returns the content of a file, zero-terminated; NULL if it cannot be read or memory is insufficient. */
-static char *read_all(FILE *file) {
-    size_t room = 65536, size = 0;
-    char *text = malloc(room);
-    while (text != NULL) {
-        size += fread(text + size, 1, room - 1 - size, file);
-        if (size + 1 < room)
-            break;
-        char *more = realloc(text, 2 * room);
-        if (more == NULL)
-            free(text);
-        text = more;
-        room *= 2;
-    }
-    if (text != NULL && ferror(file)) {
-        free(text);
-        return NULL;
-    }
-    if (text != NULL)
-        text[size] = '\0';
-    return text;
-}
 
 static int say_no_memory(void) {
     kt_say("there is not enough memory for the table");
@@ -111,10 +90,11 @@ static int read_cells(const char *path, kt_table *table, const char *lines) {
 int kt_table_read_file(const char *path, kt_table *table) {
     const bool is_input = strcmp(path, "-") == 0;
     FILE *file = is_input ? stdin : fopen(path, "r");
+    kt_bytes text = {0};
     *table = (kt_table){0};
     errno = 0;
-    if (file != NULL)
-        table->text = read_all(file);
+    if (file != NULL && kt_bytes_read(&text, file, SIZE_MAX))
+        table->text = text.text;
     const int reason = errno;
     if (file != NULL && !is_input)
         fclose(file);

@@ -2,6 +2,7 @@
 #include "records/output.h"
 #include "scene/load.h"
 #include "scene/start.h"
+#include "text/bytes.h"
 
 #include "kinetree/import.h"
 #include "kinetree/study.h"
@@ -18,30 +19,6 @@
 
 /* Standard input may be endless; no scene is longer than this, and the reader reports it. */
 enum { INPUT_MOST = 65 << 20 };
-
-/* Reads all of standard input; NULL if it cannot be read or memory is insufficient. The caller frees it. */
-static char *read_input(size_t *size) {
-    size_t room = 65536;
-    char *text = malloc(room);
-    *size = 0;
-    while (text != NULL) {
-        *size += fread(text + *size, 1, room - *size, stdin);
-        if (*size < room || room > INPUT_MOST)
-            break;
-        char *more = realloc(text, 2 * room);
-        if (more == NULL) {
-            free(text);
-            return NULL;
-        }
-        text = more;
-        room *= 2;
-    }
-    if (text != NULL && ferror(stdin)) {
-        free(text);
-        return NULL;
-    }
-    return text;
-}
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
@@ -161,23 +138,22 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
     kt_error error = {0};
     kt_status status;
     if (strcmp(path, "-") == 0) {
-        size_t size;
+        kt_bytes input = {0};
         errno = 0;
-        char *text = read_input(&size);
-        if (text == NULL) {
+        if (!kt_bytes_read(&input, stdin, INPUT_MOST)) {
             kt_say("standard input cannot be read: %s", strerror(errno != 0 ? errno : ENOMEM));
             return KT_EXIT_SCENE;
         }
         static const char name[] = "(standard input)";
-        is_robot = is_robot || is_xml(text, size);
+        is_robot = is_robot || is_xml(input.text, input.used);
         reported.most = is_robot ? ROBOT_FAULTS_MOST : 0;
         if (is_robot && refuse_settings(name, settings) >= 0) {
-            free(text);
+            free(input.text);
             return KT_EXIT_USAGE;
         }
-        status = is_robot ? kt_robot_parse(name, text, size, options, scene, report, &reported, &error)
-                          : kt_scene_parse_with(name, text, size, &how, scene, report, &reported, &error);
-        free(text);
+        status = is_robot ? kt_robot_parse(name, input.text, input.used, options, scene, report, &reported, &error)
+                          : kt_scene_parse_with(name, input.text, input.used, &how, scene, report, &reported, &error);
+        free(input.text);
     } else if (is_robot && refuse_settings(path, settings) >= 0) {
         return KT_EXIT_USAGE;
     } else if (is_robot) {

@@ -4,6 +4,7 @@
 #include "records/keep.h"
 #include "subcommands/run.h"
 #include "sweep/ranks.h"
+#include "text/bytes.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -361,22 +362,14 @@ static int choose_shard(const char *text, int64_t runs, int64_t *first, int64_t 
 
 static int read_text(kt_sweep *sweep) {
     FILE *file = strcmp(sweep->path, "-") == 0 ? stdin : fopen(sweep->path, "rb");
-    size_t room = 65536;
+    kt_bytes text = {0};
     if (file == NULL) {
         kt_say("%s cannot be read: %s", sweep->path, strerror(errno));
         return KT_EXIT_SCENE;
     }
-    for (;;) {
-        char *more = realloc(sweep->text, room);
-        if (more == NULL)
-            break;
-        sweep->text = more;
-        sweep->size += fread(sweep->text + sweep->size, 1, room - sweep->size, file);
-        if (sweep->size < room || room > (size_t)65 << 20)
-            break;
-        room *= 2;
-    }
-    const bool fine = sweep->text != NULL && !ferror(file);
+    const bool fine = kt_bytes_read(&text, file, (size_t)65 << 20);
+    sweep->text = text.text;
+    sweep->size = text.used;
     if (file != stdin)
         (void)fclose(file);
     if (!fine)

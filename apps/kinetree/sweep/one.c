@@ -5,6 +5,7 @@
 #include "advice/excess.h"
 #include "records/columns.h"
 #include "scene/play.h"
+#include "text/bytes.h"
 
 #include "kinetree/analysis.h"
 
@@ -16,68 +17,33 @@
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
-typedef struct cells {
-    char *at;
-    size_t used, room;
-    bool failed;
-} cells;
-
-static void add(cells *to, const char *format, ...) KT_PRINTF(2, 3);
-
-static bool grow(cells *to, size_t more) {
-    const size_t room = 2 * to->room + more + 1024;
-    char *at = realloc(to->at, room);
-    if (at == NULL) {
-        to->failed = true;
-        return false;
-    }
-    to->at = at;
-    to->room = room;
-    return true;
-}
-
-/* Mostly there is room, and the text is made once. */
-static void add(cells *to, const char *format, ...) {
-    va_list arguments, again;
-    va_start(arguments, format);
-    va_copy(again, arguments);
-    size_t left = to->room - to->used;
-    int length = to->failed ? -1 : vsnprintf(left > 0 ? to->at + to->used : NULL, left, format, arguments);
-    if (length >= 0 && (size_t)length >= left && grow(to, (size_t)length))
-        length = vsnprintf(to->at + to->used, to->room - to->used, format, again);
-    if (length >= 0 && !to->failed)
-        to->used += (size_t)length;
-    va_end(again);
-    va_end(arguments);
-}
-
 /* A number that has none is an empty cell. */
-static void add_number(cells *to, double value) {
+static void add_number(kt_bytes *to, double value) {
     if (isnan(value))
-        add(to, ",");
+        kt_bytes_print(to, ",");
     else
-        add(to, ",%.17g", value);
+        kt_bytes_print(to, ",%.17g", value);
 }
 
 /* Words in quotes, those in them doubled, on one line. */
-static void add_words(cells *to, const char *where, const char *words) {
-    add(to, ",\"");
+static void add_words(kt_bytes *to, const char *where, const char *words) {
+    kt_bytes_print(to, ",\"");
     for (int part = 0; part < 2; part++) {
         const char *from = part == 0 ? where : words;
         for (; *from != '\0'; from++)
-            add(to, *from == '"' ? "\"\"" : "%c", *from == '\n' ? ' ' : *from);
+            kt_bytes_print(to, *from == '"' ? "\"\"" : "%c", *from == '\n' ? ' ' : *from);
         if (part == 0 && where[0] != '\0')
-            add(to, ": ");
+            kt_bytes_print(to, ": ");
     }
-    add(to, "\"");
+    kt_bytes_print(to, "\"");
 }
 
 /* The finished line; NULL if memory did not suffice. */
-static char *end_line(cells *to) {
-    add(to, "\n");
-    if (!to->failed)
-        return to->at;
-    free(to->at);
+static char *end_line(kt_bytes *to) {
+    kt_bytes_print(to, "\n");
+    if (!to->is_short)
+        return to->text;
+    free(to->text);
     return NULL;
 }
 
@@ -359,7 +325,7 @@ static void find_columns(const kt_sweep *sweep, const kt_columns *columns, size_
     }
 }
 
-static void add_columns(cells *line, const made *m) {
+static void add_columns(kt_bytes *line, const made *m) {
     for (size_t i = 0; i < m->sweep->column_count; i++) {
         const range *of = m->ranges != NULL ? &m->ranges[i] : NULL;
         const bool has_values = of != NULL && m->place[i] < m->columns.count && !isnan(of->last);
@@ -394,46 +360,47 @@ int kt_sweep_list_functionals(kt_sweep *sweep) {
 }
 
 char *kt_sweep_header(const kt_sweep *sweep) {
-    cells line = {NULL, 0, 0, false};
-    add(&line, "run");
+    kt_bytes line = {0};
+    kt_bytes_print(&line, "run");
     for (int i = 0; i < sweep->plan.count; i++)
-        add(&line, ",%s", sweep->plan.axes[i].path);
-    add(&line, ",status,time,steps,evaluations,energy.error");
+        kt_bytes_print(&line, ",%s", sweep->plan.axes[i].path);
+    kt_bytes_print(&line, ",status,time,steps,evaluations,energy.error");
     for (size_t i = 0; i < sweep->event_count; i++)
-        add(&line, ",event.%s", sweep->events[i]);
+        kt_bytes_print(&line, ",event.%s", sweep->events[i]);
     for (size_t i = 0; i < sweep->column_count; i++)
         for (int k = 0; k < sweep->functional_count; k++)
-            add(&line, ",%s.%s", sweep->columns[i], functional_names[sweep->functionals[k]]);
-    add(&line, "%s,why", kt_batch_is_fused() ? KT_SWEEP_LANES : "");
+            kt_bytes_print(&line, ",%s.%s", sweep->columns[i], functional_names[sweep->functionals[k]]);
+    kt_bytes_print(&line, "%s,why", kt_batch_is_fused() ? KT_SWEEP_LANES : "");
     return end_line(&line);
 }
 
 /* How often each event has happened; a run that did not begin has empty cells. */
-static void add_events(cells *line, const kt_sweep *sweep, const made *m) {
+static void add_events(kt_bytes *line, const kt_sweep *sweep, const made *m) {
     for (size_t i = 0; i < sweep->event_count; i++)
         if (m->simulation != NULL)
-            add(line, ",%llu", (unsigned long long)kt_simulation_event_count(m->simulation, sweep->events[i]));
+            kt_bytes_print(line, ",%llu",
+                           (unsigned long long)kt_simulation_event_count(m->simulation, sweep->events[i]));
         else
-            add(line, ",");
+            kt_bytes_print(line, ",");
 }
 
 static char *write_line(const made *m, kt_status status, const kt_error *error) {
     const kt_sweep *sweep = m->sweep;
-    cells line = {NULL, 0, 0, false};
-    add(&line, "%lld", (long long)m->number);
+    kt_bytes line = {0};
+    kt_bytes_print(&line, "%lld", (long long)m->number);
     for (int i = 0; i < sweep->plan.count; i++)
         add_number(&line, m->values[i]);
     const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
-    add(&line, ",%s", status_name(status));
+    kt_bytes_print(&line, ",%s", status_name(status));
     add_number(&line, kt_simulation_time(m->simulation));
-    add(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
+    kt_bytes_print(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
     add_number(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
     add_events(&line, sweep, m);
     add_columns(&line, m);
     if (kt_batch_is_fused())
-        add(&line, ",fused");
+        kt_bytes_print(&line, ",fused");
     if (status == KT_OK)
-        add(&line, ",");
+        kt_bytes_print(&line, ",");
     else
         add_words(&line, error->where, error->message);
     return end_line(&line);

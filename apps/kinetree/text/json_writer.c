@@ -10,57 +10,34 @@
 
 /* ---- the text ---------------------------------------------------------------------------------------------------- */
 
-/* Returns where the next `size` bytes and a zero go; NULL: memory is insufficient. */
-static char *make_room(kt_json_writer *out, size_t size) {
-    if (out->room - out->used <= size) {
-        const size_t room = 2 * out->room + size + 4096;
-        char *more = out->is_short ? NULL : realloc(out->text, room);
-        out->is_short = more == NULL;
-        if (out->is_short)
-            return NULL;
-        out->text = more;
-        out->room = room;
-    }
-    return out->text + out->used;
-}
-
-static void put(kt_json_writer *out, const char *text, size_t size) {
-    char *to = make_room(out, size);
-    if (to == NULL)
-        return;
-    memcpy(to, text, size);
-    to[size] = '\0';
-    out->used += size;
-}
-
 /* A comma between members, and the name of this one. */
 static void put_key(kt_json_writer *out, const char *key) {
     const char last = out->used > 0 ? out->text[out->used - 1] : '[';
     if (last != '{' && last != '[')
-        put(out, ",", 1);
+        kt_bytes_add(out, ",", 1);
     if (key != NULL) {
-        put(out, "\"", 1);
-        put(out, key, strlen(key));
-        put(out, "\":", 2);
+        kt_bytes_add(out, "\"", 1);
+        kt_bytes_add(out, key, strlen(key));
+        kt_bytes_add(out, "\":", 2);
     }
 }
 
 void kt_put_open(kt_json_writer *out, const char *key, char bracket) {
     put_key(out, key);
-    put(out, &bracket, 1);
+    kt_bytes_add(out, &bracket, 1);
 }
 
-void kt_put_close(kt_json_writer *out, char bracket) { put(out, &bracket, 1); }
+void kt_put_close(kt_json_writer *out, char bracket) { kt_bytes_add(out, &bracket, 1); }
 
 /* ---- texts ------------------------------------------------------------------------------------------------------- */
 
 /* Writes JSON with "<" escaped. In JSON this character occurs only within texts. */
 static void put_escaped(kt_json_writer *out, const char *json) {
     for (const char *less; (less = strchr(json, '<')) != NULL; json = less + 1) {
-        put(out, json, (size_t)(less - json));
-        put(out, "\\u003c", 6);
+        kt_bytes_add(out, json, (size_t)(less - json));
+        kt_bytes_add(out, "\\u003c", 6);
     }
-    put(out, json, strlen(json));
+    kt_bytes_add(out, json, strlen(json));
 }
 
 void kt_put_tree(kt_json_writer *out, const char *key, const json_t *tree) {
@@ -84,9 +61,9 @@ void kt_put_text(kt_json_writer *out, const char *key, const char *text) {
         kt_put_null(out, key);
     } else if (is_plain(text)) {
         put_key(out, key);
-        put(out, "\"", 1);
-        put(out, text, strlen(text));
-        put(out, "\"", 1);
+        kt_bytes_add(out, "\"", 1);
+        kt_bytes_add(out, text, strlen(text));
+        kt_bytes_add(out, "\"", 1);
     } else {
         json_t *exact = kt_json_text(text);
         kt_put_tree(out, key, exact);
@@ -98,12 +75,12 @@ void kt_put_text(kt_json_writer *out, const char *key, const char *text) {
 
 void kt_put_null(kt_json_writer *out, const char *key) {
     put_key(out, key);
-    put(out, "null", 4);
+    kt_bytes_add(out, "null", 4);
 }
 
 void kt_put_boolean(kt_json_writer *out, const char *key, bool value) {
     put_key(out, key);
-    put(out, value ? "true" : "false", value ? 4 : 5);
+    kt_bytes_add(out, value ? "true" : "false", value ? 4 : 5);
 }
 
 /* Writes n / 10^decimals, with a digit before the point at least. Returns the length. */
@@ -131,8 +108,8 @@ void kt_put_integer(kt_json_writer *out, const char *key, long long n) {
     char text[24] = "-";
     const size_t sign = n < 0 ? 1 : 0;
     put_key(out, key);
-    put(out, text,
-        sign + print_fixed(text + sign, sign != 0 ? 0ULL - (unsigned long long)n : (unsigned long long)n, 0));
+    kt_bytes_add(out, text,
+                 sign + print_fixed(text + sign, sign != 0 ? 0ULL - (unsigned long long)n : (unsigned long long)n, 0));
 }
 
 /* Writes whole numbers, and numbers of everyday size with nine digits. For the latter, x 10^d has nine digits before
@@ -162,7 +139,7 @@ void kt_json_put_number(kt_json_writer *out, const char *key, double x) {
         length += print_fixed(text + length, (unsigned long long)(size * power + 0.5), decimals);
     }
     put_key(out, key);
-    put(out, text, length);
+    kt_bytes_add(out, text, length);
 }
 
 void kt_json_put_numbers(kt_json_writer *out, const char *key, const double *x, int count) {

@@ -13,16 +13,11 @@
 #define KT_COMMAND_TEXT_JSON_WRITER_H
 
 #include "kinetree/algebra.h"
+#include "text/bytes.h"
 
 #include <jansson.h>
-#include <stdbool.h>
-#include <stddef.h>
 
-typedef struct kt_json_writer {
-    char *text; /* ends with a zero; NULL: nothing was put */
-    size_t used, room;
-    bool is_short; /* memory was insufficient: the text is incomplete */
-} kt_json_writer;
+typedef kt_bytes kt_json_writer;
 
 /* bracket: '{' or '['; '}' or ']'. */
 void kt_put_open(kt_json_writer *out, const char *key, char bracket);

@@ -8,6 +8,7 @@
 #include "text/tree.h"
 
 #include "command.h"
+#include "text/bytes.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -34,9 +35,7 @@ typedef struct kt_drawing {
     bool silent;       /* only count lines */
     int lines;
     const kt_glyphs *glyphs;
-    char *indent; /* prefix of the current line */
-    size_t used, room;
-    bool failed;
+    kt_bytes indent; /* prefix of the current line */
 } kt_drawing;
 
 /* ---- one line ---------------------------------------------------------------------------------------------------- */
@@ -55,7 +54,8 @@ static void show_body(kt_drawing *d, const char *glyph, int body) {
         return;
     kt_coordinates at = kt_body_coordinates(d->model, body);
     double mass = kt_body_mass(d->model, body);
-    printf("%.*s%s%s  %s", (int)d->used, d->indent, glyph, kt_body_name(d->model, body), kt_joint_type_name(at.type));
+    printf("%.*s%s%s  %s", (int)d->indent.used, d->indent.text, glyph, kt_body_name(d->model, body),
+           kt_joint_type_name(at.type));
     if (strcmp(kt_joint_name(d->model, body), kt_body_name(d->model, body)) != 0)
         printf(" '%s'", kt_joint_name(d->model, body));
     if (at.nv > 0)
@@ -73,7 +73,7 @@ static void show_more(kt_drawing *d, const char *format, ...) {
     if (d->silent)
         return;
     va_list arguments;
-    printf("%.*s%s", (int)d->used, d->indent, d->glyphs->more);
+    printf("%.*s%s", (int)d->indent.used, d->indent.text, d->glyphs->more);
     va_start(arguments, format);
     vprintf(format, arguments);
     va_end(arguments);
@@ -82,21 +82,8 @@ static void show_more(kt_drawing *d, const char *format, ...) {
 
 /* Indents by one more level. */
 static void append(kt_drawing *d, const char *glyph) {
-    size_t length = strlen(glyph);
-    if (d->silent || d->failed)
-        return;
-    if (d->used + length > d->room) {
-        size_t room = 2 * (d->used + length);
-        char *indent = realloc(d->indent, room);
-        if (indent == NULL) {
-            d->failed = true;
-            return;
-        }
-        d->indent = indent;
-        d->room = room;
-    }
-    memcpy(d->indent + d->used, glyph, length);
-    d->used += length;
+    if (!d->silent)
+        kt_bytes_add(&d->indent, glyph, strlen(glyph));
 }
 
 /* ---- traversal --------------------------------------------------------------------------------------------------- */
@@ -113,7 +100,7 @@ static int end_of_run(const kt_drawing *d, int body, int *length) {
 static void draw_children(kt_drawing *d, int body, int level);
 
 static void draw_run(kt_drawing *d, int body, bool is_last, int level) {
-    size_t used = d->used;
+    size_t used = d->indent.used;
     int length, end = end_of_run(d, body, &length);
     bool is_abridged = length > RUN_MAX;
     for (int i = 0;; i++) {
@@ -129,7 +116,7 @@ static void draw_run(kt_drawing *d, int body, bool is_last, int level) {
         }
     }
     draw_children(d, end, level + 1);
-    d->used = used;
+    d->indent.used = used;
 }
 
 static void draw_children(kt_drawing *d, int body, int level) {
@@ -195,7 +182,7 @@ int kt_tree_draw(const kt_model *model) {
     choose_depth(&d);
     puts(kt_body_name(model, 0));
     draw_children(&d, 0, 0);
-    free(d.indent);
+    free(d.indent.text);
     free(numbers);
-    return d.failed ? -1 : 0;
+    return d.indent.is_short ? -1 : 0;
 }

@@ -10,6 +10,7 @@
 #include "picture/mesh.h"
 #include "plot/palette.h"
 #include "records/output.h"
+#include "text/bytes.h"
 #include "text/json.h"
 
 #include <errno.h>
@@ -36,9 +37,7 @@ enum {
 typedef struct glb {
     const kt_motion *motion;
     json_t *root, *views, *accessors, *meshes, *nodes;
-    unsigned char *bytes;
-    size_t used, room;
-    bool full;
+    kt_bytes bytes;
     size_t *frames; /* frames whose times differ in single precision */
     size_t frame_count;
     int *meshes_of; /* [solid]: the mesh; for solids of one size and colour the same one */
@@ -47,19 +46,10 @@ typedef struct glb {
 /* ---- the buffer -------------------------------------------------------------------------------------------------- */
 
 static void put_bytes(glb *g, const void *number, size_t size) {
-    if (g->room - g->used < size) {
-        const size_t room = 2 * g->room + size + 4096;
-        unsigned char *more = realloc(g->bytes, room);
-        if (more == NULL) {
-            g->full = true;
-            return;
-        }
-        g->bytes = more;
-        g->room = room;
-    }
-    for (size_t k = 0; k < size; k++) /* little-endian on every machine */
-        g->bytes[g->used++] =
-            ((const unsigned char *)number)[__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? size - 1 - k : k];
+    char *to = kt_bytes_room(&g->bytes, size);
+    for (size_t k = 0; to != NULL && k < size; k++) /* little-endian on every machine */
+        to[k] = ((const char *)number)[__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? size - 1 - k : k];
+    g->bytes.used += to != NULL ? size : 0;
 }
 
 static void put_float(glb *g, double x) {
@@ -80,7 +70,7 @@ static int end_view(glb *g, size_t start, int use, int component, const char *ty
     json_t *view = json_object(), *accessor = json_object();
     json_object_set_new(view, "buffer", json_integer(0));
     json_object_set_new(view, "byteOffset", json_integer((json_int_t)start));
-    json_object_set_new(view, "byteLength", json_integer((json_int_t)(g->used - start)));
+    json_object_set_new(view, "byteLength", json_integer((json_int_t)(g->bytes.used - start)));
     if (use != 0)
         json_object_set_new(view, "target", json_integer(use));
     json_object_set_new(accessor, "bufferView", json_integer((json_int_t)json_array_size(g->views)));
@@ -123,7 +113,7 @@ static box box_of(const kt_mesh *mesh) {
 static json_t *describe_primitive(glb *g, const kt_mesh *mesh, int material) {
     const box all = box_of(mesh);
     const size_t points = (size_t)mesh->point_count, corners = 3 * (size_t)mesh->triangle_count;
-    size_t start = g->used;
+    size_t start = g->bytes.used;
     for (size_t i = 0; i < points; i++)
         put_vector(g, mesh->points[i]);
     json_t *attributes = json_object(), *primitive = json_object();
@@ -131,12 +121,12 @@ static json_t *describe_primitive(glb *g, const kt_mesh *mesh, int material) {
         attributes, "POSITION",
         json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, kt_json_vector(vector_of(all.low)),
                               kt_json_vector(vector_of(all.high)))));
-    start = g->used;
+    start = g->bytes.used;
     for (size_t i = 0; i < points; i++)
         put_vector(g, mesh->normals[i]);
     json_object_set_new(attributes, "NORMAL",
                         json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, NULL, NULL)));
-    start = g->used;
+    start = g->bytes.used;
     for (size_t i = 0; i < corners; i++) {
         const uint32_t corner = (uint32_t)mesh->corners[i];
         put_bytes(g, &corner, sizeof corner);
@@ -188,8 +178,8 @@ static void add_mesh(glb *g, int solid) {
         kt_mesh mesh = {0};
         kt_solid centred = picture->solids[solid];
         centred.pose = kt_pose_identity();
-        g->full = !kt_mesh_add_solid(&mesh, &centred, SIDES) || g->full;
-        primitive = g->full ? json_object() : describe_primitive(g, &mesh, material);
+        g->bytes.is_short = !kt_mesh_add_solid(&mesh, &centred, SIDES) || g->bytes.is_short;
+        primitive = g->bytes.is_short ? json_object() : describe_primitive(g, &mesh, material);
         kt_mesh_free(&mesh);
     }
     json_t *one = json_object(), *primitives = json_array();
@@ -200,7 +190,7 @@ static void add_mesh(glb *g, int solid) {
 }
 
 static void add_meshes(glb *g) {
-    for (int i = 0; i < g->motion->picture->solid_count && !g->full; i++) {
+    for (int i = 0; i < g->motion->picture->solid_count && !g->bytes.is_short; i++) {
         g->meshes_of[i] = find_mesh(g, i);
         if (g->meshes_of[i] < 0)
             add_mesh(g, i);
@@ -298,7 +288,7 @@ static void add_nodes(glb *g, const char *name) {
 
 /* Adds the times of frames, which must increase in single precision. */
 static int add_times(glb *g) {
-    const size_t start = g->used;
+    const size_t start = g->bytes.used;
     const double *times = g->motion->times;
     for (size_t i = 0; i < g->motion->count; i++)
         if (i == 0 || (float)times[i] > (float)times[g->frames[g->frame_count - 1]]) {
@@ -311,7 +301,7 @@ static int add_times(glb *g) {
 }
 
 static int add_places(glb *g, size_t body) {
-    const size_t start = g->used, bodies = kt_motion_bodies(g->motion);
+    const size_t start = g->bytes.used, bodies = kt_motion_bodies(g->motion);
     for (size_t i = 0; i < g->frame_count; i++) {
         const float *place = g->motion->places + 3 * (g->frames[i] * bodies + body);
         put_vector(g, vector_of(place));
@@ -320,7 +310,7 @@ static int add_places(glb *g, size_t body) {
 }
 
 static int add_turns(glb *g, size_t body) {
-    const size_t start = g->used, bodies = kt_motion_bodies(g->motion);
+    const size_t start = g->bytes.used, bodies = kt_motion_bodies(g->motion);
     for (size_t i = 0; i < g->frame_count; i++) {
         const int16_t *q = g->motion->turns + 4 * (g->frames[i] * bodies + body);
         for (int k = 1; k <= 4; k++)
@@ -391,8 +381,8 @@ static void describe(glb *g, const char *name) {
         json_object_set(g->root, "meshes", g->meshes);
     }
     json_object_set(g->root, "nodes", g->nodes);
-    if (g->used > 0) {
-        json_object_set_new(buffer, "byteLength", json_integer((json_int_t)g->used));
+    if (g->bytes.used > 0) {
+        json_object_set_new(buffer, "byteLength", json_integer((json_int_t)g->bytes.used));
         json_object_set_new(g->root, "buffers", list_of(buffer));
         json_object_set(g->root, "bufferViews", g->views);
         json_object_set(g->root, "accessors", g->accessors);
@@ -418,7 +408,7 @@ static void write_chunk(FILE *file, size_t type, const void *bytes, size_t size,
 
 /* Returns 0, or the errno. */
 static int write_file(const glb *g, const char *json, const char *path) {
-    const size_t length = strlen(json), buffer = g->used > 0 ? 8 + whole_words(g->used) : 0;
+    const size_t length = strlen(json), buffer = g->bytes.used > 0 ? 8 + whole_words(g->bytes.used) : 0;
     errno = 0;
     FILE *file = fopen(path, "wb");
     if (file == NULL)
@@ -428,7 +418,7 @@ static int write_file(const glb *g, const char *json, const char *path) {
     write_word(file, 12 + 8 + whole_words(length) + buffer);
     write_chunk(file, CHUNK_JSON, json, length, ' ');
     if (buffer > 0)
-        write_chunk(file, CHUNK_BIN, g->bytes, g->used, 0);
+        write_chunk(file, CHUNK_BIN, g->bytes.text, g->bytes.used, 0);
     const bool fine = fflush(file) == 0 && !ferror(file);
     const int reason = fine ? 0 : errno != 0 ? errno : EIO;
     return fclose(file) != 0 && reason == 0 ? errno : reason;
@@ -457,11 +447,11 @@ int kt_glb_write(const kt_motion *motion, const char *name, const char *path) {
              .nodes = json_array(),
              .frames = malloc(motion->count * sizeof *g.frames),
              .meshes_of = malloc((size_t)(motion->picture->solid_count + 1) * sizeof *g.meshes_of)};
-    g.full = g.frames == NULL || g.meshes_of == NULL;
-    if (!g.full)
+    g.bytes.is_short = g.frames == NULL || g.meshes_of == NULL;
+    if (!g.bytes.is_short)
         describe(&g, name);
     char *json = NULL;
-    if (g.full) {
+    if (g.bytes.is_short) {
         kt_say("there is not enough memory for the glTF file");
         json_decref(g.root);
     } else {
@@ -473,7 +463,7 @@ int kt_glb_write(const kt_motion *motion, const char *name, const char *path) {
     json_decref(g.accessors);
     json_decref(g.meshes);
     json_decref(g.nodes);
-    free(g.bytes);
+    free(g.bytes.text);
     free(g.frames);
     free(g.meshes_of);
     return code;
