@@ -164,10 +164,7 @@ static void XMLCALL add_text(void *user, const XML_Char *text, int length) {
 static void XMLCALL refuse_type(void *user, const XML_Char *name, const XML_Char *system, const XML_Char *public,
                                 int internal) {
     kt_xml *x = user;
-    (void)name;
-    (void)system;
-    (void)public;
-    (void)internal;
+    (void)name, (void)system, (void)public, (void)internal;
     const kt_element place = here(x);
     (void)kt_xml_fault(x->reader, &place, "a document type (<!DOCTYPE ...>) is not read; leave it out");
     stop(x);

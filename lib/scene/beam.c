@@ -53,8 +53,7 @@ typedef struct kt_beam {
 /* ---- kinds of values --------------------------------------------------------------------------------------------- */
 
 static bool read_node(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)r;
-    (void)scope;
+    (void)r, (void)scope;
     kt_node **out = kt_field_in(object, field);
     *out = node;
     return true;

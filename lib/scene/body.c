@@ -177,8 +177,7 @@ static bool same_parent(const kt_field *field, const void *object, const void *s
 }
 
 static bool same_shape(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     const kt_body *body = object;
     return body->shape.type == KT_SHAPE_NONE;
 }
@@ -241,8 +240,7 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
 }
 
 static void write_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     const kt_body *body = object;
     kt_emit_map(e, false);
     for (int i = 0; i < body->marker_count; i++)
@@ -251,8 +249,7 @@ static void write_markers(kt_emitter *e, const kt_field *field, const void *obje
 }
 
 static bool same_markers(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     return ((const kt_body *)object)->marker_count == 0;
 }
 
@@ -373,12 +370,11 @@ static void settle_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, kt
     (void)kt_parts_settle(r, scope, list, r->scene->part_nodes, r->scene->parts, body->shape_count, given, body);
 }
 
-static void read_body(kt_reader *r, kt_node *node, int index, kt_body *body) {
-    const kt_scope scope = kt_item_scope("body", "bodies", index, node);
+static void read_keys(kt_reader *r, const kt_scope *scope, kt_node *node, kt_body *body) {
     r->scene->parts = NULL;
-    if (!kt_table_read(r, &scope, node, &body_table, body))
+    if (!kt_table_read(r, scope, node, &body_table, body))
         return;
-    settle_shapes(r, &scope, node, body);
+    settle_shapes(r, scope, node, body);
     if (body->variable_mass != NULL && body->variable_mass->mass.type == KT_FUNCTION_NONE) {
         kt_variable_mass *variable = variable_of(r, body); /* inertias alone vary */
         if (variable != NULL)
@@ -392,66 +388,43 @@ static void read_body(kt_reader *r, kt_node *node, int index, kt_body *body) {
     }
 }
 
-/* ---- the list ---------------------------------------------------------------------------------------------------- */
-
-bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const char *expected, kt_node ***nodes,
-                   int *count) {
-    if (list->kind != KT_NODE_LIST)
-        return kt_fault_expected(r, scope, list, expected);
-    *nodes = kt_pool_take(&r->scratch, list->count, sizeof **nodes);
-    if (*nodes == NULL)
-        return kt_reader_out_of_memory(r);
-    *count = 0;
-    for (kt_node *item = list->of.first; item != NULL; item = item->next)
-        (*nodes)[(*count)++] = item;
-    return true;
+static void read_body(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+    kt_body *body = (kt_body *)item->items + item->index;
+    *body = kt_body_default();
+    read_keys(r, scope, item->nodes[item->index], body);
+    if (!kt_name_is_valid(body->name) || strcmp(body->name, "world") == 0)
+        r->scene->names_are_known = false;
+    r->scene->hides_bodies = r->scene->hides_bodies || kt_body_is_hidden(r, item->index);
 }
 
-static bool read_bodies(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)field;
-    kt_scene *scene = object;
-    int count = 0;
-    r->scene->names_are_known = r->scene->names_are_known && node->kind == KT_NODE_LIST;
-    if (!kt_list_nodes(r, scope, node, "a list of bodies ('- name: ...')", &r->scene->body_nodes, &count))
-        return false;
-    kt_body *bodies = kt_pool_take(&r->keep, (size_t)count, sizeof *bodies);
-    if (bodies == NULL)
+/* ---- the list ---------------------------------------------------------------------------------------------------- */
+
+static bool index_bodies(kt_reader *r, const kt_item_read *all) {
+    const kt_body *bodies = all->items;
+    if (!kt_index_bodies(&r->scratch, &r->scene->names, bodies, all->count))
         return kt_reader_out_of_memory(r);
-    for (int i = 0; i < count; i++) {
-        bodies[i] = kt_body_default();
-        read_body(r, r->scene->body_nodes[i], i, &bodies[i]);
-        if (!kt_name_is_valid(bodies[i].name) || strcmp(bodies[i].name, "world") == 0)
-            r->scene->names_are_known = false;
-        r->scene->hides_bodies = r->scene->hides_bodies || kt_body_is_hidden(r, i);
-    }
-    scene->description.bodies = bodies;
-    scene->description.body_count = count;
-    if (!kt_index_bodies(&r->scratch, &r->scene->names, bodies, count))
-        return kt_reader_out_of_memory(r);
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < all->count; i++)
         if (kt_find_body(r, bodies[i].name) != i) /* one of the two may have another name */
             r->scene->names_are_known = false;
     return true;
 }
 
-static void write_bodies(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    const kt_description *description = &((const kt_scene *)object)->description;
+static void write_body(kt_emitter *e, const void *item, int index) {
     const kt_body rest = kt_body_default();
-    kt_emit_list(e, false);
-    for (int i = 0; i < description->body_count; i++)
-        kt_table_write(e, &body_table, &description->bodies[i], &rest);
-    kt_emit_end(e);
+    (void)index;
+    kt_table_write(e, &body_table, item, &rest);
 }
 
-static bool same_bodies(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    return ((const kt_scene *)object)->description.body_count == 0;
-}
-
-const kt_kind kt_kind_bodies = {read_bodies, write_bodies, same_bodies};
+const kt_items kt_bodies = {.expected = "a list of bodies ('- name: ...')",
+                            .noun = "body",
+                            .section = "bodies",
+                            .size = sizeof(kt_body),
+                            .array = offsetof(kt_scene, description.bodies),
+                            .count = offsetof(kt_scene, description.body_count),
+                            .nodes = offsetof(kt_scene_reading, body_nodes),
+                            .read = read_body,
+                            .write = write_body,
+                            .finish = index_bodies};
 
 /* ---- what leaves bodies ------------------------------------------------------------------------------------------ */
 

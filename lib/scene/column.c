@@ -124,8 +124,7 @@ static bool read_columns(kt_reader *r, const kt_scope *scope, kt_node *node, con
 }
 
 static void write_columns(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     const kt_scene *scene = object;
     kt_emit_map(e, true);
     for (int i = 0; i < scene->column_count; i++) {
@@ -145,8 +144,7 @@ static void write_columns(kt_emitter *e, const kt_field *field, const void *obje
 }
 
 static bool same_columns(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     return ((const kt_scene *)object)->column_count == 0;
 }
 

@@ -337,8 +337,7 @@ static void write_set(kt_emitter *e, const kt_scene_event *event) {
 }
 
 static void write_then(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     const kt_scene_event *event = object;
     kt_emit_list(e, true);
     if (event->stop)
@@ -434,57 +433,43 @@ static void mark_switches(kt_scene *scene, const kt_scene_event *event) {
 /* Names are compared with each other: a scene has few events. */
 enum { EVENT_COUNT_MAX = 1000 };
 
-static bool read_events(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)field;
-    kt_scene *scene = object;
-    kt_node **nodes = NULL;
-    int count = 0;
-    if (!kt_list_nodes(r, scope, node, "a list of events ('- {name: ..., when: ..., then: ...}')", &nodes, &count))
-        return false;
-    if (count > EVENT_COUNT_MAX)
-        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there are %d events; a scene has at most %d", count,
-                           (int)EVENT_COUNT_MAX);
-    kt_scene_event *events = kt_pool_take(&r->keep, (size_t)count, sizeof *events);
-    if (events == NULL)
-        return kt_reader_out_of_memory(r);
-    for (int i = 0; i < count; i++) {
-        const kt_scope here = kt_item_scope("event", "events", i, nodes[i]);
-        if (kt_table_read(r, &here, nodes[i], &event_table, &events[i]))
-            check_direction(r, &here, nodes[i], &events[i]);
-        mark_switches(scene, &events[i]);
-        check_names(r, &here, nodes, events, i);
-    }
-    scene->events = events;
-    scene->event_count = count;
-    return true;
+static void read_event(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+    kt_scene_event *event = (kt_scene_event *)item->items + item->index;
+    if (kt_table_read(r, scope, item->nodes[item->index], &event_table, event))
+        check_direction(r, scope, item->nodes[item->index], event);
+    mark_switches(item->object, event);
+    check_names(r, scope, item->nodes, item->items, item->index);
 }
 
+static void write_event(kt_emitter *e, const void *item, int index) {
+    static const kt_scene_event rest = {.name = NULL};
+    (void)index;
+    kt_table_write(e, &event_table, item, &rest);
+}
+
+const kt_items kt_events = {.expected = "a list of events ('- {name: ..., when: ..., then: ...}')",
+                            .noun = "event",
+                            .section = "events",
+                            .most = EVENT_COUNT_MAX,
+                            .size = sizeof(kt_scene_event),
+                            .array = offsetof(kt_scene, events),
+                            .count = offsetof(kt_scene, event_count),
+                            .read = read_event,
+                            .write = write_event};
+
 static void write_events(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    const kt_scene *scene = object;
-    const kt_scene_event rest = {.name = NULL};
     const kt_reset_number *number;
-    for (size_t k = 0; (number = kt_resets_next(scene, &k)) != NULL;)
+    for (size_t k = 0; (number = kt_resets_next(object, &k)) != NULL;)
         if (number->parameter < 0) {
             kt_emit_refuse(e, KT_ERROR_UNSUPPORTED,
                            "events set parameters that numbers of the scene follow; a scene is written with numbers in "
                            "place of parameters, which no event could set");
             break;
         }
-    kt_emit_list(e, false);
-    for (int i = 0; i < scene->event_count; i++)
-        kt_table_write(e, &event_table, &scene->events[i], &rest);
-    kt_emit_end(e);
+    kt_items_write(e, field, object, standard);
 }
 
-static bool same_events(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    return ((const kt_scene *)object)->event_count == 0;
-}
-
-const kt_kind kt_kind_events = {read_events, write_events, same_events};
+const kt_kind kt_kind_events = {kt_items_read, write_events, kt_items_same};
 
 /* ---- until ------------------------------------------------------------------------------------------------------- */
 
@@ -503,14 +488,12 @@ static bool read_until(kt_reader *r, const kt_scope *scope, kt_node *node, const
 }
 
 static void write_until(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     kt_emit_text(e, ((const kt_scene *)object)->until.when);
 }
 
 static bool same_until(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     return ((const kt_scene *)object)->until.when == NULL;
 }
 

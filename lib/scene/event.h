@@ -3,10 +3,11 @@
 #define KT_SCENE_EVENT_H
 
 #include "kinetree/expression.h"
-#include "scene/value.h"
+#include "scene/part.h"
 
-extern const kt_kind kt_kind_events; /* the section `events`, of a kt_scene */
-extern const kt_kind kt_kind_until;  /* `simulate.until`, of a kt_scene */
+extern const kt_kind kt_kind_events; /* the section `events`, of a kt_scene: kt_events */
+extern const kt_items kt_events;
+extern const kt_kind kt_kind_until; /* `simulate.until`, of a kt_scene */
 
 /* Whether a formula of this description's variables, kept as kt_read_formula gives it, is a comparison. */
 bool kt_formula_is_comparison(const kt_description *description, const char *text);

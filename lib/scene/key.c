@@ -20,8 +20,7 @@ static bool read_distance(kt_reader *r, const kt_scope *scope, kt_node *node, co
 }
 
 static bool same_distance(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     return ((const kt_effect *)object)->initial_length;
 }
 
@@ -134,8 +133,7 @@ static bool is_written_term(const kt_loop *loop, int i) {
 }
 
 static void write_terms(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     const kt_loop *loop = object;
     kt_emit_map(e, true);
     for (int i = 0; i < loop->term_count; i++) {

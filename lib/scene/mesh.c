@@ -127,64 +127,39 @@ static kt_body *body_of(kt_reader *r, kt_scene *scene, const char *name) {
     return index >= 0 ? (kt_body *)&scene->description.bodies[index] : NULL;
 }
 
-static bool read_mesh(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_mesh *meshes, int k,
-                      kt_scene *scene) {
-    kt_scene_mesh *mesh = &meshes[k];
+static void read_mesh(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+    kt_node *node = item->nodes[item->index];
+    kt_scene_mesh *mesh = (kt_scene_mesh *)item->items + item->index;
     *mesh = standard_mesh();
     if (!kt_table_read(r, scope, node, &table, mesh))
-        return false;
-    if (r->scene->names_are_known && kt_find_body(r, mesh->body) < 0)
-        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "body"), "body %s does not exist",
-                           kt_name_quote(mesh->body).text);
+        return;
+    if (r->scene->names_are_known && kt_find_body(r, mesh->body) < 0) {
+        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "body"), "body %s does not exist",
+                          kt_name_quote(mesh->body).text);
+        return;
+    }
     mesh->file = kt_path_near(r, mesh->file);
-    kt_body *body = body_of(r, scene, mesh->body);
+    kt_body *body = body_of(r, item->object, mesh->body);
     if (kt_node_find(node, "density") == NULL || body == NULL)
-        return true;
+        return;
     kt_varying_note_fixed(r, node, false); /* masses are not computed again */
-    if (give_mass(r, scope, node, meshes, k, body))
-        return true;
-    if (body->mass == 0.0) { /* a missing mass is no second fault */
-        body->mass = 1.0;
+    if (!give_mass(r, scope, node, item->items, item->index, body) && body->mass == 0.0) {
+        body->mass = 1.0; /* a missing mass is no second fault */
         body->inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     }
-    return false;
 }
 
-static bool read_meshes(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_scene *scene = object;
-    kt_node **nodes = NULL;
-    int count = 0;
-    (void)field;
-    if (!kt_list_nodes(r, scope, node, "a list of meshes ('- {body: ..., file: ...}')", &nodes, &count))
-        return false;
-    kt_scene_mesh *meshes = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *meshes);
-    if (meshes == NULL)
-        return kt_reader_out_of_memory(r);
-    for (int i = 0; i < count; i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        (void)read_mesh(r, &here, nodes[i], meshes, i, scene);
-    }
-    scene->meshes = meshes;
-    scene->mesh_count = count;
-    return true;
-}
-
-static void write_meshes(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_scene *scene = object;
+static void write_mesh(kt_emitter *e, const void *item, int index) {
     const kt_scene_mesh rest = standard_mesh();
-    (void)field, (void)standard;
-    kt_emit_list(e, false);
-    for (int i = 0; i < scene->mesh_count; i++) {
-        kt_scene_mesh mesh = scene->meshes[i];
-        mesh.density = 0.0; /* the body has the mass by it */
-        kt_table_write(e, &table, &mesh, &rest);
-    }
-    kt_emit_end(e);
+    kt_scene_mesh mesh = *(const kt_scene_mesh *)item;
+    (void)index;
+    mesh.density = 0.0; /* the body has the mass by it */
+    kt_table_write(e, &table, &mesh, &rest);
 }
 
-static bool same_meshes(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_scene *)object)->mesh_count == 0;
-}
-
-const kt_kind kt_kind_meshes = {read_meshes, write_meshes, same_meshes};
+const kt_items kt_meshes = {.expected = "a list of meshes ('- {body: ..., file: ...}')",
+                            .size = sizeof(kt_scene_mesh),
+                            .array = offsetof(kt_scene, meshes),
+                            .count = offsetof(kt_scene, mesh_count),
+                            .read = read_mesh,
+                            .write = write_mesh};

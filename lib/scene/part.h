@@ -7,14 +7,45 @@
 
 extern const kt_table kt_joint_table; /* kt_joint */
 
-/* Sections, of a kt_scene. */
-extern const kt_kind kt_kind_bodies, kt_kind_loops, kt_kind_effects, kt_kind_states, kt_kind_columns, kt_kind_meshes;
+typedef struct kt_items kt_items;
+
+/* Sections, of a kt_scene; lists of items (items.c). */
+extern const kt_kind kt_kind_states, kt_kind_columns;
+extern const kt_items kt_bodies, kt_loops, kt_effects, kt_meshes;
 /* Once all else is read: checks the expressions that nothing has used, as formulas of columns. */
 void kt_expressions_check(kt_reader *r);
 
 extern const kt_table kt_initial_table;
 extern const kt_kind kt_kind_simulate; /* of a kt_scene */
 extern const kt_table kt_output_table; /* of a kt_scene */
+
+/* ---- lists of items (items.c) ------------------------------------------------------------------------------------ */
+
+/* An item of a list that is being read, with its neighbours. */
+typedef struct kt_item_read {
+    void *items;
+    kt_node **nodes;
+    int index, count;
+    void *object; /* that has the list */
+} kt_item_read;
+
+/* A list of items in an array of an object: the detail of a field of kt_kind_items. */
+struct kt_items {
+    const char *expected;       /* "a list of loops ('- {type: ..., between: ...}')" */
+    const char *noun, *section; /* of items that messages call by their names; NULL: by their indices */
+    int most;                   /* items that a list may have; 0: any number */
+    size_t size, array, count;  /* of an item; offsets of the array and of its length, an int */
+    size_t nodes;               /* offset in kt_scene_reading of the array of nodes; 0: it is not kept */
+    bool flow;                  /* written in one line */
+    void (*read)(kt_reader *r, const kt_scope *scope, const kt_item_read *item);
+    void (*write)(kt_emitter *e, const void *item, int index);
+    bool (*finish)(kt_reader *r, const kt_item_read *all); /* after the last item; NULL: nothing is left to do */
+};
+
+extern const kt_kind kt_kind_items;
+bool kt_items_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
+void kt_items_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
+bool kt_items_same(const kt_field *field, const void *object, const void *standard);
 
 /* Finds the items of a list: their number, and their nodes in an array. Returns false, after reporting why, if the node
  * is no list. */

@@ -27,18 +27,12 @@
 
 /* Reads nothing: check_version has checked the version before anything else is read. */
 static bool read_version(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)r;
-    (void)scope;
-    (void)node;
-    (void)field;
-    (void)object;
+    (void)r, (void)scope, (void)node, (void)field, (void)object;
     return true;
 }
 
 static void write_version(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)object;
-    (void)standard;
+    (void)field, (void)object, (void)standard;
     kt_emit_integer(e, 1);
 }
 
@@ -47,9 +41,7 @@ static const kt_kind kind_version = {.read = read_version, .write = write_versio
 /* Reads nothing: parameters and beams are read before anything else is. They are written as the numbers, bodies and
  * effects that follow from them. */
 static bool same_parameters(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)object;
-    (void)standard;
+    (void)field, (void)object, (void)standard;
     return true;
 }
 
@@ -68,13 +60,13 @@ static const kt_field fields[] = {
     {.key = "gravity", .kind = &kt_kind_vector, AT(description.gravity)},
     {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
     {.key = "beams", .kind = &kind_parameters},
-    {.key = "bodies", .kind = &kt_kind_bodies, .flags = KT_FIELD_SECTION},
-    {.key = "meshes", .kind = &kt_kind_meshes, .flags = KT_FIELD_SECTION},
+    {.key = "bodies", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_bodies},
+    {.key = "meshes", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_meshes},
     {.key = "states", .kind = &kt_kind_states, .flags = KT_FIELD_SECTION},
-    {.key = "loops", .kind = &kt_kind_loops, .flags = KT_FIELD_SECTION},
+    {.key = "loops", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_loops},
     {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},
-    {.key = "effects", .kind = &kt_kind_effects, .flags = KT_FIELD_SECTION},
-    {.key = "events", .kind = &kt_kind_events, .flags = KT_FIELD_SECTION},
+    {.key = "effects", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_effects},
+    {.key = "events", .kind = &kt_kind_events, .flags = KT_FIELD_SECTION, .detail = &kt_events},
     {.key = "simulate", .kind = &kt_kind_simulate, .flags = KT_FIELD_SECTION},
     {.key = "output", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_output_table},
 };

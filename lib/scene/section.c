@@ -31,89 +31,54 @@ static const kt_table loop_table = {.fields = loop_fields,
                                     .describe = describe_loop,
                                     .kind_of = kt_kind_of_item_key};
 
-static bool read_loops(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)field;
-    kt_scene *scene = object;
-    int count = 0;
-    if (!kt_list_nodes(r, scope, node, "a list of loops ('- {type: ..., between: ...}')", &r->scene->loop_nodes,
-                       &count))
-        return false;
-    kt_loop *loops = kt_pool_take(&r->keep, (size_t)count, sizeof *loops);
-    if (loops == NULL)
-        return kt_reader_out_of_memory(r);
-    for (int i = 0; i < count; i++) {
-        const kt_scope here = kt_item_scope("loop", "loops", i, r->scene->loop_nodes[i]);
-        loops[i] = kt_loop_default();
-        r->scene->joint_quantity = KT_QUANTITY_ANGLE;
-        (void)kt_table_read(r, &here, r->scene->loop_nodes[i], &loop_table, &loops[i]);
-    }
-    scene->description.loops = loops;
-    scene->description.loop_count = count;
-    return true;
+static void read_loop(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+    kt_loop *loop = (kt_loop *)item->items + item->index;
+    *loop = kt_loop_default();
+    r->scene->joint_quantity = KT_QUANTITY_ANGLE;
+    (void)kt_table_read(r, scope, item->nodes[item->index], &loop_table, loop);
 }
 
-static void write_loops(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    const kt_description *description = &((const kt_scene *)object)->description;
-    const kt_loop rest = kt_loop_default();
-    kt_emit_list(e, false);
-    for (int i = 0; i < description->loop_count; i++)
-        if (description->loops[i].type == KT_LOOP_CUSTOM)
-            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "loops[%d] calls back into a program; no scene file can hold it",
-                           i);
-        else
-            kt_table_write(e, &loop_table, &description->loops[i], &rest);
-    kt_emit_end(e);
+static void write_loop(kt_emitter *e, const void *item, int index) {
+    const kt_loop *loop = item, rest = kt_loop_default();
+    if (loop->type == KT_LOOP_CUSTOM)
+        kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "loops[%d] calls back into a program; no scene file can hold it",
+                       index);
+    else
+        kt_table_write(e, &loop_table, loop, &rest);
 }
 
-static bool same_loops(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    return ((const kt_scene *)object)->description.loop_count == 0;
-}
-
-const kt_kind kt_kind_loops = {read_loops, write_loops, same_loops};
+const kt_items kt_loops = {.expected = "a list of loops ('- {type: ..., between: ...}')",
+                           .noun = "loop",
+                           .section = "loops",
+                           .size = sizeof(kt_loop),
+                           .array = offsetof(kt_scene, description.loops),
+                           .count = offsetof(kt_scene, description.loop_count),
+                           .nodes = offsetof(kt_scene_reading, loop_nodes),
+                           .read = read_loop,
+                           .write = write_loop};
 
 /* ---- the initial state ------------------------------------------------------------------------------------------- */
 
-static bool read_hold(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)field;
-    kt_scene *scene = object;
-    int count = 0;
-    if (!kt_list_nodes(r, scope, node, "a list of joints", &r->scene->hold_nodes, &count))
-        return false;
-    const char **hold = kt_pool_take(&r->keep, (size_t)count, sizeof *hold);
-    if (hold == NULL)
-        return kt_reader_out_of_memory(r);
-    for (int i = 0; i < count; i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        (void)kt_read_name(r, &here, r->scene->hold_nodes[i], "the name of a joint", &hold[i]);
-    }
-    scene->description.hold = hold;
-    scene->description.hold_count = count;
-    return true;
+static void read_hold(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+    const char **name = (const char **)item->items + item->index;
+    (void)kt_read_name(r, scope, item->nodes[item->index], "the name of a joint", name);
 }
 
-static void write_hold(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    const kt_description *description = &((const kt_scene *)object)->description;
-    kt_emit_list(e, true);
-    for (int i = 0; i < description->hold_count; i++)
-        kt_emit_text(e, description->hold[i]);
-    kt_emit_end(e);
+static void write_hold(kt_emitter *e, const void *item, int index) {
+    (void)index;
+    kt_emit_text(e, *(const char *const *)item);
 }
 
-static bool same_hold(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    return ((const kt_scene *)object)->description.hold_count == 0;
-}
-
-static const kt_kind kind_hold = {read_hold, write_hold, same_hold};
+static const kt_items hold = {.expected = "a list of joints",
+                              .size = sizeof(const char *),
+                              .array = offsetof(kt_scene, description.hold),
+                              .count = offsetof(kt_scene, description.hold_count),
+                              .nodes = offsetof(kt_scene_reading, hold_nodes),
+                              .flow = true,
+                              .read = read_hold,
+                              .write = write_hold};
 static const kt_field initial_fields[] = {
-    {.key = "hold", .kind = &kind_hold},
+    {.key = "hold", .kind = &kt_kind_items, .detail = &hold},
     {.key = "tolerance", .kind = &kt_kind_number, .offset = offsetof(kt_scene, description.tolerance)},
     {.key = "from", .kind = &kt_kind_text, .offset = offsetof(kt_scene, from)},
 };
@@ -144,9 +109,12 @@ static const kt_table effect_table = {.fields = effect_fields,
                                       .kind_of = kt_kind_of_item_key};
 
 /* A missing length is the initial one; types without a length have no initial length. */
-static void read_effect(kt_reader *r, const kt_scope *scope, kt_node *node, kt_effect *effect) {
+static void read_effect(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+    kt_node *node = item->nodes[item->index];
+    kt_effect *effect = (kt_effect *)item->items + item->index;
     const bool in_joint = kt_node_find(node, "joint") != NULL, between = kt_node_find(node, "between") != NULL;
     const kt_node *const at = kt_node_find(node, "at");
+    *effect = kt_effect_default();
     effect->initial_length = true;
     effect->end_count = between ? 2 : at != NULL ? 1 : 0;
     r->scene->joint_quantity = KT_QUANTITY_ANGLE;
@@ -161,44 +129,21 @@ static void read_effect(kt_reader *r, const kt_scope *scope, kt_node *node, kt_e
             "an expression acts in a `joint`, `between` two ends, or `at` a point of a body; give one of them");
 }
 
-static bool read_effects(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)field;
-    kt_scene *scene = object;
-    int count = 0;
-    if (!kt_list_nodes(r, scope, node, "a list of effects ('- {type: ..., ...}')", &r->scene->effect_nodes, &count))
-        return false;
-    kt_effect *effects = kt_pool_take(&r->keep, (size_t)count, sizeof *effects);
-    if (effects == NULL)
-        return kt_reader_out_of_memory(r);
-    for (int i = 0; i < count; i++) {
-        const kt_scope here = kt_item_scope("effect", "effects", i, r->scene->effect_nodes[i]);
-        effects[i] = kt_effect_default();
-        read_effect(r, &here, r->scene->effect_nodes[i], &effects[i]);
-    }
-    scene->description.effects = effects;
-    scene->description.effect_count = count;
-    return true;
+static void write_effect(kt_emitter *e, const void *item, int index) {
+    const kt_effect *effect = item, rest = kt_effect_default();
+    if (effect->type == KT_EFFECT_CUSTOM || effect->law != NULL)
+        kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "effects[%d] calls back into a program; no scene file can hold it",
+                       index);
+    else
+        kt_table_write(e, &effect_table, effect, &rest);
 }
 
-static void write_effects(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    const kt_description *description = &((const kt_scene *)object)->description;
-    const kt_effect rest = kt_effect_default();
-    kt_emit_list(e, false);
-    for (int i = 0; i < description->effect_count; i++)
-        if (description->effects[i].type == KT_EFFECT_CUSTOM || description->effects[i].law != NULL)
-            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "effects[%d] calls back into a program; no scene file can hold it",
-                           i);
-        else
-            kt_table_write(e, &effect_table, &description->effects[i], &rest);
-    kt_emit_end(e);
-}
-
-static bool same_effects(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
-    return ((const kt_scene *)object)->description.effect_count == 0;
-}
-
-const kt_kind kt_kind_effects = {read_effects, write_effects, same_effects};
+const kt_items kt_effects = {.expected = "a list of effects ('- {type: ..., ...}')",
+                             .noun = "effect",
+                             .section = "effects",
+                             .size = sizeof(kt_effect),
+                             .array = offsetof(kt_scene, description.effects),
+                             .count = offsetof(kt_scene, description.effect_count),
+                             .nodes = offsetof(kt_scene_reading, effect_nodes),
+                             .read = read_effect,
+                             .write = write_effect};

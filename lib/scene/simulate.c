@@ -335,8 +335,7 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
 }
 
 static void write_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     const kt_run *run = &((const kt_scene *)object)->run;
     kt_emit_list(e, true);
     for (int i = 0; i < run->marker_count; i++)
@@ -345,8 +344,7 @@ static void write_markers(kt_emitter *e, const kt_field *field, const void *obje
 }
 
 static bool same_markers(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     return ((const kt_scene *)object)->run.marker_count == 0;
 }
 

@@ -90,8 +90,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
 }
 
 static void write_states(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     const kt_description *d = &((const kt_scene *)object)->description;
     const kt_state rest = kt_state_default();
     kt_emit_map(e, false);
@@ -107,8 +106,7 @@ static void write_states(kt_emitter *e, const kt_field *field, const void *objec
 }
 
 static bool same_states(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    (void)standard;
+    (void)field, (void)standard;
     return ((const kt_scene *)object)->description.state_count == 0;
 }
 

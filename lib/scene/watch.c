@@ -163,8 +163,7 @@ typedef struct parts {
 } parts;
 
 static void count_part(void *user, const kt_expression_term *term, size_t count) {
-    (void)term;
-    (void)count;
+    (void)term, (void)count;
     ((formula *)user)->part_count++;
 }
 

@@ -1,0 +1,66 @@
+/* Lists of items: each is an array of an object, whose items a function reads and another one writes. */
+#include "scene/part.h"
+
+#include <string.h>
+
+bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const char *expected, kt_node ***nodes,
+                   int *count) {
+    if (list->kind != KT_NODE_LIST)
+        return kt_fault_expected(r, scope, list, expected);
+    *nodes = kt_pool_take(&r->scratch, list->count, sizeof **nodes);
+    if (*nodes == NULL)
+        return kt_reader_out_of_memory(r);
+    *count = 0;
+    for (kt_node *item = list->of.first; item != NULL; item = item->next)
+        (*nodes)[(*count)++] = item;
+    return true;
+}
+
+bool kt_items_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const kt_items *list = field->detail;
+    kt_item_read item = {.object = object};
+    if (!kt_list_nodes(r, scope, node, list->expected, &item.nodes, &item.count))
+        return false;
+    if (list->most > 0 && item.count > list->most)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "there are %d %s; a scene has at most %d", item.count,
+                           list->section, list->most);
+    item.items = kt_pool_take(&r->keep, (size_t)item.count, list->size);
+    if (item.items == NULL)
+        return kt_reader_out_of_memory(r);
+    if (list->nodes > 0)
+        memcpy((char *)r->scene + list->nodes, &item.nodes, sizeof item.nodes);
+    for (; item.index < item.count; item.index++) {
+        kt_node *one = item.nodes[item.index];
+        const kt_scope here = list->noun != NULL ? kt_item_scope(list->noun, list->section, item.index, one)
+                                                 : (kt_scope){.outer = scope, .index = item.index};
+        list->read(r, &here, &item);
+    }
+    memcpy((char *)object + list->array, &item.items, sizeof item.items);
+    memcpy((char *)object + list->count, &item.count, sizeof item.count);
+    return list->finish == NULL || list->finish(r, &item);
+}
+
+static int count_of(const kt_items *list, const void *object) {
+    int count;
+    memcpy(&count, (const char *)object + list->count, sizeof count);
+    return count;
+}
+
+void kt_items_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const kt_items *list = field->detail;
+    const int count = count_of(list, object);
+    const char *items;
+    (void)standard;
+    memcpy(&items, (const char *)object + list->array, sizeof items);
+    kt_emit_list(e, list->flow);
+    for (int i = 0; i < count; i++)
+        list->write(e, items + (size_t)i * list->size, i);
+    kt_emit_end(e);
+}
+
+bool kt_items_same(const kt_field *field, const void *object, const void *standard) {
+    (void)standard;
+    return count_of(field->detail, object) == 0;
+}
+
+const kt_kind kt_kind_items = {kt_items_read, kt_items_write, kt_items_same};
