@@ -4,11 +4,11 @@
  * over triangles around the vertex, weighted by area. Only triangles that are inclined to this one by less than an
  * angle count: round surfaces then appear round, and edges stay sharp. */
 #include "picture/load.h"
+#include "document/file.h"
 #include "mesh/mesh.h"
 #include "picture/foreign.h"
 #include "picture/mesh.h"
 #include "picture/solid.h"
-#include "document/file.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -12,9 +12,9 @@
 
 #include "check.h"
 #include "collect.h"
-#include "sanitized.h"
 #include "document/file.h"
 #include "document/node.h"
+#include "sanitized.h"
 #include "scene/reader.h"
 
 /* Under sanitizers, which make a file of ten million bytes take ten times as long, the largest are smaller. */

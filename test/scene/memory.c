@@ -8,8 +8,8 @@
 
 #include "check.h"
 #include "collect.h"
-#include "interpose.h"
 #include "document/pool.h"
+#include "interpose.h"
 
 #include "kinetree/import.h"
 
