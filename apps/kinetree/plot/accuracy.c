@@ -2,6 +2,7 @@
  * per method. The colour shows the order; filled marks are adaptive methods, hollow marks are fixed steps. */
 #include "subcommands/accuracy.h"
 #include "plot/plot.h"
+#include "text/list.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -54,11 +55,6 @@ static void name_curve(const kt_accuracy_results *results, const kt_accuracy_cur
              has_usable(results, curve) ? "" : ": fails");
 }
 
-static int by_cost(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Collects the points of the Pareto front, sorted by cost. Returns their number. */
 static size_t find_front(const kt_accuracy_results *results, bool of_time, double *error, double *cost) {
     size_t count = 0;
@@ -71,7 +67,7 @@ static size_t find_front(const kt_accuracy_results *results, bool of_time, doubl
         pairs[2 * count++ + 1] = known(results, point);
     }
     /* cppcheck-suppress uninitvar ; only the first `count` pairs are read, and these have been written */
-    qsort(pairs, count, 2 * sizeof *pairs, by_cost);
+    qsort(pairs, count, 2 * sizeof *pairs, kt_compare_numbers);
     for (size_t i = 0; i < count; i++) {
         cost[i] = pairs[2 * i];
         error[i] = pairs[2 * i + 1];

@@ -3,6 +3,7 @@
 
 #include "command.h"
 #include "plot/plot.h"
+#include "text/list.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -48,18 +49,13 @@ static double *take(picture *p, size_t count) {
     return numbers;
 }
 
-static int compare(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Writes the finite values of a column in rising order, each once or all. */
 static size_t sort_values(const double *values, size_t rows, bool once, double *to) {
     size_t count = 0, kept = 0;
     for (size_t i = 0; i < rows; i++)
         if (isfinite(values[i]))
             to[count++] = values[i];
-    qsort(to, count, sizeof *to, compare);
+    qsort(to, count, sizeof *to, kt_compare_numbers);
     for (size_t i = 0; i < count && once; i++)
         if (kept == 0 || to[i] != to[kept - 1])
             to[kept++] = to[i];
@@ -83,7 +79,7 @@ static kt_plot_series trace(picture *p, int column, double value, double *pairs)
             pairs[2 * count++ + 1] = y[i];
         }
     const bool is_curve = count > 0 && (rising == count - 1 || falling == count - 1);
-    qsort(pairs, count, 2 * sizeof *pairs, compare);
+    qsort(pairs, count, 2 * sizeof *pairs, kt_compare_numbers);
     double *to_x = take(p, count), *to_y = take(p, count);
     for (size_t i = 0; i < count; i++) {
         to_x[i] = pairs[2 * i];

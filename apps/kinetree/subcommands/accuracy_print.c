@@ -1,6 +1,7 @@
 /* Prints the results of an accuracy study: tables, the cost of variants, and every run as CSV. */
 #include "records/output.h"
 #include "subcommands/accuracy.h"
+#include "text/list.h"
 
 #include "kinetree/study.h"
 
@@ -179,11 +180,6 @@ static void print_costs(const kt_findings *findings) {
     }
 }
 
-static int by_size(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Prints a note if other processes disturbed the measured times. */
 static void print_spread(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
@@ -194,7 +190,7 @@ static void print_spread(const kt_findings *findings) {
             spreads[count++] = results->points[i].spread;
     if (count == 0)
         return;
-    qsort(spreads, count, sizeof *spreads, by_size);
+    qsort(spreads, count, sizeof *spreads, kt_compare_numbers);
     printf(
         "\n  times are the least of repeated runs; half of them lie within %.2g %% of it, nine tenths within %.2g %%\n",
         100.0 * spreads[count / 2], 100.0 * spreads[9 * count / 10]);

@@ -179,31 +179,20 @@ static json_t *list_coordinates(const kt_model *model) {
     return list;
 }
 
-static json_t *list_rows(const double *columns, int rows, int count) {
-    json_t *list = json_array();
-    for (int i = 0; i < rows; i++) {
-        json_t *row = json_array();
-        for (int j = 0; j < count; j++)
-            json_array_append_new(row, kt_json_number(columns[(size_t)j * (size_t)rows + (size_t)i]));
-        json_array_append_new(list, row);
-    }
-    return list;
-}
-
 static json_t *describe_constraint(const kt_evaluation *e) {
     json_t *constraint = json_object();
     json_object_set_new(constraint, "equations", json_integer(e->rows));
     json_object_set_new(constraint, "rank", json_integer(kt_model_mobility(e->model).rank));
     json_object_set_new(constraint, "position", kt_json_number(e->violation.position));
     json_object_set_new(constraint, "velocity", kt_json_number(e->violation.velocity));
-    json_object_set_new(constraint, "jacobian", list_rows(e->jacobian, e->rows, e->nv));
+    json_object_set_new(constraint, "jacobian", kt_json_rows(e->jacobian, e->rows, e->nv));
     json_object_set_new(constraint, "residual", kt_json_numbers(e->residual, e->rows));
     json_object_set_new(constraint, "rate", kt_json_numbers(e->rate, e->rows));
     json_object_set_new(constraint, "drift", kt_json_numbers(e->drift, e->rows));
     json_object_set_new(constraint, "multiplier",
                         e->lacks_inertia ? json_null() : kt_json_numbers(e->multiplier, e->rows));
     json_object_set_new(constraint, "null_space",
-                        e->basis != NULL ? list_rows(e->basis, e->nv, e->columns) : json_null());
+                        e->basis != NULL ? kt_json_rows(e->basis, e->nv, e->columns) : json_null());
     return constraint;
 }
 
@@ -257,7 +246,7 @@ static json_t *list_poses(const kt_evaluation *e) {
 static json_t *describe(const kt_evaluation *e, bool with_inverse) {
     json_t *root = json_object();
     json_object_set_new(root, "coordinates", list_coordinates(e->model));
-    json_object_set_new(root, "mass_matrix", e->mass != NULL ? list_rows(e->mass, e->nv, e->nv) : json_null());
+    json_object_set_new(root, "mass_matrix", e->mass != NULL ? kt_json_rows(e->mass, e->nv, e->nv) : json_null());
     json_object_set_new(root, "bias", kt_json_numbers(e->bias, e->nv));
     json_object_set_new(root, "applied_force", kt_json_numbers(e->applied, e->nv));
     json_object_set_new(root, "acceleration", e->lacks_inertia ? json_null() : kt_json_numbers(e->a, e->nv));

@@ -205,17 +205,6 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
 
 /* ---- JSON -------------------------------------------------------------------------------------------------------- */
 
-static json_t *list_rows(const double *matrix, int rows, int columns) {
-    json_t *list = json_array();
-    for (int i = 0; i < rows; i++) {
-        json_t *row = json_array();
-        for (int j = 0; j < columns; j++)
-            json_array_append_new(row, kt_json_number(matrix[(size_t)j * (size_t)rows + (size_t)i]));
-        json_array_append_new(list, row);
-    }
-    return list;
-}
-
 static json_t *list_states(const kt_small_motion *motion, const kt_linear_system *system) {
     json_t *list = json_array();
     const int moving = system->states - system->own_states;
@@ -310,9 +299,9 @@ static json_t *describe(const kt_small_motion *motion, const char *state) {
     json_object_set_new(root, "states", list_states(motion, system));
     json_object_set_new(root, "inputs", list_inputs(motion, system));
     json_object_set_new(root, "outputs", list_outputs(motion->model));
-    json_object_set_new(root, "state_matrix", list_rows(system->state, system->states, system->states));
-    json_object_set_new(root, "input_matrix", list_rows(system->input, system->states, system->inputs));
-    json_object_set_new(root, "output_matrix", list_rows(system->output, system->outputs, system->states));
+    json_object_set_new(root, "state_matrix", kt_json_rows(system->state, system->states, system->states));
+    json_object_set_new(root, "input_matrix", kt_json_rows(system->input, system->states, system->inputs));
+    json_object_set_new(root, "output_matrix", kt_json_rows(system->output, system->outputs, system->states));
     json_object_set_new(root, "rate", kt_json_numbers(system->rate, system->states));
     json_object_set_new(root, "error", kt_json_number(system->error));
     json_object_set_new(root, "modes", list_modes(motion));

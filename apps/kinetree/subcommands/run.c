@@ -19,15 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
-
-static double cpu_now(void) {
-    struct timespec time;
-    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time) != 0)
-        return 0.0;
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 /* ---- recording --------------------------------------------------------------------------------------------------- */
 
@@ -90,7 +82,7 @@ static bool is_frame(const kt_record *record) { return record->event == NULL || 
 
 static int take_record(const kt_record *record, void *user) {
     kt_sinks *sinks = user;
-    double start = cpu_now();
+    double start = kt_cpu_clock();
     if (kt_find_excess(record, &sinks->outcome->excess)) {
         sinks->failed = true;
         return -1;
@@ -119,7 +111,7 @@ static int take_record(const kt_record *record, void *user) {
         return -1;
     }
     kt_progress_update(sinks->progress, record->time, sinks->outcome->run->duration);
-    sinks->aside += cpu_now() - start;
+    sinks->aside += kt_cpu_clock() - start;
     sinks->pauses = kt_checkpoint_is_due(sinks->checkpoint);
     return sinks->pauses ? 1 : 0;
 }
@@ -179,11 +171,11 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
                       .outcome = outcome,
                       .checkpoint = checkpoint,
                       .modes = modes};
-    double before = outcome->cpu_seconds, start = cpu_now();
+    double before = outcome->cpu_seconds, start = kt_cpu_clock();
     kt_status status;
     for (;;) {
         status = kt_simulation_run(outcome->simulation, take_record, &sinks, &error);
-        outcome->cpu_seconds = before + cpu_now() - start - sinks.aside;
+        outcome->cpu_seconds = before + kt_cpu_clock() - start - sinks.aside;
         if (!sinks.pauses)
             break;
         sinks.pauses = false;

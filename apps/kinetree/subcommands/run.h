@@ -89,6 +89,8 @@ int kt_csv_close(kt_csv *csv, kt_output_fate fate);
 
 /* Returns the time of a monotonic clock, s. */
 double kt_clock(void);
+/* Returns the processor time of this process, s; 0 if it is unknown. */
+double kt_cpu_clock(void);
 
 /* The observations of kt_watch_stability. */
 typedef struct kt_stability_watch {

@@ -42,6 +42,17 @@ json_t *kt_json_vector(kt_vec3 u) {
     return kt_json_numbers(x, 3);
 }
 
+json_t *kt_json_rows(const double *matrix, int rows, int columns) {
+    json_t *list = json_array();
+    for (int i = 0; i < rows; i++) {
+        json_t *row = json_array();
+        for (int j = 0; j < columns; j++)
+            json_array_append_new(row, kt_json_number(matrix[(size_t)j * (size_t)rows + (size_t)i]));
+        json_array_append_new(list, row);
+    }
+    return list;
+}
+
 json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocity) {
     json_t *object = json_object();
     for (int body = 1; body < kt_model_body_count(model); body++) {

@@ -19,6 +19,8 @@ json_t *kt_json_text(const char *text);
 json_t *kt_json_number(double x);
 json_t *kt_json_numbers(const double *x, int count);
 json_t *kt_json_vector(kt_vec3 u);
+/* A list of rows, of a matrix that is stored by columns. */
+json_t *kt_json_rows(const double *matrix, int rows, int columns);
 /* Object that maps each joint's name to a number (joint with one coordinate) or a list (more coordinates); joints
  * without coordinates are left out. Velocities if `of_velocity`, else positions. x may be NULL: all values are null. */
 json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocity);

@@ -7,12 +7,14 @@
 
 enum { BAR_WIDTH = 40 };
 
-double kt_clock(void) {
+static double seconds_of(clockid_t clock) {
     struct timespec time;
-    if (clock_gettime(CLOCK_MONOTONIC, &time) != 0)
-        return 0.0;
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+    return clock_gettime(clock, &time) == 0 ? (double)time.tv_sec + 1e-9 * (double)time.tv_nsec : 0.0;
 }
+
+double kt_clock(void) { return seconds_of(CLOCK_MONOTONIC); }
+
+double kt_cpu_clock(void) { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 kt_progress kt_progress_start(bool quiet) {
     kt_progress progress = {0};
