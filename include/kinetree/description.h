@@ -377,8 +377,8 @@ typedef enum kt_switching {
     KT_SWITCHING_COUNT, /* the number of values */
 } kt_switching;
 
-/* The largest number of loops and effects that may be switched. Together with hard contacts, stops and slack ropes
- * there may be 16. */
+/* The largest number of loops and effects that may be switched. There may be more hard contacts, stops and slack ropes
+ * besides. */
 enum { KT_SWITCH_MAX = 10 /* loops and effects */ };
 
 /* Whether the equation of a loop holds, or bounds one side alone: a stop, a floor, a rope. A side needs a loop with one

@@ -235,12 +235,13 @@ KT_API kt_energetics kt_model_energetics(const kt_model *model);
  * select another model and initialise the data for it. Nothing is allocated.
  *
  * A switch has an index, 0 <= k < kt_switch_count: loops first, then effects, each in the order of the description. A
- * set is a number with the bits 1 << k of the switches that are on.
+ * set is a number with the bits 1 << k of the switches that are on. With more than 62 switches, hard contacts and stops
+ * come last. They share two bits: bit 62 is set if any of them is closed, and bit 63 if all are.
  *
  * Velocities before a loop is switched on need not be consistent with it; kt_velocity_impact (mechanism.h) makes them
  * consistent. For positions, kt_state_project closes gaps that are no larger than after a step. */
 
-/* Returns the number of loops and effects that may be switched; 0 for NULL. This and the next five calls are not in a
+/* Returns the number of loops and effects that may be switched; 0 for NULL. This and the next six calls are not in a
  * small library (-Dsmall=enabled). */
 KT_API int kt_switch_count(const kt_model *model);
 /* Returns the name of a switch; NULL unless 0 <= k < kt_switch_count; "" for an effect without a name. */
@@ -248,6 +249,8 @@ KT_API const char *kt_switch_name(const kt_model *model, int k);
 /* Return the switch of a loop, and of an effect; -1 for those that are always on. */
 KT_API int kt_loop_switch(const kt_model *model, int loop);
 KT_API int kt_effect_switch(const kt_model *model, int effect);
+/* Returns the bits of switch k in a set: 1 << k, or the two bits that contacts share; 0: there is no such switch. */
+KT_API uint64_t kt_switch_bits(const kt_model *model, int k);
 /* Returns the set of switches that are on in this model. The model that kt_model_compile returns has the set of the
  * description. */
 KT_API uint64_t kt_switch_set(const kt_model *model);

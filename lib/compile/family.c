@@ -46,13 +46,14 @@ typedef struct compilation {
     kt_loop *loops;
     kt_effect *effects;
     kt_switches switches;
+    kt_switch *item; /* of the switches */
     uint64_t initial;
     kt_model **model; /* by their indices */
 } compilation;
 
 /* The effect whose friction sticks by the loop of switch k; -1: none. */
 static int effect_of_stick(const compilation *c, int k) {
-    const kt_loop *loop = c->switches.item[k].loop >= 0 ? &c->loops[c->switches.item[k].loop] : NULL;
+    const kt_loop *loop = c->item[k].loop >= 0 ? &c->loops[c->item[k].loop] : NULL;
     const bool may =
         loop && loop->side == KT_SIDE_NONE && (loop->type == KT_LOOP_RATES || loop->type == KT_LOOP_ROLLING);
     const int effect = may ? loop->equation_count - 1 : -1;
@@ -65,25 +66,27 @@ static int effect_of_stick(const compilation *c, int k) {
 static void add_switch(compilation *c, kt_switch item, kt_switching switching) {
     if (switching == KT_ALWAYS_ON)
         return;
-    c->initial |= switching == KT_SWITCHED_ON ? (uint64_t)1 << c->switches.count : 0;
-    c->switches.item[c->switches.count++] = item;
+    if (switching == KT_SWITCHED_ON && c->switches.count < c->switches.own)
+        c->initial |= (uint64_t)1 << c->switches.count;
+    c->item[c->switches.count++] = item;
 }
 
-/* Whether a switch belongs to a contact: to a loop that bounds a side, or to a contact's friction that sticks (hard.c).
- */
-static bool is_contact(const compilation *c, int k) {
-    const kt_loop *loop = c->switches.item[k].loop >= 0 ? &c->loops[c->switches.item[k].loop] : NULL;
-    return loop && (loop->side != KT_SIDE_NONE || (loop->type == KT_LOOP_ROLLING && effect_of_stick(c, k) >= 0));
+/* Whether a loop belongs to a contact: it bounds a side, or is a contact's friction that sticks (hard.c). */
+static bool is_contact(const compilation *c, const kt_loop *loop) {
+    const int effect = loop->equation_count - 1;
+    const bool sticks = loop->type == KT_LOOP_ROLLING && effect >= 0 && effect < c->description.effect_count &&
+                        kt_effect_rubs(&c->effects[effect]);
+    return loop->side != KT_SIDE_NONE || sticks;
 }
 
 /* Too many switches for a model of each set: contacts are masked. */
 static kt_status mask_contacts(compilation *c, kt_error *error) {
-    int others = 0;
+    int others = c->switches.count;
     for (int k = 0; k < c->switches.count; k++)
-        if (is_contact(c, k))
-            c->switches.masked |= (uint64_t)1 << k;
-        else
-            others++;
+        if (c->item[k].loop >= 0 && is_contact(c, &c->loops[c->item[k].loop])) {
+            c->switches.masked |= k < c->switches.own ? (uint64_t)1 << k : kt_switches_all;
+            others--;
+        }
     if (others < KT_SWITCH_MAX)
         return KT_OK;
     return kt_error_set(error, KT_ERROR_MODEL, "switching",
@@ -92,29 +95,56 @@ static kt_status mask_contacts(compilation *c, kt_error *error) {
                         others, exp2(others + (c->switches.masked != 0)), KT_SWITCH_MAX - (c->switches.masked != 0));
 }
 
+/* Lists the switches of loops, of contacts alone or of the others alone if those are told apart. */
+static void add_loops(compilation *c, const kt_description *d, bool apart, bool contacts) {
+    for (int i = 0; i < d->loop_count; i++)
+        if (!apart || is_contact(c, &c->loops[i]) == contacts)
+            add_switch(c, (kt_switch){.loop = i, .effect = -1}, d->loops[i].switching);
+}
+
+/* A contact that is released at first has no bit by which events engage it. */
+static kt_status refuse_released(const kt_description *d, kt_error *error) {
+    for (int i = 0; i < d->loop_count; i++)
+        if (d->loops[i].side != KT_SIDE_NONE && !d->loops[i].holonomic)
+            return kt_error_set(error, KT_ERROR_MODEL, "switching",
+                                "'%.60s' is a hard contact or stop that is switched off, in a model of more than %d "
+                                "contacts and switches; let it act, or leave other contacts out",
+                                d->loops[i].name ? d->loops[i].name : "", KT_SWITCH_BITS);
+    return KT_OK;
+}
+
+/* Lists all switches. If contacts share bits, they come last. */
+static kt_status list_switches(compilation *c, const kt_description *d, int count, kt_error *error) {
+    const bool shares = count > KT_SWITCH_BITS;
+    c->switches.own = count;
+    for (int i = 0; shares && i < d->loop_count; i++)
+        c->switches.own -= d->loops[i].switching != KT_ALWAYS_ON && is_contact(c, &d->loops[i]);
+    if (c->switches.own > KT_SWITCH_BITS)
+        c->switches.own = KT_SWITCH_BITS;
+    add_loops(c, d, shares, false);
+    for (int i = 0; i < d->effect_count; i++)
+        add_switch(c, (kt_switch){.loop = -1, .effect = i}, switching_of(&d->effects[i]));
+    if (shares)
+        add_loops(c, d, true, true);
+    return shares ? refuse_released(d, error) : KT_OK;
+}
+
 static kt_status begin(compilation *c, const kt_description *d, kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const int count = kt_switches_count(d);
-    if (count > KT_FAMILY_SWITCHES)
-        return kt_error_set(
-            error, KT_ERROR_MODEL, "switching",
-            "%d loops and effects are switched: hard stops and slack ropes count once, contacts with friction and "
-            "friction that sticks in a joint twice; switch at most %d",
-            count, KT_FAMILY_SWITCHES);
     c->description = *d;
     c->loops = malloc((loops + 1) * sizeof *c->loops);
     c->effects = malloc((effects + 1) * sizeof *c->effects);
-    if (!c->loops || !c->effects)
+    c->item = malloc(((size_t)count + 1) * sizeof *c->item);
+    if (!c->loops || !c->effects || !c->item)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     kt_copy(c->loops, d->loops, loops * sizeof *c->loops);
     kt_copy(c->effects, d->effects, effects * sizeof *c->effects);
     c->description.loops = c->loops;
     c->description.effects = c->effects;
-    for (int i = 0; i < d->loop_count; i++)
-        add_switch(c, (kt_switch){.loop = i, .effect = -1}, d->loops[i].switching);
-    for (int i = 0; i < d->effect_count; i++)
-        add_switch(c, (kt_switch){.loop = -1, .effect = i}, switching_of(&d->effects[i]));
-    const kt_status status = count > KT_SWITCH_MAX ? mask_contacts(c, error) : KT_OK;
+    kt_status status = list_switches(c, d, count, error);
+    if (status == KT_OK && count > KT_SWITCH_MAX)
+        status = mask_contacts(c, error);
     if (status != KT_OK)
         return status;
     c->model = calloc((size_t)kt_switches_models(&c->switches), sizeof(kt_model *));
@@ -125,12 +155,13 @@ static void end(compilation *c) {
     for (uint64_t k = 0; c->model && k < kt_switches_models(&c->switches); k++)
         kt_model_free(c->model[k]);
     free(c->model);
+    free(c->item);
     free(c->effects);
     free(c->loops);
 }
 
 static const char *name_of(const compilation *c, int k) {
-    const kt_switch *item = &c->switches.item[k];
+    const kt_switch *item = &c->item[k];
     const char *name = item->loop >= 0 ? c->loops[item->loop].name : c->effects[item->effect].name;
     return name ? name : "";
 }
@@ -140,7 +171,7 @@ static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from
     char text[256] = "";
     size_t used = 0;
     for (int k = 0; k < c->switches.count && used < sizeof text - 1; k++)
-        if (!(set >> k & 1)) {
+        if (!kt_switches_has(&c->switches, set, k)) {
             const int length = snprintf(text + used, sizeof text - used, "%s'%.40s'", used ? ", " : "", name_of(c, k));
             used += length > 0 ? (size_t)length : 0;
         }
@@ -167,7 +198,7 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     const int effect = effect_of_stick(c, k);
     if (effect < 0)
         return;
-    const int32_t loop = c->switches.item[k].loop;
+    const int32_t loop = c->item[k].loop;
     if (model)
         model->loop[loop].friction = effect + 1;
     if (model && c->loops[loop].type == KT_LOOP_ROLLING)
@@ -176,9 +207,10 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
         return;
     bool backwards = false;
     for (int j = 0; j < c->switches.count; j++)
-        backwards = backwards || (c->switches.item[j].effect == effect && (set >> j & 1));
-    c->effects[effect].switching = set >> k & 1 ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
-    c->loops[loop].switching = (set >> k & 1) && !backwards ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
+        backwards = backwards || (c->item[j].effect == effect && kt_switches_has(&c->switches, set, j));
+    const bool is_on = kt_switches_has(&c->switches, set, k);
+    c->effects[effect].switching = is_on ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
+    c->loops[loop].switching = is_on && !backwards ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
     for (size_t i = 0; model && i < model->n.effect + model->n.effect_off; i++)
         if (model->effect[i].source == effect)
             model->effect[i].direction = backwards ? -1.0 : 1.0;
@@ -200,11 +232,11 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     const kt_model_options own = options_of(c, options, set);
     kt_error from = {.code = KT_OK};
     for (int k = 0; k < c->switches.count; k++) {
-        const kt_switching switching = set >> k & 1 ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
-        if (c->switches.item[k].loop >= 0)
-            c->loops[c->switches.item[k].loop].switching = switching;
+        const kt_switching switching = kt_switches_has(&c->switches, set, k) ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
+        if (c->item[k].loop >= 0)
+            c->loops[c->item[k].loop].switching = switching;
         else
-            c->effects[c->switches.item[k].effect].switching = switching;
+            c->effects[c->item[k].effect].switching = switching;
     }
     for (int k = 0; k < c->switches.count; k++)
         set_stick(c, k, set, NULL);
@@ -231,7 +263,7 @@ static size_t data_size_of(const compilation *c, const kt_model *model) {
         return kt_data_size(model);
     slipping.n.slip = 0;
     for (size_t i = 0; i < model->n.loop; i++)
-        slipping.n.slip += model->loop[i].rubs > 0;
+        slipping.n.slip += model->loop[i].rubs > 0 && slipping.n.slip < model->n.v;
     slipping.family = NULL;
     return kt_data_size(&slipping);
 }
@@ -239,7 +271,7 @@ static size_t data_size_of(const compilation *c, const kt_model *model) {
 /* Copies all models into one block. */
 static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
     const uint64_t models = kt_switches_models(&c->switches);
-    const size_t head = kt_family_head(models);
+    const size_t head = kt_family_head(&c->switches);
     size_t bytes = head;
     for (uint64_t k = 0; k < models; k++)
         bytes += kt_arena_round(c->model[k]->bytes);
@@ -248,6 +280,7 @@ static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
         return KT_ERROR_MEMORY;
     memset(family, 0, head);
     family->switches = c->switches;
+    memcpy(family->at + models, c->item, (size_t)c->switches.count * sizeof *c->item);
     family->bytes = bytes;
     size_t at = head;
     for (uint64_t k = 0; k < models; k++) {

@@ -61,8 +61,8 @@ kt_energetics kt_model_energetics(const kt_model *model) {
 #if KT_HAS_SWITCHES
     /* Loops that are switched on dissipate energy. The stored energy of effects appears and vanishes with them. */
     for (int k = 0; k < kt_switch_count(model); k++) {
-        const bool takes =
-            model->family->switches.item[k].loop >= 0 || is_stick(model, model->family->switches.item[k].effect);
+        const bool takes = kt_family_switches(model->family)[k].loop >= 0 ||
+                           is_stick(model, kt_family_switches(model->family)[k].effect);
         const kt_energetics one = takes ? KT_ENERGY_DISSIPATED : KT_ENERGY_SUPPLIED;
         worst = one > worst ? one : worst;
     }

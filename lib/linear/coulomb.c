@@ -6,15 +6,28 @@
  * whether a start from zero leads to another motion.
  */
 #include "linear/coulomb.h"
+
 #include "linear/cone.h"
 
-enum { ROWS = 3 * KT_COULOMB_ITEMS };
+#include <math.h>
+#include <string.h>
 
-/* The same problem as the cone solver takes it: three rows for each item. */
-typedef struct posed {
-    double W[ROWS * ROWS], b[ROWS], mu[KT_COULOMB_ITEMS], least[KT_COULOMB_ITEMS], limit[KT_COULOMB_ITEMS];
-    bool has_limit, symmetric;
-} posed;
+KT_ARENA_LAYOUT(lay_out_solver, kt_coulomb_solver, KT_COULOMB_SOLVER_FIELDS, size_t items, size_t cone)
+
+size_t kt_coulomb_solver_size(size_t items, size_t rows) {
+    return lay_out_solver(NULL, items, kt_cone_size((int)items)) + 3 * kt_coulomb_solution_size(items, rows);
+}
+
+kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memory) {
+    kt_coulomb_solver *solver = memory;
+    const size_t size = kt_coulomb_solution_size(items, rows);
+    char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items));
+    solver->cone = kt_cone_init((int)items, solver->cone_memory);
+    solver->other = kt_coulomb_solution_init(items, rows, behind);
+    solver->next = kt_coulomb_solution_init(items, rows, behind + size);
+    solver->best = kt_coulomb_solution_init(items, rows, behind + 2 * size);
+    return solver;
+}
 
 static bool is_open_alone(const kt_coulomb_item *item) { return item->refused == ~(1U << KT_COULOMB_OPEN); }
 
@@ -34,7 +47,7 @@ static int rows_of(const kt_coulomb_item *item, int r, int *row, double *by) {
     return item->type == KT_COULOMB_SLIPS ? 3 : 1;
 }
 
-static void pose(const kt_coulomb *c, posed *p) {
+static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
     const int m = 3 * c->n;
     int row[3], column[3];
     double by[3], unused[3];
@@ -64,7 +77,7 @@ static void pose(const kt_coulomb *c, posed *p) {
 static void scatter_rows(const kt_coulomb *c, const double *x, double *p) {
     int row[3];
     double by[3];
-    memset(p, 0, KT_COULOMB_ROWS * sizeof *p);
+    memset(p, 0, (size_t)c->rows * sizeof *p);
     for (int r = 0; r < 3 * c->n; r++)
         for (int k = rows_of(&c->item[r / 3], r % 3, row, by) - 1; k >= 0; k--)
             p[row[k]] += by[k] * x[r];
@@ -122,73 +135,73 @@ static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
 /* Refines the directions of slip by one more Newton step. Slip that just begins is slow: the cone solver finds its
  * directions only up to rounding relative to the fastest slip. */
 static bool polish(const kt_coulomb *c, kt_coulomb_solution *to) {
-    kt_coulomb_system system;
-    double angle[KT_COULOMB_ROWS], residual;
-    kt_coulomb_linear(c, to, &system);
-    kt_coulomb_turn(c, to, &system, angle, &residual);
-    kt_coulomb_rotate(c, to, angle, 1.0);
+    kt_coulomb_polish(c, to);
     return kt_coulomb_iterate(c, to);
 }
 
-/* Solves from the start x. The motion of the modes is exact if it exists; otherwise that of the cone solver is taken as
- * it is. */
-static bool solve_from(const kt_coulomb *c, kt_cone *cone, double *x, kt_coulomb_solution *to, uint64_t *steps) {
-    posed p;
-    pose(c, &p);
+/* Solves from the start solver->x. The motion of the modes is exact if it exists; otherwise that of the cone solver is
+ * taken as it is. */
+static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    pose(c, solver);
     const kt_cone_problem problem = {.n = c->n,
-                                     .W = p.W,
-                                     .b = p.b,
-                                     .mu = p.mu,
-                                     .least = p.least,
-                                     .limit = p.has_limit ? p.limit : NULL,
-                                     .symmetric = p.symmetric};
-    const kt_cone_result result = kt_cone_solve(cone, &problem, x);
+                                     .W = solver->W,
+                                     .b = solver->b,
+                                     .mu = solver->mu,
+                                     .least = solver->least,
+                                     .limit = solver->has_limit ? solver->limit : NULL,
+                                     .symmetric = solver->symmetric};
+    const kt_cone_result result = kt_cone_solve(solver->cone, &problem, solver->x);
     *steps += (uint64_t)result.newton;
     if (!result.converged)
         return false;
-    scatter_rows(c, x, to->p);
+    scatter_rows(c, solver->x, to->p);
     to->shares = false;
     find_modes(c, to);
-    kt_coulomb_solution best = *to;
-    if (kt_coulomb_is_unique(c, &best) && polish(c, &best))
-        *to = best;
+    kt_coulomb_copy(c, to, solver->best);
+    if (kt_coulomb_is_unique(c, solver->best) && polish(c, solver->best))
+        kt_coulomb_copy(c, solver->best, to);
     return true;
 }
 
-/* Opens contacts until the normal rows of those that press are independent. */
-static bool make_independent(const kt_coulomb *c, kt_cone *cone, kt_coulomb_solution *to, uint64_t *steps) {
-    kt_coulomb some = *c;
-    while (!kt_coulomb_is_unique(&some, to)) {
-        bool found = false;
-        for (int i = 0; i < c->n && !found; i++) {
-            if (c->item[i].type == KT_COULOMB_DRY || !kt_coulomb_presses(to->mode[i]))
-                continue;
-            double x[ROWS];
-            kt_coulomb_solution next = *to;
-            const unsigned refused = some.item[i].refused;
-            some.item[i].refused = ~(1U << KT_COULOMB_OPEN);
-            next.p[some.item[i].row] = 0.0;
-            gather(&some, next.p, x);
-            found = solve_from(&some, cone, x, &next, steps) && next.u[some.item[i].row] >= -1e-9 * c->size;
-            if (found)
-                *to = next;
-            else
-                some.item[i].refused = refused;
-        }
-        if (!found)
-            return false;
+/* Opens contact i, from the impulses in `to` without its own. Returns whether the others hold it open. */
+static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb_solution *to, uint64_t *steps) {
+    kt_coulomb_item *item = &c->item[i];
+    const unsigned refused = item->refused;
+    item->refused = ~(1U << KT_COULOMB_OPEN);
+    kt_coulomb_copy(c, to, solver->next);
+    solver->next->p[item->row] = 0.0;
+    gather(c, solver->next->p, solver->x);
+    if (solve_from(c, solver, solver->next, steps) && solver->next->u[item->row] >= -1e-9 * c->size) {
+        kt_coulomb_copy(c, solver->next, to);
+        return true;
     }
-    return true;
+    item->refused = refused;
+    return false;
+}
+
+/* Opens contacts until the normal rows of those that press are independent. */
+static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    bool found = true;
+    for (int i = 0; i < c->n; i++)
+        solver->refused[i] = c->item[i].refused;
+    while (found && !kt_coulomb_is_unique(c, to)) {
+        found = false;
+        for (int i = 0; i < c->n && !found; i++)
+            if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_presses(to->mode[i]))
+                found = open_one(c, solver, i, to, steps);
+    }
+    for (int i = 0; i < c->n; i++)
+        c->item[i].refused = solver->refused[i];
+    return found;
 }
 
 /* All items stick, or are closed; those that cannot are left as they were. */
 static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
-    kt_coulomb_system system;
     for (int i = 0; i < c->n; i++) {
         to->mode[i] = is_open_alone(&c->item[i]) ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
         memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
     }
-    kt_coulomb_linear(c, to, &system);
+    kt_coulomb_linear(c, to);
 }
 
 static bool any_is_refused(const kt_coulomb *c) {
@@ -206,24 +219,24 @@ static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_
     return false;
 }
 
-bool kt_coulomb_solve(const kt_coulomb *c, kt_cone *cone, bool independent, kt_coulomb_solution *solution,
+bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps) {
-    double x[ROWS], nothing[ROWS] = {0.0};
-    kt_coulomb_solution other = {.count = 0};
-    *solution = other;
+    kt_coulomb_solution *other = solver->other;
+    solution->count = other->count = 0;
     stick_all(c, solution);
-    gather(c, solution->p, x);
+    gather(c, solution->p, solver->x);
     bool found = !any_is_refused(c) && kt_coulomb_is_unique(c, solution) && kt_coulomb_holds(c, solution);
-    found = found || solve_from(c, cone, x, solution, steps);
-    const bool again = solve_from(c, cone, nothing, &other, steps);
+    found = found || solve_from(c, solver, solution, steps);
+    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    const bool again = solve_from(c, solver, other, steps);
     if (!found && again)
-        *solution = other;
+        kt_coulomb_copy(c, other, solution);
     if (!found && !again)
         return false;
-    solution->count = found && again && differs(c, solution, &other) ? 2 : 1;
-    if (!independent || make_independent(c, cone, solution, steps))
+    solution->count = found && again && differs(c, solution, other) ? 2 : 1;
+    if (!independent || make_independent(c, solver, solution, steps))
         return true;
-    *solution = other;
+    kt_coulomb_copy(c, other, solution);
     solution->count = 1;
-    return again && make_independent(c, cone, solution, steps);
+    return again && make_independent(c, solver, solution, steps);
 }

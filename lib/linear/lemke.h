@@ -14,39 +14,49 @@
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
-enum { KT_LEMKE_MAX = 20, KT_LEMKE_PIVOTS = 50 /* for each unknown */, KT_LEMKE_PROXIMAL = 4 };
+enum { KT_LEMKE_PIVOTS = 50 /* for each unknown */, KT_LEMKE_PROXIMAL = 4 };
 
 /* Columns: w, z, z0, right-hand side. */
 typedef struct kt_lemke {
     int n;
-    int basis[KT_LEMKE_MAX]; /* the column of the variable of each row */
-    double row[KT_LEMKE_MAX][2 * KT_LEMKE_MAX + 2];
+    double *basis; /* n: the column of the variable of each row */
+    double *scale; /* n: of the variables */
+    double *from;  /* n: a proximal point */
+    double *rows;  /* n rows */
 } kt_lemke;
 
 static inline int kt_lemke_width(const kt_lemke *t) { return 2 * t->n + 2; }
+static inline double *kt_lemke_row(const kt_lemke *t, int i) { return t->rows + (ptrdiff_t)i * kt_lemke_width(t); }
+static inline int kt_lemke_basis(const kt_lemke *t, int i) { return (int)t->basis[i]; }
+
+/* The count of numbers that kt_lemke_solve needs for n unknowns. */
+static inline size_t kt_lemke_count(size_t n) { return n * (2 * n + 2) + 3 * n; }
 
 static inline void kt_lemke_pivot(kt_lemke *t, int r, int column) {
-    const double by = t->row[r][column];
+    double *row = kt_lemke_row(t, r);
+    const double by = row[column];
     for (int j = 0; j < kt_lemke_width(t); j++)
-        t->row[r][j] /= by;
+        row[j] /= by;
     for (int i = 0; i < t->n; i++) {
-        const double factor = t->row[i][column];
+        double *other = kt_lemke_row(t, i);
+        const double factor = other[column];
         for (int j = 0; i != r && factor != 0.0 && j < kt_lemke_width(t); j++)
-            t->row[i][j] -= factor * t->row[r][j];
+            other[j] -= factor * row[j];
     }
     t->basis[r] = column;
 }
 
 /* Whether row a leaves before row b: the smaller ratio of right-hand sides, then of the columns of w one by one. */
 static inline bool kt_lemke_leaves_first(const kt_lemke *t, int a, int b, int column) {
-    const double pa = t->row[a][column], pb = t->row[b][column];
+    const double *of_a = kt_lemke_row(t, a), *of_b = kt_lemke_row(t, b), pa = of_a[column], pb = of_b[column];
     const int last = kt_lemke_width(t) - 1;
     for (int k = -1; k < t->n; k++) {
         const int j = k < 0 ? last : k;
-        const double x = t->row[a][j] / pa, y = t->row[b][j] / pb;
+        const double x = of_a[j] / pa, y = of_b[j] / pb;
         if (x != y)
             return x < y;
     }
@@ -57,48 +67,51 @@ static inline bool kt_lemke_leaves_first(const kt_lemke *t, int a, int b, int co
 static inline int kt_lemke_leaving(const kt_lemke *t, int column, double least) {
     int r = -1;
     for (int i = 0; i < t->n; i++)
-        if (t->row[i][column] > least && (r < 0 || kt_lemke_leaves_first(t, i, r, column)))
+        if (kt_lemke_row(t, i)[column] > least && (r < 0 || kt_lemke_leaves_first(t, i, r, column)))
             r = i;
     return r;
 }
 
-/* The tableau of the problem, scaled to a diagonal of ones: with D = diag(M)^-1/2, D M D + delta and D q - delta z0. */
-static inline kt_lemke kt_lemke_begin(int n, const double *M, const double *q, double delta, const double *z0,
-                                      double *scale) {
-    kt_lemke t = {.n = n};
+/* The tableau of the problem, scaled to a diagonal of ones: with D = diag(M)^-1/2, D M D + delta and D q - delta z0,
+ * where z0 is t->from. */
+static inline void kt_lemke_begin(kt_lemke *t, const double *M, const double *q, double delta) {
+    const int n = t->n;
     for (int i = 0; i < n; i++)
-        scale[i] = M[i * n + i] > 0.0 ? 1.0 / sqrt(M[i * n + i]) : 1.0;
+        t->scale[i] = M[i * n + i] > 0.0 ? 1.0 / sqrt(M[i * n + i]) : 1.0;
+    memset(t->rows, 0, (size_t)(n * kt_lemke_width(t)) * sizeof *t->rows);
     for (int i = 0; i < n; i++) {
-        t.basis[i] = i;
-        t.row[i][i] = 1.0;
+        double *row = kt_lemke_row(t, i);
+        t->basis[i] = i;
+        row[i] = 1.0;
         for (int j = 0; j < n; j++)
-            t.row[i][n + j] = -scale[i] * M[i * n + j] * scale[j];
-        t.row[i][n + i] -= delta;
-        t.row[i][2 * n] = -1.0;
-        t.row[i][2 * n + 1] = scale[i] * q[i] - delta * z0[i] / scale[i];
+            row[n + j] = -t->scale[i] * M[i * n + j] * t->scale[j];
+        row[n + i] -= delta;
+        row[2 * n] = -1.0;
+        row[2 * n + 1] = t->scale[i] * q[i] - delta * t->from[i] / t->scale[i];
     }
-    return t;
 }
 
 /* Pivots to a solution, and writes it to z. */
-static inline bool kt_lemke_run(kt_lemke *t, const double *scale, double *z, uint64_t *pivots) {
+static inline bool kt_lemke_run(kt_lemke *t, double *z, uint64_t *pivots) {
     static const double least = 1e-10; /* of an entry that is not rounding, where the diagonal is 1 */
     const int n = t->n, last = 2 * n + 1;
     int entering = 2 * n, r = 0;
     for (int i = 0; i < n; i++) {
         z[i] = 0.0;
-        r = t->row[i][last] < t->row[r][last] ? i : r;
+        r = kt_lemke_row(t, i)[last] < kt_lemke_row(t, r)[last] ? i : r;
     }
-    if (n == 0 || t->row[r][last] >= 0.0)
+    if (n == 0 || kt_lemke_row(t, r)[last] >= 0.0)
         return true;
     for (int k = 0; k < KT_LEMKE_PIVOTS * n && r >= 0; k++) {
-        const int left = t->basis[r];
+        const int left = kt_lemke_basis(t, r);
         kt_lemke_pivot(t, r, entering);
         ++*pivots;
         if (left == 2 * n) {
-            for (int i = 0; i < n; i++)
-                if (t->basis[i] >= n)
-                    z[t->basis[i] - n] = scale[t->basis[i] - n] * fmax(t->row[i][last], 0.0);
+            for (int i = 0; i < n; i++) {
+                const int variable = kt_lemke_basis(t, i) - n;
+                if (variable >= 0)
+                    z[variable] = t->scale[variable] * fmax(kt_lemke_row(t, i)[last], 0.0);
+            }
             return true;
         }
         entering = left < n ? left + n : left - n;
@@ -107,19 +120,20 @@ static inline bool kt_lemke_run(kt_lemke *t, const double *scale, double *z, uin
     return false;
 }
 
-/* Writes z (n); M is n x n by rows. Adds the pivots to *pivots. If M is singular, rounding can leave a solvable problem
- * without a solution. Then the proximal points z_k+1 of (M + delta) z + q - delta z_k are taken. They converge to a
- * solution (Rockafellar 1976). Each point reduces the error by a factor of delta over the least nonzero eigenvalue.
- * Returns false if no solution is found. n <= KT_LEMKE_MAX. Cost: O(n^2) a pivot. */
-static inline bool kt_lemke_solve(int n, const double *M, const double *q, double *z, uint64_t *pivots) {
+/* Writes z (n); M is n x n by rows; work has room for kt_lemke_count(n) numbers. Adds the pivots to *pivots. If M is
+ * singular, rounding can leave a solvable problem without a solution. Then the proximal points z_k+1 of (M + delta) z +
+ * q - delta z_k are taken. They converge to a solution (Rockafellar 1976). Each point reduces the error by a factor of
+ * delta over the least nonzero eigenvalue. Returns false if no solution is found. Cost: O(n^2) a pivot. */
+static inline bool kt_lemke_solve(int n, const double *M, const double *q, double *work, double *z, uint64_t *pivots) {
     static const double delta = 1e-7;
-    double scale[KT_LEMKE_MAX], from[KT_LEMKE_MAX] = {0.0};
-    kt_lemke t = kt_lemke_begin(n, M, q, 0.0, from, scale);
-    bool solved = kt_lemke_run(&t, scale, z, pivots);
+    kt_lemke t = {.n = n, .basis = work, .scale = work + n, .from = work + 2 * n, .rows = work + 3 * n};
+    memset(work + 2 * n, 0, (size_t)n * sizeof *work);
+    kt_lemke_begin(&t, M, q, 0.0);
+    bool solved = kt_lemke_run(&t, z, pivots);
     for (int k = 0; k < KT_LEMKE_PROXIMAL && (!solved || k > 0); k++) {
-        t = kt_lemke_begin(n, M, q, delta, from, scale);
-        solved = kt_lemke_run(&t, scale, z, pivots);
-        memcpy(from, z, (size_t)n * sizeof *from);
+        kt_lemke_begin(&t, M, q, delta);
+        solved = kt_lemke_run(&t, z, pivots);
+        memcpy(t.from, z, (size_t)n * sizeof *z);
     }
     return solved;
 }

@@ -224,15 +224,40 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
 
 /* ---- slow slip --------------------------------------------------------------------------------------------------- */
 
-enum { SLIPS = KT_COULOMB_ITEMS / 2, RATES = 2 * SLIPS };
-
-/* Directions of slip and normal forces of all contacts. Rows of each: N, in `unit`, and (s + tau s') / tau along both
+/* Directions of slip and normal forces of n contacts. Rows of each: N, in `unit`, and (s + tau s') / tau along both
  * axes. */
+#define SLOW_SLIP_FIELDS(X)                                                                                            \
+    X(double, W, 9 * n * n, "responses")                                                                               \
+    X(double, N0, n, "normal forces without friction")                                                                 \
+    X(double, N, n, "likewise under a unit of force")                                                                  \
+    X(double, rate0, 2 * n, "J a without friction")                                                                    \
+    X(double, rate, 2 * n, "likewise under a unit of force")                                                           \
+    X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
+    X(double, tau, n, "of each contact, s")                                                                            \
+    X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
+    X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
+    X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")
+
 typedef struct slow_slip {
-    kt_coulomb c;
-    kt_coulomb_solution to;
-    double W[9 * SLIPS * SLIPS], unit;
+    kt_coulomb *c;
+    kt_coulomb_solution *to, *held;
+    double unit;
+    KT_ARENA_DECLARE(SLOW_SLIP_FIELDS)
 } slow_slip;
+
+KT_ARENA_LAYOUT(lay_out_slow_slip, slow_slip, SLOW_SLIP_FIELDS, size_t n)
+
+size_t kt_slip_work_size(size_t slips) { return slips > 0 ? lay_out_slow_slip(NULL, slips) : 0; }
+
+static slow_slip *begin_slow_slip(kt_data *data, size_t n) {
+    slow_slip *p = (slow_slip *)(void *)data->slip_work;
+    (void)lay_out_slow_slip(p, n);
+    p->unit = 0.0;
+    p->c = kt_coulomb_init(n, 3 * n, p->problem);
+    p->to = kt_coulomb_solution_init(n, 3 * n, p->solution);
+    p->held = kt_coulomb_solution_init(n, 3 * n, p->trial);
+    return p;
+}
 
 /* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
  * set. */
@@ -274,8 +299,8 @@ static kt_status find_response(const kt_model *model, kt_data *data, const kt_dy
                                slow_slip *p, kt_error *error) {
     const size_t n = model->n.slip, rows = 3 * n;
     memset(p->W, 0, rows * rows * sizeof *p->W);
-    double N0[SLIPS], N[SLIPS], rate0[RATES], rate[RATES], drift[RATES];
-    find_drift(model, data, at, a, drift);
+    double *N0 = p->N0, *N = p->N, *rate0 = p->rate0, *rate = p->rate;
+    find_drift(model, data, at, a, p->drift);
     load(model, data, at->external);
     kt_status status = respond(model, data, at, a, N0, rate0, error);
     for (size_t k = 0; status == KT_OK && k < n; k++)
@@ -292,89 +317,90 @@ static kt_status find_response(const kt_model *model, kt_data *data, const kt_dy
     }
     for (size_t k = 0; status == KT_OK && k < n; k++) {
         p->W[3 * k * rows + 3 * k] = 1.0;
-        p->c.b[3 * k] = -N0[k] / p->unit;
+        p->c->b[3 * k] = -N0[k] / p->unit;
         for (size_t i = 0; i < 2; i++)
-            p->c.b[3 * k + 1 + i] = rate0[2 * k + i] + drift[2 * k + i];
+            p->c->b[3 * k + 1 + i] = rate0[2 * k + i] + p->drift[2 * k + i];
     }
     return status;
 }
 
 /* Sets all contacts that slip, with their present directions. */
 static void set_items(const kt_model *model, const kt_data *data, slow_slip *p) {
-    p->c.n = (int)model->n.slip;
-    p->c.rows = p->c.stride = 3 * p->c.n;
-    p->c.W = p->W;
-    for (int i = 0; i < p->c.rows; i++)
-        p->c.line[i] = i;
+    kt_coulomb *c = p->c;
+    c->n = (int)model->n.slip;
+    c->rows = c->stride = 3 * c->n;
+    c->W = p->W;
+    for (int i = 0; i < c->rows; i++)
+        c->line[i] = i;
     for (size_t k = 0; k < model->n.slip; k++) {
         const double *e = data->slip_direction + 2 * k;
-        p->to.mode[k] = KT_COULOMB_SLIP;
-        memcpy(p->to.e[k], e, sizeof p->to.e[k]);
-        p->c.item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
-                                         .row = (int)(3 * k),
-                                         .across = (int)(3 * k + 1),
-                                         .friction = friction_of(model, k),
-                                         .e = {e[0], e[1]}};
+        p->to->mode[k] = KT_COULOMB_SLIP;
+        memcpy(p->to->e[k], e, sizeof p->to->e[k]);
+        c->item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
+                                       .row = (int)(3 * k),
+                                       .across = (int)(3 * k + 1),
+                                       .friction = friction_of(model, k),
+                                       .e = {e[0], e[1]}};
     }
 }
 
 /* tau, limited using the force that would hold the contact while the others slip as they do. */
 static double limited_time_ahead(const kt_data *data, slow_slip *p, int k) {
-    kt_coulomb_item *item = &p->c.item[k];
+    kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
     const double *s = data->slip_velocity + 2 * k, most = time_ahead(data, (size_t)k);
-    const double response = 0.5 * (kt_coulomb_entry(&p->c, x, x) + kt_coulomb_entry(&p->c, y, y));
-    kt_coulomb_solution held = p->to;
-    kt_coulomb_system system;
+    const double response = 0.5 * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
     if (!(most > 0.0))
         return 0.0;
-    held.mode[k] = KT_COULOMB_STICK;
+    for (int i = 0; i < p->c->n; i++) {
+        p->held->mode[i] = i == k ? KT_COULOMB_STICK : p->to->mode[i];
+        memcpy(p->held->e[i], p->to->e[i], sizeof p->to->e[i]);
+    }
     item->type = KT_COULOMB_CONE;
-    kt_coulomb_linear(&p->c, &held, &system);
+    kt_coulomb_linear(p->c, p->held);
     item->type = KT_COULOMB_SLIPS;
-    const double friction = item->friction * held.p[item->row], excess = friction - hypot(held.p[x], held.p[y]);
+    const double *held = p->held->p;
+    const double friction = item->friction * held[item->row], excess = friction - hypot(held[x], held[y]);
     const double part = fmax(0.0, 1.0 - shrinking * excess / friction);
     return excess > 0.0 ? fmin(most, 0.5 * hypot(s[0], s[1]) / (response * excess) * part * part) : most;
 }
 
 /* Predicts the directions of those that are slow, from the ones that they have. */
 static void predict_directions(const kt_data *data, slow_slip *p) {
-    double tau[SLIPS];
-    for (int k = 0; k < p->c.n; k++)
-        tau[k] = limited_time_ahead(data, p, k);
-    for (int k = 0; k < p->c.n; k++) {
-        const double *s = data->slip_velocity + 2 * k, size = hypot(s[0], s[1]) + still;
-        p->c.item[k].type = tau[k] > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
-        for (int i = 0; i < 2 && tau[k] > 0.0; i++)
-            p->c.b[p->c.item[k].across + i] += size * p->to.e[k][i] / tau[k];
+    kt_coulomb *c = p->c;
+    for (int k = 0; k < c->n; k++)
+        p->tau[k] = limited_time_ahead(data, p, k);
+    for (int k = 0; k < c->n; k++) {
+        const double *s = data->slip_velocity + 2 * k, size = hypot(s[0], s[1]) + still, tau = p->tau[k];
+        c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
+        for (int i = 0; i < 2 && tau > 0.0; i++)
+            c->b[c->item[k].across + i] += size * p->to->e[k][i] / tau;
     }
-    for (int i = 0; i < p->c.rows; i++)
-        p->c.size = fmax(p->c.size, fabs(p->c.b[i]));
+    for (int i = 0; i < c->rows; i++)
+        c->size = fmax(c->size, fabs(c->b[i]));
 }
 
 /* Finds N if some slip is slow, and the directions e for this. */
 static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                            kt_error *error) {
     const size_t n = model->n.slip;
-    slow_slip p;
-    p.c = (kt_coulomb){.n = 0};
-    p.unit = 0.0;
-    const kt_status status = find_response(model, data, at, a, &p, error);
+    slow_slip *p = begin_slow_slip(data, n);
+    const kt_status status = find_response(model, data, at, a, p, error);
     if (status != KT_OK)
         return status;
-    set_items(model, data, &p);
-    predict_directions(data, &p);
-    const bool found = kt_coulomb_iterate(&p.c, &p.to);
+    set_items(model, data, p);
+    predict_directions(data, p);
+    const bool found = kt_coulomb_iterate(p->c, p->to);
     for (size_t k = 0; found && k < n; k++)
-        memcpy(data->slip_direction + 2 * k, p.to.e[k], sizeof p.to.e[k]);
+        memcpy(data->slip_direction + 2 * k, p->to->e[k], sizeof p->to->e[k]);
     data->unconverged += !found;
     for (size_t k = 0; k < n; k++) {
         const double *e = data->slip_direction + 2 * k, mu = friction_of(model, k);
         for (size_t i = 0; i < n; i++) {
-            const double *G = p.W + 3 * i * 3 * n + 3 * k + 1;
+            const double *G = p->W + 3 * i * 3 * n + 3 * k + 1;
             data->slip_matrix[k * n + i] = (i == k ? 1.0 : 0.0) - mu * (G[0] * e[0] + G[1] * e[1]);
         }
-        data->slip_matrix[n * n + k] = -p.c.b[3 * k] * p.unit;
+        data->slip_matrix[n * n + k] = -p->c->b[3 * k] * p->unit;
     }
     return solve(model, data, at->t, error);
 }

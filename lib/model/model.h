@@ -376,6 +376,9 @@ typedef struct kt_slip_frame {
     kt_vec3 axis[2], arm[2];
 } kt_slip_frame;
 
+/* Bytes of the scratch memory with which directions of slow slip are found (mechanism/slip.c). */
+size_t kt_slip_work_size(size_t slips);
+
 /* Arrays of data of models in which hard contacts slip. */
 #if KT_HAS_SWITCHES
 #define KT_DATA_SLIP_FIELDS(X)                                                                                         \
@@ -386,7 +389,8 @@ typedef struct kt_slip_frame {
     X(kt_slip_frame, slip_frame, n->slip, "where friction acts")                                                       \
     X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "wrenches on bodies: external ones, effects and friction")   \
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
-    X(double, slip_matrix, n->slip *(n->slip + 1), "of the equations of normal forces, and their right-hand sides")
+    X(double, slip_matrix, n->slip *(n->slip + 1), "of the equations of normal forces, and their right-hand sides")    \
+    X(char, slip_work, kt_slip_work_size(n->slip), "scratch: directions of slow slip")
 #else
 #define KT_DATA_SLIP_FIELDS(X)
 #endif

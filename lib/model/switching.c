@@ -9,6 +9,10 @@ int kt_switch_count(const kt_model *model) { return model && model->family ? mod
 
 uint64_t kt_switch_set(const kt_model *model) { return model ? model->set : 0; }
 
+uint64_t kt_switch_bits(const kt_model *model, int k) {
+    return model && KT_IS_INDEX(k, kt_switch_count(model)) ? kt_switches_bit(&model->family->switches, k) : 0;
+}
+
 const kt_model *kt_model_switched(const kt_model *model, uint64_t set) {
     if (!model || !model->family)
         return set == 0 ? model : NULL;
@@ -19,7 +23,7 @@ const kt_model *kt_model_switched(const kt_model *model, uint64_t set) {
 const char *kt_switch_name(const kt_model *model, int k) {
     if (!model || !KT_IS_INDEX(k, kt_switch_count(model)))
         return NULL;
-    const kt_switch *item = &model->family->switches.item[k];
+    const kt_switch *item = &kt_family_switches(model->family)[k];
     if (item->loop >= 0)
         return model->text + model->loop[item->loop].name;
     for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++)
@@ -30,14 +34,14 @@ const char *kt_switch_name(const kt_model *model, int k) {
 
 int kt_loop_switch(const kt_model *model, int loop) {
     for (int k = 0; loop >= 0 && k < kt_switch_count(model); k++)
-        if (model->family->switches.item[k].loop == loop)
+        if (kt_family_switches(model->family)[k].loop == loop)
             return k;
     return -1;
 }
 
 int kt_effect_switch(const kt_model *model, int effect) {
     for (int k = 0; effect >= 0 && k < kt_switch_count(model); k++)
-        if (model->family->switches.item[k].effect == effect)
+        if (kt_family_switches(model->family)[k].effect == effect)
             return k;
     return -1;
 }
@@ -53,9 +57,9 @@ static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, c
                             what);
     if (data && kt_is_other_data(error, call, *model, data))
         return KT_ERROR_ARGUMENT;
-    const uint64_t bit = (uint64_t)1 << k;
+    const uint64_t bit = kt_switch_bits(*model, k);
     const kt_model *to = kt_model_switched(*model, on ? (*model)->set | bit : (*model)->set & ~bit);
-    if (!to)
+    if (!to || k >= (*model)->family->switches.own)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, call,
                             "it is one of more than %d contacts and switches, which only a simulation closes and opens",
                             KT_SWITCH_MAX);

@@ -9,19 +9,24 @@ typedef struct kt_switch {
     int32_t loop, effect;
 } kt_switch;
 
-/* The most switches of a family: those of contacts count, too. */
-enum { KT_FAMILY_SWITCHES = 16 };
+/* The most switches that each have a bit in a set. With more switches, contacts share the two bits above. */
+enum { KT_SWITCH_BITS = 62 };
 
 /* The switches of a family. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more switches, those of
  * contacts are masked. Then each set of the other switches has two models, one with no contact and one with all
- * contacts. A simulation makes the sets between from the second one (simulation/mask.h). */
+ * contacts. A simulation makes the sets between from the second one (simulation/mask.h).
+ *
+ * Each switch has its bit in a set, bit k for switch k, up to KT_SWITCH_BITS switches. With more, the masked ones come
+ * last, and share two bits: bit 62 if any contact is closed, and bit 63 if all are. */
 typedef struct kt_switches {
     int32_t count;
-    uint64_t masked; /* contacts whose sets have no models of their own; 0: all sets have */
-    kt_switch item[KT_FAMILY_SWITCHES];
+    int32_t own;     /* the first switches, which have a bit each */
+    uint64_t masked; /* bits of contacts whose sets have no models of their own; 0: all sets have */
 } kt_switches;
 
-/* One block of memory: this struct, the offsets of the models, and the models. */
+static const uint64_t kt_switches_any = (uint64_t)1 << 62, kt_switches_all = (uint64_t)3 << 62;
+
+/* One block of memory: this struct, the offsets of the models, the switches, and the models. */
 typedef struct kt_family {
     size_t bytes;
     size_t data; /* bytes of the largest data */
@@ -30,10 +35,21 @@ typedef struct kt_family {
     size_t at[]; /* of each model, from the beginning of the block */
 } kt_family;
 
+/* The bits of switch k. */
+static inline uint64_t kt_switches_bit(const kt_switches *of, int k) {
+    return k < of->own ? (uint64_t)1 << k : of->masked;
+}
+
+/* Whether switch k is on in a set that has a model. */
+static inline bool kt_switches_has(const kt_switches *of, uint64_t set, int k) {
+    const uint64_t bit = kt_switches_bit(of, k);
+    return (set & bit) == bit;
+}
+
 /* The number of models, and the set of the k-th. The last one has all switched items. */
 static inline uint64_t kt_switches_models(const kt_switches *of) {
     int count = of->masked != 0;
-    for (int k = 0; k < of->count; k++)
+    for (int k = 0; k < of->own; k++)
         count += (of->masked >> k & 1) == 0;
     return (uint64_t)1 << count;
 }
@@ -41,7 +57,7 @@ static inline uint64_t kt_switches_models(const kt_switches *of) {
 static inline uint64_t kt_switches_set(const kt_switches *of, uint64_t index) {
     uint64_t set = 0;
     int bit = 0;
-    for (int k = 0; k < of->count; k++)
+    for (int k = 0; k < of->own; k++)
         if ((of->masked >> k & 1) == 0)
             set |= (index >> bit++ & 1) << k;
     return set | ((index >> bit & 1) != 0 ? of->masked : 0);
@@ -49,12 +65,12 @@ static inline uint64_t kt_switches_set(const kt_switches *of, uint64_t index) {
 
 /* The index of a set's model; -1: it has none. */
 static inline int64_t kt_switches_index(const kt_switches *of, uint64_t set) {
-    const uint64_t contacts = set & of->masked;
+    const uint64_t contacts = set & of->masked, known = (((uint64_t)1 << of->own) - 1) | of->masked;
     uint64_t index = 0;
     int bit = 0;
-    if (set >> of->count != 0 || (contacts != 0 && contacts != of->masked))
+    if ((set & ~known) != 0 || (contacts != 0 && contacts != of->masked))
         return -1;
-    for (int k = 0; k < of->count; k++)
+    for (int k = 0; k < of->own; k++)
         if ((of->masked >> k & 1) == 0)
             index |= (set >> k & 1) << bit++;
     return (int64_t)(index | (uint64_t)(contacts != 0) << bit);
@@ -66,9 +82,15 @@ static inline kt_model *kt_family_model(const kt_family *family, uint64_t k) {
     return (kt_model *)(void *)((char *)(uintptr_t)family + family->at[k]);
 }
 
+/* The switches of a family. */
+static inline const kt_switch *kt_family_switches(const kt_family *family) {
+    return (const kt_switch *)(const void *)(family->at + kt_family_models(family));
+}
+
 /* Bytes from the beginning of a family to its first model. */
-static inline size_t kt_family_head(uint64_t models) {
-    return kt_arena_round(sizeof(kt_family) + (size_t)models * sizeof(size_t));
+static inline size_t kt_family_head(const kt_switches *of) {
+    return kt_arena_round(sizeof(kt_family) + (size_t)kt_switches_models(of) * sizeof(size_t) +
+                          (size_t)of->count * sizeof(kt_switch));
 }
 
 /* Copies one model, without the others of its family. */

@@ -377,12 +377,12 @@ static bool find_contacts(const kt_model *model, const char *name, bool on, watc
         const int loop = kt_loop_find(model, text);
         if (loop < 0 || kt_loop_side(model, loop) == KT_SIDE_NONE)
             continue;
-        put_bit((uint64_t)1 << kt_loop_switch(model, loop), on, &to->acting, &to->released);
+        put_bit(kt_switch_bits(model, kt_loop_switch(model, loop)), on, &to->acting, &to->released);
         found = true;
     }
     const int stick = found ? -1 : kt_effect_stick(model, kt_effect_find(model, name));
     if (stick >= 0)
-        put_bit((uint64_t)1 << kt_loop_switch(model, stick), on, &to->acting, &to->released);
+        put_bit(kt_switch_bits(model, kt_loop_switch(model, stick)), on, &to->acting, &to->released);
     return found || stick >= 0;
 }
 
@@ -397,7 +397,7 @@ static kt_status find_switches(const kt_model *model, const kt_scene_event *even
         if (k < 0)
             return kt_error_set(error, KT_ERROR_SCENE, event->name,
                                 "the model has no loop or effect '%s' that is switched (kt_switching)", name);
-        put_bit((uint64_t)1 << k, event->switches[i].on, &to->on, &to->off);
+        put_bit(kt_switch_bits(model, k), event->switches[i].on, &to->on, &to->off);
     }
     return KT_OK;
 }

@@ -18,7 +18,9 @@
  * the largest one. */
 static const double rounding = 1e-9;
 
-static uint64_t bit_of(const kt_model *model, size_t loop) { return (uint64_t)1 << kt_loop_switch(model, (int)loop); }
+static uint64_t bit_of(const kt_model *model, size_t loop) {
+    return kt_switch_bits(model, kt_loop_switch(model, (int)loop));
+}
 
 static bool bounds(const kt_loop_record *loop) { return loop->side != KT_SIDE_NONE; }
 static double sign_of(const kt_loop_record *loop) { return loop->side == KT_SIDE_BELOW ? -1.0 : 1.0; }
@@ -63,7 +65,7 @@ static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, 
                                    NULL, NULL, error);
     for (size_t i = 0; status == KT_OK && i < all->n.loop; i++) {
         const kt_loop_record *loop = &all->loop[i];
-        if (!bounds(loop) || (model->set & bit_of(model, i)) != 0)
+        if (!bounds(loop) || !kt_loop_is_off(&model->loop[i]))
             continue;
         const double gap = sign_of(loop) * w->contact_row[loop->equation];
         if (gap < least)
@@ -87,7 +89,7 @@ static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *
         most = fmax(most, fabs(w->contact_row[i]));
     for (size_t i = 0; status == KT_OK && i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
-        if (!bounds(loop) || (model->set & bit_of(model, i)) == 0)
+        if (!bounds(loop) || kt_loop_is_off(loop))
             continue;
         const double reaction = sign_of(loop) * w->contact_row[loop->equation];
         if (reaction < -rounding * fmax(most, 1e-300))

@@ -9,6 +9,7 @@
  * block is accepted only if all of them agree. The values of a model's parameters are not compared: a copy of a model
  * may continue with other values.
  */
+#include "base/copy.h"
 #include "base/sum.h"
 #include "expression/expression.h"
 #include "integrator/integrator.h"
@@ -118,9 +119,9 @@ static uint64_t sum_of_events(const kt_simulation *simulation) {
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
 
 #if KT_HAS_EVENTS
-#define KT_CHECKPOINT_CONTACTS(X) X(ranks, size->ranks)
+#define KT_CHECKPOINT_CONTACTS(X) X(ranks, size->ranks) X(contacts, size->contacts * sizeof(kt_contact_memory))
 #else
-#define KT_CHECKPOINT_CONTACTS(X) X(ranks, 0)
+#define KT_CHECKPOINT_CONTACTS(X) X(ranks, 0) X(contacts, 0)
 #endif
 
 /* The parts: name, bytes. One list measures, writes and reads. */
@@ -214,6 +215,7 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
         memcpy(to + at.roots, simulation->event_root, size->event * sizeof(kt_event_root));
     }
 #if KT_HAS_EVENTS
+    kt_copy(to + at.contacts, simulation->contact_state, size->contacts * sizeof(kt_contact_memory));
     if (size->ranks > 0)
         kt_contacts_save_ranks(simulation, (double *)(void *)(to + at.ranks));
 #endif
@@ -282,12 +284,12 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
 }
 
 /* The model of the set of a checkpoint; NULL: there is none. */
-static const kt_model *model_of(kt_simulation *simulation, uint64_t set, const void *ranks) {
+static const kt_model *model_of(kt_simulation *simulation, uint64_t set, const void *ranks, const void *contacts) {
 #if KT_HAS_EVENTS
     if (simulation->size.ranks > 0)
-        return kt_contacts_restored_model(simulation, set, ranks);
+        return kt_contacts_restored_model(simulation, set, ranks, contacts);
 #endif
-    (void)ranks;
+    (void)ranks, (void)contacts;
     return kt_model_switched(simulation->model, set);
 }
 
@@ -308,7 +310,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     memcpy(&integrator, from + at.integrator, sizeof integrator);
     const kt_model *before = simulation->model;
     if (KT_HAS_SWITCHES && (memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
-        const kt_model *model = model_of(simulation, memory.set, from + at.ranks);
+        const kt_model *model = model_of(simulation, memory.set, from + at.ranks, from + at.contacts);
         if (model == NULL)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                                 "its set of switched loops and effects is none "
@@ -331,6 +333,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
         memcpy(simulation->event_root, from + at.roots, size->event * sizeof(kt_event_root));
     }
 #if KT_HAS_EVENTS
+    kt_copy(simulation->contact_state, from + at.contacts, size->contacts * sizeof(kt_contact_memory));
     if (simulation->contacts != NULL)
         simulation->contact_calls->follow(simulation);
 #endif

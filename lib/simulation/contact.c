@@ -34,7 +34,6 @@
 #include "control/mass_inverse.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
-#include "linear/lemke.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 
@@ -66,8 +65,18 @@ size_t kt_contacts_of(const kt_model *model) {
 
 static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
     kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
-    for (size_t i = 0; i < model->n.loop; i++)
-        s.cone = model->loop[i].rubs > 0 ? kt_cone_size(KT_COULOMB_ITEMS) : s.cone;
+    size_t sides = 0, rubs = 0;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        sides += model->loop[i].side != KT_SIDE_NONE;
+        rubs += model->loop[i].rubs > 0;
+    }
+    s.list = n + rubs;
+    s.lemke = 2 * n - sides - 2 * rubs;
+    if (rubs > 0) {
+        s.problem = kt_coulomb_size(n - rubs, s.list);
+        s.solution = kt_coulomb_solution_size(n - rubs, s.list);
+        s.solver = kt_coulomb_solver_size(n - rubs, s.list);
+    }
     for (uint64_t k = 0; k < kt_family_models(model->family); k++) {
         const kt_model *one = kt_family_model(model->family, k);
         const size_t inverse = kt_mass_inverse_size(one, 0);
@@ -105,7 +114,7 @@ static double friction_of(const struct kt_contacts *c, const kt_instant *at, int
         return kt_contact_coefficient(model, friction) * c->reaction[kt_contact_row(model, contact)] -
                hypot(tangent[0], tangent[1]);
     }
-    return kt_contact_slip_along(model, at->data, contact) - friction->simulation->memory.closes_at[k] + turned;
+    return kt_contact_slip_along(model, at->data, contact) - friction->simulation->contact_state[k].closes_at + turned;
 }
 
 /* The gaps of open contacts, and the reactions of closed ones. */
@@ -129,7 +138,7 @@ static kt_status find_values(struct kt_contacts *c, const kt_instant *at, kt_err
         if (kt_contact_is_released(contact))
             c->value[k] = 1.0;
         else if (k < c->sides)
-            c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->memory.closes_at[k];
+            c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->contact_state[k].closes_at;
         else if (!kt_contact_rubs(c, k))
             c->value[k] =
                 closed ? kt_contact_limit(model, contact) - fabs(reaction) : slip_of_joint(model, contact, at->v);
@@ -176,12 +185,15 @@ static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *e
     const kt_contact *contact = user;
     struct kt_contacts *c = simulation->contacts;
     (void)what;
-    uint64_t due = simulation->event_memory[contact->index].side < 0 ? contact->bit : 0;
+    for (int k = 0; k < c->n; k++) {
+        const bool mine = k == contact->index && simulation->event_memory[k].side < 0;
+        const bool due = mine || is_due(simulation, k), closed = kt_contact_is_closed(simulation->model, &c->item[k]);
+        c->item[k].meets = due && !closed;
+        c->item[k].leaves = due && closed;
+    }
+    const kt_status status = simulation->contact_calls->resolve(simulation, error);
     for (int k = 0; k < c->n; k++)
-        due |= is_due(simulation, k) ? c->item[k].bit : 0;
-    c->met = due & ~simulation->model->set;
-    const kt_status status = simulation->contact_calls->resolve(simulation, due & simulation->model->set, error);
-    c->met = 0;
+        c->item[k].meets = c->item[k].leaves = false;
     c->rests = c->stops = false;
     return status == KT_OK ? 0 : -1;
 }
@@ -192,7 +204,10 @@ static void open_all(kt_simulation *simulation) {
     if (set != simulation->model->set)
         kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
     simulation->memory.set = set;
-    memset(simulation->memory.closes_at, 0, sizeof simulation->memory.closes_at);
+    for (size_t k = 0; k < simulation->contact_count; k++) {
+        simulation->contact_state[k].closed = false;
+        simulation->contact_state[k].closes_at = 0.0;
+    }
 }
 
 /* ---- where contacts touch ---------------------------------------------------------------------------------------- */
@@ -219,7 +234,7 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
                 "the steps (max_step) where one leaps over it",
                 kt_loop_name(c->all, c->item[k].loop), -c->gap[k]);
         }
-        if (c->gap[k] <= touching * scale || ((c->met | simulation->model->set) & c->item[k].bit) != 0)
+        if (c->gap[k] <= touching * scale || c->item[k].meets || kt_contact_is_closed(simulation->model, &c->item[k]))
             add_row(c, k, 0);
     }
     c->meeting = c->touching;
@@ -260,77 +275,76 @@ static kt_status find_response(kt_simulation *simulation, const kt_model *open, 
 
 /* The problem of reactions: n rows of contacts and friction at rest, then a second row for each friction. */
 typedef struct reactions {
-    int at[KT_FAMILY_SWITCHES], n, sides; /* rows in the list; the number of rows; the number of contacts */
-    double limit[KT_FAMILY_SWITCHES];     /* of friction; 0 for contacts */
-    double slip[KT_FAMILY_SWITCHES];      /* force at which slip begins; 0 for contacts */
-    double free[KT_FAMILY_SWITCHES];      /* accelerations without all these reactions */
-    double z[KT_LEMKE_MAX];
+    int n, sides; /* the number of rows, and of contacts */
 } reactions;
 
 /* Lists the rows that can have a reaction, with their free accelerations. A contact whose reaction has ended gets no
  * reaction, because the event has found the change of sign. The step ends a few rounding units of the time earlier,
  * where the contact may still have a compressive reaction. */
-static void list_reactions(kt_simulation *simulation, const double *W, const double *u, uint64_t leaving,
-                           reactions *r) {
-    const struct kt_contacts *c = simulation->contacts;
+static void list_reactions(kt_simulation *simulation, const double *W, const double *u, reactions *r) {
+    struct kt_contacts *c = simulation->contacts;
     double size;
     *r = (reactions){.n = 0};
     for (int i = 0; i < c->touching; i++) {
         const kt_contact *contact = &c->item[c->list[i]];
-        const bool is_side = i < c->meeting, leaves = (leaving & contact->bit) != 0;
+        const bool is_side = i < c->meeting;
         (void)kt_contact_rate(c, W, i, &size);
         if (is_side && u[i] > fmax(kt_contact_rest(simulation, W, i), rounding * size))
             continue;
         if (!is_side && fabs(c->v[contact->v]) > kt_contact_resting)
             continue;
-        if (is_side && leaves)
+        if (is_side && contact->leaves)
             continue;
         const double free = kt_contact_acceleration(c, W, i, &size);
-        r->slip[r->n] = is_side ? 0.0 : kt_contact_slip(simulation->model, contact);
-        r->limit[r->n] = is_side ? 0.0 : kt_contact_limit(simulation->model, contact);
-        r->free[r->n] = is_side && fabs(free) <= rounding * size ? 0.0 : free;
-        r->at[r->n++] = i;
+        c->slip[r->n] = is_side ? 0.0 : kt_contact_slip(simulation->model, contact);
+        c->limit[r->n] = is_side ? 0.0 : kt_contact_limit(simulation->model, contact);
+        c->free[r->n] = is_side && fabs(free) <= rounding * size ? 0.0 : free;
+        c->pressing[r->n++] = i;
         r->sides += is_side;
     }
     /* At rest, the model has friction that slips forwards. */
     for (int i = 0; i < r->n; i++)
         for (int k = r->sides; k < r->n; k++)
-            r->free[i] += W[r->at[i] * c->touching + r->at[k]] * r->slip[k];
+            c->free[i] += W[c->pressing[i] * c->touching + c->pressing[k]] * c->slip[k];
 }
 
 /* Solves w = W lambda + free with lambda = z1 - S, and the rows of z2 for friction. */
-static bool solve_reactions(const double *W, int stride, reactions *r, uint64_t *pivots) {
+static bool solve_reactions(struct kt_contacts *c, const double *W, const reactions *r, uint64_t *pivots) {
     const int friction = r->n - r->sides, rows = r->n + friction;
-    double M[KT_LEMKE_MAX * KT_LEMKE_MAX] = {0.0}, q[KT_LEMKE_MAX];
+    double *M = c->M, *q = c->q;
+    kt_clear(M, (size_t)(rows * rows) * sizeof *M);
     for (int i = 0; i < r->n; i++) {
-        q[i] = r->free[i];
+        q[i] = c->free[i];
         for (int k = 0; k < r->n; k++) {
-            M[i * rows + k] = W[r->at[i] * stride + r->at[k]];
-            q[i] -= M[i * rows + k] * r->limit[k];
+            M[i * rows + k] = W[c->pressing[i] * c->touching + c->pressing[k]];
+            q[i] -= M[i * rows + k] * c->limit[k];
         }
     }
     for (int k = r->sides; k < r->n; k++) {
         M[k * rows + k + friction] = 1.0;
         M[(k + friction) * rows + k] = -1.0;
-        q[k + friction] = 2.0 * r->limit[k];
+        q[k + friction] = 2.0 * c->limit[k];
     }
-    return kt_lemke_solve(rows, M, q, r->z, pivots);
+    return kt_lemke_solve(rows, M, q, c->lemke, c->z, pivots);
 }
 
-/* Finds contacts whose reaction has ended but that would penetrate. At the same instant, friction or another contact
- * has changed the force on them. All accelerations may be rounding, as for a pendulum that hangs down, or for a body
- * that a growing force lifts. The acceleration from the largest reaction of the last step is therefore a measure,
- * too. */
-static uint64_t find_sinking(const kt_simulation *simulation, const double *W, uint64_t leaving, const reactions *r) {
-    const struct kt_contacts *c = simulation->contacts;
-    uint64_t sinking = 0;
+/* Finds contacts whose reaction has ended but that would penetrate, and lets them stay. At the same instant, friction
+ * or another contact has changed the force on them. All accelerations may be rounding, as for a pendulum that hangs
+ * down, or for a body that a growing force lifts. The acceleration from the largest reaction of the last step is
+ * therefore a measure, too. */
+static bool find_sinking(kt_simulation *simulation, const double *W, const reactions *r) {
+    struct kt_contacts *c = simulation->contacts;
+    bool sinking = false;
     for (int i = 0; i < c->meeting; i++) {
         double size, w = kt_contact_acceleration(c, W, i, &size);
         for (int k = 0; k < r->n; k++)
-            w += W[i * c->touching + r->at[k]] * (r->z[k] - r->limit[k] + r->slip[k]);
+            w += W[i * c->touching + c->pressing[k]] * (c->z[k] - c->limit[k] + c->slip[k]);
         size = fmax(size, W[i * c->touching + i] * simulation->event_memory[c->list[i]].size);
-        if (w < -sinks * size)
-            sinking |= leaving & c->item[c->list[i]].bit;
+        kt_contact *contact = &c->item[c->list[i]];
+        if (!(w < -sinks * size) || !contact->leaves)
+            continue;
+        contact->leaves = false;
+        sinking = true;
     }
     return sinking;
 }
@@ -347,7 +361,8 @@ static kt_status find_norm(kt_simulation *simulation, const kt_model *model, con
 /* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities after impulses. */
 static kt_status find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_slipping_set(c, simulation->model));
+    kt_contacts_let_slip(c);
+    const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_set(simulation));
     kt_data_adapt(slipping, simulation->data);
     kt_simulation_use_states(simulation, y);
     kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
@@ -357,39 +372,37 @@ static kt_status find_free(kt_simulation *simulation, double t, const double *y,
     return status == KT_OK ? kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error) : status;
 }
 
-/* The switch of friction in row i. At its upper limit, z1 is 2 S except for rounding. There z2 decides, since variables
+/* The state of friction in row i. At its upper limit, z1 is 2 S except for rounding. There z2 decides, since variables
  * outside of Lemke's basis are exactly 0. Friction at its limit slips, against the force that is its limit. */
-static uint64_t bit_of_friction(const reactions *r, int i, const kt_contact *contact, uint64_t leaving) {
-    const double most = 2.0 * r->limit[i], edge = (leaving & contact->bit) != 0 ? 1e-6 * most : 0.0;
-    const double z1 = r->z[i], z2 = r->z[i + r->n - r->sides];
-    return z2 > 0.0 || z1 >= most - edge ? contact->back : z1 > edge ? contact->bit : 0;
+static kt_contact_side side_of_friction(const struct kt_contacts *c, const reactions *r, int i,
+                                        const kt_contact *contact) {
+    const double most = 2.0 * c->limit[i], edge = contact->leaves ? 1e-6 * most : 0.0;
+    const double z1 = c->z[i], z2 = c->z[i + r->n - r->sides];
+    return z2 > 0.0 || z1 >= most - edge ? KT_CONTACT_BACK : z1 > edge ? KT_CONTACT_ON : KT_CONTACT_OFF;
 }
 
-/* Solves contact forces: the touching contacts with compressive reactions, and the friction, as bits of the set. */
+/* Solves contact forces: the touching contacts with compressive reactions, and the friction, of the set that
+ * follows. */
 static kt_status press(kt_simulation *simulation, double t, const double *y, const double *W, const double *u,
-                       uint64_t leaving, uint64_t *on, kt_error *error) {
+                       kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     reactions r;
     const kt_status status = find_free(simulation, t, y, error);
     if (status != KT_OK)
         return status;
-    uint64_t sinking;
     bool found;
     do {
-        list_reactions(simulation, W, u, leaving, &r);
-        found = solve_reactions(W, c->touching, &r, &simulation->memory.contacts.pivots);
-        sinking = found ? find_sinking(simulation, W, leaving, &r) : 0;
-        leaving &= ~sinking;
-    } while (sinking != 0);
+        list_reactions(simulation, W, u, &r);
+        found = solve_reactions(c, W, &r, &simulation->memory.contacts.pivots);
+    } while (found && find_sinking(simulation, W, &r));
     if (!found)
         return kt_contacts_refuse(simulation, t, "reactions", error);
-    *on = kt_contacts_slipping_set(c, simulation->model) & c->mask;
+    kt_contacts_let_slip(c);
     for (int i = 0; i < r.n; i++) {
-        const kt_contact *contact = &c->item[c->list[r.at[i]]];
-        if (i < r.sides)
-            *on |= r.z[i] > 0.0 ? contact->bit : 0;
-        else
-            *on |= bit_of_friction(&r, i, contact, leaving);
+        kt_contact *contact = &c->item[c->list[c->pressing[i]]];
+        contact->next = i >= r.sides    ? side_of_friction(c, &r, i, contact)
+                        : c->z[i] > 0.0 ? KT_CONTACT_ON
+                                        : KT_CONTACT_OFF;
     }
     return KT_OK;
 }
@@ -397,31 +410,33 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Its row then depends on theirs: orthogonalisation in the metric of W leaves nothing of it. Its rate is
  * rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest. */
-static uint64_t find_held(const kt_simulation *simulation, const double *W, uint64_t on) {
+static uint64_t find_held(const kt_simulation *simulation, const double *W) {
     const struct kt_contacts *c = simulation->contacts;
     const int m = c->touching;
-    double L[KT_COULOMB_ROWS][KT_COULOMB_ROWS];
-    int row[KT_COULOMB_ROWS], n = 0;
+    int *row = c->independent, n = 0;
     uint64_t held = 0;
     for (int pass = 0; pass < 2; pass++) /* closed contacts first */
         for (int i = 0; i < m; i++) {
             const kt_contact *item = &c->item[c->list[i]];
-            const bool closed = (on & item->bit) != 0, slips = i >= c->meeting && i < c->resting && !closed;
+            const bool closed = kt_contact_is_closed(simulation->model, item);
+            const bool slips = i >= c->meeting && i < c->resting && !closed;
             double left = W[i * m + i];
             if (pass == 0 ? !closed : !slips || fabs(c->v[item->v]) > kt_contact_resting)
                 continue;
+            double *L = c->L + (ptrdiff_t)n * m;
             for (int j = 0; j < n; j++) {
+                const double *other = c->L + (ptrdiff_t)j * m;
                 double sum = W[i * m + row[j]];
                 for (int k = 0; k < j; k++)
-                    sum -= L[n][k] * L[j][k];
-                L[n][j] = sum / L[j][j];
-                left -= L[n][j] * L[n][j];
+                    sum -= L[k] * other[k];
+                L[j] = sum / other[j];
+                left -= L[j] * L[j];
             }
             const bool depends = !(left > rounding * W[i * m + i]);
             if (pass > 0 && depends)
                 held |= item->bit;
             if (pass == 0 && !depends) {
-                L[n][n] = sqrt(left);
+                L[n] = sqrt(left);
                 row[n++] = i;
             }
         }
@@ -429,44 +444,46 @@ static uint64_t find_held(const kt_simulation *simulation, const double *W, uint
 }
 
 /* press if contacts with friction are among those that touch (contact_friction.c). */
-static kt_status press_with_friction(kt_simulation *simulation, double t, const double *W, double *u, uint64_t leaving,
-                                     uint64_t *on, double *lost, kt_error *error) {
+static kt_status press_with_friction(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+                                     kt_error *error) {
     const double *y = kt_integrator_state(simulation->integrator);
     kt_status status = find_free(simulation, t, y, error);
     if (status == KT_OK)
-        status = kt_contacts_press(simulation, t, W, u, leaving, on, error);
+        status = kt_contacts_press(simulation, t, W, u, error);
     if (status != KT_ERROR_CONSTRAINT || !kt_contacts_jam(simulation, W, u, lost))
         return status;
+    for (int k = 0; k < simulation->contacts->n; k++)
+        simulation->contacts->item[k].leaves = false;
     status = find_free(simulation, t, y, error);
-    return status == KT_OK ? kt_contacts_press(simulation, t, W, u, 0, on, error) : status;
+    return status == KT_OK ? kt_contacts_press(simulation, t, W, u, error) : status;
 }
 
 /* Counts changes. Switches and jumps open all contacts first: a contact that is closed again behind them is not
  * counted. */
-static void count_changes(kt_simulation *simulation, uint64_t after) {
+static void count_changes(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
-    const uint64_t before = simulation->memory.counted;
-    simulation->memory.counted = after;
+    const kt_model *model = simulation->model;
     for (int k = 0; k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
-        const bool was = kt_contact_is_closed_in(before, contact), is = kt_contact_is_closed_in(after, contact);
+        const bool was = simulation->contact_state[k].counted, is = kt_contact_is_closed(model, contact);
+        simulation->contact_state[k].counted = is;
         counts->closings += k < c->sides && is && !was;
         counts->openings += k < c->sides && was && !is;
         counts->sticks += k >= c->sides && is && !was;
-        counts->slips +=
-            k >= c->sides && was && !is &&
-            (kt_contact_rubs(c, k) ? (after & c->item[contact->of].bit) != 0 : !kt_contact_is_released(contact));
+        counts->slips += k >= c->sides && was && !is &&
+                         (kt_contact_rubs(c, k) ? kt_contact_is_closed(model, &c->item[contact->of])
+                                                : !kt_contact_is_released(contact));
     }
 }
 
-/* Commits contacts: the model with the contacts that are on, and the state after impulses. approach: the speed before
+/* Commits contacts: the model of the set that follows, and the state after impulses. approach: the speed before
  * the impulses; 0: no impulses. */
-static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, double approach, kt_error *error) {
+static kt_status settle(kt_simulation *simulation, double lost, double approach, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
     const bool balanced = kt_simulation_is_balanced(simulation), accounts = balanced || simulation->watches_works;
-    const uint64_t set = (simulation->model->set & ~c->mask) | on;
+    const uint64_t set = kt_contacts_set(simulation);
     kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
     kt_status status = KT_OK;
     bool changed = false;
@@ -477,7 +494,7 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, dou
     if (status != KT_OK)
         return status;
     const kt_model *old = simulation->model;
-    kt_simulation_take_model(simulation, kt_contacts_model(simulation, set, false));
+    kt_simulation_take_model(simulation, kt_contacts_model(simulation, false));
     memcpy(simulation->y, from, simulation->size.n * sizeof(double));
     memcpy(simulation->y + simulation->size.nq, c->v, simulation->size.nv * sizeof(double));
     status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
@@ -500,12 +517,14 @@ static kt_status settle(kt_simulation *simulation, uint64_t on, double lost, dou
         return status;
     }
     simulation->memory.set = set;
+    for (int k = 0; k < c->n; k++)
+        simulation->contact_state[k].closed = kt_contact_is_closed(simulation->model, &c->item[k]);
     simulation->memory.contacts.dissipated += lost;
-    count_changes(simulation, on);
+    count_changes(simulation);
     return KT_OK;
 }
 
-/* ---- at an instant ------------------------------------------------------------------------------------------------ */
+/* ---- at an instant ----------------------------------------------------------------------------------------------- */
 
 /* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
  * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
@@ -520,25 +539,24 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
         if (kt_contact_is_closed(simulation->model, &c->item[k]))
             continue;
         if (i < c->meeting)
-            simulation->memory.closes_at[k] = fmin(c->gap[k], 0.0);
+            simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0);
         if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
             simulation->event_memory[k].side = -1;
     }
     for (int k = c->sides; k < c->n; k++)
-        simulation->memory.closes_at[k] = -HUGE_VAL;
+        simulation->contact_state[k].closes_at = -HUGE_VAL;
     (void)kt_contacts_follow_slip(simulation);
     simulation->contact_time = (double)NAN; /* values of this state have changed */
     return status;
 }
 
-static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *error) {
+static kt_status resolve(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_simulation_recall_corners(simulation);
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
     const double *y = kt_integrator_state(simulation->integrator);
     const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
-    double W[KT_COULOMB_ROWS * KT_COULOMB_ROWS], u[KT_COULOMB_ROWS], lost = 0.0, approach = 0.0, size;
-    uint64_t on = 0;
+    double *W = c->W, *u = c->u, lost = 0.0, approach = 0.0, size;
     for (int k = 0; k < c->n; k++)
         simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
     kt_simulation_clear_jump(simulation);
@@ -547,7 +565,7 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
     if (status == KT_OK)
         status = find_touching(simulation, t, error);
     if (status == KT_OK && c->touching == 0)
-        count_changes(simulation, 0);
+        count_changes(simulation);
     if (status != KT_OK || c->touching == 0)
         return status;
     simulation->cached = KT_CACHED_NOTHING;
@@ -562,22 +580,22 @@ static kt_status resolve(kt_simulation *simulation, uint64_t leaving, kt_error *
         approach = i < c->meeting ? fmax(approach, -u[i]) : approach;
     }
     for (int k = 0; approach > 0.0 && k < c->sides; k++) /* after impulses, all reactions are possible */
-        leaving &= ~c->item[k].bit;
+        c->item[k].leaves = false;
     const bool rough = c->touching > c->resting; /* a contact with friction touches */
     if (status == KT_OK && approach > 0.0)
         status = kt_contacts_check_levers(simulation, open, t, W, u, error);
     if (status == KT_OK && approach > 0.0)
         status = kt_contacts_strike(simulation, t, W, u, &lost, error);
     if (status == KT_OK && rough)
-        status = press_with_friction(simulation, t, W, u, leaving, &on, &lost, error);
+        status = press_with_friction(simulation, t, W, u, &lost, error);
     else if (status == KT_OK)
-        status = press(simulation, t, y, W, u, leaving, &on, error);
+        status = press(simulation, t, y, W, u, error);
     kt_data_adapt(model, simulation->data);
     if (status == KT_OK)
-        status = settle(simulation, on, lost, approach, error);
+        status = settle(simulation, lost, approach, error);
     if (status != KT_OK)
         return status;
-    simulation->memory.held = find_held(simulation, W, on);
+    simulation->memory.held = find_held(simulation, W);
     return watch_open(simulation, t, error);
 }
 
@@ -604,6 +622,7 @@ static const kt_contact_calls calls = {.rest = rest,
 /* Lists the contacts, and friction after them. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
     const kt_model *model = simulation->model;
+    const kt_switches *switches = &model->family->switches;
     int k = 0;
     for (int friction = 0; friction < 2; friction++) {
         for (size_t i = 0; i < model->n.loop; i++) {
@@ -614,12 +633,14 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
             c->item[k] = (kt_contact){.simulation = simulation,
                                       .loop = (int)i,
                                       .index = k,
-                                      .bit = (uint64_t)1 << kt_loop_switch(model, (int)i),
+                                      .bit = kt_loop_switch(model, (int)i) < switches->own
+                                                 ? kt_switch_bits(model, kt_loop_switch(model, (int)i))
+                                                 : 0,
                                       .sign = loop->side == KT_SIDE_BELOW ? -1.0 : 1.0,
                                       .effect = effect,
                                       .back = back >= 0 ? (uint64_t)1 << back : 0,
                                       .of = -1};
-            c->mask |= c->item[k].bit | c->item[k].back;
+            c->mask |= kt_switch_bits(model, kt_loop_switch(model, (int)i)) | c->item[k].back;
             c->back |= c->item[k].back;
             for (int j = 0; friction && j < c->sides; j++)
                 if (model->loop[c->item[j].loop].rubs == loop->friction) {
@@ -644,6 +665,17 @@ static kt_status refuse_massless(const kt_simulation *simulation, const struct k
         error);
 }
 
+static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
+    const size_t phase = kt_impact_phase_size(s->n, s->list), items = 2 * s->n - s->list;
+    c->compression = kt_impact_phase_init(s->n, s->list, c->phase_memory);
+    c->phase = kt_impact_phase_init(s->n, s->list, c->phase_memory + phase);
+    if (s->problem == 0)
+        return;
+    c->problem = kt_coulomb_init(items, s->list, c->problem_memory);
+    c->solution = kt_coulomb_solution_init(items, s->list, c->solution_memory);
+    c->solver = kt_coulomb_solver_init(items, s->list, c->solver_memory);
+}
+
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     const kt_model *model = simulation->model;
     const size_t n = kt_contacts_of(model);
@@ -653,8 +685,8 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     c->n = (int)n;
     c->inverse_size = s.inverse;
     simulation->contact_time = (double)NAN;
-    c->mask = c->back = c->met = 0;
-    c->cone = s.cone > 0 ? kt_cone_init(KT_COULOMB_ITEMS, c->cone_memory) : NULL;
+    c->mask = c->back = 0;
+    init_solvers(c, &s);
     simulation->contacts = c;
     kt_contacts_init_masks(simulation);
     list_items(simulation, c);
@@ -664,7 +696,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
         const bool is_dry = k >= c->sides && !kt_contact_rubs(c, k);
         simulation->contact_friction |= is_dry ? both : 0;
         if (k < c->sides ? !model->loop[c->item[k].loop].contact : is_dry && (model->set & both) == both)
-            simulation->contact_released |= both;
+            simulation->contact_released |= both; /* nothing if contacts share bits */
     }
     simulation->memory.released = simulation->contact_released;
     c->rubs = c->rests = c->stops = false;

@@ -3,23 +3,29 @@
 #ifndef KT_SIMULATION_CONTACT_H
 #define KT_SIMULATION_CONTACT_H
 
-#include "linear/cone.h"
 #include "linear/coulomb.h"
+#include "linear/lemke.h"
 #include "model/switching.h"
 #include "simulation/mask.h"
 #include "simulation/simulation.h"
 
 /* One item: a loop that bounds a side, friction of a joint, or friction of a contact. A contact with friction has two
  * items. */
+typedef enum kt_contact_side { KT_CONTACT_OFF, KT_CONTACT_ON, KT_CONTACT_BACK, KT_CONTACT_RELEASED } kt_contact_side;
+
 typedef struct kt_contact {
     kt_simulation *simulation;
     int loop, index;
-    uint64_t bit;  /* its loop is on */
-    double sign;   /* of the residual if the contact is open; 1 for friction */
-    int effect;    /* friction: the effect; contacts: -1 */
-    uint64_t back; /* friction of a joint: it slips backwards; with `bit`: it is released */
-    int v;         /* friction of a joint: the index of its rate */
-    int of;        /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
+    kt_contact_side next; /* of the set that follows: on if it is closed, or sticks; the last two for friction of joints
+                             that slips backwards, or that is released */
+    bool meets;           /* its gap closes at this instant: it touches, even if rounding left a gap */
+    bool leaves;          /* its reaction, or its stick, has ended at this instant */
+    uint64_t bit;         /* its loop is on; 0: contacts share bits (model/switching.h) */
+    double sign;          /* of the residual if the contact is open; 1 for friction */
+    int effect;           /* friction: the effect; contacts: -1 */
+    uint64_t back;        /* friction of a joint: it slips backwards; with `bit`: it is released */
+    int v;                /* friction of a joint: the index of its rate */
+    int of; /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
 } kt_contact;
 
 /* Every array: type, name, count, meaning. n contacts, of which m touch. */
@@ -34,17 +40,53 @@ typedef struct kt_contact {
     X(double, reaction, s->rows, "the least multipliers")                                                              \
     X(double, v, s->nv, "velocities behind impulses")                                                                  \
     X(double, a, s->nv, "accelerations without the contacts")                                                          \
-    X(int, list, 2 * s->n, "rows: the items that touch, those of a contact's friction twice")                          \
-    X(int, component, 2 * s->n, "of these, which of its rows")                                                         \
-    X(double, response, 2 * s->n * s->nv, "M^-1 J', a column each")                                                    \
+    X(int, list, s->list, "rows: the items that touch, those of a contact's friction twice")                           \
+    X(int, component, s->list, "of these, which of its rows")                                                          \
+    X(double, response, s->list * s->nv, "M^-1 J', a column each")                                                     \
     X(double, gap, s->n, "of all contacts")                                                                            \
-    X(char, cone_memory, s->cone, "the cone solver, where contacts have friction")                                     \
+    X(double, W, s->list * s->list, "J M^-1 J' of the rows that touch")                                                \
+    X(double, u, s->list, "their rates")                                                                               \
+    X(double, L, s->list * s->list, "scratch: Cholesky factor of independent rows")                                    \
+    X(int, independent, s->list, "scratch: these rows")                                                                \
+    X(double, e, s->n, "restitutions of an impact")                                                                    \
+    X(int, pressing, s->n, "rows that can have a reaction")                                                            \
+    X(double, limit, s->n, "of friction among these; 0 for contacts")                                                  \
+    X(double, slip, s->n, "force at which slip of these begins; 0 for contacts")                                       \
+    X(double, free, s->n, "accelerations of these without all their reactions")                                        \
+    X(double, M, s->lemke * s->lemke, "of a linear complementarity problem")                                           \
+    X(double, q, s->lemke, "likewise")                                                                                 \
+    X(double, z, s->lemke, "likewise, its solution")                                                                   \
+    X(double, lemke, kt_lemke_count(s->lemke), "scratch of its solver")                                                \
+    X(char, phase_memory, 2 * kt_impact_phase_size(s->n, s->list), "phases of an impact")                              \
+    X(char, problem_memory, s->problem, "a problem with Coulomb's friction")                                           \
+    X(char, solution_memory, s->solution, "its solution")                                                              \
+    X(char, solver_memory, s->solver, "its solver")                                                                    \
+    X(int, posed, s->n, "the first row of each of its items in the list")                                              \
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
     X(char, inverse_memory, s->inverse, "M^-1")
 
 typedef struct kt_contact_sizes {
-    size_t n, nq, nv, rows, data, inverse, cone;
+    size_t n, nq, nv, rows, data, inverse;
+    size_t list, lemke;               /* rows that may touch; unknowns of a linear complementarity problem */
+    size_t problem, solution, solver; /* bytes; 0: no contact has friction */
 } kt_contact_sizes;
+
+/* A phase of an impact (contact_impact.c). The indices are rows of the list, of which the first ones are normal
+ * rows. */
+#define KT_IMPACT_PHASE_FIELDS(X)                                                                                      \
+    X(double, bound, n, "lower bounds of final rates of normal rows")                                                  \
+    X(double, least, n, "lower bounds of their impulses")                                                              \
+    X(double, u, list, "initial rates, then final ones")                                                               \
+    X(double, p, list, "impulses")                                                                                     \
+    X(int, line, list, "rows that have impulses, in this order")
+
+typedef struct kt_impact_phase {
+    int rows;
+    KT_ARENA_DECLARE(KT_IMPACT_PHASE_FIELDS)
+} kt_impact_phase;
+
+size_t kt_impact_phase_size(size_t n, size_t list);
+kt_impact_phase *kt_impact_phase_init(size_t n, size_t list, void *memory);
 
 struct kt_contacts {
     int n, sides;          /* the number of items; the first `sides` items bound a side, the others are friction */
@@ -52,17 +94,19 @@ struct kt_contacts {
     int resting;           /* rows up to `resting` are friction of joints, the others friction of contacts */
     uint64_t mask;         /* the switches of all items: contact_mask */
     uint64_t back;         /* the bits `back` among them */
-    uint64_t met;          /* contacts whose gaps close at this instant: they touch, even if rounding left a gap */
     double speed, change;  /* at an event: roots of v'M v and a'M a */
     uint64_t set;          /* of the values, like `at` */
     size_t inverse_size;   /* bytes of inverse_memory */
     const kt_model *all;   /* the model of the equations, in which all contacts are closed */
     kt_data *data;         /* data of `all` */
-    kt_cone *cone;         /* NULL: no contact has friction */
-    bool rubs;             /* some contacts have friction */
-    bool rests;            /* bounces accumulate: contacts that touch come to rest */
-    bool stops;            /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
-    kt_event_watch watch;  /* the event handler, extended for slip that reverses */
+    kt_impact_phase *compression, *phase;
+    kt_coulomb *problem; /* NULL, like the next two: no contact has friction */
+    kt_coulomb_solution *solution;
+    kt_coulomb_solver *solver;
+    bool rubs;            /* some contacts have friction */
+    bool rests;           /* bounces accumulate: contacts that touch come to rest */
+    bool stops;           /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
+    kt_event_watch watch; /* the event handler, extended for slip that reverses */
     kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* `begin` of the original handler */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
@@ -77,11 +121,9 @@ static inline double kt_contacts_dot(size_t n, const double *x, const double *y)
 /* The rate below which friction has come to rest, m/s or rad/s. */
 static const double kt_contact_resting = 1e-9;
 
-static inline bool kt_contact_is_closed_in(uint64_t set, const kt_contact *contact) {
-    return (set & (contact->bit | contact->back)) == contact->bit;
-}
+/* Whether the contact is closed, or friction sticks, in a model. */
 static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact *contact) {
-    return kt_contact_is_closed_in(model->set, contact);
+    return !kt_loop_is_off(&model->loop[contact->loop]);
 }
 
 /* Whether the contact is released, so that it does not act at any gap (kt_simulation_release). */
@@ -115,9 +157,11 @@ double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 
-/* The set in which all contacts are open, and friction of joints slips in the direction of the velocities. Friction at
+/* Opens all contacts of the set that follows. Friction of joints slips in the direction of the velocities. Friction at
  * rest slips forwards. Friction that is released does not act. */
-uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model);
+void kt_contacts_let_slip(struct kt_contacts *c);
+/* The set that follows, as bits of the switches. */
+uint64_t kt_contacts_set(const kt_simulation *simulation);
 
 /* Computes the gaps of all contacts. all: also the rates, drifts and the Jacobian of their equations. */
 KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
@@ -141,14 +185,6 @@ KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, d
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
 
-/* A phase of an impact (contact_impact.c). The indices are rows of the list, of which the first ones are normal
- * rows. */
-typedef struct kt_impact_phase {
-    double bound[KT_FAMILY_SWITCHES], least[KT_FAMILY_SWITCHES]; /* lower bounds of its final rates and its impulses */
-    double u[KT_COULOMB_ROWS], p[KT_COULOMB_ROWS];               /* initial rates, then final ones; impulses */
-    int rows, line[KT_COULOMB_ROWS];                             /* rows that have impulses, in this order */
-} kt_impact_phase;
-
 /* Solves a phase u + W p of the closing contacts, with friction (contact_friction.c). The tangential impulse p_t lies
  * in Coulomb's cone of the normal impulse, against the slip at the end of the phase. Returns false if there are no such
  * impulses. */
@@ -158,11 +194,10 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
  * Then u becomes u+, and c->v the velocities after the impact. *lost: the dissipated kinetic energy. */
 KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
                                         kt_error *error);
-/* Solves contact forces, from the accelerations without contacts in c->a. Writes the closed and the sticking contacts
- * to the bits of *on, and directions of slip to memory.slip. leaving: contacts whose reaction, or whose stick, has
- * ended. */
+/* Solves contact forces, from the accelerations without contacts in c->a. Sets the closed and the sticking contacts of
+ * the set that follows, and directions of slip. */
 KT_CHECKED kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u,
-                                       uint64_t leaving, uint64_t *on, kt_error *error);
+                                       kt_error *error);
 
 /* The slip of a contact along its direction, from the last evaluation (contact_slip.c). */
 double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
@@ -182,11 +217,12 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
 
 /* Prepares the masks, at the start (contact_model.c). */
 void kt_contacts_init_masks(kt_simulation *simulation);
-/* The model of a set of closed contacts in the present state. Data of the simulation may be adapted to another model
+/* The model of the set that follows, in the present state. Data of the simulation may be adapted to another model
  * then. tried: the simulation does not run on the model, and the next trial overwrites it. */
-const kt_model *kt_contacts_model(kt_simulation *simulation, uint64_t set, bool tried);
-/* The model of a set with the ranks of a checkpoint. NULL: there is no such set. */
-const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks);
+const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried);
+/* The model of a set with the ranks and the contacts of a checkpoint. NULL: there is no such set. */
+const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks,
+                                           const kt_contact_memory *state);
 /* Saves the ranks of the present model for a checkpoint. */
 void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks);
 /* Copies parameters that have been set to the model that the simulation runs on. */

@@ -25,18 +25,36 @@
  * 1995.
  */
 #include "base/copy.h"
-#include "linear/lemke.h"
 #include "simulation/contact.h"
 
 #include <math.h>
 
 enum { HALVINGS = 10 };
 
+KT_ARENA_LAYOUT(lay_out_phase, kt_impact_phase, KT_IMPACT_PHASE_FIELDS, size_t n, size_t list)
+
+size_t kt_impact_phase_size(size_t n, size_t list) { return lay_out_phase(NULL, n, list); }
+
+kt_impact_phase *kt_impact_phase_init(size_t n, size_t list, void *memory) {
+    (void)lay_out_phase(memory, n, list);
+    return memory;
+}
+
+/* Begins a phase at the rates u, without impulses and bounds. */
+static void clear_phase(const struct kt_contacts *c, const double *u, kt_impact_phase *phase) {
+    const size_t normal = (size_t)c->meeting * sizeof(double), all = (size_t)c->touching * sizeof(double);
+    phase->rows = 0;
+    kt_clear(phase->bound, normal);
+    kt_clear(phase->least, normal);
+    kt_clear(phase->p, all);
+    kt_copy(phase->u, u, all);
+}
+
 /* Solves a phase u + W p of the normal rows, without friction. */
 static bool solve_frictionless(kt_simulation *simulation, const double *response, kt_impact_phase *phase) {
-    const struct kt_contacts *c = simulation->contacts;
+    struct kt_contacts *c = simulation->contacts;
     const int m = c->meeting;
-    double W[KT_FAMILY_SWITCHES * KT_FAMILY_SWITCHES], q[KT_FAMILY_SWITCHES], p[KT_FAMILY_SWITCHES];
+    double *W = c->M, *q = c->q, *p = c->z;
     for (int i = 0; i < m; i++) {
         q[i] = phase->u[i] - phase->bound[i];
         for (int k = 0; k < m; k++) {
@@ -44,7 +62,7 @@ static bool solve_frictionless(kt_simulation *simulation, const double *response
             q[i] += phase->least[k] > 0.0 ? W[i * m + k] * phase->least[k] : 0.0;
         }
     }
-    if (!kt_lemke_solve(m, W, q, p, &simulation->memory.contacts.pivots))
+    if (!kt_lemke_solve(m, W, q, c->lemke, p, &simulation->memory.contacts.pivots))
         return false;
     phase->rows = m;
     for (int i = 0; i < m; i++) {
@@ -71,8 +89,7 @@ static bool begin(kt_simulation *simulation, const double *W, const double *u, k
                   double *e) {
     const struct kt_contacts *c = simulation->contacts;
     bool compresses = false;
-    *compression = (kt_impact_phase){.rows = 0};
-    memcpy(compression->u, u, (size_t)c->touching * sizeof *u);
+    clear_phase(c, u, compression);
     for (int i = 0; i < c->meeting; i++)
         compresses = compresses || kt_contact_loop(simulation, i)->poisson;
     if (compresses && !solve(simulation, W, compression))
@@ -85,17 +102,18 @@ static bool begin(kt_simulation *simulation, const double *W, const double *u, k
     return true;
 }
 
-/* The phase in which contacts bounce. */
-static kt_impact_phase expansion_of(const kt_simulation *simulation, const double *u, const double *e,
-                                    const kt_impact_phase *compression) {
-    kt_impact_phase phase = *compression;
-    kt_clear(phase.p, sizeof phase.p);
-    for (int i = 0; i < simulation->contacts->meeting; i++) {
+/* Sets the phase in which contacts bounce, behind that of compression. */
+static void begin_expansion(const kt_simulation *simulation, const double *u, const double *e,
+                            const kt_impact_phase *compression, kt_impact_phase *phase) {
+    const struct kt_contacts *c = simulation->contacts;
+    clear_phase(c, compression->u, phase);
+    phase->rows = compression->rows;
+    kt_copy(phase->line, compression->line, (size_t)compression->rows * sizeof *phase->line);
+    for (int i = 0; i < c->meeting; i++) {
         const bool poisson = kt_contact_loop(simulation, i)->poisson;
-        phase.bound[i] = poisson ? 0.0 : -e[i] * fmin(u[i], 0.0);
-        phase.least[i] = poisson ? e[i] * compression->p[i] : 0.0;
+        phase->bound[i] = poisson ? 0.0 : -e[i] * fmin(u[i], 0.0);
+        phase->least[i] = poisson ? e[i] * compression->p[i] : 0.0;
     }
-    return phase;
 }
 
 /* Adds the impulses of compression to the phase, and returns the energy that both phases dissipate. *size: the sum of
@@ -117,13 +135,14 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
     const size_t nv = simulation->size.nv;
-    kt_impact_phase compression, phase = {.rows = 0};
-    double e[KT_FAMILY_SWITCHES] = {0.0}, size;
-    bool found = begin(simulation, W, u, &compression, e);
+    kt_impact_phase *compression = c->compression, *phase = c->phase;
+    double *e = c->e, size;
+    bool found = begin(simulation, W, u, compression, e);
+    phase->rows = 0;
     for (int halving = 0; found; halving++) {
-        phase = expansion_of(simulation, u, e, &compression);
-        found = solve(simulation, W, &phase);
-        *lost = found ? loss_of(u, &compression, &phase, &size) : 0.0;
+        begin_expansion(simulation, u, e, compression, phase);
+        found = solve(simulation, W, phase);
+        *lost = found ? loss_of(u, compression, phase, &size) : 0.0;
         if (!found || !(*lost < -1e-12 * size) || halving > HALVINGS)
             break;
         counts->reduced += halving == 0;
@@ -134,12 +153,12 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
         return kt_contacts_refuse(simulation, t, "impulses", error);
     *lost = fmax(*lost, 0.0);
     for (int i = 0; i < c->meeting; i++)
-        counts->impacts += phase.p[i] > 0.0 && u[i] < -kt_contact_loop(simulation, i)->rest_velocity;
-    for (int j = 0; j < phase.rows; j++) {
-        const int line = phase.line[j];
-        u[line] = phase.u[line];
+        counts->impacts += phase->p[i] > 0.0 && u[i] < -kt_contact_loop(simulation, i)->rest_velocity;
+    for (int j = 0; j < phase->rows; j++) {
+        const int line = phase->line[j];
+        u[line] = phase->u[line];
         for (size_t i = 0; i < nv; i++)
-            c->v[i] += phase.p[line] * c->response[(size_t)line * nv + i];
+            c->v[i] += phase->p[line] * c->response[(size_t)line * nv + i];
     }
     return KT_OK;
 }

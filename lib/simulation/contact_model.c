@@ -1,5 +1,6 @@
 /* The models of sets of contacts: models of the compiler, or masks (mask.h). The model that a simulation runs on is
  * never overwritten. Two of the three masks take turns; the third one serves trials. */
+#include "base/copy.h"
 #include "integrator/integrator.h"
 #include "model/switching.h"
 #include "simulation/contact.h"
@@ -23,6 +24,24 @@ static kt_mask *spare(const kt_simulation *simulation) {
     return mask_of(simulation, simulation->model == &mask_of(simulation, 0)->model);
 }
 
+/* Opens the loops of a mask as contacts are to be, or as a checkpoint has them. */
+static void set_open(const kt_simulation *simulation, kt_mask *mask, const kt_contact_memory *from) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_clear(mask->open, simulation->model->n.loop * sizeof *mask->open);
+    for (int k = 0; k < c->n; k++)
+        if (k < c->sides || kt_contact_rubs(c, k))
+            mask->open[c->item[k].loop] = from != NULL ? !from[k].closed : c->item[k].next != KT_CONTACT_ON;
+}
+
+/* Whether the simulation runs on the model in which contacts are as they are to be. */
+static bool is_present(const kt_simulation *simulation, uint64_t set) {
+    const struct kt_contacts *c = simulation->contacts;
+    bool same = simulation->model->set == set;
+    for (int k = 0; same && k < c->n; k++)
+        same = kt_contact_is_closed(simulation->model, &c->item[k]) == (c->item[k].next == KT_CONTACT_ON);
+    return same;
+}
+
 static bool is_masked(const kt_simulation *simulation) {
     return simulation->size.mask > 0 &&
            (simulation->model == &mask_of(simulation, 0)->model || simulation->model == &mask_of(simulation, 1)->model);
@@ -33,23 +52,27 @@ void kt_contacts_init_masks(kt_simulation *simulation) {
         (void)kt_mask_init(simulation->model, mask_of(simulation, k));
 }
 
-const kt_model *kt_contacts_model(kt_simulation *simulation, uint64_t set, bool tried) {
-    const kt_model *model = simulation->model->set == set ? simulation->model : compiled(simulation, set);
+const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried) {
+    const uint64_t set = kt_contacts_set(simulation);
+    const kt_model *model = is_present(simulation, set) ? simulation->model : compiled(simulation, set);
     if (model != NULL)
         return model;
     kt_mask *mask = tried ? mask_of(simulation, KT_CONTACT_MASKS - 1) : spare(simulation);
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
+    set_open(simulation, mask, NULL);
     kt_mask_make(mask, all_closed(simulation, set), set);
     kt_data_adapt(&mask->model, simulation->data);
     kt_mask_rank(mask, simulation->data, t, kt_integrator_state(simulation->integrator));
     return &mask->model;
 }
 
-const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks) {
+const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks,
+                                           const kt_contact_memory *state) {
     const kt_model *model = compiled(simulation, set), *all = all_closed(simulation, set);
     if (model != NULL || all == NULL)
         return model;
     kt_mask *mask = spare(simulation);
+    set_open(simulation, mask, state);
     kt_mask_make(mask, all, set);
     kt_mask_put_ranks(mask, ranks);
     return &mask->model;

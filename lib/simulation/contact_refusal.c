@@ -21,7 +21,8 @@
 #include <math.h>
 #include <stdio.h>
 
-static const double kept = 0.5 / KT_SWITCH_MAX;
+/* For at most ten of them; with more, one may keep less. */
+static const double kept = 0.05;
 /* Rates above this part of the fastest approach belong to contacts that part. */
 static const double rounding = 1e-9;
 /* The least lever with which an impulse moves a body, relative to the mechanism's length. */
@@ -73,17 +74,19 @@ static double violation_of(const kt_model *model, const kt_data *data) {
 static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
     if (!KT_HAS_LOOPS)
         return false;
-    const struct kt_contacts *c = simulation->contacts;
+    struct kt_contacts *c = simulation->contacts;
     const double *q = kt_integrator_state(simulation->integrator), *from = q + simulation->size.nq;
     const kt_model *model = simulation->model;
-    uint64_t set = model->set & ~c->mask;
     double speed;
     char where[KT_WHERE_SIZE], what[320];
     kt_error found;
     const int fastest = find_fastest(c, from, &speed);
+    for (int k = 0; k < c->n; k++)
+        c->item[k].next = KT_CONTACT_OFF;
     for (int i = 0; i < c->meeting; i++)
-        set |= rate_of(c, i, from) <= rounding * speed ? c->item[c->list[i]].bit : 0;
-    const kt_model *closed = kt_contacts_model(simulation, set, true);
+        if (rate_of(c, i, from) <= rounding * speed)
+            c->item[c->list[i]].next = KT_CONTACT_ON;
+    const kt_model *closed = kt_contacts_model(simulation, true);
     kt_data_adapt(closed, simulation->data);
     kt_copy(simulation->a, from, simulation->size.nv * sizeof(double));
     if (!(speed > 0.0) ||

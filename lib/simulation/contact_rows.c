@@ -20,7 +20,9 @@ static void take_all(struct kt_contacts *c, const kt_model *model) {
 }
 
 bool kt_contact_is_released(const kt_contact *contact) {
-    return (contact->simulation->memory.released & contact->bit) != 0;
+    const kt_simulation *simulation = contact->simulation;
+    return contact->bit != 0 ? (simulation->memory.released & contact->bit) != 0
+                             : !simulation->model->loop[contact->loop].contact;
 }
 
 int kt_effect_stick(const kt_model *model, int effect) {
@@ -125,16 +127,32 @@ double kt_contact_rest(const kt_simulation *simulation, const double *W, int k) 
     return fmax(slowest, fmax(height, flight));
 }
 
-uint64_t kt_contacts_slipping_set(const struct kt_contacts *c, const kt_model *model) {
-    uint64_t set = model->set & ~c->mask;
-    for (int k = c->sides; k < c->n; k++)
-        if (kt_contact_rubs(c, k))
+void kt_contacts_let_slip(struct kt_contacts *c) {
+    for (int k = 0; k < c->n; k++) {
+        kt_contact *item = &c->item[k];
+        item->next = KT_CONTACT_OFF;
+        if (k < c->sides || kt_contact_rubs(c, k))
             continue;
-        else if (kt_contact_is_released(&c->item[k]))
-            set |= c->item[k].bit | c->item[k].back;
-        else if (c->v[c->item[k].v] < -kt_contact_resting)
-            set |= c->item[k].back;
-    return set;
+        if (kt_contact_is_released(item))
+            item->next = KT_CONTACT_RELEASED;
+        else if (c->v[item->v] < -kt_contact_resting)
+            item->next = KT_CONTACT_BACK;
+    }
+}
+
+uint64_t kt_contacts_set(const kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    uint64_t set = simulation->model->set & ~c->mask;
+    bool any = false, all = true;
+    for (int k = 0; k < c->n; k++) {
+        const kt_contact *item = &c->item[k];
+        const bool on = item->next == KT_CONTACT_ON;
+        set |= on || item->next == KT_CONTACT_RELEASED ? item->bit : 0;
+        set |= item->next == KT_CONTACT_BACK || item->next == KT_CONTACT_RELEASED ? item->back : 0;
+        any = any || (on && item->bit == 0);
+        all = all && (on || item->bit != 0);
+    }
+    return set | (any && all ? kt_switches_all : any ? kt_switches_any : 0);
 }
 
 /* ---- reactions that are not unique ------------------------------------------------------------------------------- */

@@ -6,9 +6,9 @@
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * slip below kt_contact_resting shrinks, since rounding hides turns there. After TURNS of them, contacts that slip below
- * their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter parts
- * (contact.c). If friction cannot hold them, they begin to slip again.
+ * slip below kt_contact_resting shrinks, since rounding hides turns there. After TURNS of them, contacts that slip
+ * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
+ * parts (contact.c). If friction cannot hold them, they begin to slip again.
  */
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
@@ -41,15 +41,15 @@ void kt_contacts_put_directions(kt_simulation *simulation) {
     for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++)
         if (is_slipping(simulation, k))
             memcpy(simulation->data->slip + 2 * index_of_slip(simulation->model, &simulation->contacts->item[k]),
-                   simulation->memory.slip[k], sizeof simulation->memory.slip[k]);
+                   simulation->contact_state[k].slip, sizeof simulation->contact_state[k].slip);
 }
 
 /* Takes the directions from the data, and counts the turns of slow slip. */
 static void take_directions(kt_simulation *simulation) {
-    kt_simulation_memory *memory = &simulation->memory;
     for (int k = 0; k < simulation->contacts->sides; k++) {
+        kt_contact_memory *memory = &simulation->contact_state[k];
         if (!is_slipping(simulation, k)) {
-            memory->turns[k] = 0;
+            memory->turns = 0;
             continue;
         }
         const kt_contact *contact = &simulation->contacts->item[k];
@@ -57,11 +57,11 @@ static void take_directions(kt_simulation *simulation) {
         const double *d = simulation->data->slip + at, *s = simulation->data->slip_velocity + at;
         const double speed = hypot(s[0], s[1]);
         const bool is_slow = speed <= simulation->model->loop[contact->loop].rest_velocity;
-        const bool turns = d[0] != memory->slip[k][0] || d[1] != memory->slip[k][1];
-        const bool shrinks = speed <= kt_contact_resting && speed < memory->speed[k];
-        memory->turns[k] = is_slow ? memory->turns[k] + (turns || shrinks) : 0;
-        memory->speed[k] = speed;
-        memcpy(memory->slip[k], d, sizeof memory->slip[k]);
+        const bool turns = d[0] != memory->slip[0] || d[1] != memory->slip[1];
+        const bool shrinks = speed <= kt_contact_resting && speed < memory->speed;
+        memory->turns = is_slow ? memory->turns + (turns || shrinks) : 0;
+        memory->speed = speed;
+        memcpy(memory->slip, d, sizeof memory->slip);
     }
 }
 
@@ -79,7 +79,7 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
             !kt_contact_is_closed(model, &c->item[c->item[k].of]))
             continue;
         const double along = kt_contact_slip_along(model, simulation->data, &c->item[c->item[k].of]);
-        double *rest = &simulation->memory.closes_at[k];
+        double *rest = &simulation->contact_state[k].closes_at;
         changes = changes || (*rest < 0.0 && along > *rest);
         *rest = fmin(fmax(*rest, along), 0.0);
     }
@@ -91,14 +91,15 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     bool turns = false;
     for (int k = 0; k < c->sides; k++) {
-        const bool many = simulation->memory.turns[k] >= TURNS;
+        kt_contact_memory *memory = &simulation->contact_state[k];
+        const bool many = memory->turns >= TURNS;
         turns = turns || many;
-        simulation->memory.turns[k] = many ? 0 : simulation->memory.turns[k];
+        memory->turns = many ? 0 : memory->turns;
     }
     if (!turns)
         return KT_OK;
     c->stops = true;
-    const kt_status status = simulation->contact_calls->resolve(simulation, 0, error);
+    const kt_status status = simulation->contact_calls->resolve(simulation, error);
     c->stops = false;
     simulation->memory.contacts.rested++;
     return status;

@@ -53,11 +53,6 @@ kt_mask *kt_mask_init(const kt_model *model, void *memory) {
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
 
-static bool is_on(const kt_model *all, uint64_t set, size_t loop) {
-    const int k = kt_loop_switch(all, (int)loop);
-    return !kt_loop_is_off(&all->loop[loop]) && (k < 0 || (set >> k & 1) != 0);
-}
-
 /* Sets the loops, as in the compiler (compile/attach.c): a loop that is off is in no group and has no rows. */
 static void set_loops(kt_mask *mask) {
     kt_model *model = &mask->model;
@@ -65,7 +60,7 @@ static void set_loops(kt_mask *mask) {
     model->n.row = 0;
     for (size_t i = 0; i < model->n.loop; i++) {
         kt_loop_record *loop = &mask->loop[i];
-        if (!is_on(mask->all, model->set, i)) {
+        if (kt_loop_is_off(loop) || mask->open[i]) {
             loop->group = loop->term_count = -1;
             loop->row_count = 0;
         }
@@ -74,7 +69,8 @@ static void set_loops(kt_mask *mask) {
     }
 }
 
-/* Sets slip: a contact with friction that is closed, and does not stick, slips. */
+/* Sets slip: a contact with friction that is closed, and does not stick, slips. Normal forces of more contacts than
+ * velocities are not unique: only a trial (kt_contacts_model) has so many, and its friction does not act. */
 static void set_slip(kt_mask *mask) {
     kt_model *model = &mask->model;
     for (size_t i = 0; i < model->n.loop; i++) {
@@ -82,7 +78,8 @@ static void set_slip(kt_mask *mask) {
         bool sticks = false;
         for (size_t k = 0; contact->rubs > 0 && k < model->n.loop; k++)
             sticks = sticks || (mask->loop[k].friction == contact->rubs && !kt_loop_is_off(&mask->loop[k]));
-        contact->slips = contact->rubs > 0 && !kt_loop_is_off(contact) && !sticks ? contact->rubs : 0;
+        const bool slips = contact->rubs > 0 && !kt_loop_is_off(contact) && !sticks && model->n.slip < model->n.v;
+        contact->slips = slips ? contact->rubs : 0;
         if (contact->slips > 0)
             kt_slip_add(model);
     }

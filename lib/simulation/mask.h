@@ -8,6 +8,7 @@
 /* Every array: type, name, count, meaning. n: of the model in which all contacts are closed. */
 #define KT_MASK_FIELDS(X)                                                                                              \
     X(kt_loop_record, loop, n->loop, "those of contacts that are open are off")                                        \
+    X(bool, open, n->loop, "whether it is a contact that is open, an input")                                           \
     X(kt_group, group, n->group, "of the loops that are on")                                                           \
     X(int, group_loop, n->loop, "these loops, group by group")                                                         \
     X(int32_t, slot, n->row, "of their equations")                                                                     \
@@ -28,7 +29,7 @@ size_t kt_mask_ranks_size(const kt_model *model);
 /* Lays a mask out in memory of kt_mask_size. */
 kt_mask *kt_mask_init(const kt_model *model, void *memory);
 
-/* Makes the model of a set in which some contacts are closed, but not all. Its ranks are as large as they can be. */
+/* Makes the model in which the loops of mask->open are off. `set`: its set. Its ranks are as large as they can be. */
 void kt_mask_make(kt_mask *mask, const kt_model *all, uint64_t set);
 
 /* Determines the ranks at a closed state. The data serve the model, and have room for all. */

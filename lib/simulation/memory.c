@@ -127,6 +127,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
 #if KT_HAS_EVENTS
     const size_t contacts = kt_contacts_of(user_model);
     size->event += contacts;
+    size->contacts = contacts;
     size->contact = kt_contacts_size(user_model, contacts);
     size->mask = contacts > 0 ? kt_mask_size(user_model) : 0;
     size->ranks = contacts > 0 ? kt_mask_ranks_size(user_model) : 0;
@@ -313,7 +314,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     if (status == KT_OK && simulation->size.contact > 0)
         status = kt_contacts_init(simulation, error);
     if (status == KT_OK && simulation->size.contact > 0)
-        status = simulation->contact_calls->resolve(simulation, 0, error);
+        status = simulation->contact_calls->resolve(simulation, error);
 #endif
     return status;
 }

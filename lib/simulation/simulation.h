@@ -67,17 +67,22 @@ typedef struct kt_simulation_memory {
     double event_cut_time; /* s, the beginning of its step */
     int64_t event_cut_of;  /* its event */
     kt_contact_counts contacts;
-    double slip[KT_FAMILY_SWITCHES][2];   /* directions in which contacts slip, in the order of contact.c */
-    double closes_at[KT_FAMILY_SWITCHES]; /* likewise: gaps at which open contacts close, slips that are rest; <= 0 */
-    uint64_t turns[KT_FAMILY_SWITCHES];   /* likewise: how often slow slip has turned round its rest, or has shrunk */
-    double speed[KT_FAMILY_SWITCHES];     /* likewise: of slip at the beginning of the last step, m/s */
     uint64_t released; /* contacts that do not act, as bits of the set; for friction of joints both switches */
     uint64_t held;     /* friction that slips in joints that contacts or loops hold, as bits of the set */
-    uint64_t counted;  /* contacts that are closed, and friction that sticks, as `contacts` counts them */
     int64_t jumped;    /* forces have jumped since closed contacts were checked last */
 #endif
     int64_t fires; /* events happened at the present time, and have not taken effect yet */
 } kt_simulation_memory;
+
+/* The memory of a hard contact, or of friction that sticks, in the order of contact.c. */
+typedef struct kt_contact_memory {
+    double slip[2];   /* of a contact: the direction in which it slips */
+    double speed;     /* of its slip at the beginning of the last step, m/s */
+    double closes_at; /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
+    uint64_t turns;   /* how often its slow slip has turned round its rest, or has shrunk */
+    int64_t closed;   /* it is closed, or sticks, in the model that the simulation runs on */
+    int64_t counted;  /* likewise, as the counts of contacts have it */
+} kt_contact_memory;
 
 /* The memory of an event. */
 typedef struct kt_event_memory {
@@ -167,6 +172,7 @@ struct kt_contacts; /* contact.c */
 #if KT_HAS_EVENTS
 #define KT_SIMULATION_CONTACTS(X)                                                                                      \
     X(char, contact_memory, size->contact, "hard contacts")                                                            \
+    X(kt_contact_memory, contact_state, size->contacts, "of hard contacts; part of a checkpoint")                      \
     X(char, mask_memory, KT_CONTACT_MASKS * size->mask, "models of sets of contacts between none and all")             \
     X(double, ranks, size->ranks / sizeof(double), "scratch: of a mask")                                               \
     X(char, undo, size->undo, "scratch: all that a change of the state writes, as it was before")
@@ -244,9 +250,9 @@ typedef struct kt_simulation_sizes {
     size_t gap;   /* effects that act on one side of a boundary */
     size_t event; /* the most events, including hard contacts */
 #if KT_HAS_EVENTS
-    size_t contact; /* bytes of hard contacts; 0 without */
-    size_t undo;    /* bytes of `undo`; 0 without */
-    size_t mask;    /* bytes of a mask, then of its ranks; 0: each set of contacts has a compiled model */
+    size_t contact, contacts; /* bytes of hard contacts, 0 without; their number */
+    size_t undo;              /* bytes of `undo`; 0 without */
+    size_t mask;              /* bytes of a mask, then of its ranks; 0: each set of contacts has a compiled model */
     size_t ranks;
 #endif
 #if KT_HAS_QUASI_STATICS
@@ -282,9 +288,8 @@ typedef struct kt_event_watch {
 typedef struct kt_contact_calls {
     /* Opens all contacts, before a state is set that may lie anywhere. */
     void (*open)(kt_simulation *simulation);
-    /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on.
-     * leaving: a bit for each contact whose reaction has ended. */
-    kt_status (*resolve)(kt_simulation *simulation, uint64_t leaving, kt_error *error);
+    /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on. */
+    kt_status (*resolve)(kt_simulation *simulation, kt_error *error);
     /* Comes after data have been initialised for another model. */
     void (*follow)(kt_simulation *simulation);
     /* Checks the multipliers of a record. Errors: a closed contact pulls, or sticking friction of a joint is beyond its

@@ -353,7 +353,8 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     if (simulation->contacts != NULL)
         simulation->contact_calls->open(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->contact_count};
-    simulation->memory.counted = 0;
+    for (size_t k = 0; k < simulation->size.contacts; k++)
+        simulation->contact_state[k].counted = false;
 #endif
     if (simulation->transformation != NULL) {
         status = kt_state_project(simulation->user_model, simulation->user_data, t, q, v, &changed, error);
@@ -381,7 +382,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
 static kt_status settle_contacts(kt_simulation *simulation, kt_error *error) {
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
-        return simulation->contact_calls->resolve(simulation, 0, error);
+        return simulation->contact_calls->resolve(simulation, error);
 #endif
     (void)simulation, (void)error;
     return KT_OK;

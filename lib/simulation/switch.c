@@ -127,7 +127,7 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
     simulation->memory.set = set;
     if (loss != NULL)
         *loss = before.kinetic - after.kinetic;
-    return simulation->contacts != NULL ? simulation->contact_calls->resolve(simulation, 0, error) : KT_OK;
+    return simulation->contacts != NULL ? simulation->contact_calls->resolve(simulation, error) : KT_OK;
 }
 
 const kt_model *kt_simulation_model(const kt_simulation *simulation) {

@@ -23,6 +23,7 @@ typedef struct kt_undo_counts {
     X(simulation, sizeof(kt_simulation))                                                                               \
     X(&counts, sizeof(kt_undo_counts))                                                                                 \
     X(simulation->contact_memory, sizeof(struct kt_contacts))                                                          \
+    X(simulation->contact_state, size->contacts * sizeof(kt_contact_memory))                                           \
     X(simulation->event_memory, size->event * sizeof(kt_event_memory))                                                 \
     X(simulation->event_root, size->event * sizeof(kt_event_root))                                                     \
     X(simulation->state, size->state * sizeof(double))                                                                 \

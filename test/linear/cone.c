@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "check.h"
 
@@ -177,8 +178,50 @@ KT_TEST(cone_solver_refuses_what_is_not_finite) {
 
 /* ---- against enumeration ----------------------------------------------------------------------------------------- */
 
+enum { ITEMS = 5 };
+
+/* A problem of a few items, its solver, and solutions: of the solver, of enumeration, and two for its scratch. */
+typedef struct room {
+    kt_coulomb *c;
+    kt_coulomb_solver *solver;
+    kt_coulomb_solution *mine, *all, *scratch[2];
+    void *memory[6];
+} room;
+
+static void *take_memory(room *r, int k, size_t size) {
+    r->memory[k] = aligned_alloc(KT_ARENA_ALIGNMENT, size);
+    if (r->memory[k] != NULL)
+        memset(r->memory[k], 0xa5, size);
+    return r->memory[k];
+}
+
+static room room_make(void) {
+    enum { ALL = 3 * ITEMS };
+    const size_t size = kt_coulomb_solution_size(ITEMS, ALL);
+    room r;
+    r.c = kt_coulomb_init(ITEMS, ALL, take_memory(&r, 0, kt_coulomb_size(ITEMS, ALL)));
+    r.solver = kt_coulomb_solver_init(ITEMS, ALL, take_memory(&r, 1, kt_coulomb_solver_size(ITEMS, ALL)));
+    r.mine = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 2, size));
+    r.all = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 3, size));
+    for (int k = 0; k < 2; k++)
+        r.scratch[k] = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 4 + k, size));
+    return r;
+}
+
+static void room_free(room *r) {
+    for (size_t k = 0; k < sizeof r->memory / sizeof *r->memory; k++)
+        free(r->memory[k]);
+}
+
+static void begin_problem(kt_coulomb *c, int n, int rows, const double *W, double size) {
+    c->n = n;
+    c->rows = c->stride = rows;
+    c->W = W;
+    c->size = size;
+}
+
 static void pose_contacts(const problem *p, bool expands, kt_coulomb *c) {
-    *c = (kt_coulomb){.n = p->n, .rows = 3 * p->n, .stride = 3 * p->n, .W = p->W};
+    begin_problem(c, p->n, 3 * p->n, p->W, 0.0);
     for (int i = 0; i < p->n; i++)
         c->item[i] = (kt_coulomb_item){.type = p->mu[i] > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_FRICTIONLESS,
                                        .row = 3 * i,
@@ -203,55 +246,51 @@ static double distance_of(const kt_coulomb *c, const double *a, const double *b)
  * least impulses. */
 KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
     kt_random random = kt_random_of_test();
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(KT_COULOMB_ITEMS));
-    kt_cone *cone = kt_cone_init(KT_COULOMB_ITEMS, memory);
+    room r = room_make();
     kt_worst laws = kt_worst_make("laws");
     problem *p = malloc(sizeof *p);
     int missed = 0, alone = 0, other = 0, several = 0, counted = 0;
     for (int k = 0; k < 600 && p != NULL; k++) {
         const bool expands = k % 2;
         uint64_t steps = 0;
-        kt_coulomb c;
-        kt_coulomb_solution mine, all = {.count = 0};
         draw_problem(&random, (enum kind)(k / 2 % KINDS), kt_random_int(&random, 1, 3), p);
         for (int i = 0; i < p->n; i++)
             p->least[i] = expands ? kt_random_uniform(&random, 0.0, 0.5) : 0.0;
-        pose_contacts(p, expands, &c);
-        const bool found = kt_coulomb_solve(&c, cone, false, &mine, &steps),
-                   exists = enumeration_solve(&c, &all, &steps);
+        pose_contacts(p, expands, r.c);
+        const bool found = kt_coulomb_solve(r.c, r.solver, false, r.mine, &steps),
+                   exists = enumeration_solve(r.c, r.scratch, r.all, &steps);
         missed += exists && !found;
         alone += found && !exists;
         if (found)
-            kt_worst_below(&laws, violation_of(p, mine.p, mine.u, p->least), 1e-8, "problem %d", k);
-        several += exists && all.count > 1;
-        counted += found && mine.count > 1;
-        other += found && exists && all.count == 1 && distance_of(&c, mine.u, all.u) > 1e-6;
+            kt_worst_below(&laws, violation_of(p, r.mine->p, r.mine->u, p->least), 1e-8, "problem %d", k);
+        several += exists && r.all->count > 1;
+        counted += found && r.mine->count > 1;
+        other += found && exists && r.all->count == 1 && distance_of(r.c, r.mine->u, r.all->u) > 1e-6;
     }
     kt_note("several motions: enumeration %d, counted %d; not found by enumeration: %d", several, counted, alone);
     kt_check_worst(&laws);
     kt_check_below("missed", missed, 0.0);
     kt_check_below("other motions, where enumeration has one", other, 6.0);
     free(p);
-    free(memory);
+    room_free(&r);
 }
 
 /* Dry friction of joints among contacts without friction: unique. */
 KT_TEST(dry_friction_agrees_with_enumeration) {
     kt_random random = kt_random_of_test();
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(KT_COULOMB_ITEMS));
-    kt_cone *cone = kt_cone_init(KT_COULOMB_ITEMS, memory);
+    room r = room_make();
     kt_worst rates = kt_worst_make("accelerations");
     int missed = 0;
     for (int k = 0; k < 500; k++) {
         const int n = kt_random_int(&random, 1, 5);
         double J[5][8], W[25] = {0.0};
         uint64_t steps = 0;
-        kt_coulomb c = {.n = n, .rows = n, .stride = n, .W = W, .size = 1.0};
-        kt_coulomb_solution mine, all = {.count = 0};
+        kt_coulomb *c = r.c;
+        begin_problem(c, n, n, W, 1.0);
         for (int i = 0; i < n; i++) {
-            c.line[i] = i;
-            c.b[i] = kt_random_uniform(&random, -1.0, 1.0);
-            c.item[i] =
+            c->line[i] = i;
+            c->b[i] = kt_random_uniform(&random, -1.0, 1.0);
+            c->item[i] =
                 (kt_coulomb_item){.type = i % 2 ? KT_COULOMB_FRICTIONLESS : KT_COULOMB_DRY, .row = i, .friction = 0.2};
             for (int j = 0; j < 8; j++)
                 J[i][j] = kt_random_normal(&random);
@@ -260,14 +299,14 @@ KT_TEST(dry_friction_agrees_with_enumeration) {
             for (int j = 0; j < n; j++)
                 for (int d = 0; d < 8; d++)
                     W[i * n + j] += J[i][d] * J[j][d];
-        if (!kt_coulomb_solve(&c, cone, true, &mine, &steps) || !enumeration_solve(&c, &all, &steps))
+        if (!kt_coulomb_solve(r.c, r.solver, true, r.mine, &steps) || !enumeration_solve(r.c, r.scratch, r.all, &steps))
             missed++;
         else
-            kt_worst_below(&rates, distance_of(&c, mine.u, all.u), 1e-10, "problem %d", k);
+            kt_worst_below(&rates, distance_of(r.c, r.mine->u, r.all->u), 1e-10, "problem %d", k);
     }
     kt_check_below("missed", missed, 0.0);
     kt_check_worst(&rates);
-    free(memory);
+    room_free(&r);
 }
 
 /* A rod whose end slides on a plane (Painleve 1895). A = 1 / m of the normal force with its friction, b the
@@ -275,8 +314,7 @@ KT_TEST(dry_friction_agrees_with_enumeration) {
  * A > 0 has one solution; A < 0 has two where b > 0, and none where b < 0. */
 KT_TEST(painleves_rod_has_the_solutions_of_its_regime) {
     kt_random random = kt_random_of_test();
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(KT_COULOMB_ITEMS));
-    kt_cone *cone = kt_cone_init(KT_COULOMB_ITEMS, memory);
+    room r = room_make();
     int regime[4] = {0}, found[4] = {0}, closed[4] = {0};
     for (int k = 0; k < 5000; k++) {
         const double j = kt_random_uniform(&random, 0.05, 0.35), angle = kt_random_uniform(&random, 0.1, 1.5);
@@ -284,21 +322,24 @@ KT_TEST(painleves_rod_has_the_solutions_of_its_regime) {
         const double x = -cos(angle), y = -sin(angle), e = k % 2 ? 1.0 : -1.0;
         const double W[9] = {1.0 + x * x / j, -x * y / j, 0.0, -x * y / j, 1.0 + y * y / j, 0.0, 0.0, 0.0, 1.0};
         const double A = W[0] - mu * W[1] * e, b = -9.81 - y * rate * rate;
-        const int r = A > 0.0 ? (b < 0.0 ? 0 : 1) : (b < 0.0 ? 2 : 3);
-        kt_coulomb c = {
-            .n = 1, .rows = 3, .stride = 3, .W = W, .line = {0, 1, 2}, .b = {b, -x * rate * rate, 0.0}, .size = 20.0};
-        kt_coulomb_solution s;
+        const int which = A > 0.0 ? (b < 0.0 ? 0 : 1) : (b < 0.0 ? 2 : 3);
+        kt_coulomb *c = r.c;
+        begin_problem(c, 1, 3, W, 20.0);
+        for (int i = 0; i < 3; i++) {
+            c->line[i] = i;
+            c->b[i] = i == 0 ? b : i == 1 ? -x * rate * rate : 0.0;
+        }
         uint64_t steps = 0;
-        c.item[0] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS, .row = 0, .across = 1, .friction = mu, .e = {e, 0.0}};
-        const bool solves = kt_coulomb_solve(&c, cone, true, &s, &steps);
-        regime[r]++;
-        found[r] += solves;
-        closed[r] += solves && s.p[0] > 0.0;
+        c->item[0] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS, .row = 0, .across = 1, .friction = mu, .e = {e, 0.0}};
+        const bool solves = kt_coulomb_solve(c, r.solver, true, r.mine, &steps);
+        regime[which]++;
+        found[which] += solves;
+        closed[which] += solves && r.mine->p[0] > 0.0;
     }
     kt_check_equal_int("one that presses", closed[0], regime[0]);
     kt_check_equal_int("one that parts", found[1] - closed[1], regime[1]);
     kt_check_equal_int("none", found[2], 0);
     kt_check_equal_int("one of two", found[3], regime[3]);
     kt_check_above("rods in each regime", fmin(fmin(regime[0], regime[1]), fmin(regime[2], regime[3])), 30.0);
-    free(memory);
+    room_free(&r);
 }

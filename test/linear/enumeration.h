@@ -5,21 +5,24 @@
 
 #include "linear/coulomb.h"
 
+#include <math.h>
+#include <string.h>
+
 enum { STARTS = 8, TRIALS = 256 /* up to here all combinations are tried, and solutions counted */ };
 
 /* First directions: against the tangential forces that would make all of these stick; and the opposite. */
-static inline void enumeration_guess(const kt_coulomb *c, double turned, kt_coulomb_solution *to) {
-    kt_coulomb_solution stuck = *to;
-    kt_coulomb_system s;
+static inline void enumeration_guess(const kt_coulomb *c, double turned, kt_coulomb_solution *stuck,
+                                     kt_coulomb_solution *to) {
+    kt_coulomb_copy(c, to, stuck);
     for (int i = 0; i < c->n; i++)
-        stuck.mode[i] = !kt_coulomb_slips(c, to, i)       ? to->mode[i]
-                        : kt_coulomb_presses(to->mode[i]) ? KT_COULOMB_STICK
-                                                          : KT_COULOMB_LEAST_STICK;
-    kt_coulomb_linear(c, &stuck, &s);
+        stuck->mode[i] = !kt_coulomb_slips(c, to, i)       ? to->mode[i]
+                         : kt_coulomb_presses(to->mode[i]) ? KT_COULOMB_STICK
+                                                           : KT_COULOMB_LEAST_STICK;
+    kt_coulomb_linear(c, stuck);
     for (int i = 0; i < c->n; i++) {
         if (!kt_coulomb_slips(c, to, i))
             continue;
-        const double *p = stuck.p + c->item[i].across;
+        const double *p = stuck->p + c->item[i].across;
         const double sign = kt_coulomb_across(to->mode[i]) == KT_COULOMB_SLIP ? 1.0 : -1.0;
         const double norm = hypot(p[0], p[1]), x = norm > 0.0 ? -sign * p[0] / norm : sign;
         const double y = norm > 0.0 ? -sign * p[1] / norm : 0.0;
@@ -29,13 +32,14 @@ static inline void enumeration_guess(const kt_coulomb *c, double turned, kt_coul
 }
 
 /* Solves one combination of modes, from directions that are turned from the guess. */
-static inline bool enumeration_try(const kt_coulomb *c, double turned, kt_coulomb_solution *to) {
+static inline bool enumeration_try(const kt_coulomb *c, double turned, kt_coulomb_solution *stuck,
+                                   kt_coulomb_solution *to) {
     if (!kt_coulomb_is_unique(c, to))
         return false;
     for (int i = 0; i < c->n; i++)
         if (c->item[i].type == KT_COULOMB_SLIPS)
             memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
-    enumeration_guess(c, turned, to);
+    enumeration_guess(c, turned, stuck, to);
     return kt_coulomb_iterate(c, to);
 }
 
@@ -66,35 +70,37 @@ static inline bool enumeration_differs(const kt_coulomb *c, const kt_coulomb_sol
 }
 
 /* Tries all combinations. */
-static inline void enumeration_search(const kt_coulomb *c, double turned, kt_coulomb_solution *solution,
-                                      uint64_t *trials) {
-    kt_coulomb_solution tried = {.count = 0};
+static inline void enumeration_search(const kt_coulomb *c, double turned, kt_coulomb_solution *scratch[2],
+                                      kt_coulomb_solution *solution, uint64_t *trials) {
+    kt_coulomb_solution *tried = scratch[0];
+    tried->count = 0;
     for (int i = 0; i < c->n; i++)
-        if (!enumeration_next(&c->item[i], -1, &tried.mode[i]))
+        if (!enumeration_next(&c->item[i], -1, &tried->mode[i]))
             return;
     for (int trial = 1, i = 0; i < c->n || trial == 1; trial++) {
         ++*trials;
-        if (enumeration_try(c, turned, &tried)) {
+        if (enumeration_try(c, turned, scratch[1], tried)) {
             if (solution->count == 0) {
-                *solution = tried;
+                kt_coulomb_copy(c, tried, solution);
                 solution->count = 1;
-            } else if (enumeration_differs(c, solution, &tried)) {
+            } else if (enumeration_differs(c, solution, tried)) {
                 solution->count++;
             }
         }
         if (solution->count > 0 && trial >= TRIALS)
             return;
-        for (i = 0; i < c->n && !enumeration_next(&c->item[i], (int)tried.mode[i], &tried.mode[i]); i++)
-            (void)enumeration_next(&c->item[i], -1, &tried.mode[i]);
+        for (i = 0; i < c->n && !enumeration_next(&c->item[i], (int)tried->mode[i], &tried->mode[i]); i++)
+            (void)enumeration_next(&c->item[i], -1, &tried->mode[i]);
     }
 }
 
 /* Writes the first solution and how many there are, or returns false: there is none. Where none is found, directions
  * are looked for from others, too. Adds the combinations that were tried to *trials. */
-static inline bool enumeration_solve(const kt_coulomb *c, kt_coulomb_solution *solution, uint64_t *trials) {
+static inline bool enumeration_solve(const kt_coulomb *c, kt_coulomb_solution *scratch[2],
+                                     kt_coulomb_solution *solution, uint64_t *trials) {
     solution->count = 0;
     for (int start = 0; start < STARTS && solution->count == 0; start++)
-        enumeration_search(c, 0.4 * start, solution, trials);
+        enumeration_search(c, 0.4 * start, scratch, solution, trials);
     return solution->count > 0;
 }
 

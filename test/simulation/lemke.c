@@ -13,7 +13,7 @@ KT_TEST(lemke_solves_what_is_positive_semidefinite) {
     int unsolved = 0;
     for (int trial = 0; trial < 20000; trial++) {
         const int n = 1 + trial % 10, rank = 1 + (trial / 10) % 10;
-        double J[10][10], M[100], q[10], z[10];
+        double J[10][10], M[100], q[10], z[10], work[250];
         for (int i = 0; i < n; i++)
             for (int k = 0; k < rank; k++)
                 J[i][k] = kt_random_uniform(&random, -1.0, 1.0);
@@ -27,7 +27,7 @@ KT_TEST(lemke_solves_what_is_positive_semidefinite) {
                     M[i * n + j] += J[i][k] * J[j][k];
             }
         }
-        if (!kt_lemke_solve(n, M, q, z, &pivots)) {
+        if (!kt_lemke_solve(n, M, q, work, z, &pivots)) {
             unsolved++;
             continue;
         }

@@ -170,10 +170,12 @@ static bool add_states(kt_columns *columns) {
 /* Returns the set in which every switched loop and effect is on. Friction sticks in this set: the switch of its loop is
  * on, and the switch of its effect is off. */
 static uint64_t full_set(const kt_model *model) {
-    uint64_t set = ((uint64_t)1 << kt_switch_count(model)) - 1;
+    uint64_t set = 0;
+    for (int k = 0; k < kt_switch_count(model); k++)
+        set |= kt_switch_bits(model, k);
     for (int i = 0; i < kt_effect_count(model); i++)
         if (kt_effect_switch(model, i) >= 0 && kt_effect_stick(model, i) >= 0)
-            set &= ~((uint64_t)1 << kt_effect_switch(model, i));
+            set &= ~kt_switch_bits(model, kt_effect_switch(model, i));
     return set;
 }
 

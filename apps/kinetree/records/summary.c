@@ -86,19 +86,27 @@ static json_t *describe_crossings(const kt_outcome *outcome) {
     return singular;
 }
 
-/* Lists the switched loops and effects, and whether they are on at the end. For sticking friction, its two switches
- * together determine whether it acts and whether it sticks. */
+/* Whether a switch shares its bits with no other. */
+static bool has_own_bit(const kt_model *model, int k) {
+    const uint64_t bits = kt_switch_bits(model, k);
+    return (bits & (bits - 1)) == 0;
+}
+
+/* Lists the switched loops and effects, and whether they are on at the end. Contacts that share bits are left out. For
+ * sticking friction, its two switches together determine whether it acts and whether it sticks. */
 static json_t *list_switched(const kt_model *model) {
     json_t *switched = json_object();
     const uint64_t set = kt_switch_set(model);
     for (int k = 0; k < kt_switch_count(model); k++)
-        if (kt_switch_name(model, k)[0] != '\0')
-            json_object_set_new(switched, kt_switch_name(model, k), json_boolean(set >> k & 1));
+        if (kt_switch_name(model, k)[0] != '\0' && has_own_bit(model, k))
+            json_object_set_new(switched, kt_switch_name(model, k),
+                                json_boolean((set & kt_switch_bits(model, k)) != 0));
     for (int i = 0; i < kt_effect_count(model); i++) {
         const int back = kt_effect_switch(model, i), stick = kt_loop_switch(model, kt_effect_stick(model, i));
         if (back < 0 || stick < 0)
             continue;
-        const bool slips_back = set >> back & 1, is_held = set >> stick & 1;
+        const bool slips_back = (set & kt_switch_bits(model, back)) != 0;
+        const bool is_held = (set & kt_switch_bits(model, stick)) != 0;
         if (kt_switch_name(model, back)[0] != '\0')
             json_object_set_new(switched, kt_switch_name(model, back), json_boolean(!(slips_back && is_held)));
         json_object_set_new(switched, kt_switch_name(model, stick), json_boolean(is_held && !slips_back));

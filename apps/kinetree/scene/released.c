@@ -24,10 +24,10 @@ static bool is_released(const kt_simulation *simulation, const char *name) {
     const int side = find_side(model, name), effect = kt_effect_find(model, name);
     const int hard = kt_loop_switch(model, side >= 0 ? side : kt_effect_stick(model, effect));
     if (hard >= 0)
-        return kt_simulation_released(simulation) >> hard & 1;
+        return (kt_simulation_released(simulation) & kt_switch_bits(model, hard)) != 0;
     const int loop = kt_loop_switch(model, kt_loop_find(model, name));
     const int at = loop >= 0 ? loop : kt_effect_switch(model, effect);
-    return at >= 0 && (kt_switch_set(model) >> at & 1) == 0;
+    return at >= 0 && (kt_switch_set(model) & kt_switch_bits(model, at)) == 0;
 }
 
 /* Returns the name of the k-th loop or effect, loops first; NULL: it has none, or is not switched. */

@@ -1,0 +1,412 @@
+/* One combination of modes of a problem with Coulomb's friction (coulomb.h): the linear equations of its impulses,
+ * their least solution, and Newton's iteration for the directions of slip. */
+#include "linear/coulomb.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { ITERATIONS = 40 };
+
+KT_ARENA_LAYOUT(lay_out_system, kt_coulomb_system, KT_COULOMB_SYSTEM_FIELDS, size_t items, size_t rows)
+KT_ARENA_LAYOUT(lay_out_solution, kt_coulomb_solution, KT_COULOMB_SOLUTION_FIELDS, size_t items, size_t rows)
+KT_ARENA_LAYOUT(lay_out_problem, kt_coulomb, KT_COULOMB_FIELDS, size_t items, size_t rows)
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+static kt_coulomb_system *init_system(size_t items, size_t rows, char *memory) {
+    kt_coulomb_system *system = (kt_coulomb_system *)(void *)memory;
+    (void)lay_out_system(memory, items, rows);
+    system->most = (int)rows;
+    system->width = (int)(rows + 1 + items);
+    return system;
+}
+
+size_t kt_coulomb_size(size_t items, size_t rows) {
+    return lay_out_problem(NULL, items, rows) + lay_out_system(NULL, items, rows) + lay_out_system(NULL, items, items);
+}
+
+kt_coulomb *kt_coulomb_init(size_t items, size_t rows, void *memory) {
+    kt_coulomb *c = memory;
+    char *behind = (char *)memory + lay_out_problem(memory, items, rows);
+    c->n = c->rows = c->stride = 0;
+    c->size = 0.0;
+    c->W = NULL;
+    c->system = init_system(items, rows, behind);
+    c->turns = init_system(items, items, behind + lay_out_system(NULL, items, rows));
+    return c;
+}
+
+size_t kt_coulomb_solution_size(size_t items, size_t rows) { return lay_out_solution(NULL, items, rows); }
+
+kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *memory) {
+    kt_coulomb_solution *solution = memory;
+    (void)lay_out_solution(memory, items, rows);
+    solution->shares = false;
+    solution->count = 0;
+    return solution;
+}
+
+void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_coulomb_solution *to) {
+    to->shares = from->shares;
+    to->count = from->count;
+    memcpy(to->mode, from->mode, (size_t)c->n * sizeof *to->mode);
+    memcpy(to->e, from->e, (size_t)c->n * sizeof *to->e);
+    memcpy(to->p, from->p, (size_t)c->rows * sizeof *to->p);
+    memcpy(to->u, from->u, (size_t)c->rows * sizeof *to->u);
+}
+
+/* ---- unknowns ---------------------------------------------------------------------------------------------------- */
+
+/* Row k of a matrix with so many columns. */
+static double *row_of(double *matrix, int k, int columns) { return matrix + (ptrdiff_t)k * columns; }
+
+static void add_unknown(kt_coulomb_system *s, int item, int row, int normal) {
+    s->item[s->n] = item;
+    s->equation[s->n] = row;
+    s->is_normal[s->n] = row == normal;
+    s->is_tangential[s->n] = false;
+    s->least[s->n] = normal < 0 ? 0.0 : s->fixed[normal];
+    memset(row_of(s->P, s->n, s->most), 0, (size_t)s->most * sizeof *s->P);
+    row_of(s->P, s->n++, s->most)[row] = 1.0;
+}
+
+bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
+    const kt_coulomb_mode mode = kt_coulomb_across(to->mode[i]);
+    return c->item[i].type == KT_COULOMB_CONE && (mode == KT_COULOMB_SLIP || mode == KT_COULOMB_SLIP_BACK);
+}
+
+static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
+    s->n = s->columns = 0;
+    s->shares = false;
+    memset(s->fixed, 0, (size_t)s->most * sizeof *s->fixed);
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        if (item->type == KT_COULOMB_DRY) {
+            if (to->mode[i] == KT_COULOMB_STICK)
+                add_unknown(s, i, item->row, -1);
+            else
+                s->fixed[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
+            continue;
+        }
+        s->fixed[item->row] = item->least;
+        if (to->mode[i] == KT_COULOMB_OPEN)
+            continue;
+        const bool presses = kt_coulomb_presses(to->mode[i]);
+        if (presses)
+            add_unknown(s, i, item->row, item->row);
+        if (item->type == KT_COULOMB_SLIPS || kt_coulomb_slips(c, to, i)) {
+            for (int k = 0; k < 2; k++) {
+                if (presses)
+                    row_of(s->P, s->n - 1, s->most)[item->across + k] = -item->friction * to->e[i][k];
+                s->fixed[item->across + k] = -item->friction * item->least * to->e[i][k];
+            }
+        } else if (item->type == KT_COULOMB_CONE) {
+            add_unknown(s, i, item->across, item->row);
+            add_unknown(s, i, item->across + 1, item->row);
+            s->is_tangential[s->n - 2] = s->is_tangential[s->n - 1] = true;
+        }
+    }
+}
+
+double kt_coulomb_along(const kt_coulomb *c, int row, const double *p) {
+    double sum = 0.0;
+    for (int j = 0; j < c->rows; j++)
+        sum += kt_coulomb_entry(c, row, j) * p[j];
+    return sum;
+}
+
+/* A x = -(b + W fixed), and behind it the right-hand sides of dx/de. */
+static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
+    s->columns = 1;
+    for (int k = 0; k < s->n; k++) {
+        const int row = s->equation[k];
+        double *A = row_of(s->A, k, s->width);
+        for (int j = 0; j < s->n; j++)
+            A[j] = kt_coulomb_along(c, row, row_of(s->P, j, s->most));
+        A[s->n] = -c->b[row] - kt_coulomb_along(c, row, s->fixed);
+    }
+    for (int i = 0; i < c->n; i++) {
+        if (!kt_coulomb_slips(c, to, i))
+            continue;
+        const double mu = c->item[i].friction;
+        const int t = c->item[i].across;
+        for (int k = 0; k < s->n; k++) { /* p_t = -mu p e, and de = (-e2, e1) */
+            const int row = s->equation[k];
+            row_of(s->A, k, s->width)[s->n + s->columns] =
+                mu * (-kt_coulomb_entry(c, row, t) * to->e[i][1] + kt_coulomb_entry(c, row, t + 1) * to->e[i][0]);
+        }
+        s->columns++;
+    }
+}
+
+/* Swaps the largest entry among rows and columns from r on into (r, r). */
+static void swap_pivot(kt_coulomb_system *s, int r) {
+    int row = r, column = r;
+    for (int i = r; i < s->n; i++) {
+        const double *A = row_of(s->A, i, s->width);
+        for (int j = r; j < s->n; j++)
+            if (fabs(A[j]) > fabs(row_of(s->A, row, s->width)[column])) {
+                row = i;
+                column = j;
+            }
+    }
+    double *to = row_of(s->A, r, s->width), *from = row_of(s->A, row, s->width);
+    for (int j = 0; j < s->n + s->columns; j++) {
+        const double a = to[j];
+        to[j] = from[j];
+        from[j] = a;
+    }
+    for (int i = 0; i < s->n; i++) {
+        double *A = row_of(s->A, i, s->width);
+        const double a = A[r];
+        A[r] = A[column];
+        A[column] = a;
+    }
+    const int other = s->order[r];
+    s->order[r] = s->order[column];
+    s->order[column] = other;
+}
+
+/* The units of x_k. Tangential forces that stick have the root of their normal force as unit. With it, the least sum of
+ * squares T_i^2 / N_i has T_i in proportion to N_i. */
+static void set_units_of_system(kt_coulomb_system *s) {
+    double normal = 0.0;
+    for (int k = 0; k < s->n; k++) {
+        normal = s->is_normal[k] ? s->least[k] + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : s->least[k];
+        s->unit[k] = s->is_tangential[k] && normal > 0.0 ? sqrt(normal) : 1.0;
+    }
+}
+
+/* The k-th null vector of A, in these units. */
+static void find_null_vector(const kt_coulomb_system *s, int rank, int k, double *z) {
+    memset(z, 0, (size_t)s->most * sizeof *z);
+    z[s->order[k]] = 1.0;
+    for (int i = 0; i < rank; i++)
+        z[s->order[i]] = -row_of(s->A, i, s->width)[k];
+    for (int i = 0; i < s->n; i++)
+        z[i] /= s->unit[i];
+}
+
+/* Takes the part along the null vectors before the k-th from that one; its length becomes 1. */
+static void make_orthonormal(kt_coulomb_system *s, int k) {
+    double *z = row_of(s->null, k, s->most), norm = 0.0;
+    for (int pass = 0; pass < 2; pass++)
+        for (int j = 0; j < k; j++) {
+            const double *other = row_of(s->null, j, s->most);
+            double dot = 0.0;
+            for (int i = 0; i < s->n; i++)
+                dot += z[i] * other[i];
+            for (int i = 0; i < s->n; i++)
+                z[i] -= dot * other[i];
+        }
+    for (int i = 0; i < s->n; i++)
+        norm += z[i] * z[i];
+    for (int i = 0; i < s->n; i++)
+        z[i] /= sqrt(norm);
+}
+
+/* Removes the part of all columns of x along a null vector. */
+static void remove_along(kt_coulomb_system *s, const double *z) {
+    for (int m = 0; m < s->columns; m++) {
+        double *x = row_of(s->x, m, s->most), dot = 0.0;
+        for (int i = 0; i < s->n; i++)
+            dot += z[i] * x[i] / s->unit[i];
+        for (int i = 0; i < s->n; i++)
+            x[i] -= dot * z[i] * s->unit[i];
+    }
+}
+
+/* Reduces x to the least solution: removes its part along the null vectors of A, behind the first `rank` pivots. In the
+ * first pass all entries have the same unit; it finds normal forces that are not unique. The second pass uses the units
+ * of set_units_of_system. */
+static void reduce_to_least(kt_coulomb_system *s, int rank) {
+    for (int pass = 0; rank < s->n && pass < 2; pass++) {
+        for (int i = 0; i < s->n; i++)
+            s->unit[i] = 1.0;
+        if (pass > 0)
+            set_units_of_system(s);
+        for (int k = rank; k < s->n; k++) {
+            double *z = row_of(s->null, k - rank, s->most);
+            find_null_vector(s, rank, k, z);
+            make_orthonormal(s, k - rank);
+            for (int i = 0; i < s->n; i++)
+                s->shares = s->shares || (s->is_normal[i] && fabs(z[i]) > 1e-8);
+            remove_along(s, z);
+        }
+    }
+}
+
+/* Solves for x by elimination with complete pivoting. */
+static void solve_system(kt_coulomb_system *s) {
+    const int width = s->n + s->columns;
+    int rank = 0;
+    double first = 0.0;
+    for (int i = 0; i < s->n; i++)
+        s->order[i] = i;
+    for (; rank < s->n; rank++) {
+        double *top = row_of(s->A, rank, s->width);
+        swap_pivot(s, rank);
+        const double pivot = top[rank];
+        first = rank == 0 ? fabs(pivot) : first;
+        if (!(fabs(pivot) > 1e-11 * first))
+            break;
+        for (int j = rank; j < width; j++)
+            top[j] /= pivot;
+        for (int i = 0; i < s->n; i++) {
+            double *A = row_of(s->A, i, s->width);
+            const double factor = A[rank];
+            for (int j = rank; i != rank && factor != 0.0 && j < width; j++)
+                A[j] -= factor * top[j];
+        }
+    }
+    memset(s->x, 0, (size_t)(s->columns * s->most) * sizeof *s->x);
+    for (int m = 0; m < s->columns; m++)
+        for (int i = 0; i < rank; i++)
+            row_of(s->x, m, s->most)[s->order[i]] = row_of(s->A, i, s->width)[s->n + m];
+    reduce_to_least(s, rank);
+}
+
+bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    int n = 0;
+    for (int i = 0; i < c->n; i++)
+        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_presses(to->mode[i]))
+            c->pressing[n++] = c->item[i].row;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j <= i; j++) {
+            double *L = row_of(c->L, i, n), sum = kt_coulomb_entry(c, c->pressing[i], c->pressing[j]);
+            for (int k = 0; k < j; k++)
+                sum -= L[k] * row_of(c->L, j, n)[k];
+            if (i == j && !(sum > 1e-11 * kt_coulomb_entry(c, c->pressing[i], c->pressing[i])))
+                return false;
+            L[j] = i == j ? sqrt(sum) : sum / row_of(c->L, j, n)[j];
+        }
+    return true;
+}
+
+void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
+    kt_coulomb_system *s = c->system;
+    begin_system(c, to, s);
+    fill_system(c, to, s);
+    solve_system(s);
+    to->shares = s->shares;
+    memcpy(to->p, s->fixed, (size_t)c->rows * sizeof *to->p);
+    for (int k = 0; k < s->n; k++)
+        for (int j = 0; j < c->rows; j++)
+            to->p[j] += row_of(s->P, k, s->most)[j] * s->x[k];
+    for (int j = 0; j < c->rows; j++)
+        to->u[j] = kt_coulomb_along(c, j, to->p) + c->b[j];
+}
+
+/* dp/de of the m-th direction, through x and by itself. */
+static void find_change(const kt_coulomb *c, const kt_coulomb_solution *to, int m) {
+    const kt_coulomb_system *s = c->system;
+    const int i = c->turns->item[m], across = c->item[i].across;
+    const double N = to->p[c->item[i].row], *x = row_of(s->x, 1 + m, s->most);
+    memset(s->dp, 0, (size_t)c->rows * sizeof *s->dp);
+    for (int j = 0; j < s->n; j++)
+        for (int r = 0; r < c->rows; r++)
+            s->dp[r] += row_of(s->P, j, s->most)[r] * x[j] * N;
+    s->dp[across] += c->item[i].friction * N * to->e[i][1];
+    s->dp[across + 1] -= c->item[i].friction * N * to->e[i][0];
+}
+
+/* One step of Newton's iteration for the directions: angles by which they turn. *residual: the largest e x u_t. */
+static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, double *angle, double *residual) {
+    kt_coulomb_system *t = c->turns;
+    t->n = 0;
+    t->columns = 1;
+    t->shares = false;
+    *residual = 0.0;
+    for (int i = 0; i < c->n; i++)
+        if (kt_coulomb_slips(c, to, i)) {
+            t->is_normal[t->n] = t->is_tangential[t->n] = false;
+            t->least[t->n] = 0.0;
+            t->item[t->n++] = i;
+        }
+    for (int m = 0; m < t->n; m++) {
+        find_change(c, to, m);
+        for (int k = 0; k < t->n; k++) {
+            const double *e = to->e[t->item[k]], *dp = c->system->dp;
+            const int row = c->item[t->item[k]].across;
+            row_of(t->A, k, t->width)[m] = e[0] * kt_coulomb_along(c, row + 1, dp) -
+                                           e[1] * kt_coulomb_along(c, row, dp) -
+                                           (k == m ? e[0] * to->u[row] + e[1] * to->u[row + 1] : 0.0);
+        }
+    }
+    for (int k = 0; k < t->n; k++) {
+        const double *e = to->e[t->item[k]];
+        const int row = c->item[t->item[k]].across;
+        double *right = &row_of(t->A, k, t->width)[t->n];
+        *right = -(e[0] * to->u[row + 1] - e[1] * to->u[row]);
+        *residual = fmax(*residual, fabs(*right));
+    }
+    solve_system(t);
+    memcpy(angle, t->x, (size_t)t->n * sizeof *angle);
+}
+
+/* Whether forces and rates agree with the modes. */
+bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    double most = 0.0;
+    for (int j = 0; j < c->rows; j++)
+        most = fmax(most, fabs(to->p[j]));
+    const double small = 1e-10 * c->size, weak = 1e-10 * most;
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double p = to->p[item->row], u = to->u[item->row];
+        const double *pt = to->p + item->across, *ut = to->u + item->across;
+        bool holds;
+        if (item->type == KT_COULOMB_DRY)
+            holds = to->mode[i] == KT_COULOMB_STICK  ? fabs(u) <= small && fabs(p) <= item->friction + weak
+                    : to->mode[i] == KT_COULOMB_SLIP ? u >= -small
+                                                     : u <= small;
+        else if (!kt_coulomb_presses(to->mode[i]))
+            holds = u >= -small;
+        else
+            holds = p - item->least >= -weak && fabs(u) <= small;
+        if (item->type == KT_COULOMB_CONE && kt_coulomb_across(to->mode[i]) == KT_COULOMB_STICK)
+            holds = holds && hypot(ut[0], ut[1]) <= small && hypot(pt[0], pt[1]) <= item->friction * p + weak;
+        if (kt_coulomb_slips(c, to, i))
+            holds = holds && ut[0] * to->e[i][0] + ut[1] * to->e[i][1] >= -small;
+        if (!holds)
+            return false;
+    }
+    return true;
+}
+
+/* Turns the directions of slipping items, by `part` of the angles. */
+static void rotate_directions(const kt_coulomb *c, kt_coulomb_solution *to, const double *angle, double part) {
+    for (int i = 0, m = 0; i < c->n; i++) {
+        if (!kt_coulomb_slips(c, to, i))
+            continue;
+        const double by = part * fmax(-0.5, fmin(0.5, angle[m++])), x = to->e[i][0], y = to->e[i][1];
+        to->e[i][0] = cos(by) * x - sin(by) * y;
+        to->e[i][1] = sin(by) * x + cos(by) * y;
+    }
+}
+
+bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to) {
+    double residual, last = HUGE_VAL, part = 1.0;
+    for (int k = 0; k < ITERATIONS; k++) {
+        kt_coulomb_linear(c, to);
+        find_turns(c, to, c->next_angle, &residual);
+        if (residual <= 1e-12 * c->size)
+            return kt_coulomb_holds(c, to);
+        if (!(residual < last) && part > 0.01) {
+            part *= 0.5;
+            rotate_directions(c, to, c->angle, -part);
+            continue;
+        }
+        last = residual;
+        part = 1.0;
+        memcpy(c->angle, c->next_angle, (size_t)c->turns->n * sizeof *c->angle);
+        rotate_directions(c, to, c->angle, part);
+    }
+    return false;
+}
+
+void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to) {
+    double residual;
+    kt_coulomb_linear(c, to);
+    find_turns(c, to, c->angle, &residual);
+    rotate_directions(c, to, c->angle, 1.0);
+}
