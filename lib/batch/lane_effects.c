@@ -45,10 +45,6 @@ static void set_lane(kt_triple *a, int lane, kt_vec3 from) {
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
-static bool is_by_formulas(const kt_effect_record *effect) {
-    return KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION;
-}
-
 /* A coordinate of a marker, or its rate, in the world. */
 static kt_real1 find_marker(const kt_data *data, const kt_variable_record *variable, bool is_rate) {
     const kt_force_frame *link = &data->force_link[variable->force_link];
@@ -95,26 +91,16 @@ typedef struct variables {
     double of[KT_LANES][KT_FORMULA_VARIABLE_MAX];
 } variables;
 
-static void read_variables(const sum *s, const kt_effect_record *effect, const kt_effect_frame *end, variables *to) {
+/* Returns whether the effect has formulas. */
+static bool read_variables(const sum *s, const kt_effect_record *effect, const kt_effect_frame *end, variables *to) {
+    if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
+        return false;
     for (int32_t k = 0; k < effect->variable_count; k++) {
         const kt_real1 value = read_variable(s, &s->model->variable[effect->variable + k], end);
         for (int lane = 0; lane < KT_LANES; lane++)
             to->of[lane][k] = value[lane];
     }
-}
-
-/* A formula: a force in a joint, or the rate of an auxiliary state. */
-static kt_real1 evaluate_formula(sum *s, const kt_effect_record *effect) {
-    kt_real1 values = kt_real1_splat(0.0);
-    variables in;
-    read_variables(s, effect, NULL, &in);
-    for (int lane = 0; lane < KT_LANES; lane++) {
-        double one = 0.0;
-        if (is_live(s, lane) && !kt_effect_alone_formula(s->model, effect, in.of[lane], &one))
-            s->sound[lane] = 0;
-        values[lane] = one;
-    }
-    return values;
+    return true;
 }
 
 /* ---- one effect -------------------------------------------------------------------------------------------------- */
@@ -122,9 +108,8 @@ static kt_real1 evaluate_formula(sum *s, const kt_effect_record *effect) {
 static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt_effect_frame *end,
                                 kt_effect_wrench *wrench) {
     variables in;
+    const bool formulas = read_variables(s, effect, end, &in);
     memset(wrench, 0, 2 * sizeof *wrench);
-    if (is_by_formulas(effect))
-        read_variables(s, effect, end, &in);
     for (int lane = 0; lane < KT_LANES; lane++) {
         kt_effect_end one[2];
         kt_wrench found[2];
@@ -132,8 +117,7 @@ static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt
             continue;
         for (int k = 0; k < effect->ends; k++)
             one[k] = end_of(&end[k], lane);
-        if (!(is_by_formulas(effect) ? kt_effect_alone_formula_wrench(s->model, effect, in.of[lane], one, found)
-                                     : kt_effect_alone_wrench(s->model, effect, one, s->t[lane], found)))
+        if (!kt_effect_alone_wrench(s->model, effect, formulas ? in.of[lane] : NULL, one, s->t[lane], found))
             s->sound[lane] = 0;
         for (int k = 0; k < effect->ends; k++) {
             set_lane(&wrench[k].moment, lane, found[k].moment);
@@ -142,13 +126,16 @@ static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt
     }
 }
 
+/* A force in a joint, or the rate of an auxiliary state, which is a formula. */
 static kt_real1 force_lane_by_lane(sum *s, const kt_effect_record *effect, kt_real1 q, kt_real1 v) {
     kt_real1 force = kt_real1_splat(0.0);
-    if (is_by_formulas(effect))
-        return evaluate_formula(s, effect);
+    variables in;
+    const bool formulas = read_variables(s, effect, NULL, &in);
     for (int lane = 0; lane < KT_LANES; lane++) {
         double one = 0.0;
-        if (is_live(s, lane) && !kt_effect_alone_force(s->model, effect, q[lane], v[lane], s->t[lane], &one))
+        if (is_live(s, lane) &&
+            !(formulas ? kt_effect_alone_force(s->model, effect, in.of[lane], 0.0, 0.0, 0.0, &one)
+                       : kt_effect_alone_force(s->model, effect, NULL, q[lane], v[lane], s->t[lane], &one)))
             s->sound[lane] = 0;
         force[lane] = one;
     }
@@ -215,9 +202,10 @@ kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, con
 }
 
 kt_condition KT_KERNEL(kt_own_rates)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *rates) {
+    const kt_real1 zero = kt_real1_splat(0.0);
     sum s = begin_sum(model, data, at);
     for (size_t i = 0; i < KT_OWN_STATES(&model->n); i++) {
-        rates[i] = evaluate_formula(&s, &model->state[i]);
+        rates[i] = force_lane_by_lane(&s, &model->state[i], zero, zero);
         s.excess += rates[i] - rates[i];
     }
     return s.sound & (s.excess == kt_real1_splat(0.0));

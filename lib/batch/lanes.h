@@ -132,16 +132,12 @@ bool kt_lanes_fit_model(const kt_model *model);
 bool kt_lanes_agree(const kt_model *a, const kt_model *b);
 
 /* Evaluates an effect of one state with the code for one state: its wrenches, or its force in a joint. Returns whether
- * its callback succeeded. An effect with formulas takes their variables (KT_FORMULA_VARIABLE_MAX at most). Its result
- * is a force, a rate of an auxiliary state, or wrenches. */
-bool kt_effect_alone_formula(const kt_model *model, const kt_effect_record *effect, const double *variables,
-                             double *value);
-bool kt_effect_alone_formula_wrench(const kt_model *model, const kt_effect_record *effect, const double *variables,
-                                    const kt_effect_end *end, kt_wrench wrench[2]);
-bool kt_effect_alone_wrench(const kt_model *model, const kt_effect_record *effect, const kt_effect_end *end, double t,
-                            kt_wrench wrench[2]);
-bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect, double q, double v, double t,
-                           double *force);
+ * its callback succeeded. An effect with formulas takes their variables (KT_FORMULA_VARIABLE_MAX at most), others take
+ * NULL. The force may be the rate of an auxiliary state. */
+bool kt_effect_alone_wrench(const kt_model *model, const kt_effect_record *effect, const double *variables,
+                            const kt_effect_end *end, double t, kt_wrench wrench[2]);
+bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect, const double *variables, double q,
+                           double v, double t, double *force);
 
 #ifdef KT_LANES
 /* The effects of a group, into tau and applied. Returns the lanes whose forces are finite. */
