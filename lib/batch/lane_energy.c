@@ -4,14 +4,7 @@
  */
 #include "batch/lanes.h"
 
-#include "algebra/real.h"
-
-/* From the link's origin to the body's centre of mass, world axes. */
-static kt_real3 arm_of(const kt_body_record *b, const kt_link_motion *m) {
-    const kt_const_mat3 *r = &b->in_link.rotation;
-    const kt_real3 axes[3] = {r->x, r->y, r->z};
-    return kt_apply3(m->axes, kt_add3(b->in_link.position, kt_apply3(axes, b->com)));
-}
+#include "dynamics/point.h"
 
 /* The body's angular velocity in its own axes. */
 static kt_real3 turn_of(const kt_body_record *b, const kt_link_motion *m) {
@@ -30,7 +23,8 @@ kt_real1 KT_KERNEL(kt_kinetic)(const kt_model *model, const kt_data *data) {
     for (size_t i = 1; i < model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
         const kt_link_motion *m = &data->motion[b->link];
-        const kt_real3 v = kt_add3(data->origin[b->link].velocity, kt_cross3(m->omega, arm_of(b, m)));
+        const kt_real3 arm = kt_point_arm(b, m->axes, b->com);
+        const kt_real3 v = kt_point_transport(data->origin[b->link].velocity, m->omega, arm);
         const kt_real3 w = turn_of(b, m);
         twice += b->mass * kt_dot3(v, v) + kt_dot3(w, apply_sym3(&b->inertia, w));
     }
@@ -43,7 +37,8 @@ kt_real1 KT_KERNEL(kt_potential)(const kt_model *model, const kt_data *data) {
         const kt_body_record *b = &model->body[i];
         if (b->fixed)
             continue;
-        const kt_real3 c = kt_add3(data->origin[b->link].position, arm_of(b, &data->motion[b->link]));
+        const kt_real3 arm = kt_point_arm(b, data->motion[b->link].axes, b->com);
+        const kt_real3 c = kt_add3(data->origin[b->link].position, arm);
         energy -= b->mass * kt_dot3(*data->gravity, c);
     }
     return energy;

@@ -5,6 +5,7 @@
 #include "batch/interleave.h"
 #include "closure/lane_project.h"
 #include "dynamics/dynamics.h"
+#include "joint/turn.h"
 
 KT_ARENA_LAYOUT(lay_out, kt_data, KT_LANE_FIELDS, const kt_counts *n)
 
@@ -185,14 +186,27 @@ static kt_lane_mask energy(const kt_model *model, void *work, const double *q, c
 }
 
 static void rate(const kt_model *model, void *work, const double *q, const double *v, double *out) {
-    if (model->n.q == model->n.v)
-        kt_copy(out, v, KT_LANES * model->n.v * sizeof *out);
-    else
-        KT_KERNEL(kt_rates)(model_of(model, work), q, v, out);
+    const kt_real1 *qs = (const void *)q, *vs = (const void *)v;
+    kt_real1 *rates = (void *)out;
+    if (model->n.q == model->n.v) {
+        kt_copy(rates, vs, model->n.v * sizeof *rates);
+        return;
+    }
+    model = model_of(model, work);
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
+        for (int k = 0; k < motion.plain; k++)
+            rates[link->q + k] = vs[link->v + k];
+        if (motion.quaternions)
+            kt_turn_store(rates + link->q + motion.plain,
+                          kt_turn_times(kt_turn_load(qs + link->q + motion.plain), kt_real1_splat(0.5),
+                                        vs + link->v + motion.plain));
+    }
 }
 
 static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {
-    return KT_KERNEL(kt_units)(model_of(model, work), q);
+    return kt_mask_of(kt_turns_make_units(model_of(model, work), (void *)q, false));
 }
 
 static kt_lane_mask adjoint(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,
@@ -201,16 +215,17 @@ static kt_lane_mask adjoint(const kt_model *model, void *work, void *memory, con
 }
 
 static void drop_transposed(const kt_model *model, void *work, const double *q, const double *by_xi, double *by_q) {
-    KT_KERNEL(kt_drop_transposed)(model_of(model, work), q, by_xi, by_q);
+    kt_turns_drop_transposed(model_of(model, work), (const void *)q, (const void *)by_xi, (void *)by_q);
 }
 
 static void rate_transposed(const kt_model *model, void *work, const double *q, const double *v, const double *by_rate,
                             double *by_q, double *by_v) {
-    KT_KERNEL(kt_rate_transposed)(model_of(model, work), q, v, by_rate, by_q, by_v);
+    kt_turns_rate_transposed(model_of(model, work), (const void *)q, (const void *)v, (const void *)by_rate,
+                             (void *)by_q, (void *)by_v);
 }
 
 static void lift_transposed(const kt_model *model, void *work, const double *q, const double *by_q, double *by_xi) {
-    KT_KERNEL(kt_lift_transposed)(model_of(model, work), q, by_q, by_xi);
+    kt_turns_lift_transposed(model_of(model, work), (const void *)q, (const void *)by_q, (void *)by_xi);
 }
 
 static kt_lane_mask finite(const double *x, size_t n) { return finite_lanes(kt_condition_true(), (const void *)x, n); }

@@ -156,17 +156,10 @@ void KT_KERNEL(kt_frame_motion)(const kt_model *model, const kt_data *data, cons
 void KT_KERNEL(kt_frame_columns)(const kt_model *model, const kt_data *data, const kt_lane_frame *frame,
                                  double *const *out);
 
-void KT_KERNEL(kt_rates)(const kt_model *model, const double *q, const double *v, double *out);
-kt_lane_mask KT_KERNEL(kt_units)(const kt_model *model, double *q);
-
 /* Members of the kernels, as above. */
 size_t KT_KERNEL(kt_adjoint_layout)(const kt_model *model, void *memory);
 kt_condition KT_KERNEL(kt_tree_adjoint)(const kt_model *model, kt_data *data, void *memory, const kt_lane_state *at,
                                         const double *a, double *gradient);
-void KT_KERNEL(kt_drop_transposed)(const kt_model *model, const double *q, const double *by_xi, double *by_q);
-void KT_KERNEL(kt_rate_transposed)(const kt_model *model, const double *q, const double *v, const double *by_rate,
-                                   double *by_q, double *by_v);
-void KT_KERNEL(kt_lift_transposed)(const kt_model *model, const double *q, const double *by_q, double *by_xi);
 void KT_KERNEL(kt_lanes_combine)(double *out, const double *y, const double *h, const kt_stage_term *terms,
                                  size_t count, double *const *k, size_t n);
 void KT_KERNEL(kt_lanes_mean_square)(double *out, const kt_lane_scales *scales, const kt_stage_term *terms,

@@ -21,6 +21,13 @@ KT_INLINE kt_real1 *kt_turn_of(const kt_link *link, kt_real1 *q) {
 
 KT_INLINE kt_turn kt_turn_load(const kt_real1 *p) { return (kt_turn){p[0], p[1], p[2], p[3]}; }
 
+KT_INLINE void kt_turn_store(kt_real1 *p, kt_turn a) {
+    p[0] = a.w;
+    p[1] = a.x;
+    p[2] = a.y;
+    p[3] = a.z;
+}
+
 KT_INLINE void kt_turn_add(kt_real1 *to, kt_turn a) {
     to[0] += a.w;
     to[1] += a.x;
