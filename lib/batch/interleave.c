@@ -30,7 +30,8 @@ void kt_records_interleave(const kt_records *r, uint32_t lanes) {
     }
 }
 
-bool kt_records_agree(const kt_record_shape *shape, size_t count, const void *a, const void *b) {
+/* Whether two arrays of records of one structure agree in the members that lanes share. */
+static bool do_records_agree(const kt_record_shape *shape, size_t count, const void *a, const void *b) {
     const size_t numbers = shape->numbers * sizeof(double);
     for (size_t i = 0; i < count; i++)
         if (memcmp((const char *)a + i * shape->bytes + numbers, (const char *)b + i * shape->bytes + numbers,
@@ -56,11 +57,11 @@ static bool settings_agree(const kt_model *a, const kt_model *b) {
 bool kt_lanes_agree(const kt_model *a, const kt_model *b) {
     if (a == b)
         return true;
-    return settings_agree(a, b) && kt_records_agree(&kt_link_shape, a->n.link, a->link, b->link) &&
+    return settings_agree(a, b) && do_records_agree(&kt_link_shape, a->n.link, a->link, b->link) &&
            memcmp(a->rest, b->rest, a->n.rest * sizeof *a->rest) == 0 &&
-           kt_records_agree(&kt_plane_shape, a->n.plane, a->plane, b->plane) &&
-           kt_records_agree(&kt_planar_link_shape, a->n.planar, a->planar, b->planar) &&
+           do_records_agree(&kt_plane_shape, a->n.plane, a->plane, b->plane) &&
+           do_records_agree(&kt_planar_link_shape, a->n.planar, a->planar, b->planar) &&
            are_equal(a->planar_rest, a->body, b->planar_rest) &&
-           kt_records_agree(&kt_body_shape, a->n.body, a->body, b->body) &&
+           do_records_agree(&kt_body_shape, a->n.body, a->body, b->body) &&
            are_equal(a->armature, a->index, b->armature);
 }

@@ -28,7 +28,4 @@ typedef struct kt_records {
 /* Writes the numbers to the lanes of a mask, and the shared members. */
 void kt_records_interleave(const kt_records *records, uint32_t lanes);
 
-/* Whether two arrays of records of one structure agree in the members that lanes share. */
-bool kt_records_agree(const kt_record_shape *shape, size_t count, const void *a, const void *b);
-
 #endif

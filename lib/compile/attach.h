@@ -59,7 +59,6 @@ static inline void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
 typedef struct kt_attach_coordinate {
     int body, loop, component;
 } kt_attach_coordinate;
-kt_attach_coordinate kt_attach_coordinate_of(kt_attach *a, const char *joint);
 
 /* The link of a joint's coordinate: "NAME", or "NAME[k]" of friction that sticks and hard stops. */
 int32_t kt_attach_joint_link(const kt_model *m, const char *joint);

@@ -103,9 +103,6 @@ void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
 
 /* parameter.c: KT_ERROR_ARGUMENT unless it is a parameter of this model. */
 KT_CHECKED kt_status kt_parameter_require(const kt_model *model, const kt_parameter *parameter, kt_error *error);
-/* Whether kt_parameter_set would succeed. */
-KT_CHECKED kt_status kt_parameter_check(const kt_model *model, const kt_parameter *parameter, const double *values,
-                                        kt_error *error);
 
 /* Sets a parameter without a check: for differences, in which a mass may be negative. */
 void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const double *values);

@@ -404,8 +404,8 @@ static kt_status check_numbers(const kt_model *m, const kt_parameter *parameter,
     return KT_OK;
 }
 
-kt_status kt_parameter_check(const kt_model *model, const kt_parameter *parameter, const double *values,
-                             kt_error *error) {
+static kt_status check_parameter(const kt_model *model, const kt_parameter *parameter, const double *values,
+                                 kt_error *error) {
     const kt_status status = kt_parameter_require(model, parameter, error);
     if (status != KT_OK)
         return status;
@@ -481,7 +481,7 @@ static kt_parameter parameter_in(const kt_model *from, const kt_parameter *param
 kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values, kt_error *error) {
     if (KT_IS_MISSING(error, copy, parameter, values))
         return KT_ERROR_ARGUMENT;
-    const kt_status status = kt_parameter_check(copy, parameter, values, error);
+    const kt_status status = check_parameter(copy, parameter, values, error);
     if (status != KT_OK)
         return status;
     if (!KT_HAS_SWITCHES || !copy->family) {

@@ -18,7 +18,7 @@ static int body_of(const kt_model *m, const char *text, kt_coordinate_name name)
     return body;
 }
 
-kt_attach_coordinate kt_attach_coordinate_of(kt_attach *a, const char *joint) {
+static kt_attach_coordinate find_attach_coordinate(kt_attach *a, const char *joint) {
     const kt_coordinate_name name = kt_coordinate_name_of(joint);
     kt_attach_coordinate c = {.body = body_of(a->tree, joint, name), .loop = -1, .component = name.k};
     if (KT_HAS_RELATIVE && c.body < 0) {
@@ -48,7 +48,7 @@ int32_t kt_attach_joint_link(const kt_model *m, const char *joint) {
 static const kt_loop *loop_of(kt_attach *a, const kt_effect *effect) {
     if (!KT_HAS_RELATIVE || kt_effect_end_count(effect) > 0)
         return NULL;
-    const int loop = kt_attach_coordinate_of(a, effect->joint).loop;
+    const int loop = find_attach_coordinate(a, effect->joint).loop;
     return loop >= 0 ? &a->description->loops[loop] : NULL;
 }
 
@@ -105,7 +105,7 @@ size_t kt_attach_count_turns(kt_attach *a, const kt_effect *effect) {
     const kt_loop *loop = loop_of(a, effect);
     if (!loop)
         return 0;
-    const kt_attach_coordinate c = kt_attach_coordinate_of(a, effect->joint);
+    const kt_attach_coordinate c = find_attach_coordinate(a, effect->joint);
     return counts_by_links(loop, kt_relative_at(loop->type, c.component)) ? each_turning(a, &a->loop[c.loop], NULL) : 0;
 }
 
@@ -146,7 +146,7 @@ static void place_in_loop(const kt_attach *a, kt_attach_coordinate c, kt_effect_
 }
 
 void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_effect *effect, kt_effect_record *r) {
-    const kt_attach_coordinate c = kt_attach_coordinate_of(a, effect->joint);
+    const kt_attach_coordinate c = find_attach_coordinate(a, effect->joint);
     if (KT_HAS_RELATIVE && c.body < 0) {
         place_in_loop(a, c, r);
         return;

@@ -95,9 +95,6 @@ static inline const kt_model *kt_model_now(const kt_model *model, const kt_data 
  * complete. Other models do not change. */
 void kt_masses_attach(kt_model *model);
 
-/* Rejects masses that are not above 0 at t, or inertias that are not finite, naming the body. */
-KT_CHECKED kt_status kt_masses_check(const kt_model *model, double t, kt_error *error);
-
 /* Returns the change of energy due to the masses at fixed q and v, W: the partial derivative of T + V by time. */
 double kt_masses_power(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
 

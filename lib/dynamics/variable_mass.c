@@ -100,7 +100,8 @@ const kt_model *kt_model_of_instant(const kt_model *model, const kt_data *data) 
     return now;
 }
 
-kt_status kt_masses_check(const kt_model *model, double t, kt_error *error) {
+/* Rejects masses that are not above 0 at t, or inertias that are not finite, naming the body. */
+static kt_status check_masses(const kt_model *model, double t, kt_error *error) {
     for (size_t k = 0; k < model->n.varying; k++) {
         const kt_mass_record *r = &model->varying[k];
         const content c = content_at(model, r, t, 0);
@@ -214,7 +215,7 @@ kt_status kt_masses_update(const kt_model *model, kt_data *data, double t, kt_er
     if (KT_IS_OTHER_DATA(error, model, data))
         return KT_ERROR_ARGUMENT;
 #if KT_HAS_VARIABLE_MASS
-    const kt_status status = kt_masses_check(model, t, error);
+    const kt_status status = check_masses(model, t, error);
     if (status == KT_OK && model->n.varying)
         data->mass_time[0] = t;
     return status;

@@ -61,9 +61,7 @@
 /* Whether a key of the type refers to the member at this offset; false if the type does not exist (NULL). */
 bool kt_descriptor_reads(const kt_descriptor *descriptor, size_t offset);
 
-/* The first call returns the number of ends of a type, at most 2. The second one returns its number of functions of
- * time. */
+/* Returns the number of ends of a type, at most 2. */
 int kt_descriptor_end_count(const kt_descriptor *descriptor);
-int kt_descriptor_function_count(const kt_descriptor *descriptor);
 
 #endif

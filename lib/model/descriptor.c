@@ -36,12 +36,3 @@ int kt_descriptor_end_count(const kt_descriptor *descriptor) {
     }
     return count;
 }
-
-int kt_descriptor_function_count(const kt_descriptor *descriptor) {
-    int count = 0;
-    for (int i = 0; i < descriptor->key_count; i++) {
-        const kt_key_kind kind = descriptor->keys[i].kind;
-        count += kind == KT_KEY_FUNCTIONS ? 3 : kind == KT_KEY_FUNCTION;
-    }
-    return count;
-}

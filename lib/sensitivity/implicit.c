@@ -104,7 +104,8 @@ static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, si
     }
 }
 
-void kt_coupled_form(kt_step_work *w, kt_coupled c) {
+/* Forms the states Y_i of these stages from all available slopes. */
+static void form_coupled(kt_step_work *w, kt_coupled c) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
     for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++) {
         combine(w, i, c.end, nq, N - nq, w->stage + i * N + nq);
@@ -118,7 +119,9 @@ void kt_coupled_form(kt_step_work *w, kt_coupled c) {
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
-bool kt_coupled_has_mass(const kt_step_work *w) {
+/* Whether rows of accelerations are multiplied by M, since that needs no solution: for trees, unless a parameter is
+ * requested. */
+static bool has_coupled_mass(const kt_step_work *w) {
     return !w->model->n.group && !w->parameter && !kt_has_own_states(w->model);
 }
 
@@ -151,8 +154,8 @@ static void add_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, s
     const double *by_q = w->by_q + at * e * e, *by_v = w->by_v + at * e * e;
     const size_t rates = rates_of(w);
     for (size_t l = 0; l < w->unknowns && i == j; l++)
-        to[l * m + l] += l < rates || !kt_coupled_has_mass(w) ? 1.0 : 0.0;
-    for (size_t k = 0; k < n && i == j && kt_coupled_has_mass(w); k++)
+        to[l * m + l] += l < rates || !has_coupled_mass(w) ? 1.0 : 0.0;
+    for (size_t k = 0; k < n && i == j && has_coupled_mass(w); k++)
         for (size_t l = 0; l < n; l++)
             to[(rates + k) * m + rates + l] += w->mass[(at * n + k) * n + l];
     if (!kt_is_plain(w->model)) {
@@ -166,7 +169,7 @@ static void add_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, s
             to[k * m + l] -= a * by_v[k * e + l] + twice * by_q[k * e + l];
 }
 
-kt_status kt_coupled_factor(kt_step_work *w, kt_coupled c, kt_error *error) {
+static kt_status factor_coupled(kt_step_work *w, kt_coupled c, kt_error *error) {
     const size_t count = c.end - c.first, m = w->unknowns, whole = count * m;
     memset(w->matrix, 0, whole * whole * sizeof *w->matrix);
     for (size_t i = 0; i < count; i++)
@@ -189,7 +192,7 @@ void kt_coupled_solve_transposed(const kt_step_work *w, kt_coupled c, double *x)
 /* Computes Newton's correction, in place of the residual. */
 static void correct(const kt_step_work *w, kt_coupled c) {
     const size_t n = w->model->n.v;
-    for (size_t i = c.first; i < c.end && kt_coupled_has_mass(w); i++) {
+    for (size_t i = c.first; i < c.end && has_coupled_mass(w); i++) {
         const size_t at = w->one_derivative ? 0 : i - c.first;
         double *r = w->correction + (i - c.first + 1) * w->unknowns - n;
         kt_dense_apply(w->mass + at * n * n, (int)n, (int)n, r, w->unit_state);
@@ -205,7 +208,7 @@ static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, cons
     const kt_model *model = w->model;
     const kt_step *step = w->step;
     const size_t n = model->n.v;
-    if (kt_coupled_has_mass(w)) {
+    if (has_coupled_mass(w)) {
         double *by_q = w->by_q + place * n * n, *by_v = w->by_v + place * n * n;
         const double *q = w->stage + stage * numbers_of(w);
         const kt_status status = kt_stiffness_evaluate(
@@ -231,12 +234,12 @@ kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, k
             status = kt_parameter_stage(w, kt_step_time(w->step, i), w->stage + i * N, w->slope + i * N + w->model->n.q,
                                         error);
         double *by_held = w->by_held + (i - c.first) * n * w->held_most;
-        if (status == KT_OK && held > 0 && !kt_coupled_has_mass(w))
+        if (status == KT_OK && held > 0 && !has_coupled_mass(w))
             memcpy(by_held, w->parameter ? w->parameter->by_parameter : w->by_tau, n * held * sizeof *by_held);
-        for (size_t l = 0; l < n * held && kt_coupled_has_mass(w); l++)
+        for (size_t l = 0; l < n * held && has_coupled_mass(w); l++)
             by_held[l] = l % (n + 1) == 0 ? 1.0 : 0.0;
     }
-    return status == KT_OK ? kt_coupled_factor(w, c, error) : status;
+    return status == KT_OK ? factor_coupled(w, c, error) : status;
 }
 
 /* ---- the iteration ----------------------------------------------------------------------------------------------- */
@@ -246,7 +249,7 @@ static kt_status find_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns;
     const bool reduced = kt_is_plain(model);
-    kt_coupled_form(w, c);
+    form_coupled(w, c);
     for (size_t i = c.first; i < c.end; i++) {
         const double *y = w->stage + i * N, *k = w->slope + i * N + (reduced ? model->n.q : 0);
         const double t = kt_step_time(w->step, i);
@@ -305,7 +308,7 @@ static kt_status relinearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     for (size_t i = c.first; i < c.end && status == KT_OK; i++)
         status = differentiate(w, i, i - c.first, w->reached + (i - c.first) * w->model->n.v, false, error);
     if (status == KT_OK)
-        status = kt_coupled_factor(w, c, error);
+        status = factor_coupled(w, c, error);
     if (status == KT_OK)
         correct(w, c);
     return status;
@@ -346,7 +349,7 @@ static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
         if (nearer)
             continue;
         move(w, c, 1.0, w->from, w->taken);
-        kt_coupled_form(w, c);
+        form_coupled(w, c);
         return size <= ROUNDED ? KT_OK : diverged(w, size, error);
     }
     return diverged(w, size, error);
@@ -379,7 +382,7 @@ static void take_guess(kt_step_work *w, kt_coupled c) {
     for (size_t i = 0; i < count; i++)
         for (size_t l = 0; l < n; l++)
             w->reached[i * n + l] = w->guess[i * m + rates + l] + w->taken[i * m + rates + l];
-    kt_coupled_form(w, c);
+    form_coupled(w, c);
 }
 
 /* The iteration without F, from the residual of the guess. *done: it has converged to rounding. Otherwise the slopes
@@ -404,7 +407,7 @@ static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_err
             return KT_OK;
         }
     }
-    kt_coupled_form(w, c);
+    form_coupled(w, c);
     return KT_OK;
 }
 
@@ -415,7 +418,7 @@ static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     kt_status status = differentiate(w, c.first + middle, 0, w->reached + middle * w->model->n.v, false, error);
     w->one_derivative = true;
     w->derivative_at = c.first + middle;
-    return status == KT_OK ? kt_coupled_factor(w, c, error) : status;
+    return status == KT_OK ? factor_coupled(w, c, error) : status;
 }
 
 /* The simplified iteration, from the residual of the guess. With the ratio theta of a correction to the last one, the
@@ -437,7 +440,7 @@ static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_
         keep(w, c, w->from);
         move(w, c, 1.0, w->from, w->correction);
         if (k > 0 && (!shrinks || theta / (1.0 - theta) * size <= 1.0)) {
-            kt_coupled_form(w, c);
+            form_coupled(w, c);
             return KT_OK;
         }
         last = size;
@@ -489,7 +492,7 @@ void kt_coupled_recall(kt_step_work *w) {
     const size_t N = numbers_of(w), last = (size_t)method->stages - 1;
     for (kt_coupled c = {0, 0}; c.end <= last;) {
         c = kt_coupled_at(method, c.end);
-        kt_coupled_form(w, c);
+        form_coupled(w, c);
     }
     memcpy(w->next, w->stage + last * N, N * sizeof *w->next);
 }

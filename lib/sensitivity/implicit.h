@@ -16,15 +16,9 @@ kt_coupled kt_coupled_at(const kt_method *method, size_t first);
 /* Whether the step depends on these stages. */
 bool kt_coupled_counts(const kt_method *method, kt_coupled c);
 
-/* Forms the states Y_i of these stages from all available slopes. */
-void kt_coupled_form(kt_step_work *w, kt_coupled c);
-
 /* Computes F of each stage (w->by_q, w->by_v), and with `held` columns f_p (w->by_held), at the solved stages; then
- * factors. Rows of accelerations are multiplied by M if that needs no solution: for trees, unless a parameter is
- * requested. */
-bool kt_coupled_has_mass(const kt_step_work *w);
+ * factors. */
 KT_CHECKED kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error);
-KT_CHECKED kt_status kt_coupled_factor(kt_step_work *w, kt_coupled c, kt_error *error);
 
 /* x becomes the solution of the equations, or of the transposed ones: w->unknowns numbers of each stage. */
 void kt_coupled_solve(const kt_step_work *w, kt_coupled c, double *x);
