@@ -1,5 +1,6 @@
 """Runs, sweeps, simulations and callbacks."""
 import copy
+import os
 import pickle
 import subprocess
 
@@ -158,3 +159,18 @@ def test_a_run_that_fails_keeps_its_records(scenes):
     with pytest.raises(kt.Error) as raised:
         scene.run(integrator="rk4", step=0.01, duration=4)
     assert raised.value.code == 4 and len(raised.value.run) > 5
+
+
+def test_a_notebook_shows_the_progress_bar(scenes, monkeypatch, capsys):
+    if os.isatty(2):
+        pytest.skip("standard error is a terminal, which has the bar itself")
+    scene = kt.load(scenes / "humanoid.yaml")
+    scene.run(duration=3, interval=1)
+    assert "%" not in capsys.readouterr().err
+    monkeypatch.setattr(kt.command, "in_notebook", lambda: True)
+    run = scene.run(duration=200, interval=10)
+    said = capsys.readouterr().err
+    print("       bars:", said.count("%"))
+    assert len(run) == 21 and said.count("%") >= 2 and "\r" in said
+    with pytest.raises(kt.SceneError, match="did you mean"):
+        scene.run(durration=1)

@@ -1,12 +1,15 @@
 """The `kinetree` command: runs, sweeps, pictures and reports of scenes."""
 from __future__ import annotations
 
+import codecs
+import contextlib
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
 import sysconfig
+import threading
 from typing import Any, List, Optional
 
 from ._core import ConstraintError, Error, SceneError, StepError
@@ -52,6 +55,42 @@ def number(value: Any) -> str:
     return repr(value.item() if hasattr(value, "item") else value)
 
 
+def in_notebook() -> bool:
+    """Whether this Python is the kernel of a notebook, which shows the standard error of Python and no other."""
+    shell = sys.modules.get("IPython")
+    return shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell"
+
+
+def has_bar() -> bool:
+    """Whether someone sees a progress bar: on a terminal or in a notebook."""
+    return os.isatty(2) or in_notebook()
+
+
+def _relayed(words: List[str], text: Optional[str]) -> subprocess.CompletedProcess:
+    """Run a command as on a terminal, and write its messages and its progress bar to Python's standard error."""
+    import pty
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(words, stdin=subprocess.DEVNULL if text is None else subprocess.PIPE, stdout=subprocess.PIPE, stderr=theirs, text=True,
+                               encoding="utf8", errors="replace")
+    os.close(theirs)
+    said: List[str] = []
+
+    def relay() -> None:
+        decoder = codecs.getincrementaldecoder("utf8")("replace")
+        with contextlib.suppress(OSError):  # the end of a terminal is an error on Linux
+            while True:
+                said.append(decoder.decode(os.read(ours, 4096)))
+                sys.stderr.write(said[-1])
+                sys.stderr.flush()
+
+    thread = threading.Thread(target=relay, daemon=True)
+    thread.start()
+    stdout = process.communicate(text)[0]
+    thread.join()
+    os.close(ours)
+    return subprocess.CompletedProcess(words, process.returncode, stdout, "".join(said).split("\x1b[K")[-1].replace("\r", ""))
+
+
 def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool = False, ok: tuple = (0,)) -> subprocess.CompletedProcess:
     """Run a subcommand and return the completed process; stdout and stderr are str.
 
@@ -60,7 +99,7 @@ def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool
     text : str, optional
         Standard input.
     show : bool
-        Messages and the progress bar go to the terminal.
+        Messages and the progress bar go to the terminal, or to the notebook.
 
     Raises
     ------
@@ -69,8 +108,11 @@ def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool
     """
     if any("\0" in word for word in arguments):
         raise SceneError(1, subcommand, "a word of a command has no zero byte")
-    done = subprocess.run([path(), subcommand, *arguments], input=text, stdout=subprocess.PIPE, text=True,
-                          stderr=None if show else subprocess.PIPE, encoding="utf8", errors="replace")
+    words = [path(), subcommand, *arguments]
+    if show and not os.isatty(2):
+        done = _relayed(words, text)
+    else:
+        done = subprocess.run(words, input=text, stdout=subprocess.PIPE, text=True, stderr=None if show else subprocess.PIPE, encoding="utf8", errors="replace")
     if done.returncode not in ok:
         said = (done.stderr or "").strip() or f"the command ended with status {done.returncode}"
         where, _, message = said.partition(": ") if ": " in said else ("", "", said)

@@ -198,7 +198,7 @@ class Scene:
         out : str or os.PathLike, optional
             A file that keeps the records (CSV).
         quiet : bool, optional
-            No progress bar and no messages. Default: if standard error is no terminal.
+            No progress bar and no messages. Default: if standard error is no terminal and this is no notebook.
 
         Raises
         ------
@@ -208,7 +208,7 @@ class Scene:
         with tempfile.TemporaryDirectory() as folder:
             records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
             summary = pathlib.Path(folder) / "summary.json"
-            silent = not os.isatty(2) if quiet is None else quiet
+            silent = not command.has_bar() if quiet is None else quiet
             failure = None
             try:
                 self.command("run", show=not silent, out=records, summary=summary, quiet=bool(quiet), **options)
@@ -252,7 +252,7 @@ class Scene:
             words.append(f"--vary={name}={','.join(map(repr, numbers.tolist()))}")
         with tempfile.TemporaryDirectory() as folder:
             table = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "sweep.csv"
-            silent = not os.isatty(2) if quiet is None else quiet
+            silent = not command.has_bar() if quiet is None else quiet
             self.command("sweep", *words, show=not silent, out=table, resume=resume, jobs=jobs, columns=columns, quiet=bool(quiet))
             return Table(read_csv(table.read_text(encoding="utf8")))
 
