@@ -182,3 +182,23 @@ def test_torques_that_stay_do_not_restart_a_multistep_method(scenes):
     whole.advance(0.1)
     print("       evaluations of 100 steps:", ticks.counts["evaluations"], whole.counts["evaluations"])
     assert np.array_equal(ticks.state, whole.state) and ticks.counts == whole.counts
+
+
+def test_sensors_are_those_of_closed_forms_and_of_the_command(scenes, held):
+    rod = kt.mechanism([kt.Body("rod", joint=kt.revolute("y", position=np.pi / 2), mass=2, shape=kt.rod(to=[1, 0, 0]))], gravity=[0, 0, -9.81])
+    seen = rod.simulation(step=1e-3, sensors=["acceleration", "reaction", "energy"]).sense()
+    held(np.abs(seen["reaction"][1] - [0, 0, 0, 0, 0, 2 * 9.81]).max(), 1e-14 * 20, "wrench of the pin, N m and N")
+    held(abs(seen["energy"][1] + 2 * 9.81 * 0.5), 1e-14, "J")
+    bar = kt.load(scenes / "four-bar.yaml")
+    run = bar.run(duration=0.2, record="acceleration,reaction", integrator="rk4", step=1e-3, interval=0.1)
+    simulation = bar.simulation(step=1e-3, integrator="rk4", sensors=["acceleration", "reaction"])
+    simulation.advance(0.1)
+    seen = simulation.sense()
+    a = [column[1] for column in run.matching("acceleration.*").values()]
+    assert len(a) == bar.model.nv and np.array_equal(seen["acceleration"], a)
+    assert seen["loop_reaction"].shape == (1, 6)
+    for i, body in enumerate(bar.model.bodies[1:], 1):
+        wrench = [run[f"reaction.{body}.{each}"][1] for each in ("mx", "my", "mz", "fx", "fy", "fz")]
+        held(np.abs(seen["reaction"][i] - wrench).max(), 0.0, f"reaction of {body}, N and N m")
+    with pytest.raises(kt.ArgumentError, match="sensors: expected a list of position"):
+        bar.simulation(step=1e-3, sensors=["acceleraton"])

@@ -7,7 +7,7 @@ import pathlib
 import tempfile
 import warnings
 import weakref
-from typing import Any, Dict, List, Mapping, Optional, Union
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -154,7 +154,7 @@ class Scene:
         return self._model
 
     def simulation(self, step: Optional[float] = None, duration: Optional[float] = None, integrator: Optional[str] = None,
-                   tolerance: Optional[float] = None, model: Optional[Model] = None) -> Simulation:
+                   tolerance: Optional[float] = None, model: Optional[Model] = None, sensors: Sequence[str] = ()) -> Simulation:
         """A simulation in this process. Iterate over it for a control loop.
 
         Parameters
@@ -169,8 +169,10 @@ class Scene:
             Relative and absolute tolerance of an adaptive method.
         model : Model, optional
             A copy of the scene's model with other parameters.
+        sensors : list of str, optional
+            Quantities that `Simulation.sense` returns, by their names in records: ``acceleration``, ``energy``, ``reaction``.
         """
-        return Simulation(model or self.model, step=step, duration=duration, integrator=integrator, tolerance=tolerance)
+        return Simulation(model or self.model, step=step, duration=duration, integrator=integrator, tolerance=tolerance, sensors=sensors)
 
     # ---- the command ------------------------------------------------------------------------------------------------
 

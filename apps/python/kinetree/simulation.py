@@ -107,6 +107,13 @@ class Recorder:
         return False
 
 
+def _sensor_bits(sensors: Sequence[str]) -> int:
+    names = {text(lib.kt_record_name(1 << i)): 1 << i for i in range(31) if lib.kt_record_name(1 << i) != ffi.NULL}
+    if isinstance(sensors, str) or not all(isinstance(each, str) and each in names for each in sensors):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "sensors", f"expected a list of {', '.join(names)}; got {sensors!r}")
+    return sum({names[each] for each in sensors})
+
+
 def _copied(address: Any, count: int) -> Vector:
     if count == 0 or address == ffi.NULL:
         return np.zeros(0)
@@ -123,20 +130,21 @@ class Simulation(Fixed):
     model : Model
     step : float, optional
         Fixed step, s.
-    duration, integrator, tolerance
+    duration, integrator, tolerance, sensors
         As `Scene.simulation`.
     """
 
     def __init__(self, model: Model, *, step: Optional[float] = None, duration: Optional[float] = None,
-                 integrator: Optional[str] = None, tolerance: Optional[float] = None) -> None:
+                 integrator: Optional[str] = None, tolerance: Optional[float] = None, sensors: Sequence[str] = ()) -> None:
         self.model = model
-        self._how = {"step": step, "duration": duration, "integrator": integrator, "tolerance": tolerance}
+        self._how = {"step": step, "duration": duration, "integrator": integrator, "tolerance": tolerance, "sensors": sensors}
         self._calls, self._guard = callbacks.Calls(), Guard()
         self._keep: List[Any] = []
         self._error = ffi.new("kt_error *")
         run, options = self._run(), ffi.new("kt_simulation_options *", lib.kt_simulation_options_default())
         scene = model.scene._scene
         options.events = lib.kt_scene_event_room(scene) + _ROOM
+        options.record = _sensor_bits(sensors)
         size = lib.kt_simulation_size(model._pointer, run, options)
         self._memory = Memory(max(size, 1))
         out = ffi.new("kt_simulation **")
@@ -369,6 +377,26 @@ class Simulation(Fixed):
             self._apply()
             self._check(lib.kt_simulation_acceleration(self._simulation, pointer(out), self._error))
         return out
+
+    def sense(self) -> Dict[str, Any]:
+        """Values of the present state: those that `sensors` and the records of the scene request.
+
+        Returns
+        -------
+        dict
+            ``acceleration`` (nv); ``energy``, kinetic and potential, J; ``reaction`` (bodies x 6): the moment, N m, and the force, N, of the
+            parent on each body across its joint, world axes; ``loop_reaction`` (loops x 6), likewise.
+        """
+        record, m = ffi.new("kt_record *"), self.model
+        with self._guard:
+            self._apply()
+            self._check(lib.kt_simulation_sense(self._simulation, record, self._error))
+            loops = lib.kt_loop_count(m._pointer)
+            found = {"acceleration": (record.a, (m.nv,)), "reaction": (record.reactions, (m.body_count, 6)), "loop_reaction": (record.loop_reactions, (loops, 6))}
+            values: Dict[str, Any] = {name: _copied(address, int(np.prod(shape))).reshape(shape) for name, (address, shape) in found.items() if address != ffi.NULL}
+        if np.isfinite(record.kinetic):
+            values["energy"] = (record.kinetic, record.potential)
+        return values
 
     def data(self) -> Data:
         """A workspace at the present state, with its kinematics: for positions and Jacobians of points."""
