@@ -17,6 +17,9 @@ simulation.advance(0.1)
 print(kt.__version__, len(run) > 10 and abs(run["position.rod"][-1] - simulation.positions[0]) < 1e-9)
 """
 
+# Not those that take long and that python/package runs, too.
+QUICK = "not random_arguments and not owner and not read_after_free and not every_bundled_scene and not scale"
+
 
 def words(*command, **options):
     run = subprocess.run([str(part) for part in command], capture_output=True, text=True, **options)
@@ -41,6 +44,9 @@ def main():
             claim("the_package_runs_a_mechanism_without_a_file", problems or ([] if said.strip().endswith("True") else [said]))
             problems, said = words(folder / "venv/bin/kinetree", "demo", cwd=folder, env=clean)
             claim("the_command_finds_its_scenes", problems or ([] if "double-pendulum" in said else [said]))
+            problems, said = words(python, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", QUICK, f"{root}/test/python", cwd=folder,
+                                   env={**clean, "PYTHONDONTWRITEBYTECODE": "1"})
+            claim("the_installed_package_passes_its_tests", problems or ([] if " passed" in said and " failed" not in said else [said]))
             _, listed = words("ls", *folder.glob("venv/lib/python*/site-packages/kinetree"))
             claim("the_module_has_the_stable_interface", [] if "_kinetree.abi3.so" in listed else [listed])
     finish()
