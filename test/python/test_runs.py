@@ -174,3 +174,30 @@ def test_a_notebook_shows_the_progress_bar(scenes, monkeypatch, capsys):
     assert len(run) == 21 and said.count("%") >= 2 and "\r" in said
     with pytest.raises(kt.SceneError, match="did you mean"):
         scene.run(durration=1)
+
+
+ROD = {
+    "rod.urdf": """<robot name="rod"><link name="world"/><link name="rod"><inertial><origin xyz="0.5 0 0"/><mass value="2"/>
+        <inertia ixx="0.01" iyy="0.2" izz="0.2" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="pin" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>""",
+    "rod.xml": """<mujoco><worldbody><body name="rod"><joint name="pin" axis="0 1 0"/>
+        <inertial pos="0.5 0 0" mass="2" diaginertia="0.01 0.2 0.2"/></body></worldbody></mujoco>""",
+    "rod.sdf": """<sdf version="1.7"><model name="rod"><link name="rod"><inertial><pose>0.5 0 0 0 0 0</pose><mass>2</mass>
+        <inertia><ixx>0.01</ixx><iyy>0.2</iyy><izz>0.2</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>
+        <joint name="pin" type="continuous"><parent>world</parent><child>rod</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>""",
+}
+
+
+@pytest.mark.parametrize("name", list(ROD))
+def test_robots_have_the_dynamics_of_their_closed_form(name, tmp_path, held):
+    (tmp_path / name).write_text(ROD[name])
+    robot = kt.load(tmp_path / name)
+    assert robot.is_robot and robot.model.nv == 1
+    exact = 2 * (9.8 if name == "rod.sdf" else 9.81) * 0.5 / (0.2 + 2 * 0.25)  # the format of SDF has 9.8 m/s^2
+    held(abs(abs(robot.model.data().forward_dynamics([0.0], [0.0], [0.0])[0]) - exact), 1e-13, "rad/s^2")
+    run = robot.run(duration=0.1)
+    simulation = robot.simulation(duration=0.1)
+    simulation.advance(0.1)
+    held(abs(list(run.matching("position.*").values())[0][-1] - simulation.positions[0]), 1e-9, "rad")
+    with pytest.raises(kt.ArgumentError, match="no option 'floatin'"):
+        kt.load(tmp_path / name, floatin=True)
