@@ -4,6 +4,10 @@
  * on one side never has one. Examples are `a == b` (0 or 1), `abs(x)`, `x^2 + 1`, `max(x, 0)`, and a comparison of
  * constants. The range of a formula follows from interval arithmetic, with every variable anywhere in [-1e30, 1e30].
  * Parameters count as variables: their values are those of one run, and another run may have others.
+ *
+ * Intervals forget that two values are the same. Equal operands are therefore replaced first: x*x by x^2, x - x by 0 and
+ * x/x by 1. Zeros that follow from other identities, such as (x + 1)^2 - x^2 - 2*x - 1, are not found: deciding whether
+ * an expression is zero is undecidable for formulas with sin. A run names such events at its end.
  */
 #include "scene/event.h"
 
@@ -18,10 +22,12 @@
 /* Variables are within this; bounds are widened by less than `rounding` if they are zero. */
 static const double reach = 1e30, rounding = 1e-200;
 
-/* All variables are one symbol, since they have the same interval. Their names have been checked. */
+/* Each name is a symbol of its own. All of them are numbers in the same interval. */
 typedef struct variables {
-    const kt_reader *r;
+    kt_reader *r;
     const kt_symbols *known;
+    const char **names;
+    int name_count;
     int count; /* of those that are no parameters */
 } variables;
 
@@ -29,10 +35,78 @@ static bool find_any(void *user, const char *name, kt_symbol *symbol) {
     variables *v = user;
     kt_symbol any = {.index = 0};
     const bool is_variable = v->known->find(v->known->user, name, &any);
-    *symbol = (kt_symbol){.index = 0};
+    int k = 0;
+    while (k < v->name_count && strcmp(v->names[k], name) != 0)
+        k++;
+    *symbol = (kt_symbol){.index = k};
     v->count += is_variable;
+    if (k == v->name_count && (v->names[v->name_count++] = kt_pool_text(&v->r->scratch, name, strlen(name))) == NULL)
+        return false;
     return is_variable || kt_is_parameter(v->r, name);
 }
+
+/* ---- equal operands ---------------------------------------------------------------------------------------------- */
+
+/* Terms of an operand, and the power to which it is raised: the terms of u in u^3, and 3. */
+typedef struct factor {
+    size_t begin, end;
+    double power;
+} factor;
+
+static factor factor_of(const kt_expression_term *term, size_t begin, size_t end) {
+    const bool is_power =
+        end - begin > 2 && term[end - 1].code == KT_OPERATOR_POWER && term[end - 2].code == KT_OPERATOR_NUMBER;
+    return is_power ? (factor){begin, end - 2, term[end - 2].number} : (factor){begin, end, 1.0};
+}
+
+static bool are_same(const kt_expression_term *term, factor a, factor b) {
+    bool same = a.end - a.begin == b.end - b.begin;
+    for (size_t i = 0; same && i < a.end - a.begin; i++) {
+        const kt_expression_term *x = &term[a.begin + i], *y = &term[b.begin + i];
+        same = x->code == y->code && (x->code != KT_OPERATOR_NUMBER || x->number == y->number) &&
+               (x->code != KT_OPERATOR_SYMBOL || x->symbol == y->symbol);
+    }
+    return same;
+}
+
+static kt_expression_term number_term(double number) {
+    return (kt_expression_term){.number = number, .code = KT_OPERATOR_NUMBER};
+}
+
+/* Replaces the operator of the last two operands, if these are equal. Returns the number of terms; `end` if not. */
+static size_t fold_operator(kt_expression_term *term, size_t first, size_t second, size_t end, kt_operator code) {
+    const factor a = factor_of(term, first, second), b = factor_of(term, second, end - 1);
+    const bool same = are_same(term, (factor){first, second, 1.0}, (factor){second, end - 1, 1.0});
+    if (same && (code == KT_OPERATOR_SUBTRACT || code == KT_OPERATOR_DIVIDE)) {
+        term[first] = number_term(code == KT_OPERATOR_DIVIDE);
+        return first + 1;
+    }
+    if (code != KT_OPERATOR_MULTIPLY || !are_same(term, a, b))
+        return end;
+    term[a.end] = number_term(a.power + b.power);
+    term[a.end + 1] = (kt_expression_term){.code = KT_OPERATOR_POWER};
+    return a.end + 2;
+}
+
+static void fold_equal_operands(kt_expression *expression) {
+    size_t begin[KT_EXPRESSION_DEPTH_MAX], end = 0;
+    int top = -1;
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_operator code = (kt_operator)expression->term[i].code;
+        expression->term[end++] = expression->term[i];
+        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL)
+            begin[++top] = end - 1;
+        else if (kt_operator_is_binary(code)) {
+            top--;
+            end = fold_operator(expression->term, begin[top], begin[top + 1], end, code);
+        }
+    }
+    expression->count = end;
+    for (size_t i = 0; i < end; i++)
+        expression->term[i].symbol = 0; /* in the same interval */
+}
+
+/* ---- messages ---------------------------------------------------------------------------------------------------- */
 
 static bool compares(kt_operator code) {
     return code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL || code == KT_OPERATOR_GREATER ||
@@ -80,6 +154,10 @@ static void describe(kt_phrase *to, const char *text, kt_operator last, kt_inter
                       "the sides of %s never change places in any motion, so that the condition never becomes true; "
                       "compare with a value that the left side passes",
                       quoted.text);
+    } else if (range.lo == range.hi) {
+        kt_phrase_add(
+            to, "%s is always %.9g and never changes, so that this never happens; compare what changes with a number",
+            quoted.text, range.lo);
     } else {
         const bool is_above = range.lo >= -rounding;
         kt_phrase_add(to,
@@ -95,11 +173,12 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
         return false;
     const char *text = written.text;
     const size_t size = kt_expression_size(text);
-    variables found = {.r = r, .known = known};
+    variables found = {
+        .r = r, .known = known, .names = kt_pool_take(&r->scratch, strlen(text) + 1, sizeof *found.names)};
     const kt_symbols symbols = {.find = find_any, .user = &found};
     kt_expression *expression = kt_pool_take(&r->scratch, size, 1);
     const kt_expression *parsed = NULL;
-    if (expression == NULL)
+    if (expression == NULL || found.names == NULL)
         return kt_reader_out_of_memory(r);
     if (kt_expression_parse(text, &symbols, expression, size, &parsed, NULL, NULL) != KT_OK || parsed->count == 0)
         return true;
@@ -107,6 +186,7 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
     const kt_operator code = (kt_operator)last->code;
     if (compares(code))
         last->code = KT_OPERATOR_SUBTRACT;
+    fold_equal_operands(expression);
     const kt_interval range = kt_expression_bound(parsed, -reach, reach, NULL, NULL).c[0];
     if (found.count > 0 && range.lo < -rounding && range.hi > rounding)
         return true;

@@ -277,3 +277,32 @@ KT_TEST(formulas_of_one_sign_are_rejected) {
     kt_check_true("2,800 of 3,000 formulas of one sign are rejected", rejected > 2800);
     kt_check_equal_int("accepted ones without exp", wrong, 0);
 }
+
+/* A square, a difference and a quotient of equal operands have one sign. A cube has that of its operand. */
+KT_TEST(equal_operands_are_seen) {
+    static const char *const forms[][3] = {
+        {"(", ")*(", ")"}, {"(", ") - (", ")"}, {"(", ")/(", ")"}, {"s*s + (", ")*(", ")"}, {"-((", ")*(", ")) > 1"}};
+    kt_random random = kt_random_of_test();
+    int crossing = 0, accepted = 0, cubes = 0;
+    for (int i = 0; i < 500; i++) {
+        drawn f = {.random = &random};
+        char text[3 * TEXT + 20];
+        draw_any(&f, 3);
+        if (f.count == TERMS || 3 * f.length + 20 > TEXT || strpbrk(f.text, "<>=") != NULL ||
+            strstr(f.text, "exp(") != NULL || !is_seen_to_cross(&f))
+            continue;
+        crossing++;
+        for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
+            snprintf(text, sizeof text, "%s%s%s%s%s", forms[k][0], f.text, forms[k][1], f.text, forms[k][2]);
+            if (is_accepted(text) && accepted++ == 0)
+                kt_check_text("the first that is accepted and has one sign", text, "");
+        }
+        snprintf(text, sizeof text, "(%s)*(%s)*(%s)", f.text, f.text, f.text);
+        cubes += is_accepted(text);
+    }
+    kt_check_true("at least 60 formulas", crossing > 60);
+    kt_check_equal_int("accepted", accepted, 0);
+    kt_check_equal_int("cubes that are accepted", cubes, crossing);
+    kt_check_true("a product is accepted", is_accepted("s*t") && is_accepted("(s - 1)*(s + 1)"));
+    kt_check_true("a square minus a number is accepted", is_accepted("s*s - 1") && is_accepted("s*s < 0.25"));
+}
