@@ -387,13 +387,22 @@ static double predicted_error(const kt_newton_work *w, double size, double toler
     return missing;
 }
 
-static kt_try_result judge_adaptive(kt_integrator *it, double size, kt_try *result) {
+/* The rounding of the state, over the tolerance. */
+static double rounding_of(const kt_integrator *it) {
+    return DBL_EPSILON * sqrt(kt_newton_square(it, it->y) / (double)it->counted);
+}
+
+/* Corrections of a few roundings of the state do not shrink, as at an equilibrium of large forces. They are small
+ * enough (iteration_tolerance). */
+static kt_try_result judge_adaptive(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     const int left = KT_NEWTON_ITERATIONS - 1 - w->iterations;
     if (w->iterations < 2 || left < 0)
         return KT_TRY_PASSED;
-    if (!(w->rate < KT_STALLED_RATE))
-        return diverged(result, it->memory.t, 0.5);
+    if (!(w->rate < KT_STALLED_RATE)) {
+        *done = size <= 10.0 * rounding_of(it);
+        return *done ? KT_TRY_PASSED : diverged(result, it->memory.t, 0.5);
+    }
     w->now.ratio = w->rate / (1.0 - w->rate);
     const double missing = predicted_error(w, size, iteration_tolerance(it), left);
     if (missing < 1.0)
@@ -452,8 +461,7 @@ static bool is_hidden(const kt_integrator *it, double size) {
     const kt_newton_work *w = kt_newton_of(it);
     if (size >= KT_HIDDEN_PART * w->hidden)
         return false;
-    const double rounding = DBL_EPSILON * sqrt(kt_newton_square(it, it->y) / (double)it->counted);
-    return size > KT_HIDDEN_ROUNDINGS * rounding;
+    return size > KT_HIDDEN_ROUNDINGS * rounding_of(it);
 }
 
 /* Counts an iteration with a correction of this size. Returns the size to be judged: that of the correction, or that of
@@ -485,7 +493,7 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     *done = !fixed && (is_noise(it, size) || is_small(it, size));
     if (*done)
         return KT_TRY_PASSED;
-    const kt_try_result judged = fixed ? judge_fixed(it, left, done, result) : judge_adaptive(it, left, result);
+    const kt_try_result judged = fixed ? judge_fixed(it, left, done, result) : judge_adaptive(it, left, done, result);
     if (judged != KT_TRY_PASSED)
         return judged;
     *done = *done || size == 0.0 || (is_settled(it) && error_ratio(it) * left <= iteration_tolerance(it));
