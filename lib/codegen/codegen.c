@@ -7,9 +7,9 @@
 
 #include "base/require.h"
 #include "codegen/print.h"
+#include "document/number.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/loop.h"
-#include "scene/number.h"
 
 #include <ctype.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
  * so that all compilers round alike. Signs are written into their users.
  */
 #include "codegen/print.h"
-#include "scene/number.h"
+#include "document/number.h"
 
 #include <stdlib.h>
 #include <string.h>
