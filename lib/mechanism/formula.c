@@ -59,7 +59,7 @@ static double find_gravity_force(const kt_model *model, const kt_link_kinematics
     const kt_link *own = &model->link[variable->link];
     const kt_v4 up = -model->gravity;
     kt_v4 axes[3], parent[3];
-    double mass = 0.0, forces[KT_DOF_MAX];
+    double mass = 0.0, forces[KT_DOF_MAX] = {0.0};
     kt_vec3 moment = {0.0, 0.0, 0.0}, offset;
     for (int32_t i = variable->link; i < (int32_t)model->n.link; i++) {
         const kt_link *link = &model->link[i];

@@ -324,7 +324,7 @@ KT_TEST(a_controller_with_gravity_forces_holds_its_target) {
     if (!make(&m, ARM HELD "simulate: {duration: 80, tolerance: 1e-10}\n"))
         return;
     for (int k = 0; k < 3; k++) {
-        double held[4] = {NAN, NAN, NAN, NAN}, reached[4] = {NAN, NAN, NAN, NAN};
+        double held[4] = {HUGE_VAL}, reached[4] = {HUGE_VAL};
         m.scene.run.integrator = methods[k];
         run_to(&m, target, 2.0, held);
         run_to(&m, away, 80.0, reached);
@@ -359,7 +359,7 @@ KT_TEST(gravity_forces_of_all_tree_joints_hold_a_loop) {
         return;
     kt_worst worst = kt_worst_make("accelerations");
     for (int k = 0; k < 20; k++) {
-        double q[3] = {0.1 + 0.05 * k, -0.5, 1.4}, v[3] = {0.0, 0.0, 0.0}, a[3] = {NAN, NAN, NAN};
+        double q[3] = {0.1 + 0.05 * k, -0.5, 1.4}, v[3] = {0.0, 0.0, 0.0}, a[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
         kt_error error = {0};
         (void)kt_tree_fine("closes", kt_state_assemble(m.model, m.data, 0.0, q, v, &error), &error);
         (void)kt_tree_fine("accelerates", kt_acceleration_evaluate(m.model, m.data, 0.0, q, v, NULL, NULL, a, &error),
