@@ -264,6 +264,7 @@ static size_t data_size_of(const compilation *c, const kt_model *model) {
     slipping.n.slip = 0;
     for (size_t i = 0; i < model->n.loop; i++)
         slipping.n.slip += model->loop[i].rubs > 0 && slipping.n.slip < model->n.v;
+    slipping.n.slip_work = kt_slip_work_size(slipping.n.slip);
     slipping.family = NULL;
     return kt_data_size(&slipping);
 }

@@ -61,6 +61,7 @@ static const double directed = 1e-11, aligned = 0.9;
 
 void kt_slip_add(kt_model *model) {
     model->n.slip++;
+    model->n.slip_work = kt_slip_work_size(model->n.slip);
     *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
 }
 

@@ -23,7 +23,8 @@ typedef struct kt_counts {
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
 #if KT_HAS_SWITCHES
-    size_t slip; /* hard contacts that slip */
+    size_t slip;      /* hard contacts that slip */
+    size_t slip_work; /* bytes of the scratch memory with which their directions are found (mechanism/slip.c) */
 #endif
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
@@ -376,9 +377,6 @@ typedef struct kt_slip_frame {
     kt_vec3 axis[2], arm[2];
 } kt_slip_frame;
 
-/* Bytes of the scratch memory with which directions of slow slip are found (mechanism/slip.c). */
-size_t kt_slip_work_size(size_t slips);
-
 /* Arrays of data of models in which hard contacts slip. */
 #if KT_HAS_SWITCHES
 #define KT_DATA_SLIP_FIELDS(X)                                                                                         \
@@ -390,7 +388,7 @@ size_t kt_slip_work_size(size_t slips);
     X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "wrenches on bodies: external ones, effects and friction")   \
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
     X(double, slip_matrix, n->slip *(n->slip + 1), "of the equations of normal forces, and their right-hand sides")    \
-    X(char, slip_work, kt_slip_work_size(n->slip), "scratch: directions of slow slip")
+    X(char, slip_work, n->slip_work, "scratch: directions of slow slip")
 #else
 #define KT_DATA_SLIP_FIELDS(X)
 #endif

@@ -74,7 +74,7 @@ static kt_expression_term number_term(double number) {
 }
 
 /* Replaces the operator of the last two operands, if these are equal. Returns the number of terms; `end` if not. */
-static size_t fold_operator(kt_expression_term *term, size_t first, size_t second, size_t end, kt_operator code) {
+static size_t merge_operator(kt_expression_term *term, size_t first, size_t second, size_t end, kt_operator code) {
     const factor a = factor_of(term, first, second), b = factor_of(term, second, end - 1);
     const bool same = are_same(term, (factor){first, second, 1.0}, (factor){second, end - 1, 1.0});
     if (same && (code == KT_OPERATOR_SUBTRACT || code == KT_OPERATOR_DIVIDE)) {
@@ -88,7 +88,7 @@ static size_t fold_operator(kt_expression_term *term, size_t first, size_t secon
     return a.end + 2;
 }
 
-static void fold_equal_operands(kt_expression *expression) {
+static void merge_equal_operands(kt_expression *expression) {
     size_t begin[KT_EXPRESSION_DEPTH_MAX], end = 0;
     int top = -1;
     for (size_t i = 0; i < expression->count; i++) {
@@ -98,7 +98,7 @@ static void fold_equal_operands(kt_expression *expression) {
             begin[++top] = end - 1;
         else if (kt_operator_is_binary(code)) {
             top--;
-            end = fold_operator(expression->term, begin[top], begin[top + 1], end, code);
+            end = merge_operator(expression->term, begin[top], begin[top + 1], end, code);
         }
     }
     expression->count = end;
@@ -155,9 +155,10 @@ static void describe(kt_phrase *to, const char *text, kt_operator last, kt_inter
                       "compare with a value that the left side passes",
                       quoted.text);
     } else if (range.lo == range.hi) {
-        kt_phrase_add(
-            to, "%s is always %.9g and never changes, so that this never happens; compare what changes with a number",
-            quoted.text, range.lo);
+        kt_phrase_add(to,
+                      "%s is always %.9g and never changes, so that this never happens; compare a value that changes "
+                      "with a number",
+                      quoted.text, range.lo);
     } else {
         const bool is_above = range.lo >= -rounding;
         kt_phrase_add(to,
@@ -186,7 +187,7 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
     const kt_operator code = (kt_operator)last->code;
     if (compares(code))
         last->code = KT_OPERATOR_SUBTRACT;
-    fold_equal_operands(expression);
+    merge_equal_operands(expression);
     const kt_interval range = kt_expression_bound(parsed, -reach, reach, NULL, NULL).c[0];
     if (found.count > 0 && range.lo < -rounding && range.hi > rounding)
         return true;
