@@ -9,10 +9,10 @@
  * A check prints what it saw, its bound and their ratio, and goes on; the test fails at its end if any check did, or if
  * there was none. NaN fails every check.
  *
- * A check that would hardly fail is marked "slack": a ratio below 1e-3 (the bound would let a thousandfold error pass,
- * or what must not be small fall to a thousandth), and a number of failures, more than 2 of which are allowed, that is
- * 0. Slack fails nothing; test/count.py counts it at the end of the suite, and each place of it says why its bound is
- * what it is.
+ * A check that would hardly fail is marked "slack". Its ratio is below 1e-3: the bound would let a thousandfold error
+ * pass, or a value that must not be small could fall to a thousandth. A number of failures is slack if more than 2 are
+ * allowed and none occurs. Slack fails no test. test/count.py counts it at the end of the suite, and a comment at each
+ * place gives the reason for its bound.
  *
  * An argument of the program is a pattern ('aba_*') that chooses tests.
  */

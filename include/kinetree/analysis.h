@@ -199,8 +199,8 @@ typedef struct kt_equilibrium {
  *
  * With `nearest`, mu = 0, and a step is shortened until |g| falls. If the search stalls, starts around the given one
  * are tried, farther and farther away (up to 3 rad or lengths of the mechanism). The last attempt goes downhill. A
- * search that stalls has found an equilibrium only if the remaining force is rounding, 1e-11 of those that cancel. The
- * linearisation serves as workspace; its system is unchanged.
+ * search that stalls has found an equilibrium only if the remaining force is as small as rounding: 1e-11 of the forces
+ * that cancel. The linearisation serves as workspace; its system is unchanged.
  *
  * In a model with auxiliary states the equilibrium is one of positions and states, x' = 0. It is found with Newton's
  * method from q and kt_linearization_own_states, which then contains the states found. It may be unstable, for either

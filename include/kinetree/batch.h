@@ -19,9 +19,9 @@
  * (kt_batch_report) is ordered coordinate by coordinate. One vector instruction therefore computes one number of all
  * states of the group.
  *
- * Equal bits. Each docstring names a call for one state. The results of a state have the bits of this call, on every
- * instruction set and for all values of the other states. If the computation of one state fails, the other states are
- * still computed; kt_batch_status reports the failed states. The only exception is a library whose lanes are fused
+ * Equal bits. Each docstring names a call for one state. The results of a state have the same bits as this call, on
+ * every instruction set and for all values of the other states. If the computation of one state fails, the other states
+ * are still computed; kt_batch_status reports the failed states. The only exception is a library whose lanes are fused
  * (kt_batch_is_fused). This is a build option that is off by default.
  *
  * Lanes compute the following quantities:
@@ -172,18 +172,18 @@ KT_API kt_batch_lanes kt_batch_lanes_of(kt_batch *batch);
 /* ---- all states -------------------------------------------------------------------------------------------------- */
 
 /* Computes the accelerations of every state by forward dynamics of the whole mechanism, with effects and loops. The
- * results have the bits of kt_acceleration_evaluate. Returns KT_OK, or the error of the first state that failed, with
- * its number. Accelerations of failed states are unchanged. */
+ * results have the same bits as kt_acceleration_evaluate. Returns KT_OK, or the error of the first state that failed,
+ * with its number. Accelerations of failed states are unchanged. */
 KT_API KT_CHECKED kt_status kt_batch_forward(kt_batch *batch, kt_error *error);
 
 /* Computes the joint forces of every state from its accelerations by inverse dynamics of the tree. The results have the
- * bits of kt_dynamics_inverse. Effects and loops are not considered. Joint forces of failed states are unchanged.
+ * same bits as kt_dynamics_inverse. Effects and loops are not considered. Joint forces of failed states are unchanged.
  * Errors: as kt_batch_forward. */
 KT_API KT_CHECKED kt_status kt_batch_inverse(kt_batch *batch, kt_error *error);
 
-/* Takes `steps` steps of h seconds by the method of the options, with constant joint forces. The results have the bits
- * of as many calls of kt_step_evaluate. A state that fails keeps its values and its time before the failing step, and
- * takes no further step in this call.
+/* Takes `steps` steps of h seconds by the method of the options, with constant joint forces. The results have the same
+ * bits as as many calls of kt_step_evaluate. A state that fails keeps its values and its time before the failing step,
+ * and takes no further step in this call.
  * Errors: as kt_batch_forward. KT_ERROR_ARGUMENT if there is no method, h is not finite, or steps < 0.
  * KT_ERROR_UNSUPPORTED if the model has hard contacts, stops or slack ropes, or friction that sticks; kt_ensemble_run
  * handles their events. */
@@ -191,8 +191,8 @@ KT_API KT_CHECKED kt_status kt_batch_step(kt_batch *batch, double h, int steps, 
 
 /* Takes `steps` semi-implicit (symplectic) Euler steps of h seconds, for long rollouts with one evaluation per step. A
  * step is v += h a(t, q, v), then q = kt_position_add(q, h v). Quaternions are normalised and loops are closed as in
- * the other steps. The method has first order. The results have the bits of kt_acceleration_evaluate, these sums and
- * kt_position_add for each state. Auxiliary states take an explicit Euler step, x += h f(t, q, v, x).
+ * the other steps. The method has first order. The results have the same bits as kt_acceleration_evaluate, these sums
+ * and kt_position_add for each state. Auxiliary states take an explicit Euler step, x += h f(t, q, v, x).
  * Errors: as kt_batch_step.
  * Source: Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1. */
 KT_API KT_CHECKED kt_status kt_batch_step_semi_implicit(kt_batch *batch, double h, int steps, kt_error *error);
@@ -225,8 +225,9 @@ typedef struct kt_batch_sensors {
  * belongs to the positions and velocities of the state, and to its accelerations as last computed or set
  * (kt_batch_forward).
  *
- * The results have the bits of these calls after kt_kinematics_update: kt_body_pose or kt_marker_pose, kt_body_twist
- * and kt_point_velocity, kt_body_acceleration and kt_point_acceleration, and kt_point_jacobian or kt_marker_jacobian.
+ * The results have the same bits as these calls after kt_kinematics_update: kt_body_pose or kt_marker_pose,
+ * kt_body_twist and kt_point_velocity, kt_body_acceleration and kt_point_acceleration, and kt_point_jacobian or
+ * kt_marker_jacobian.
  *
  * Accelerations are those of the motion, zero at rest. A gyroscope measures velocity.angular. An accelerometer measures
  * acceleration.linear minus kt_model_gravity. For the frame's axes, apply kt_mat3_apply_transposed(pose.rotation, ...)
@@ -288,7 +289,7 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
 /* ---- many simulations -------------------------------------------------------------------------------------------- */
 
 /* Several simulations that run at once, with the stages of their steps in lanes. Each simulation has steps, error
- * control, events and records of its own. Its results have the bits of kt_simulation_run, independent of the other
+ * control, events and records of its own. Its results have the same bits as kt_simulation_run, independent of the other
  * simulations.
  *
  * Lanes compute trees, and mechanisms whose loops a batch computes in lanes, with effects and auxiliary states. After

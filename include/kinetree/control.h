@@ -230,8 +230,8 @@ KT_API KT_CHECKED kt_status kt_acceleration_complete(const kt_model *model, kt_d
  * rcond is small. The forces and their relative error then grow like its reciprocal.
  *
  * Errors: forces is unchanged on failure.
- *   KT_ERROR_SINGULAR: there is a motion on which no actuator works, because there are too few, or at a singular
- *     position of the actuators. The error names the joint that moves most in this motion.
+ *   KT_ERROR_SINGULAR: no actuator can drive some motion. There are too few actuators, or they are at a singular
+ *     position. The error names the joint that moves most in this motion.
  *   KT_ERROR_CONSTRAINT: a violates the equations of a loop (KT_ACTUATION_TOLERANCE). The error names the worst loop.
  *     Use kt_acceleration_complete to obtain consistent accelerations.
  *   KT_ERROR_ARGUMENT: list or weights.

@@ -382,9 +382,10 @@ typedef enum kt_switching {
 enum { KT_SWITCH_MAX = 10 /* loops and effects */ };
 
 /* Whether the equation of a loop holds, or bounds one side alone: a stop, a floor, a rope. A side needs a loop with one
- * equation that has a residual phi: distance, inplane, surface or coupling. The bound acts while it is closed and would
- * be crossed, and it never pulls. A restitution according to Newton or Poisson describes impacts (`restitution`,
- * `poisson`). Simulations close and open the loop (kt_simulation_contacts); a model by itself has it open. */
+ * equation that has a residual phi: distance, inplane, surface or coupling. A closed bound exerts the force that keeps
+ * the motion from crossing it. It never pulls. A restitution according to Newton or Poisson describes impacts
+ * (`restitution`, `poisson`). Simulations close and open the loop (kt_simulation_contacts); a model by itself has it
+ * open. */
 typedef enum kt_side {
     KT_SIDE_NONE = 0, /* phi = 0 holds: an equation */
     KT_SIDE_ABOVE,    /* phi >= 0 */
@@ -394,7 +395,7 @@ typedef enum kt_side {
 
 /* A constraint that the tree cannot represent. Only the members of its type are used. */
 typedef struct kt_loop {
-    const char *name;     /* as a body's; the only loop of its name */
+    const char *name;     /* letters, digits, '_' and '-', as for a body; unique among the loops */
     kt_loop_type type;    /* kt_loop_type lists the equations of each type */
     kt_end between[2];    /* rolling: the wheel's centre, and the surface on which it rolls */
     kt_vec3 axis;         /* in both ends' frames. For rolling: the wheel's axle, in the wheel's frame. For knife_edge:
@@ -484,10 +485,10 @@ typedef int kt_effect_joint_force_derivatives_callback(void *user, double t, dou
 
 /* Computes a law in C, in place of the formulas of an effect of type expression. The array u has the values of its
  * variables, in their order. The first function writes the force and the rates of the states that the law lists. The
- * force is one number, or on a body six: force, moment. Either output may be NULL; on entry the others are zeros. The
- * second function writes the derivatives of the same outputs, which are likewise zeros on entry. The derivative of
- * force number i, or of rate i, by u[j] has the index i * variable_count + j. The returned numbers have the same
- * meaning as above. */
+ * force is one number in a joint. On a body it is six numbers, force and moment. Either output may be NULL; on entry
+ * the others are zeros. The second function writes the derivatives of the same outputs, which are likewise zeros on
+ * entry. The derivative of force number i, or of rate i, by u[j] has the index i * variable_count + j. The returned
+ * numbers have the same meaning as above. */
 typedef int kt_effect_law_callback(void *user, const double *u, double *force, double *rates);
 typedef int kt_effect_law_derivatives_callback(void *user, const double *u, double *force, double *rates);
 
@@ -638,7 +639,7 @@ typedef struct kt_effect {
  * It is integrated with the motion. Its rate is a formula (expression.h) of the variables of kt_variable, which include
  * all auxiliary states. Alternatively the law of one effect in C writes the rate (kt_effect.states), even while the
  * effect is switched off. Effects of type expression and other states refer to the state by its name. Functions call
- * these states own states. */
+ * these states auxiliary states. */
 typedef struct kt_state {
     const char *name; /* letters, digits and _, as for names in formulas; the only state of its name */
     double initial;   /* at the start; default 0 */

@@ -183,9 +183,9 @@ KT_API kt_wrench kt_momentum(const kt_model *model, const kt_data *data);
 KT_API double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *center);
 
 /* Computes the reactions in all tree joints, applied and constraint parts together. wrenches has one entry for each
- * body; entry 0 is set to zero. A wrench is that of the parent on the body across its joint, world axes: force, and
- * moment about the origin of the joint frame on the parent. Needs kt_kinematics_update with the accelerations of the
- * motion. external is as for forward dynamics. */
+ * body; entry 0 is set to zero. A wrench is the force and moment that the parent exerts on the body through its joint,
+ * in world axes. The moment is about the origin of the joint frame on the parent. Needs kt_kinematics_update with the
+ * accelerations of the motion. external is as for forward dynamics. */
 KT_API void kt_joint_reactions(const kt_model *model, kt_data *data, const kt_wrench *external, kt_wrench *wrenches);
 
 #ifdef __cplusplus

@@ -29,7 +29,7 @@
  * or, in a scalar joint, effect.joint and effect.joint_force. Scene files have no such effects.
  *
  * Derivatives serve kt_acceleration_derivatives, steps and their gradients, linear systems and implicit methods. They
- * are exact if the effect gives its own, here
+ * are exact if the effect has a function for its derivatives. This is the function of the example:
  *
  *     static int pull_derivatives(void *user, double t, const kt_effect_end *ends,
  *                                 kt_effect_derivatives *derivatives) {

@@ -529,7 +529,7 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
 KT_API KT_CHECKED kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
 
 /* Evaluates y(t), n values, at a time within the last accepted step, its ends included. At the ends the result has the
- * bits of the states there. Right after the start only the start time is allowed. y_out must not be inside the
+ * same bits as the states there. Right after the start only the start time is allowed. y_out must not be inside the
  * integrator. Between the ends the value is not projected. No bit of any later step changes.
  *
  * Errors: KT_ERROR_ARGUMENT (t outside), KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE; y_out is then untouched.

@@ -145,7 +145,8 @@ KT_API KT_CHECKED kt_status kt_stiffness_evaluate(const kt_model *model, kt_data
                                                   const kt_wrench *external, const double *a, double *basis,
                                                   double *mass, double *stiffness, double *damping, kt_error *error);
 
-/* ---- own states --------------------------------------------------------------------------------------------------
+/* ---- auxiliary states
+ * --------------------------------------------------------------------------------------------------
  *
  * Auxiliary states x of a mechanism are states besides positions and velocities (kt_state), in the order of the
  * description: x' = f(t, q, v, x). An evaluation reads x as an input from the data (kt_own_states). The data hold the
@@ -394,8 +395,8 @@ KT_API double kt_effect_coordinate(const kt_model *model, const kt_data *data, c
 
 /* Return the quantities of an effect that can be recorded: their number, and one of them (KT_QUANTITY_COUNT: there is
  * none). They are the quantities of its type (kt_descriptor.quantities). An effect of the caller has those of its
- * joint, its wrench, or its line. The function kt_effect_is_sliding returns whether the effect measures a length and
- * not an angle, as in sliding joints and for effects with ends. This decides names and units (kt_quantity_name).
+ * joint, its wrench, or its line. The function kt_effect_is_sliding returns true if the effect measures a length, as in
+ * sliding joints and between two ends. It returns false for an angle. This decides names and units (kt_quantity_name).
  * Cost: O(log effects). */
 KT_API int kt_effect_quantity_count(const kt_model *model, int effect);
 KT_API kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int k);

@@ -413,8 +413,8 @@ KT_API KT_CHECKED kt_status kt_parameter_get(const kt_model *model, const kt_par
                                              kt_error *error);
 
 /* Sets the numbers of a parameter (parameter->count) in a copy of a model, or in a settable model. Equal numbers give
- * the bits of a model that was compiled with them, except that several bodies on one link may add up in another order.
- * No call may use data with the copy at the same time. While a simulation runs on the copy, use
+ * the same bits as a model that was compiled with them, except that several bodies on one link may add up in another
+ * order. No call may use data with the copy at the same time. While a simulation runs on the copy, use
  * kt_simulation_set_parameter instead. Checkpoints do not contain parameters: set them again before a run is resumed.
  * Errors: KT_ERROR_ARGUMENT (the model is not a copy, or does not have this parameter). KT_ERROR_MODEL (an invalid
  * number, reported as for a description). The copy is unchanged on failure.

@@ -108,8 +108,8 @@ typedef struct kt_step {
 KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
 
 /* Takes the step from q (nq) and v (nv) to next_q and next_v, which may be the same arrays. An explicit method gives
- * the bits of a simulation's fixed step from the same state (kt_simulation_step). An implicit method has bits of its
- * own, which differ by rounding: the iteration of a simulation starts from stored values of earlier steps.
+ * the same bits as a simulation's fixed step from the same state (kt_simulation_step). An implicit method has bits of
+ * its own, which differ by rounding: the iteration of a simulation starts from stored values of earlier steps.
  * Errors: KT_ERROR_ARGUMENT if h is not finite, or if the method is of another kind. Stabilised methods, auto and
  * explicit multistep methods depend on earlier steps. KT_ERROR_MEMORY. KT_ERROR_STEP if the stages cannot be solved.
  * KT_ERROR_UNSUPPORTED if an event occurs within the step. A hard contact, stop or slack rope closes, or its reaction
@@ -183,10 +183,10 @@ KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data
  * Cost: about 96 nv^2 bytes, kt_step_work_size, a checkpoint and data. */
 KT_API size_t kt_motion_work_size(const kt_simulation *simulation);
 
-/* Advances the simulation to t_end with the bits of kt_simulation_advance, and computes how the state there changes. A
- * (2 nv x 2 nv) is the derivative with respect to the present state. B (2 nv x nv) is the derivative with respect to
- * joint forces that are added to those of the simulation over the whole interval. Either may be NULL. Models with
- * auxiliary states have 2 nv + m numbers, as for a step.
+/* Advances the simulation to t_end with the same bits as kt_simulation_advance, and computes how the state there
+ * changes. A (2 nv x 2 nv) is the derivative with respect to the present state. B (2 nv x nv) is the derivative with
+ * respect to joint forces that are added to those of the simulation over the whole interval. Either may be NULL. Models
+ * with auxiliary states have 2 nv + m numbers, as for a step.
  *
  * A and B are products of the matrices of the steps and, at events, of saltation matrices. These events are impacts,
  * and contacts, stops and ropes that close and open. They are also joint friction that comes to rest or begins to slip,
@@ -286,7 +286,7 @@ KT_API size_t kt_rollout_width(const kt_model *model, const kt_rollout *rollout,
  * Returns 0 in the same cases as kt_rollout_work_size. The size does not depend on the number of motions. */
 KT_API size_t kt_rollout_gradients_work_size(const kt_model *model, const kt_rollout *rollout);
 
-/* Computes the gradients of `count` motions. For each motion, value, by_start and by_inputs have the bits of
+/* Computes the gradients of `count` motions. For each motion, value, by_start and by_inputs have the same bits as
  * kt_rollout_gradient and do not depend on the other motions. The exception is a library whose lanes are fused
  * (kt_batch_is_fused).
  *

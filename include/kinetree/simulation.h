@@ -138,8 +138,8 @@ enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
  *   The model has more than KT_RUN_IMPLICIT_MOST velocity coordinates.
  *   The caller provides the equations of motion (kt_simulation_options.acceleration), and `model` is NULL here.
  *   The library has no implicit methods.
- * The method auto gives the bits of dopri5 until the motion becomes stiff. If memory is scarce (kt_simulation_size),
- * name dopri5.
+ * The method auto gives the same bits as dopri5 until the motion becomes stiff. If memory is scarce
+ * (kt_simulation_size), name dopri5.
  * Ownership: *storage must outlive the use of the method. */
 KT_API const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_method *storage);
 
@@ -716,8 +716,8 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  *   The record has reactions in planar loops.
  *   The record has reactions, and either a balance or KT_RECORD_CONSTRAINT is recorded, or the right-hand side is the
  *     caller's.
- * Sensing does not change any bit of the motion. (When torques change, an adaptive method discards its last error
- * estimate. Sensing with torques that never come into force has the same effect.)
+ * Sensing does not change any bit of the motion. There is one exception: if torques change, an adaptive method
+ * discards its last error estimate. Sensing with other torques does so, too, even if these torques are never applied.
  *
  * Accelerations are those of the motion, zero at rest. An accelerometer measures kt_point_acceleration minus
  * kt_model_gravity, in its body's axes. With a transformation the record describes the bodies and joints of the

@@ -47,11 +47,11 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, q0, s->q, "the state")                                                                                   \
     X(double, v0, s->v, "the state")                                                                                   \
     X(double, a0, s->v, "its acceleration")                                                                            \
-    X(double, x0, s->x, "own states")                                                                                  \
+    X(double, x0, s->x, "auxiliary states")                                                                            \
     X(double, x_given, s->x, "before a search for an equilibrium")                                                     \
     X(double, x_begin, s->x, "at the beginning of a step")                                                             \
-    X(double, x_unit, s->x, "of own states, by which steps to an equilibrium are measured")                            \
-    X(double, matrix, s->x > 0 ? (s->v + s->x) * (s->v + s->x) : 0, "of an equilibrium with own states")               \
+    X(double, x_unit, s->x, "of auxiliary states, by which steps to an equilibrium are measured")                      \
+    X(double, matrix, s->x > 0 ? (s->v + s->x) * (s->v + s->x) : 0, "of an equilibrium with auxiliary states")         \
     X(double, x_rate, s->x, "their rates")                                                                             \
     X(double, tau, s->v, "joint forces")                                                                               \
     X(double, tau_moved, s->v, "neighbouring joint forces, or a step")                                                 \
@@ -91,7 +91,7 @@ enum { KT_CANDIDATE_BYTES = 16 };
     X(double, by_position, s->v * s->v, "da/dq")                                                                       \
     X(double, by_velocity, s->v * s->v, "da/dv")                                                                       \
     X(double, by_state, s->v * s->x, "da/dx")                                                                          \
-    X(double, rate_q, s->x * s->v, "-df/dq of the rates f of own states")                                              \
+    X(double, rate_q, s->x * s->v, "-df/dq of the rates f of auxiliary states")                                        \
     X(double, rate_v, s->x * s->v, "-df/dv")                                                                           \
     X(double, rate_x, s->x * s->x, "-df/dx")                                                                           \
     X(double, by_force, s->v * s->v, "da/dtau")                                                                        \

@@ -41,7 +41,7 @@ typedef struct kt_batch_work {
 /* Every array of a batch: those of all groups, group by group, and the workspaces. */
 #define KT_BATCH_FIELDS(X)                                                                                             \
     X(double, t, n->groups * n->width, "time of each state")                                                           \
-    X(double, y, n->groups * n->width * n->N, "positions, then velocities, then own states")                           \
+    X(double, y, n->groups * n->width * n->N, "positions, then velocities, then auxiliary states")                     \
     X(double, tau, n->groups * n->width * n->nv, "joint forces")                                                       \
     X(double, a, n->groups * n->width * n->nv, "accelerations")                                                        \
     X(const kt_model *, own, n->groups * n->width,                                                                     \

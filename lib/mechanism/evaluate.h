@@ -88,8 +88,8 @@ KT_CHECKED kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *
                                                 const double *v, double *rates, kt_error *error);
 
 /* Rejects a model with auxiliary states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
- * them. The argument `what` completes the message "the model has own states, and". It names the part left out and an
- * alternative. */
+ * them. The argument `what` completes the message "the model has auxiliary states, and". It names the part left out and
+ * an alternative. */
 KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what,
                                                    kt_error *error);
 

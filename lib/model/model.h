@@ -103,7 +103,7 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(kt_joint_limits, limit, n->limit, "what joints were built for, of those that tell")                              \
     X(kt_marker_record, marker, n->marker, "named points, body by body")                                               \
     X(double, q0, n->q, "initial positions")                                                                           \
-    X(double, v0, n->v + KT_OWN_STATES(n), "initial velocities, and own states")                                       \
+    X(double, v0, n->v + KT_OWN_STATES(n), "initial velocities, and auxiliary states")                                 \
     X(double, armature, n->v, "rotor inertia of each degree of freedom")                                               \
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
     X(int32_t, angle, KT_ANGLES(n->angle), "positions that are angles, and zeros")                                     \
@@ -137,7 +137,8 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(int32_t, force_link_angle_index, n->force_link_angle, "their indices among all angles")                          \
     X(kt_variable_record, variable, n->variable, "of formulas, effect by effect")                                      \
     X(kt_curve, time_part, n->time_part, "parts of formulas that depend on time alone, where steps end at corners")    \
-    X(kt_effect_record, state, KT_OWN_STATES(n), "rates of own states: formulas, as those of an effect in a joint")    \
+    X(kt_effect_record, state, KT_OWN_STATES(n),                                                                       \
+      "rates of auxiliary states: formulas, as those of an effect in a joint")                                         \
     KT_MODEL_MASS_FIELDS(X)                                                                                            \
     KT_MODEL_STATIC_FIELDS(X)                                                                                          \
     X(double, number, n->number, "of functions of time, and formulas")                                                 \
@@ -398,7 +399,8 @@ typedef struct kt_slip_frame {
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
     X(double, scratch_v, 6 * kt_lanes8(n->v), "accelerations, steps; of CRBA, wrenches of unit accelerations")         \
-    X(double, x, 2 * KT_OWN_STATES(n), "own states, an input (kt_own_states); their rates before they are committed")  \
+    X(double, x, 2 * KT_OWN_STATES(n),                                                                                 \
+      "auxiliary states, an input (kt_own_states); their rates before they are committed")                             \
     KT_DATA_MASS_FIELDS(X)                                                                                             \
     KT_DATA_STATIC_FIELDS(X)                                                                                           \
     KT_DATA_SLIP_FIELDS(X)                                                                                             \

@@ -264,7 +264,7 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
     X(double, stage, s *N, "states of the stages")                                                                     \
     X(double, slope, s *N, "their slopes K_i")                                                                         \
     X(double, next, N, "state at the end")                                                                             \
-    X(double, before, m, "own states that the data held")                                                              \
+    X(double, before, m, "auxiliary states that the data held")                                                        \
     X(double, unit, n, "a unit vector")                                                                                \
     X(double, start_q, kt_padded_q(model) * c, "dy of all columns, padded: dq")                                        \
     X(double, start_v, kt_padded(e) * c, "dv and dx")                                                                  \
