@@ -359,9 +359,9 @@ KT_API double kt_data_difference_error(kt_data *data);
  * | effect NAME.KEY | function of time (rest, target, torque): 4 numbers, as of a loop; value of a force or torque: 3 |
  * | loop NAME.KEY | function of time (position, length, offset): 4 numbers, see below |
  *
- * A function of time is replaced by x + v s + a s^2 / 2 with s = t - t0. The numbers x, v, a, t0 are position, velocity
- * and acceleration at the time t0, and this time. The function continues in this form until the next setting. A
- * distance must be > 0 at t0.
+ * A function of time is replaced by x + v s + a s^2 / 2 with s = t - t0. The numbers are x, v, a, t0: position,
+ * velocity and acceleration at the time t0, and the time t0 itself. The function continues in this form until the next
+ * setting. A distance must be > 0 at t0.
  *
  * Decisions of the compilation remain: the plan, the structural ranks, and the sizes below which inertias count as
  * none. Every number is checked as in a description. Relations to other numbers are checked, too. For lower < upper,

@@ -549,9 +549,9 @@ typedef struct kt_event {
                                     with other sums */
 } kt_event;
 
-/* Adds an event to a simulation whose options have room for it (kt_simulation_options.events). Steps end at events: to
- * four units of rounding of the time, with the order of the method. Events within 1e-12 s, or within eight units of
- * rounding, happen together, in the order in which they were added.
+/* Adds an event to a simulation whose options have room for it (kt_simulation_options.events). Steps end at events.
+ * Their times are accurate to the order of the method, and resolved to four units of rounding. Events within 1e-12 s,
+ * or within eight units of rounding, happen together, in the order in which they were added.
  *
  * A value that is zero at the start, or that an action has set to zero, is on neither side of zero. The first side that
  * it reaches is no event.
