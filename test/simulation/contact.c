@@ -1,4 +1,4 @@
-/* Hard stops, contacts and slack ropes against closed forms. Balls stand in a row on a line, each a prismatic joint, and two
+/* Hard stops, contacts and slack ropes against closed forms. Balls in a row on a line have prismatic joints, and two
  * neighbours touch where their coordinates are equal. */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -192,8 +192,8 @@ static kt_contact_counts check_speeds(const row *r, const double *speeds) {
     return counts;
 }
 
-/* Balls a micrometre apart hand the speed on; only the last one moves. Balls that touch part by Newton's rule all at once:
- * of three, -1/3, 2/3, 2/3. */
+/* Balls a micrometre apart hand the speed on, and only the last one moves. Balls that touch part by Newton's rule at
+ * once: three with -1/3, 2/3, 2/3. */
 KT_TEST(cradle_hands_the_speed_on) {
     for (int count = 2; count <= 5; count++) {
         row r;
@@ -245,8 +245,8 @@ KT_TEST(energy_does_not_grow_where_the_rule_would_let_it) {
     kt_model_free(model);
 }
 
-/* The same by Poisson's rule. Compression has (u = -1, 1/10; W = 2, -1, -1, 2) impulses of 19/30 and 8/30. Twice these would let c
- * enter b by 1/10; 1/20 more at bc holds it back, at a loss of 1/400 J. */
+/* The same by Poisson's rule. Compression (u = -1, 1/10; W = 2, -1, -1, 2) has impulses of 19/30 and 8/30. Twice these
+ * would let c enter b by 1/10. 1/20 more at bc holds it back, at a loss of 1/400 J. */
 KT_TEST(poissons_rule_needs_no_reduction) {
     row r;
     row_make(&r, 3);
@@ -261,7 +261,7 @@ KT_TEST(poissons_rule_needs_no_reduction) {
     kt_check_near("lost, J", counts.dissipated, 0.0025, 1e-15);
 }
 
-/* Central impacts: both rules are one, in a cradle, of balls that touch, and of one that bounces to rest, bit for bit or to rounding. */
+/* At central impacts both rules agree: in a cradle, for balls that touch, and for a bouncing ball (some to the bit). */
 KT_TEST(poissons_rule_is_newtons_at_central_impacts) {
     for (int touch = 0; touch < 2; touch++) {
         double v[2][BALLS];
@@ -385,9 +385,9 @@ KT_TEST(dry_oscillator_comes_to_rest_where_it_must) {
     kt_model_free(model);
 }
 
-/* A mass on a spring on a belt that moves at w0, with static friction S and C in motion. It sticks until k x = S; then, with
- * w^2 = k / m, it swings about C / k, x - C / k = (S - C) / k cos(w s) + w0 / w sin(w s), until it moves with the belt again:
- * after (2 pi - 2 atan((S - C) w / (k w0))) / w, at C / k - (S - C) / k. It then sticks for 2 (S - C) / (k w0). */
+/* A mass on a spring on a belt of speed w0, with static friction S and C in motion. It sticks until k x = S. Then, with
+ * w^2 = k / m, it swings about C / k: x - C / k = (S - C) / k cos(w s) + w0 / w sin(w s). It sticks again after (2 pi -
+ * 2 atan((S - C) w / (k w0))) / w, at C / k - (S - C) / k, for 2 (S - C) / (k w0). */
 KT_TEST(stick_slip_on_a_belt_has_its_period) {
     const double k = 50.0, C = 3.0, S = 5.0, w0 = 0.4, w = sqrt(k);
     const double slip = (2.0 * pi - 2.0 * atan((S - C) * w / (k * w0))) / w, stick = 2.0 * (S - C) / (k * w0);
@@ -521,7 +521,8 @@ typedef struct coin {
 } coin;
 static const double coin_radius = 0.0375, coin_mass = 0.44;
 
-/* Its rim touches the floor, to which it is inclined by alpha about x; its axle is the body's z axis, and y points up along the disc. */
+/* Its rim touches the floor, inclined by alpha about x. Its axle is the body's z axis, and y points up along the
+ * disc. */
 static void coin_make(coin *c, double alpha, double friction, double restitution) {
     const double A = 0.25 * coin_mass * coin_radius * coin_radius;
     *c = (coin){.description = kt_description_default(), .rim = kt_effect_default()};
@@ -597,8 +598,8 @@ static void coin_end(coin_run *run, double bound) {
     kt_model_free(run->model);
 }
 
-/* Dropped, with a spin about its axle: at the impact, w, the rim has M = 1 / (1 / m + r^2 cos^2(alpha) / A) = m / (1 + 4 cos^2(alpha)) of
- * mass, and p = (1 + e) M w acts r cos(alpha) off the centre. */
+/* Dropped with a spin w about its axle. At the impact, the rim has the mass M = 1 / (1 / m + r^2 cos^2(alpha) / A) = m
+ * / (1 + 4 cos^2(alpha)), and p = (1 + e) M w acts r cos(alpha) off the centre. */
 KT_TEST(coin_bounces_as_its_impulse_says) {
     for (int i = 0; i < 3; i++) {
         const double alpha = 0.3 + 0.5 * i, e = 0.6, h = 0.1, w = sqrt(2.0 * g * h);
@@ -668,7 +669,7 @@ KT_TEST(sliding_disc_rolls_at_two_thirds) {
     coin_end(&run, 1e-12);
 }
 
-/* It rolls upright on a floor that is shaken, a sin(k t), and leaves it where that falls faster than it does: a k^2 sin(k t) = g. */
+/* It rolls upright on a floor at a sin(k t), and leaves the floor when a k^2 sin(k t) = g. */
 KT_TEST(coin_leaves_a_floor_that_falls_faster) {
     const double a = 0.02, k = 10.0 * pi, t1 = asin(g / (a * k * k)) / k, v1 = a * k * cos(k * t1), v0 = 0.5;
     const double w[3] = {0.0, 0.0, -v0 / coin_radius}, flight = 0.03;
@@ -696,7 +697,7 @@ KT_TEST(coin_leaves_a_floor_that_falls_faster) {
     coin_end(&run, 1e-10);
 }
 
-/* Dropped with friction it bounces, slips and sticks: its energy is accounted for, and its rim stays above the floor. */
+/* Dropped with friction, it bounces, slips and sticks. Its energies add up, and its rim stays above the floor. */
 KT_TEST(coin_that_bounces_with_friction_keeps_its_account) {
     coin c;
     double deepest = 0.0;

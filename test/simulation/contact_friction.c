@@ -1,4 +1,4 @@
-/* Hard contacts with Coulomb's friction against closed forms: rolling, resting, sliding, impacts, and what cannot be decided. */
+/* Hard contacts with Coulomb's friction against closed forms: rolling, resting, sliding, impacts, undecided motions. */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -132,7 +132,7 @@ KT_TEST(sliding_ball_rolls_at_five_sevenths) {
     kt_model_free(model);
 }
 
-/* A disc inclined by alpha slides across its slope: from N (1 / m + r^2 cos^2(alpha) / A) = g on all follows by hand. */
+/* A disc inclined by alpha slides across its slope. All follows by hand from N (1 / m + r^2 cos^2(alpha) / A) = g. */
 KT_TEST(inclined_disc_slides_with_its_force_at_the_rim) {
     const double alpha = 0.7, r = 0.1, m = 2.0, mu = 0.2, A = 0.25 * m * r * r, c = cos(alpha);
     const double N = m * g / (1.0 + 4.0 * c * c);
@@ -179,8 +179,8 @@ KT_TEST(ball_on_an_incline_rolls_or_slides) {
 
 /* ---- resting ----------------------------------------------------------------------------------------------------- */
 
-/* A block on three or four feet lies to the bit for 100 s at 0.9995 of the slope at which it slides, and slides at g (sin a - mu cos
- * a) above it: the feet, whose normal forces differ, come to their limits together. */
+/* A block on three or four feet lies to the bit for 100 s at 0.9995 of the slope at which it slides. Above that, it
+ * slides at g (sin a - mu cos a). The feet have different normal forces and reach their limits together. */
 KT_TEST(block_on_an_incline_lies_or_slides) {
     for (int feet = 3; feet <= 4; feet++)
         for (int i = 0; i < 2; i++) {
@@ -206,8 +206,8 @@ KT_TEST(block_on_an_incline_lies_or_slides) {
         }
 }
 
-/* A block between a wall and a jaw that presses with F: 2 mu F is 95 times its weight, and it does not creep in 100 s; at 0.99
- * of the weight it slides down at g - 2 mu F / m. */
+/* A block between a wall and a jaw with force F. If 2 mu F is 95 times its weight, it does not creep in 100 s. At 0.99
+ * of the weight, it slides down at g - 2 mu F / m. */
 KT_TEST(pinched_block_does_not_creep) {
     for (int i = 0; i < 2; i++) {
         const double mu = 0.5, m = 2.0, margin = i == 0 ? 95.0 : 0.99, F = margin * m * g / (2.0 * mu);
@@ -247,8 +247,8 @@ KT_TEST(pinched_block_does_not_creep) {
     }
 }
 
-/* A clutch with Stribeck's curve F(r) = C + (S - C) exp(-(r / s)^2) between two masses of 1 kg that move at 3 and 1 m/s: with their
- * reduced mass m = 1/2 it grips after the integral of m dr / F(r) from 0 to 2 m/s, here by Simpson's rule. */
+/* A clutch with Stribeck's curve F(r) = C + (S - C) exp(-(r / s)^2) between two masses of 1 kg at 3 and 1 m/s. With the
+ * reduced mass m = 1/2, it grips after the integral of m dr / F(r) from 0 to 2 m/s (Simpson's rule). */
 KT_TEST(clutch_with_stribeck_friction_grips_in_time) {
     enum { PANELS = 20000 };
     const double C = 0.5, S = 1.2, s = 0.3, relative = 2.0, h = relative / PANELS;
@@ -291,7 +291,7 @@ KT_TEST(clutch_with_stribeck_friction_grips_in_time) {
     kt_model_free(model);
 }
 
-/* A point of m = 2 kg that slides at v0 on a plank of M = 3 kg drags it along: both move at m v0 / (m + M) from v0 / (mu g (1 + m / M)) on. */
+/* A point of m = 2 kg slides at v0 on a plank of M = 3 kg: both reach m v0 / (m + M) at v0 / (mu g (1 + m / M)). */
 KT_TEST(plank_is_dragged_along) {
     const double mu = 0.2, m = 2.0, M = 3.0, v0 = 1.0, time = v0 / (mu * g * (1.0 + m / M));
     scene s;
@@ -342,7 +342,7 @@ static void rk4(const double *k, double mu, double h, double *y) {
         y[i] += h / 6.0 * (a[0][i] + 2.0 * a[1][i] + 2.0 * a[2][i] + a[3][i]);
 }
 
-/* A point on a plane, held by springs: the direction of its slip turns, it comes to rest where |k x| < mu g, and lies. */
+/* A point on a plane, held by springs: its slip turns, and it rests where |k x| < mu g. */
 KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
     static const char *const joints[3] = {"a", "b", "body"};
     const double k[2] = {3.0, 7.0}, mu = 0.05, T = 0.7, h = 1e-4;
@@ -390,7 +390,7 @@ KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
     kt_model_free(model);
 }
 
-/* A point on a turntable of inertia I, whose speed grows from zero: implicit steps, whose friction is that of their end, in closed form. */
+/* A point on a turntable of inertia I that starts from rest: implicit steps with the friction of their end. */
 static void ride(double mu, double m, double torque, double I, double T, int steps, double *y) {
     const double h = T / steps;
     double x[2] = {0.5, 0.0}, v[2] = {0.0, 0.0}, rate = 0.0, moment = 0.0;
@@ -413,8 +413,8 @@ static void ride(double mu, double m, double torque, double I, double T, int ste
     memcpy(y + 2, v, sizeof v);
 }
 
-/* A point on a turntable that is spun up sticks until r sqrt(w'^2 + w^4) = mu g, and slip begins at no speed, in a direction that turns
- * from then on: it follows its forces at a rate without bound at first. */
+/* A point on a turntable sticks until r sqrt(w'^2 + w^4) = mu g. Slip begins with speed zero, and its direction then
+ * turns, at first at an unbounded rate. */
 KT_TEST(slip_begins_on_a_turntable_in_a_direction_that_turns) {
     enum { STEPS = 100000 };
     static const char *const joints[3] = {"a", "b", "body"}, *const methods[] = {"dopri5", "radau5"};
@@ -464,7 +464,8 @@ KT_TEST(slip_begins_on_a_turntable_in_a_direction_that_turns) {
 
 /* ---- impacts ----------------------------------------------------------------------------------------------------- */
 
-/* A ball with an oblique speed and no spin: the impulse along the plane is 2/7 m v, or mu times the normal one where that is less. */
+/* A ball with an oblique speed and no spin: the tangential impulse is the lesser of 2/7 m v and mu times the normal
+ * one. */
 KT_TEST(impact_with_friction_sticks_or_slips) {
     for (int i = 0; i < 2; i++) {
         const double e = 0.6, mu = i == 0 ? 0.5 : 0.1, v = 1.3, w = 2.0, m = 2.0, r = 0.1;
@@ -490,7 +491,7 @@ KT_TEST(impact_with_friction_sticks_or_slips) {
     }
 }
 
-/* One phase at one contact in a plane, by hand: W = nn, nt, tt; u = n, t becomes u + W p, with p at least `least` along n. */
+/* One phase at a contact in a plane, by hand. W = nn, nt, tt; u = n, t becomes u + W p, with p >= `least` along n. */
 static void phase_by_hand(const double *W, double mu, double least, double *u, double *p) {
     for (int part = 0; part < 2; part++) { /* pressing, and then with the least impulse */
         const double n = part ? least : -(W[2] * u[0] - W[1] * u[1]) / (W[0] * W[2] - W[1] * W[1]);
@@ -634,9 +635,9 @@ KT_TEST(rocking_block_loses_what_housner_says) {
 
 /* ---- against time-stepping --------------------------------------------------------------------------------------- */
 
-/* Bodies on three feet that are thrown onto a plane, at which they slide, tilt, roll over and come to rest: the place after 0.6 s
- * agrees with time-stepping, whose error is of the order of its step. KT_THROWS bodies, in steps of KT_STEP; or 7, of which two
- * pivot on one foot as that begins to slip, and the slip of three turns as it comes to rest. */
+/* Bodies on three feet are thrown onto a plane. They slide, tilt, roll over and rest. The place after 0.6 s agrees with
+ * time-stepping of first order. KT_THROWS bodies, in steps of KT_STEP; or 7. Of these, two pivot on one foot that
+ * begins to slip, and the slip of three turns before it ends. */
 KT_TEST(thrown_bodies_agree_with_time_stepping) {
     kt_random random = kt_random_named("thrown");
     const char *asked = getenv("KT_THROWS"), *step = getenv("KT_STEP");
@@ -690,9 +691,9 @@ KT_TEST(thrown_bodies_agree_with_time_stepping) {
     kt_check_below("mean distance, over the step of the oracle, m/s", sum / thrown / h, 2.0);
 }
 
-/* Painleve's rod, of length 2 a, slides on its end at the angle theta: a unit of normal force, with its friction, accelerates the
- * end by c = (1 + 3 cos(theta) (cos(theta) - mu sin(theta))) / m. For mu = 3, theta = 1 it is negative: where the end is accelerated
- * into the plane no force holds it, where it is accelerated away both that and a force do. */
+/* Painleve's rod, of length 2 a, slides on its end at the angle theta. A unit of normal force with friction accelerates
+ * the end by c = (1 + 3 cos(theta) (cos(theta) - mu sin(theta))) / m. For mu = 3, theta = 1, c is negative. No force
+ * then holds an end that accelerates into the plane. If it accelerates away, contact and release are both possible. */
 static void scene_rod(scene *s, double rate) {
     const double a = 0.5, m = 2.0, theta = 1.0;
     scene_make(s, KT_JOINT_PLANAR);
@@ -708,7 +709,8 @@ static void scene_rod(scene *s, double rate) {
     s->body[0].joint.velocity[1] = 5.0 + rate * a * sin(theta);
 }
 
-/* An impulse without a collision stops the end, about which the moment of momentum is kept; at a rate of 6 there are two motions. */
+/* An impulse without a collision stops the end and keeps the moment of momentum about it. At a rate of 6, two motions
+ * exist. */
 KT_TEST(painleves_rod_is_stopped_by_an_impulse) {
     const double a = 0.5, m = 2.0, theta = 1.0, inertia = m * a * a * 4.0 / 3.0;
     scene s;
