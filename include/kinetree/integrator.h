@@ -328,7 +328,7 @@ typedef struct kt_integrator kt_integrator;
 
 /* The functions that an integrator calls. They return
  *   0: continue;
- *   > 0: recoverable. An adaptive method rejects the try and tries a smaller step; with a fixed step it is an error;
+ *   > 0: recoverable. An adaptive method repeats the step with a smaller size. A fixed step fails;
  *   < 0: stop. A stopped step leaves the integrator unchanged and may be repeated.
  *
  * A caller can keep an own error message behind `user`.
