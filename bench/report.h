@@ -58,8 +58,9 @@ bool kt_csv_close(kt_csv *csv);
 #define KT_CSV_ORIGIN "isa,processor,compiler"
 #define KT_CSV_TIMES "least_s,low_s,median_s,high_s,rounds,repetitions"
 
-/* A benchmark that prints a table with a line a subject: its help, the name of its file's columns, its title, what
- * prints the head of the table, and what measures a subject and prints its line (KT_BENCH_...). */
+/* A benchmark that prints a table with a line for each subject. It has its help, the name of its file's columns, its
+ * title, a function that prints the head of the table, and a function that measures a subject and prints its line
+ * (KT_BENCH_...). */
 typedef struct kt_bench_table {
     const char *about, *columns, *title;
     void (*print_head)(void);

@@ -140,7 +140,7 @@ typedef struct arc {
     double cosine, top, reach; /* cos(f) at the top; s */
 } arc;
 
-/* The arcs of a block, until they are too small to be seen. p^2 cos(f) + f'^2 / 2 is constant between impacts; an
+/* The arcs of a block, until they are too small to be seen. p^2 cos(f) + f'^2 / 2 is constant between impacts. An
  * impact leaves `keep` of f' at f = a, and therefore keep^2 of d = cos(f) - cos(a) at the top. From the top on sin(f /
  * 2) = sin(f_top / 2) / dn(p t, k), k = cos(f_top / 2), and f = a where sn(p t) = sqrt(d / 2) / (k sin(a / 2)). */
 enum { ARCS = 64 };

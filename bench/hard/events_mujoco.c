@@ -22,10 +22,10 @@ double kt_mujoco_damping(double e) {
     return low;
 }
 
-/* Contacts that give back e oscillate at w, the fraction of 1 / step with which the error of the bouncing ball was the
- * least of 0.03 to 1.3; others take two steps (of the block that rocks two to ten are alike, 4e-5 to 2e-4 m). In a
- * cradle no w helps: contacts that overlap in time are solved together, as one impact of all balls, from which the
- * first one comes back. */
+/* Contacts with restitution e oscillate at w, the fraction of 1 / step with the least error of the bouncing ball from
+ * 0.03 to 1.3. Others take two steps (for the rocking block, two to ten are alike, 4e-5 to 2e-4 m). In a cradle no w
+ * helps: contacts that overlap in time are solved together, as one impact of all balls, from which the first one comes
+ * back. */
 static void write_contacts(FILE *xml, const kt_events_problem *p) {
     const double w = 0.18 / p->step;
     if (p->restitution > 0.0)

@@ -1,8 +1,8 @@
-/* The hard cases of test/hard in their full length: what is measured, its bound, and what MuJoCo and ODE make of the
- * same mechanism, where they have its joints and it is a motion that can be compared. All engines take the same fixed
- * step (where this one steps adaptively, the others take the step that the case names), and all are held to the same
- * measures, from the poses and velocities of their bodies. Of motions with impacts, stick and slip (events.h) the time
- * is measured, too. */
+/* The hard cases of test/hard in their full length: the measure, its bound, and the result of MuJoCo and ODE for the
+ * same mechanism. A peer is compared if it has the joints and the motion can be compared. All engines take the same
+ * fixed step (where this one steps adaptively, the others take the step that the case names), and all are held to the
+ * same measures, from the poses and velocities of their bodies. Of motions with impacts, stick and slip (events.h) the
+ * time is measured, too. */
 #include "../report.h"
 #include "draw.h"
 #include "events.h"

@@ -1,6 +1,6 @@
-/* The whip in MuJoCo: links on hinges, and a tendon with a limit as its rope, whose time constant is two steps, its
- * damping ratio 1/2: of 2, 4 and 8 steps, of ratios of 1/2, 1 and 2, and of the integrators RK4, Euler and implicit
- * these have the least error; others up to 2e-2. */
+/* The whip in MuJoCo: links on hinges, and a tendon with a limit as its rope. Its time constant is two steps, and its
+ * damping ratio 1/2. The search had 2, 4 and 8 steps, ratios of 1/2, 1 and 2, and RK4, Euler and implicit. These have
+ * the least error; others up to 2e-2. */
 #include "../../test/simulation/whip.h"
 
 #include "events.h"

@@ -1,8 +1,8 @@
 /* The woodpecker toy in MuJoCo: a sleeve that slides and turns, a bird on it with a spring, spheres at the edges and at
- * the beak, and a plane where each of these meets the pole. The edges' contacts take four steps, and the beak's ones
- * oscillate at 0.3 / step: of two and four steps, of 0.05 to 0.6, of impedances along friction of 1, 10 and 100 times
- * that along the normal, and of the integrators Euler and RK4, those with 0.3 have errors of 5e-4 to 5e-3 s, which
- * scatter, and softer ones 2e-2 s. */
+ * the beak, and a plane where each of these meets the pole. The edges' contacts take four steps, and those of the beak
+ * oscillate at 0.3 / step. The search had two and four steps, oscillations of 0.05 to 0.6, impedances along friction of
+ * 1, 10 and 100 times that along the normal, and Euler and RK4. Errors with 0.3 are 5e-4 to 5e-3 s, which scatter, and
+ * those of softer contacts 2e-2 s. */
 #include "events.h"
 #include "mujoco.h"
 #include "woodpecker.h"

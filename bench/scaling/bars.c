@@ -272,8 +272,8 @@ static space_crank spherical_crank(int i) {
 }
 
 /* Axes that are a apart and turned by alpha on cranks, b and beta on couplers and between pivots, with a / sin(alpha) =
- * b / sin(beta). With g the angle of a crank against the direction to its neighbour, tan(g'/2) = -k tan(g/2) for that
- * one, where k = sin((beta + alpha)/2) / sin((beta - alpha)/2): at tan(g/2) = 1/sqrt(k) both are equally fast. */
+ * b / sin(beta). With g the angle of a crank against the direction to its neighbour, tan(g'/2) = -k tan(g/2) for the
+ * neighbour, where k = sin((beta + alpha)/2) / sin((beta - alpha)/2). At tan(g/2) = 1/sqrt(k) both are equally fast. */
 static space_crank bennett_crank(int i, const space_crank *last) {
     const double alpha = 0.5, beta = 1.1, a = 1.0, b = a * sin(beta) / sin(alpha);
     const double k = sin(0.5 * (beta + alpha)) / sin(0.5 * (beta - alpha)), g = 2.0 * atan(1.0 / sqrt(k));

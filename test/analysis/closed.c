@@ -66,8 +66,8 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
 
 /* ---- stop -------------------------------------------------------------------------------------------------------- */
 
-/* A door with a spring and a damper, J q'' = -k q - c q', and a hard stop at q = -0.013 rad that it does not touch:
- * lambda^2 + c/J lambda + k/J = 0 as if the stop were not there. Where it just touches there is no derivative, and the
+/* A door with a spring and a damper, J q'' = -k q - c q', and a hard stop at q = -0.013 rad that it does not touch.
+ * lambda^2 + c/J lambda + k/J = 0 holds as without the stop. Where it just touches there is no derivative, and the
  * estimated error is no less than half the jump of the stiffness. */
 KT_TEST(stop_that_is_near_does_not_enter_and_one_that_touches_shows) {
     const double inertia = 0.8, stiffness = 50.0, damping = 3.4, wall = 1e6, rest[] = {0.0, -0.013};

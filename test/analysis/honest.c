@@ -1,10 +1,9 @@
 /* Matrices of random mechanisms against differences of another kind, and the estimates of their errors.
  *
- * Through a state and along a direction y of the manifold (from positions_of and velocities_of) the states at +-s,
- * +-2s,
- * +-3s, +-4s are projected; differences of the eighth order of their own coordinates and accelerations give y and da,
- * and those with another step say how good they are. Then state y must be
- * S (dv + C dq, da), C from the joints' exponential maps: d/dt of log(p^-1 p') for two motions p, p' by differencing.
+ * States at +-s, +-2s, +-3s, +-4s along a direction y of the manifold (from positions_of and velocities_of) are
+ * projected. Differences of the eighth order of their coordinates and accelerations give y and da. Differences with
+ * another step give the error. Then state y must be S (dv + C dq, da), C from the joints' exponential maps: d/dt of
+ * log(p^-1 p') for two motions p, p' by differencing.
  */
 #include "../constraint/tangle.h"
 #include "small.h"

@@ -236,8 +236,8 @@ KT_TEST(four_bar_is_assembled_as_a_search_over_its_crank_says) {
  */
 
 /* Three bars in one line must fold to end 2 m away: at first all of them can only move across. */
-/* Two bars of 1 m, all but stretched, end at 2 cos u, which grows by 2 u = 2e-5 m a radian of the first: of a gap of
- * 4e-13 m there a damped step takes a ten millionth, which rounding hides. */
+/* Two bars of 1 m, all but stretched, end at 2 cos u, which grows by 2 u = 2e-5 m for a radian of the first. For a gap
+ * of 4e-13 m there, a damped step is a ten-millionth, which rounding hides. */
 KT_TEST(last_roundings_are_closed_along_a_weak_direction_too) {
     static linkage l;
     const double u = 1e-5, off = 2e-8;

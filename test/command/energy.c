@@ -1,4 +1,4 @@
-/* What `run` says of energies that a scene cannot have. */
+/* Warnings of `run` about energies that a scene cannot have. */
 #include "shell.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Results are written next to their names and moved there when they are whole, or when a run has failed and nothing is
- * there: what was there before is lost to no run that fails, and no result lands on another or on what it is made from.
+/* Results are written next to their names. They are moved there when they are complete, or when a run has failed and
+ * nothing is there. A failed run therefore loses no earlier result, and no result overwrites another or its own input.
  */
 #define _XOPEN_SOURCE 700
 #include "shell.h"

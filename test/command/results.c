@@ -445,8 +445,8 @@ KT_TEST(summary_has_extremes_and_means_of_all_columns) {
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-/* x = cos 2 t under a spring of 8 N/m at a mass of 2 kg that is 3 m from the spring's end where it is slack; a motor of
- * sin(2 pi t) N m at an inertia of 0.5 kg m^2: velocity (1 - cos(2 pi t)) / pi. */
+/* x = cos 2 t: a mass of 2 kg on a spring of 8 N/m, 3 m from the spring's end where it is slack. A motor of sin(2 pi t)
+ * N m at an inertia of 0.5 kg m^2 gives the velocity (1 - cos(2 pi t)) / pi. */
 static const char driven[] = "kinetree: 1\n"
                              "bodies:\n"
                              "  - {name: block, joint: {type: prismatic, axis: x, position: 1}, mass: 2}\n"

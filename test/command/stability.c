@@ -385,8 +385,8 @@ static double advised_step(const char *options, double *x) {
     return step;
 }
 
-/* The start says nothing, and at 5 ms the run does not outlive the impact: the advice is that of the motion itself, in
- * which the feet stand for most of the time at some 7.4e-5 s (kinetree stability --samples). */
+/* The start gives no advice, and at 5 ms the run fails at the impact. The advice is that of the motion itself. The feet
+ * stand for most of the time, with steps of some 7.4e-5 s (kinetree stability --samples). */
 KT_TEST(run_watches_the_fastest_mode_along_the_motion) {
     char options[64];
     double exact, x;
@@ -440,9 +440,9 @@ KT_TEST(run_tells_velocities_that_do_not_fit_the_loops) {
     kt_check_equal_int("a better method", count(ran.err, "do not fit the loops"), 0);
 }
 
-/* A scissor lift of two stages that sinks through its folded position, a bar longer or shorter than the others. Where
- * it is shorter both bars of the lower stage come to hang down, and the upper stage swings through between them: there
- * two loops fold at once. `floor` is the loop that holds b1's foot at the height of a1's. */
+/* A scissor lift of two stages that sinks through its folded position, a bar longer or shorter than the others. If it
+ * is shorter, both bars of the lower stage come to hang down, and the upper stage swings through between them. Two
+ * loops fold at once there. `floor` is the loop that holds b1's foot at the height of a1's. */
 static void make_lift(const char *file, double length, const char *floor) {
     char scene[1600];
     snprintf(

@@ -1,6 +1,5 @@
-/* Parameters: a copy in which one is set computes, to the bit, what a model computes that was compiled with it; the
- * model it was copied from stays what it was; names are found or suggested; what cannot be is refused and changes
- * nothing. */
+/* Parameters: a copy with a set parameter computes, to the bit, the results of a model that was compiled with it. The
+ * original model stays unchanged. Names are found or suggested. Impossible values are rejected and change nothing. */
 #include "check.h"
 
 #include "interpose.h"

@@ -125,8 +125,8 @@ KT_TEST(equations_are_the_derivatives_of_their_residuals) {
 }
 
 /* A loop's rows are the same, to the bit, whatever other loops there are, and stand in the order of the description. In
- * space, for what alone lies in a plane may be tied to what does not, and is then computed another way; and by dense
- * matrices, for fewer equations on as many links may be reduced link by link. */
+ * space, since parts that lie in a plane alone may be tied to other parts, and are then computed in another way. By
+ * dense matrices, since fewer equations on as many links may be reduced link by link. */
 KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
     static tangle g;
     static matrices all, one;

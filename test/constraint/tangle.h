@@ -1,5 +1,5 @@
-/* Random closed mechanisms: a random tree (dynamics/tree.h) with loops of every type put into it where it stands, so
- * that they are closed at first; and their equations of motion solved apart from the library. */
+/* Random closed mechanisms: a random tree (dynamics/tree.h) with loops of every type, which are closed at its start
+ * position. Their equations of motion are solved apart from the library. */
 #ifndef KT_TEST_CONSTRAINT_TANGLE_H
 #define KT_TEST_CONSTRAINT_TANGLE_H
 
@@ -69,9 +69,9 @@ typedef struct tangle_way {
  * number of independent equations. */
 int tangle_solve(const tangle *g, const tangle_system *s, tangle_way way, double *a, double *moved);
 
-/* How far a coordinate moves, at most, to close loops that are open by one, all moving least in the metric W of masses
- * or of ones: the largest row sum of |W^-1 A' (A W^-1 A')^-1|. That of ones tells how near to a singular position the
- * state is: 1 to 100 mostly. */
+/* The largest move of a coordinate that closes loops which are open by one, if all moves are least in the metric W of
+ * masses or of ones. This is the largest row sum of |W^-1 A' (A W^-1 A')^-1|. That of ones tells how near to a singular
+ * position the state is: 1 to 100 mostly. */
 double tangle_reach(const tangle *g, bool mass);
 
 /* Whether the accelerations that were asked for last are those of a state so near to a singular position that they came

@@ -1,6 +1,5 @@
-/* Forces of actuators in mechanisms with loops: delta robot and five-bar against closed forms, a Stewart platform and a
- * leg that bends its knee through a four-bar against forward dynamics, by dense matrices and by fronts; and what is
- * refused.
+/* Forces of actuators in mechanisms with loops. Closed forms: a delta robot and a five-bar. Forward dynamics: a Stewart
+ * platform and a leg that bends its knee through a four-bar, by dense matrices and by fronts. Also rejected inputs.
  *
  * Closed form of n legs that carry a point mass m at x: leg i has an arm of length L on a pivot p, along
  * e = u cos(th) + w sin(th), and a massless rod of constant length from its end to x + b. With s = x + b - p - L e,

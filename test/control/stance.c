@@ -1,5 +1,5 @@
-/* Inverse dynamics of a floating base whose feet stand on the ground with unknown forces: twelve motors of eighteen
- * degrees of freedom, with three or four feet down that are points, or two that are flat; which stand is switched.
+/* Inverse dynamics of a floating base whose feet are on the ground with unknown forces. It has twelve motors and
+ * eighteen degrees of freedom. Three or four feet are down as points, or two as flat feet, and the set is switched.
  *
  * M a + h = S' tau + A' lambda, and sum w tau^2 is least:
  *     [W  0  S] [tau   ]   [0]

@@ -80,9 +80,9 @@ static double relative_rounding(const tangle *g) {
     return EPS + kt_tree_largest(moved, g->tree.nv) / kt_tree_largest(a, g->tree.nv);
 }
 
-/* Differences are off by a 255th of what those of twice the step are off by, where both are good (a 32nd is allowed),
- * and by rounding of accelerations over the step; the matrix by rounding of itself. Next to a singular position steps
- * are shorter. */
+/* The error of differences is a 255th of the error with twice the step, if both are good (a 32nd is allowed), and
+ * rounding of accelerations over the step. The error of the matrix is its own rounding. Next to a singular position
+ * steps are shorter. */
 static void compare(const tangle *g, input what, const double *matrix, kt_worst *worst, census *c, int n) {
     const int nv = g->tree.nv;
     double a[KT_TREE_NV] = {0};

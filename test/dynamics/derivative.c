@@ -270,8 +270,8 @@ KT_TEST(what_is_not_finite_or_too_small_is_refused_and_nothing_is_written) {
     kt_tree_free(&tree);
 }
 
-/* Two links of 0.1 m, the lower of one unit of mass at its end, the upper nearly without mass: where they are almost
- * stretched, a small turn of the lower moves the accelerations by several times what they are. */
+/* Two links of 0.1 m: the lower has one unit of mass at its end, and the upper nearly no mass. If they are almost
+ * stretched, a small turn of the lower changes the accelerations by several times their size. */
 static bool grow_whip(kt_tree *tree, kt_isa isa, double unit) {
     const double mass[2] = {1e-3 * unit, unit};
     memset(tree, 0, sizeof *tree);

@@ -204,8 +204,8 @@ static double difference(const double *a, const double *b) {
     return worst / kt_tree_largest(b, LONG);
 }
 
-/* Out of the plane the chain has 1e9 times the inertia that it has in it, and an axis that is off by eps brings 1e9 eps
- * of it in: that is what the spatial kernels lose. Measured: 3e-14 in the plane. */
+/* Out of the plane, the chain has 1e9 times its inertia in the plane. An axis that is off by eps brings 1e9 eps of it
+ * into the plane. The spatial kernels lose this accuracy. Measured: 3e-14 in the plane. */
 KT_TEST(a_long_oblique_chain_in_its_plane_loses_no_digits) {
     static double upright[LONG], flat[LONG], oblique[LONG], space[LONG], turned[LONG];
     const kt_mat3 aligned = kt_mat3_identity();

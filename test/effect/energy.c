@@ -97,8 +97,8 @@ static double energy_at(const kt_effect_record *r, const kt_effect_end end[2], c
 /* Differences of sixth order, error h^6 / 140 of the seventh derivative. */
 static const double weight[4] = {0.0, 0.75, -0.15, 1.0 / 60.0}, step = 0.003;
 
-/* A rate by differences of step h, and what it may be off by: a sixty-third of what that of 2 h is off by, and rounding
- * of energies, and of places of some metres in a force field, over h. */
+/* A rate by differences of step h, and its largest error. This is a sixty-third of the error with 2 h, and rounding of
+ * energies, and of places of some metres in a force field, over h. */
 typedef struct rate {
     double value, error;
 } rate;

@@ -218,9 +218,9 @@ static void ball_make(rig *r, double stiffness, double exponent, double dissipat
     r->effects[0].dissipation = dissipation;
 }
 
-/* Without gravity. m x'' = -k x^p, x' = v at x = 0, p + 1 = s: the ball goes as deep as d = (s m v^2 / (2 k))^(1/s),
- * and its contact lasts 2 int_0^d dx / (v sqrt(1 - (x / d)^s)) = 2 d / v * B(1 / s, 1 / 2) / s, which for p = 3/2
- * is 2.943 d / v (Hertz 1882). */
+/* Without gravity. m x'' = -k x^p, x' = v at x = 0, p + 1 = s: the ball goes d = (s m v^2 / (2 k))^(1/s) deep. Its
+ * contact lasts 2 int_0^d dx / (v sqrt(1 - (x / d)^s)) = 2 d / v B(1 / s, 1 / 2) / s. For p = 3/2, this is 2.943 d / v
+ * (Hertz 1882). */
 KT_TEST(hertz_contact_lasts_as_long_as_it_should) {
     static const double exponents[] = {1.0, 1.5, 2.0, 3.0};
     const double m = 2.0, v = 2.0, k = 1e5;
@@ -274,9 +274,9 @@ KT_TEST(dissipating_impacts_come_back_as_slow_as_they_should) {
 }
 
 /* Under gravity an elastic ball rises to where it was let go, again and again: z + v^2 / (2 g) in flight. With
- * dissipation each apex h is lower by the square of the ratio of speeds e; gravity's work during contact, at most d / h
- * of the kinetic energy for a ball that goes d deep, makes the ball faster and its way longer by less than that: of the
- * loss (1 - e^2) h it leaves an uncertainty of 2 (1 - e^2) d. */
+ * dissipation, each apex h is lower by e^2, the square of the ratio of speeds. Gravity's work during contact is at most
+ * d / h of the kinetic energy for a ball that goes d deep. It makes the ball faster and its way longer by less than
+ * that. The loss (1 - e^2) h is therefore uncertain by 2 (1 - e^2) d. */
 static void bounce(rig *r, double stiffness, double dissipation, double bound, int least) {
     const double g = 9.81, a = 1.5 * dissipation;
     int bounces = 0;

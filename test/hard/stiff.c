@@ -16,7 +16,7 @@ static void watch_energy(kt_hard_watch *w, const kt_hard_view *view) { kt_hard_w
 
 /* ---- announced --------------------------------------------------------------------------------------------------- */
 
-/* Beyond the limit, the analysis says so before the run, and a run that is made all the same ends in words, with a
+/* Beyond the limit, the analysis reports it before the run. A run that starts all the same ends with a message and a
  * state of numbers. `step`: beyond; `limit_least` and `most`: where the limit must lie. */
 static void announce(kt_hard *h, const kt_hard_motion *motion, double step, double least, double most) {
     kt_hard_motion fixed = *motion;
@@ -92,8 +92,9 @@ static const kt_hard_motion governor = {.scene = "flyball-governor",
                                         .alone = true};
 static void run_governor(kt_hard *h) { run_stiff(h, 1e-3, 3e-4, 4e-4); }
 
-/* The spring's arms of 0.5 m at right angles pull with a lever of 0.35 m; two bars of 1 m (and their neighbours) give
- * an inertia of some 0.05 kg m^2: 4e4 to 1e5 rad/s, so RK4, stable to 2.83 / w, to 3e-5 to 7e-5 s. */
+/* The spring's arms of 0.5 m at right angles pull with a lever of 0.35 m. Two bars of 1 m (and their neighbours) have
+ * an inertia of some 0.05 kg m^2. The frequency is 4e4 to 1e5 rad/s. RK4, stable to 2.83 / w, is therefore stable to
+ * 3e-5 to 7e-5 s. */
 static const kt_hard_motion spring = {.scene = "stiff-spring",
                                       .duration = 1.0,
                                       .shorter = 0.1,

@@ -16,8 +16,9 @@ static const kt_method *rodas(void) { return kt_method_find("rodas5p"); }
 
 /* ---- the table --------------------------------------------------------------------------------------------------- */
 
-/* The eight conditions of order 4 written out by hand (Hairer and Wanner IV.7, (7.11)), of b and of the embedded b - e,
- * against what the trees give: beta = alpha + gamma, beta_i and alpha_i its and alpha's row sums. */
+/* The eight conditions of order 4, written out by hand (Hairer and Wanner IV.7, (7.11)), of b and of the embedded b -
+ * e. They are compared with the result of the trees. beta = alpha + gamma, beta_i and alpha_i are its and alpha's row
+ * sums. */
 KT_TEST(conditions_of_order_4_are_those_of_the_textbook) {
     const kt_method *m = rodas();
     for (int embedded = 0; embedded < 2; embedded++) {

@@ -68,10 +68,10 @@ static void differences(const kt_loop_record *loop, const double *numbers, kt_v4
     }
 }
 
-/* Differences: rounding of some EPS / STEP^2 = 5e-11, and their own error: the sixth power of the step times
- * derivatives that grow near the centre of curvature, from which the points stay away; a knot of a spline within the
- * steps, where its third derivative jumps, leaves some STEP^2 of the second, and such draws are left out. Measured over
- * twenty seeds: at most 0.4 of the bounds. */
+/* Differences have rounding of some EPS / STEP^2 = 5e-11. Their own error is the sixth power of the step times
+ * derivatives that grow near the centre of curvature, from which the points stay away. The third derivative jumps at a
+ * knot of a spline. A knot within the steps leaves some STEP^2 of the second derivative, and such draws are left out.
+ * Measured over twenty seeds: at most 0.4 of the bounds. */
 KT_TEST(rows_are_the_rates_of_the_distance_and_of_the_arc_length) {
     kt_random random = kt_random_of_test();
     const kt_track tracks[2] = {{.type = KT_TRACK_HELIX, .radius = 0.8, .pitch = 0.3},
@@ -128,9 +128,10 @@ KT_TEST(rows_are_the_rates_of_the_distance_and_of_the_arc_length) {
     }
 }
 
-/* Through 33 points of a half circle of radius 1 (h = pi / 32): within the circle's fourth derivative times h^4 / 384 =
- * 2.4e-7 inside, and more next to the ends, where a natural spline has no curvature (measured: 5e-4); the middle is
- * held to the former, the arc length to that of the chords above, h^2 pi / 24 = 1.3e-3 below. */
+/* Through 33 points of a half circle of radius 1 (h = pi / 32). Inside, the error is within the circle's fourth
+ * derivative times h^4 / 384 = 2.4e-7. It is larger next to the ends, where a natural spline has no curvature
+ * (measured: 5e-4). The middle is held to the former. The arc length is held to that of the chords above, h^2 pi / 24 =
+ * 1.3e-3 below. */
 KT_TEST(spline_of_a_half_circle_is_nearly_one) {
     enum { POINTS = 33 };
     const double pi = 3.14159265358979323846;

@@ -1,6 +1,6 @@
-/* Reactions against virtual work: whatever small displacement of either end, the wrench of a row on the second end, and
- * its opposite on the first at the same point, do the work d phi. phi is differenced, not trusted to be what it should
- * be (equations.c sees to that). */
+/* Reactions against virtual work. For any small displacement of either end, the wrench of a row on the second end, and
+ * its opposite on the first at the same point, do the work d phi. phi is differenced, so that its formula is not
+ * assumed (equations.c tests it). */
 #include "moving.h"
 
 #include <float.h>

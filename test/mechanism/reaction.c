@@ -272,11 +272,10 @@ KT_TEST(prescribed_motion_needs_the_torque_of_inverse_dynamics) {
     kt_check_worst(&motion);
 }
 
-/* Three windows in a row where they lie flat, and near it, where their equations (almost) depend on each other: what
- * the ground gives the cranks is what all bars together need, m (c'' - g), and no joint about z resists. (If they lie
- * flat, the reactions inside are unbounded.) theta'' is from the closed form. The bound has two parts: the
- * interpolation's 4e-11 rad/s^2, and the rounding at the neighbouring positions, times masses and lengths, over the
- * distance 1e-3.
+/* Three windows in a row, flat and nearly flat: their equations (almost) depend on each other. The ground gives the
+ * cranks the force that all bars together need, m (c'' - g), and no joint about z resists. (If they lie flat, the
+ * reactions inside are unbounded.) theta'' is from the closed form. The bound has two parts: the interpolation's 4e-11
+ * rad/s^2, and the rounding at the neighbouring positions, times masses and lengths, over the distance 1e-3.
  */
 KT_TEST(ground_carries_a_row_of_windows_at_a_singular_position) {
     static linkage l;

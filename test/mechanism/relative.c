@@ -1,5 +1,4 @@
-/* Effects in coordinates of loops against the same effects in joints of the tree: of one mechanism that stands for
- * three trees,
+/* Effects in coordinates of loops against the same effects in joints of the tree. One mechanism represents three trees:
  *     joint   body a on the world by the joint, b on a
  *     loop    a free on the world and closed by a loop of the joint's type, b on a
  *     far     b free on the world, a free on b; two loops

@@ -311,8 +311,8 @@ KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
     kt_model_free(compiled);
 }
 
-/* A rod in its plane, and a pin above that plane, which it cannot reach: the rod is computed in the plane while the pin
- * is off, and in space, where what does not close is found, when it is on. */
+/* A rod in its plane, and a pin above that plane, which it cannot reach. While the pin is off, the rod is computed in
+ * the plane. If it is on, the rod is computed in space, which finds that the loop does not close. */
 KT_TEST(a_loop_that_is_off_keeps_nothing_out_of_its_plane) {
     kt_body rod = kt_body_default();
     kt_loop pin = kt_loop_default();

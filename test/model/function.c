@@ -38,8 +38,8 @@ static double value_at(const ready *r, double t, int derivative) {
 
 /* Both derivatives against the five-point formula of the order before,
  *   f'(t) = (f(t-2h) - 8 f(t-h) + 8 f(t+h) - f(t+2h)) / (12 h) - h^4 f''''' / 30.
- * scale bounds |f^(k)| / rate^k for all k; with h = 1e-3 / rate the formula is off by scale rate 1e-12 / 30, and by
- * 1.5 eps |f| / h = 1.5e3 eps rate scale through rounding of f (each value wrong by an ulp of scale at most). */
+ * scale bounds |f^(k)| / rate^k for all k. With h = 1e-3 / rate, the formula is off by scale rate 1e-12 / 30. Rounding
+ * of f adds 1.5 eps |f| / h = 1.5e3 eps rate scale, if each value is wrong by an ulp of scale at most. */
 static void check_derivatives(const char *what, const ready *r, const double *times, int count, double scale,
                               double rate) {
     const double h = 1e-3 / rate;

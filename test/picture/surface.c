@@ -76,8 +76,8 @@ static double volume_in_closed_form(const kt_solid *solid) {
 }
 
 /* To leading order, a polygon of n corners in a circle lacks 2/3 (pi / n)^2 of its area. Arcs of a meridian lie 1/3 (pi
- * / n)^2 of the radius outside of their chords in the mean, which is three times that of the volume of a ball: together
- * 5/3 (pi / n)^2, of a rod a mean of that and of 2/3. */
+ * / n)^2 of the radius outside of their chords on average. For the volume of a ball this counts three times, together
+ * 5/3 (pi / n)^2. For a rod, it is a mean of that and of 2/3. */
 KT_TEST(volume_is_that_of_the_solid) {
     kt_random random = kt_random_of_test();
     for (int type = 0; type < TYPES; type++)

@@ -439,8 +439,8 @@ static void compare_derivatives(const tangle *g, const tangle_system *s, const f
     }
 }
 
-/* The bound of accelerations is what the condition of the mechanism makes of rounding (tangle_solve); that of reactions
- * is relative to the largest, and grows with the lever arms by which a loop holds a tree. */
+/* The bound of accelerations is the rounding error enlarged by the condition of the mechanism (tangle_solve). The bound
+ * of reactions is relative to the largest reaction, and grows with the lever arms by which a loop holds a tree. */
 static void compare(const tangle_plan *plan, int mechanisms, bool effects, int *compared) {
     static tangle g;
     static few_results few, dense;

@@ -349,9 +349,9 @@ static bool build_row(linkage *l, course c, const row_kind *kind, kt_structure s
     return linkage_compile(l);
 }
 
-/* Fronts change their parameters by orthogonal factors alone until they are minimised out, so nothing grows, whatever
- * the gains and their order: errors are those of the matrices' own rounding, in a valley 1e-11 by its condition, for
- * fronts and dense matrices alike. */
+/* Fronts change their parameters by orthogonal factors alone until they are minimised out. Nothing grows, for any gains
+ * and their order. Errors are those of the matrices' own rounding (in a valley 1e-11 by its condition), for fronts and
+ * dense matrices alike. */
 KT_TEST(gains_of_windows_multiply_no_error) {
     static const row_kind kinds[] = {{.name = "narrow"},
                                      {.name = "in space", .plan = KT_PLAN_SPATIAL},

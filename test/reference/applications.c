@@ -189,10 +189,10 @@ KT_TEST(pump_rod_follows_the_beam) {
 
 /* ---- the landing gear -------------------------------------------------------------------------------------------- */
 
-/* The leg turns about x, and with it the axle y' of the wheel, whose spin momentum is J w_w y': turning it takes the
- * moment J w_w p x' x y' = J w_w p z', p the leg's rate, on top of what turns about x and brakes about y'. At the leg's
- * hinge, whose reaction is about the hinge's point, the masses lie in the plane of y and z: of the moment along z' all
- * else is zero. */
+/* The leg turns about x with the axle y' of the wheel, whose spin momentum is J w_w y'. Turning it takes the moment J
+ * w_w p x' x y' = J w_w p z', with p the leg's rate. This adds to the moments that turn about x and brake about y'. At
+ * the leg's hinge, whose reaction is about the hinge's point, the masses lie in the plane of y and z: of the moment
+ * along z' all else is zero. */
 typedef struct gear {
     const kt_case *c;
     kt_worst moment;

@@ -172,7 +172,7 @@ static void compare_places(pair *p, findings *f) {
     }
 }
 
-/* MuJoCo turns inertias to principal axes, by rotations which end where the cosine of the next is above 1 - 1e-12: axes
+/* MuJoCo turns inertias to principal axes, by rotations that stop when the cosine of the next is above 1 - 1e-12. Axes
  * may be off by 1.4e-6 rad, and an inertia by that times the difference of two principal moments. 1.6e-10 of the
  * largest entry was measured. Places do not depend on it. */
 static void compare_mass(pair *p, findings *f, double bound) {

@@ -591,8 +591,8 @@ static void compare_random(int count, bool has_meshes, double bound) {
     (void)rmdir(folder);
 }
 
-/* Random models of what decides forces and accelerations: bounds of actuators, of joints and of tendons, each of one or
- * of several, springs, dampers, tendons with armature, what flags turn off, masses by shells, frames of inertia. Forces
+/* Random models of all features that decide forces and accelerations. They have bounds of actuators, joints and tendons
+ * (for one or several), springs, dampers, tendons with armature, flags, masses by shells, and frames of inertia. Forces
  * and masses to rounding (the masses of small geoms within large ones lose digits), accelerations, which lose what the
  * mass matrix does, to 1e-7. */
 KT_TEST(random_models_have_the_accelerations_that_mujoco_of_today_computes) { compare_random(150, false, 2.5e-10); }

@@ -152,8 +152,8 @@ static double spin_by_segments(int segments, double speed, double step) {
     return run(text, last, "rk4", step, &w) ? w.most : (double)NAN;
 }
 
-/* Segments converge at second order, to what the linear equation gives but for the square of the deflection over the
- * length: half the speed is a half of the deflection or less, and a quarter of the difference or less. */
+/* Segments converge at second order to the linear equation, but for the square of the deflection over the length. Half
+ * the speed gives half of the deflection or less, and a quarter of the difference or less. */
 KT_TEST(spin_up_bends_back_as_galerkins_solution) {
     double apart[2];
     for (int i = 0; i < 2; i++) {
@@ -185,9 +185,9 @@ KT_TEST(a_beam_that_has_been_spun_up_is_longer) {
 
 /* ---- a shaft through its first critical speed -------------------------------------------------------------------- */
 
-/* A shaft of 1 m, EI = 100, clamped in a bearing that turns it ever faster, carries an unbalanced disc of 1 kg at its
- * end, 1 mm off the axis, in a medium that damps with c = 1 N s/m. The shaft has 0.05 kg, of which 33 / 140 count in
- * its first mode (Rayleigh). */
+/* A shaft of 1 m, EI = 100, is clamped in a bearing that turns it ever faster. At its end, it carries an unbalanced
+ * disc of 1 kg, 1 mm off the axis. A medium damps it with c = 1 N s/m. The shaft has 0.05 kg, of which 33 / 140 count
+ * in its first mode (Rayleigh). */
 #define SHAFT_EI 100.0
 #define SHAFT_MASS 0.05
 #define SHAFT_OFF 1e-3

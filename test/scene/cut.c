@@ -1,7 +1,7 @@
 /* Bundled scenes of which a part is missing or is something else: each is read and simulated, or an error says why not.
  *
- * Of every scene, as a tree of nodes (lib/document/node.h): without each key and each item in turn; with another value in
- * place of each; without any two of its sections; and with each section alone.
+ * The test cuts every scene, as a tree of nodes (lib/document/node.h). It leaves out each key and each item in turn,
+ * replaces each value by another, leaves out any two sections, and keeps each section alone.
  */
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"

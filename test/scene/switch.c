@@ -1,6 +1,6 @@
-/* Events of scenes that release and engage: a string that is let go, a rimless wheel that rolls down a
- * slope, against closed forms; a trebuchet, against GSL; a woodpecker toy, whose hard contacts jam and peck, against
- * its published orbit; a spinning coin, to its end; prescribed motions into boundaries; and what is refused. */
+/* Events of scenes that release and engage. Against closed forms: a string that is let go, and a rimless wheel that
+ * rolls down a slope. A trebuchet is compared with GSL, and a woodpecker toy, whose hard contacts jam and peck, with
+ * its published orbit. Also a spinning coin, to its end; prescribed motions into boundaries; and rejected scenes. */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 
@@ -392,8 +392,8 @@ KT_TEST(a_coin_rolls_steadily_and_sinks_by_its_law) {
     kt_check_below("goes with the inclination", off[1], 0.6 * off[0]);
 }
 
-/* Flat, its rim has no lowest point, and what turns there has no inertia, m r^2 sin(alpha)^2: the run ends there in
- * words that name the coin, whether it is kept on the plane or touches it. */
+/* If it lies flat, its rim has no lowest point, and the turning has no inertia, m r^2 sin(alpha)^2. The run ends there
+ * with a message that names the coin. This holds if the coin is kept on the plane, and if it touches it. */
 static void check_end(bool touches) {
     char text[2000];
     watched w;
@@ -491,9 +491,9 @@ static void check_refusal(const char *what, const char *text, double t, const ch
     "     plane: {body: table, rotation: {axis: x, angle: -90 deg}}, restitution: 0.5}\n"                              \
     "simulate: {duration: 2}\n"
 
-/* A drive goes on through a stop, with and without a restitution, from a distance and from rest where it touches; a
- * vice presses a block against a wall; and a table is lifted against a pendulum that hangs straight down. u + W p with
- * W = 0 has no impulse p, whatever rounding makes of W. */
+/* A drive goes on through a stop: with and without a restitution, from a distance and from rest at the stop. A vice
+ * presses a block against a wall, and a table is lifted against a pendulum that hangs straight down. u + W p with W = 0
+ * has no impulse p, for any rounding of W. */
 KT_TEST(a_prescribed_motion_into_a_boundary_is_told) {
     static const char *const stop[] = {"'jaw.upper'", "'drive'", "a prescribed motion goes on", "elastic stop", NULL};
     static const char *const straight[] = {"'bump'", "'drive'", "a prescribed motion goes on", NULL};

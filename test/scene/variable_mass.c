@@ -72,8 +72,8 @@ static void check_balance(const ending *last, double bound) {
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
 
-/* Straight up from 10 kg to 2 kg in 3 s: v = u ln(m0 / m) - g t, by mass that falls evenly and along a sine, by
- * explicit and implicit methods, of which Rosenbrock's has the derivative by time among its terms. */
+/* Straight up from 10 kg to 2 kg in 3 s: v = u ln(m0 / m) - g t. The mass falls evenly and along a sine. Explicit and
+ * implicit methods are tested. Rosenbrock's method has the derivative by time among its terms. */
 KT_TEST(rocket_keeps_tsiolkovskys_equation) {
     static const struct {
         const char *mass, *method;

@@ -132,8 +132,8 @@ static void ball_make(kt_body *ball, kt_effect *floor, kt_description *d) {
     d->effects = floor, d->effect_count = 1;
 }
 
-/* The speed at the first impact is w = sqrt(v^2 + 2 g q); bounce k is at t_k = (v + w (1 + 2 (e + ... + e^(k-1)))) / g,
- * and behind it, with s = t - t_k,  q = e^k w s - g s^2 / 2,  v = e^k w - g s. Differences of what a bounce does, over
+/* The speed at the first impact is w = sqrt(v^2 + 2 g q). Bounce k is at t_k = (v + w (1 + 2 (e + ... + e^(k-1)))) / g.
+ * After it, with s = t - t_k, q = e^k w s - g s^2 / 2 and v = e^k w - g s. Differences of what a bounce does, over
  * 1e-4, are good to some 1e-11. */
 KT_TEST(derivatives_of_a_bouncing_ball_are_those_of_its_closed_form) {
     static const char *const methods[] = {"rk4", "dopri5", "radau5", "ab4", "auto"};

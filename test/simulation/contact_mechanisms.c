@@ -154,8 +154,9 @@ KT_TEST(rocking_block_keeps_the_part_of_its_rate_that_it_must) {
     kt_model_free(model);
 }
 
-/* A stone on a rope of length L, at a speed v0 in the lowest point: the rope is slack from the angle a above the
- * horizontal with g L sin a = v^2 = v0^2 - 2 g L (1 + sin a), for 4 v cos a / g, and then taut again, plastically. */
+/* A stone on a rope of length L, with the speed v0 at the lowest point. The rope is slack from the angle a above the
+ * horizontal with g L sin a = v^2 = v0^2 - 2 g L (1 + sin a). It stays slack for 4 v cos a / g, and becomes taut
+ * plastically. */
 KT_TEST(slack_pendulum_flies_and_is_caught) {
     const double L = 1.3, v0 = sqrt(3.7 * g * L), s = (v0 * v0 / (g * L) - 2.0) / 3.0, c = sqrt(1.0 - s * s);
     const double v = sqrt(g * L * s), flight = 4.0 * v * c / g;
@@ -370,9 +371,9 @@ KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
 
 /* ---- against time-stepping --------------------------------------------------------------------------------------- */
 
-/* Such a mechanism by Moreau's time-stepping: positions, masses, forces and what touches at mid-step, then velocities
- * with the impulses of all stops and the rope where they touch, and of friction, which sweeps of Gauss and Seidel find.
- * The equations are Lagrange's by Jacobians, M = sum m J'J + I Jw'Jw, and share nothing with the library. */
+/* Such a mechanism by Moreau's time-stepping. Positions, masses, forces and the set of contacts are those of mid-step.
+ * Velocities follow with the impulses of all stops and the rope in contact, and of friction, by sweeps of Gauss and
+ * Seidel. The equations are Lagrange's by Jacobians, M = sum m J'J + I Jw'Jw, and share nothing with the library. */
 enum { ROWS = 2 * LINKS + 1 };
 typedef struct stepper {
     const chain *c;

@@ -49,8 +49,8 @@ KT_TEST(not_finite_names_time_and_joint_and_leaves_the_state) {
     overflow(kt_run_default());
 }
 
-/* Spun so fast about two axes that the third rate overflows in the first stage after the start, however small the step:
- * in the end the step is lost in the rounding of the time, and the message says both. */
+/* Spun so fast about two axes that the third rate overflows in the first stage after the start, for any step. In the
+ * end the step is lost in the rounding of the time, and the message has both facts. */
 KT_TEST(adaptive_step_that_never_succeeds_tells_the_cause) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, 1.0);

@@ -70,8 +70,8 @@ static int check_tumble(const kt_record *record, void *user) {
 }
 
 /* Spun about its middle axis with a little across it, it turns over and over. The quaternion keeps its norm in every
- * record to rounding though the tolerance is coarse, and its scaling spoils nothing: the angular momentum in the world,
- * which the orientation enters, is kept to what the tolerance allows (five times what was measured). */
+ * record to rounding, although the tolerance is coarse. Its scaling does no harm: the angular momentum in the world,
+ * which depends on the orientation, is kept to the tolerance (five times the measured error). */
 static void tumble(const char *integrator, double tolerance, double bound) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, 1.0);

@@ -305,9 +305,9 @@ static int lost_ways(const kt_case *c, motion *m, const kt_constraint_formulatio
 }
 
 /* The N-four-bar passes positions where its freedom jumps from 1 to 3 and a closure error, however small, decides the
- * way on, at some 5 rad/s. Without gains it is lost at every tolerance, and so it is with gains of 2 / s, with loops
- * that look closed to 1e-9; with 24 / s it passes most times (one of these five was lost, and which one is a matter of
- * rounding). */
+ * way on, at some 5 rad/s. Without gains it is lost at every tolerance. It is also lost with gains of 2 / s, although
+ * the loops look closed to 1e-9. With 24 / s it passes most times: one of these five was lost, and rounding decides
+ * which. */
 KT_TEST(sets_that_drift_lose_the_n_four_bar_at_every_tolerance_and_stiff_gains_only_help) {
     static motion m;
     kt_case c;

@@ -25,8 +25,8 @@ KT_TEST(motion_without_amplitude_is_measured_against_one) {
     kt_accuracy_free(b.study);
 }
 
-/* A cylindrical joint has an angle and a length; the box that is its length scale holds the marker, 5 m off the axis,
- * which turns by 2 rad to both sides: 10 m, where it would be some 1 m without. */
+/* A cylindrical joint has an angle and a length. The box of the length scale holds the marker, 5 m off the axis, which
+ * turns by 2 rad to both sides. The scale is 10 m, and would be some 1 m without the marker. */
 KT_TEST(markers_count_in_the_length_scale) {
     bench b;
     make(&b);
