@@ -80,9 +80,42 @@ def link_names(app, document):
             reference += literal
 
 
+def restore_theme(app, exception):
+    """Adds three parts to Debian's Furo 2022.12.7 that newer ones have.
+
+    Its script imports another one, which browsers reject outside of a module: without it there is no button for dark
+    mode. Its compiler of styles drops the dark colours for readers whose system is dark. Its reset of browsers' styles is
+    an import from a path of Debian's web server, which a site elsewhere does not have.
+    """
+    folder = pathlib.Path(app.outdir, "_static")
+    sheet, script = folder / "styles/furo.css", folder / "scripts/furo.js"
+    if exception or not sheet.is_file() or not script.is_file():
+        return
+    words, imported = script.read_text(), re.compile(r'^import Gumshoe from "\./([\w-]+\.js)";$', re.M)
+    script.write_text(imported.sub(lambda found: (script.parent / found[1]).read_text(), words))
+
+    style = sheet.read_text()
+    reset = re.search(r"@import url\((/javascript/[^)]*)\);", style)
+    if reset:
+        source = pathlib.Path("/usr/share" + reset[1])
+        style = style.replace(reset[0], source.read_text() if source.is_file() else "body { margin: 0 }")
+    dark = re.search(r'body\[data-theme="dark"\] (\{[^}]*\})', style)
+    if dark and "prefers-color-scheme" not in style:
+        auto = 'body:not([data-theme="light"])'
+        style += f"""
+@media not print {{ @media (prefers-color-scheme: dark) {{
+  {auto} {dark[1]}
+  html {auto} .only-light {{ display: none !important }}
+  {auto} .only-dark {{ display: block !important }}
+}} }}
+"""
+    sheet.write_text(style)
+
+
 def setup(app):
     app.add_config_value("navigation", [], "env")
     app.connect("builder-inited", read_navigation)
     app.connect("source-read", add_navigation)
     app.connect("doctree-read", link_names)
+    app.connect("build-finished", restore_theme)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -380,6 +380,8 @@ def manual(troff):
             out.append("# kinetree " + words(rest.split()[0].lower()).partition("-")[2])
         elif request == ".SH":
             out += ["", "## " + words(rest).capitalize(), ""] if rest != "NAME" else [""]
+        elif request == ".SS":
+            out += ["", "### " + words(rest), ""]
         elif request == ".TP":
             term = True
         elif request in (".nf", ".EX"):
@@ -392,6 +394,10 @@ def manual(troff):
             out.append("")
         elif request == ".B":
             out.append(f"`{words(rest)}`")
+        elif request == ".BR":
+            out.append("`{}`{}".format(*words(rest).split(" ", 1)))
+        elif re.match(r"\.[A-Z]", request):
+            raise ValueError(f"the manual page has a request that is not converted: {line}")
         elif term:
             out += ["", words(line), ":   "]
             term = False
