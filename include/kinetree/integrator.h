@@ -145,7 +145,8 @@ typedef struct kt_method {
     const double *gamma;              /* s x s by rows; NULL for others */
     const kt_rosenbrock *transformed; /* the same table as steps compute with it; opaque */
 
-    /* A multistep method of n steps. The table above is then that of the Runge-Kutta method that starts it:
+    /* A multistep method of n steps. The table above then has the Runge-Kutta method of its first steps.
+     * Its own steps are:
      *
      *     y1 = sum_i past_i y_(1-i) + h sum_j slopes_j f_(1-j),   i = 1 .. n, j = 0 .. n
      *
