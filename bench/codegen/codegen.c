@@ -1,0 +1,190 @@
+/* Generated C against the library: forward and inverse dynamics and the mass matrix of trees, in turns.
+ *
+ * The program writes the files with kt_codegen_write, compiles them with `cc` for this processor, and loads them. A line
+ * is trusted if both results agree to 1e-9 of their largest number. Bars are ratios of times, library over generated.
+ */
+#include "kinetree/codegen.h"
+#include "kinetree/dynamics.h"
+#include "kinetree/scene.h"
+#include "report.h"
+
+#include <dlfcn.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define COMPILE "cc -std=c99 -O3 -march=native -fno-math-errno -fPIC -shared"
+
+enum { FORWARD, INVERSE, MASS, FUNCTIONS, NV_MOST = 64, NQ_MOST = 70, PREPARED_MOST = 4096 };
+
+typedef int given_function(const void *model, const double *q, const double *v, const double *x, double *out);
+typedef int mass_function(const void *model, const double *q, double *out);
+typedef void prepare_function(const void *parameters, void *model);
+
+/* A mechanism in both forms, at one state. */
+typedef struct subject {
+    const char *scene;
+    double bar[FUNCTIONS];
+    kt_model *model;
+    kt_data *data;
+    void *library;
+    given_function *given[2];
+    mass_function *mass;
+    double prepared[PREPARED_MOST];
+    double q[NQ_MOST], v[NV_MOST], x[NV_MOST];
+    double out[2][NV_MOST * NV_MOST]; /* of the library, generated */
+    int function;
+    kt_status status;
+} subject;
+
+static subject subjects[] = {
+    {.scene = "arm7", .bar = {2.0, 2.2, 3.0}},
+    {.scene = "humanoid", .bar = {1.2, 1.5, 1.15}},
+};
+
+enum { SUBJECTS = sizeof subjects / sizeof *subjects };
+
+static void run_library(void *user, long repetitions) {
+    subject *s = user;
+    kt_error error;
+    for (long i = 0; i < repetitions && s->status == KT_OK; i++)
+        s->status =
+            s->function == FORWARD   ? kt_dynamics_forward(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
+            : s->function == INVERSE ? kt_dynamics_inverse(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
+                                     : kt_dynamics_mass(s->model, s->data, s->q, s->out[0], &error);
+}
+
+static void run_generated(void *user, long repetitions) {
+    subject *s = user;
+    int code = 0;
+    for (long i = 0; i < repetitions; i++)
+        code |= s->function == MASS ? s->mass(s->prepared, s->q, s->out[1])
+                                    : s->given[s->function](s->prepared, s->q, s->v, s->x, s->out[1]);
+    if (code != 0)
+        s->status = KT_ERROR_SINGULAR;
+}
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+static bool find_symbol(void *library, const char *name, void *target) {
+    void *const at = dlsym(library, name);
+    memcpy(target, &at, sizeof at);
+    return at != NULL;
+}
+
+/* Writes, compiles and loads the file of a model. Returns false after printing the fault. */
+static bool load_generated(subject *s) {
+    char folder[] = "/tmp/kt-bench-XXXXXX", path[3][64], command[256];
+    static const char *const end[3] = {"c", "h", "so"};
+    kt_error error = {0};
+    prepare_function *prepare = NULL;
+    const void *standard = NULL;
+    if (mkdtemp(folder) == NULL)
+        return false;
+    for (int i = 0; i < 3; i++)
+        snprintf(path[i], sizeof path[i], "%s/mech.%s", folder, end[i]);
+    FILE *source = fopen(path[0], "w"), *header = fopen(path[1], "w");
+    bool fine = source != NULL && header != NULL &&
+                kt_codegen_write(s->model, "mech", KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_MASS, false,
+                                 source, header, &error) == KT_OK;
+    fine = source != NULL && fclose(source) == 0 && fine;
+    fine = header != NULL && fclose(header) == 0 && fine;
+    snprintf(command, sizeof command, COMPILE " %s -o %s", path[0], path[2]);
+    fine = fine && system(command) == 0; /* NOLINT(cert-env33-c): the compiler of this machine */
+    s->library = fine ? dlopen(path[2], RTLD_NOW) : NULL;
+    fine = s->library != NULL && find_symbol(s->library, "mech_prepare", &prepare) &&
+           find_symbol(s->library, "mech_default", &standard) &&
+           find_symbol(s->library, "mech_forward", &s->given[FORWARD]) &&
+           find_symbol(s->library, "mech_inverse", &s->given[INVERSE]) &&
+           find_symbol(s->library, "mech_mass", &s->mass);
+    if (fine)
+        prepare(standard, s->prepared);
+    else
+        fprintf(stderr, "%s: the file cannot be made: %s\n", s->scene, error.message);
+    for (int i = 0; i < 3; i++)
+        (void)unlink(path[i]);
+    (void)rmdir(folder);
+    return fine;
+}
+
+static bool load_subject(subject *s) {
+    char path[512];
+    kt_scene scene;
+    kt_error error = {0};
+    snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, s->scene);
+    if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK)
+        return kt_bench_tell(&error) == KT_BENCH_DONE;
+    const bool fine = kt_model_compile(&scene.description, NULL, &s->model, &error) == KT_OK &&
+                      kt_data_create(s->model, &s->data, &error) == KT_OK && kt_model_nv(s->model) <= NV_MOST;
+    kt_scene_free(&scene);
+    if (!fine)
+        return kt_bench_tell(&error) == KT_BENCH_DONE;
+    kt_model_initial(s->model, s->q, s->v);
+    for (int i = 0; i < kt_model_nv(s->model); i++) {
+        s->v[i] = sin(1.0 + i);
+        s->x[i] = cos(2.0 + 3.0 * i);
+    }
+    kt_position_add(s->model, s->q, s->x, s->q);
+    return load_generated(s);
+}
+
+/* ---- the table --------------------------------------------------------------------------------------------------- */
+
+static void print_head(void) {
+    printf("%-10s %-8s %12s %12s %7s %7s %7s %6s\n", "scene", "function", "library, ns", "generated, ns", "low",
+           "ratio", "high", "bar");
+}
+
+static int measure_line(size_t line, const kt_bench_options *options, kt_csv *csv) {
+    static const char *const name[FUNCTIONS] = {"forward", "inverse", "mass"};
+    subject *s = &subjects[line / FUNCTIONS];
+    kt_bench_times times[2];
+    if (s->model == NULL && !load_subject(s))
+        return KT_BENCH_FAILED;
+    s->function = (int)(line % FUNCTIONS);
+    const kt_bench_task tasks[2] = {{run_library, s}, {run_generated, s}};
+    kt_bench_measure(tasks, 2, options->seconds, times);
+    const int nv = kt_model_nv(s->model), count = s->function == MASS ? nv * nv : nv;
+    double most = 0.0, off = 0.0;
+    for (int i = 0; i < count; i++) {
+        most = fmax(most, fabs(s->out[0][i]));
+        off = fmax(off, fabs(s->out[0][i] - s->out[1][i]));
+    }
+    if (s->status != KT_OK || !(off <= 1e-9 * most)) {
+        fprintf(stderr, "%s %s: results differ by %g of %g\n", s->scene, name[s->function], off, most);
+        return KT_BENCH_FAILED;
+    }
+    const kt_bench_ratio ratio = kt_bench_compare(&times[0], &times[1]);
+    const double bar = s->bar[s->function];
+    printf("%-10s %-8s %12.1f %12.1f %7.2f %7.2f %7.2f %6.2f%s\n", s->scene, name[s->function], 1e9 * times[0].low,
+           1e9 * times[1].low, ratio.low, ratio.median, ratio.high, bar, ratio.median < bar ? "  below" : "");
+    kt_csv_text(csv, s->scene);
+    kt_csv_text(csv, name[s->function]);
+    kt_csv_number(csv, ratio.median);
+    kt_csv_number(csv, bar);
+    kt_csv_origin(csv, options->isa);
+    kt_csv_times(csv, &times[1]);
+    kt_csv_line(csv);
+    return ratio.median < bar ? KT_BENCH_MISSED : KT_BENCH_DONE;
+}
+
+int main(int argc, char **argv) {
+    const kt_bench_table table = {
+        .about = "Generated C against the library: trees, in turns. Needs a C compiler with the name cc.\n",
+        .columns = "scene,function,ratio,bar," KT_CSV_ORIGIN "," KT_CSV_TIMES,
+        .title = "generated C (" COMPILE ")",
+        .print_head = print_head,
+        .subjects = SUBJECTS * FUNCTIONS,
+        .measure = measure_line,
+    };
+    const int code = kt_bench_run(&table, argc, argv);
+    for (int i = 0; i < SUBJECTS; i++) {
+        if (subjects[i].library != NULL)
+            dlclose(subjects[i].library);
+        kt_data_free(subjects[i].data);
+        kt_model_free(subjects[i].model);
+    }
+    return code;
+}
