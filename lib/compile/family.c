@@ -261,10 +261,10 @@ static size_t data_size_of(const compilation *c, const kt_model *model) {
     kt_model slipping = *model;
     if ((model->set & c->switches.masked) == 0)
         return kt_data_size(model);
-    slipping.n.slip = 0;
+    slipping.n.slip = slipping.n.slip_work = 0;
     for (size_t i = 0; i < model->n.loop; i++)
-        slipping.n.slip += model->loop[i].rubs > 0 && slipping.n.slip < model->n.v;
-    slipping.n.slip_work = kt_slip_work_size(slipping.n.slip);
+        if (model->loop[i].rubs > 0 && slipping.n.slip < model->n.v)
+            kt_slip_add(&slipping);
     slipping.family = NULL;
     return kt_data_size(&slipping);
 }

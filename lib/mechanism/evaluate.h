@@ -105,8 +105,6 @@ kt_forward_call kt_closed_forward;
  * kt_slip_power returns the power that friction dissipated in the last evaluation. */
 kt_forward_call kt_slip_forward;
 void kt_slip_add(kt_model *model);
-/* Bytes of the scratch memory with which directions of slow slip are found. */
-size_t kt_slip_work_size(size_t slips);
 double kt_slip_power(const kt_model *model, const kt_data *data);
 /* Turns the directions data->slip to slip that has turned away from them, in the state q, v. Returns whether any
  * turned. */

@@ -59,12 +59,6 @@ static const double ahead = 4e-7, slow = 4e-6, shrinking = 10.0;
 /* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
 static const double directed = 1e-11, aligned = 0.9;
 
-void kt_slip_add(kt_model *model) {
-    model->n.slip++;
-    model->n.slip_work = kt_slip_work_size(model->n.slip);
-    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
-}
-
 /* The k-th loop that slips. */
 static const kt_loop_record *loop_of(const kt_model *model, size_t k) {
     size_t i = 0;
@@ -248,7 +242,11 @@ typedef struct slow_slip {
 
 KT_ARENA_LAYOUT(lay_out_slow_slip, slow_slip, SLOW_SLIP_FIELDS, size_t n)
 
-size_t kt_slip_work_size(size_t slips) { return slips > 0 ? lay_out_slow_slip(NULL, slips) : 0; }
+void kt_slip_add(kt_model *model) {
+    model->n.slip++;
+    model->n.slip_work = lay_out_slow_slip(NULL, model->n.slip);
+    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
+}
 
 static slow_slip *begin_slow_slip(kt_data *data, size_t n) {
     slow_slip *p = (slow_slip *)(void *)data->slip_work;
