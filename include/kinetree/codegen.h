@@ -29,11 +29,16 @@ extern "C" {
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
     X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")
 
+/* Indices of functions, in the order of KT_CODEGEN_LIST. */
 enum {
-#define KT_CODEGEN_INDEX(id, name, meaning) id##_INDEX,
-    KT_CODEGEN_LIST(KT_CODEGEN_INDEX)
-#undef KT_CODEGEN_INDEX
-        KT_CODEGEN_COUNT /* how many functions there are */
+    KT_CODEGEN_FORWARD_INDEX, /* forward dynamics */
+    KT_CODEGEN_INVERSE_INDEX, /* inverse dynamics */
+    KT_CODEGEN_BIAS_INDEX,    /* bias forces */
+    KT_CODEGEN_MASS_INDEX,    /* the mass matrix */
+    KT_CODEGEN_EFFECTS_INDEX, /* forces of effects */
+    KT_CODEGEN_ENERGY_INDEX,  /* energies */
+    KT_CODEGEN_MARKERS_INDEX, /* places of markers */
+    KT_CODEGEN_COUNT          /* how many functions there are */
 };
 
 /* Bits of functions. */

@@ -12,6 +12,7 @@
     X(kt_accuracy_results)                                                                                             \
     X(kt_batch_frame)                                                                                                  \
     X(kt_batch_job)                                                                                                    \
+    X(kt_batch_lanes)                                                                                                  \
     X(kt_batch_options)                                                                                                \
     X(kt_batch_report)                                                                                                 \
     X(kt_batch_sensors)                                                                                                \

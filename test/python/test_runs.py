@@ -168,7 +168,7 @@ def test_a_notebook_shows_the_progress_bar(scenes, monkeypatch, capsys):
     scene.run(duration=3, interval=1)
     assert "%" not in capsys.readouterr().err
     monkeypatch.setattr(kt.command, "in_notebook", lambda: True)
-    run = scene.run(duration=200, interval=10)
+    run = scene.run(duration=1000, interval=50)
     said = capsys.readouterr().err
     print("       bars:", said.count("%"))
     assert len(run) == 21 and said.count("%") >= 2 and "\r" in said

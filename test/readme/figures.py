@@ -164,7 +164,7 @@ def ten_stops():
         scene.write_text(f"kinetree: 1\nbodies:\n{links}effects:\n{stops}")
         said = kinetree("info", scene)
     found = re.search(r"([\d,]+) models.*?([\d.]+) MB", said, flags=re.S)
-    compare("hard-contacts.md", r"models\s+and\s+their\s+memory:\s+([\d,]+)\s+and\s+(\d+)\s+MB\s+for\s+ten\s+stops",
+    compare("switching.md", r"models\s+and\s+their\s+memory:\s+([\d,]+)\s+and\s+(\d+)\s+MB\s+for\s+ten\s+stops",
             [float(found[i].replace(",", "")) for i in (1, 2)] if found else [None, None])
 
 
