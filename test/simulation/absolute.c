@@ -1,4 +1,5 @@
-/* The absolute formulation under the clock: what goes in and comes out is the tree's, whatever is integrated. */
+/* The absolute formulation in a simulation: its inputs and outputs are those of the tree, although the simulation
+ * integrates absolute coordinates. */
 #include "../dynamics/tree.h"
 #include "../formulation.h"
 #include "interpose.h"
@@ -145,13 +146,13 @@ static double angle_of(int spinner, double t) {
 
 static int watch_spin(const kt_record *record, void *user) {
     spin *s = user;
-    for (int i = 0; i < SPINNERS; i++) /* the bound is five times what these coarse steps were seen to lose */
+    for (int i = 0; i < SPINNERS; i++) /* the bound is five times the error measured with these coarse steps */
         kt_worst_near(&s->angle, record->q[s->at[i]], angle_of(i, record->time), 9e-4, "t = %g, %d", record->time, i);
     return 0;
 }
 
-/* A step turns the bodies by 2 rad, and the wheel in the end by almost 4, more than half a turn: it is the rates at
- * both ends that tell. */
+/* A step turns the bodies by 2 rad. At the end it turns the wheel by almost 4 rad, which is more than half a turn. Only
+ * the rates at both ends determine the number of turns. */
 KT_TEST(angles_count_whole_turns) {
     kt_body bodies[SPINNERS];
     kt_effect motor;
@@ -213,8 +214,8 @@ static int watch_balls(const kt_record *record, void *user) {
     return 0;
 }
 
-/* Of a rotation's two quaternions the one that is nearer to the last, over more than two turns: 4 pi of the angle are
- * one turn of the quaternion. 3e-14 was measured. */
+/* A rotation has two quaternions. The record has the one that is nearer to the last record, over more than two turns.
+ * An angle of 4 pi is one turn of the quaternion. The measured error was 3e-14. */
 KT_TEST(quaternions_go_on_without_a_jump) {
     kt_body bodies[BALLS];
     kt_error error;

@@ -1,7 +1,7 @@
-/* Mechanisms with loops and effects move alike in both formulations, also where a relation or an effect speaks of a
- * joint's position, which no free body has.
+/* Mechanisms with loops and effects move alike in both formulations. This includes relations and effects that refer to
+ * the position of a joint, although a free body has no such position.
  *
- * Steps are so short that rounding is all that differs; bounds are five times what was measured.
+ * Steps are so short that the results differ only by rounding. Bounds are five times the measured differences.
  */
 #include "both.h"
 

@@ -1,7 +1,7 @@
 /* Every bundled scene in both formulations.
  *
- * At instants of the tree's run the absolute formulation is set to the tree's state and asked for accelerations, which
- * must be the same to rounding. And where it can be had in a blink, the motion from the start is followed as well.
+ * At some times of the tree's run, the absolute formulation gets the state of the tree. The accelerations of both must
+ * agree to rounding. And where it can be had in a blink, the motion from the start is followed as well.
  */
 #include "../sanitized.h"
 #include "both.h"
@@ -52,8 +52,9 @@ static void visit_all(int most, void (*visit)(const char *name, const kt_scene *
     free(entries);
 }
 
-/* The accelerations of both where the tree is now, each times the square root of the inertia along it: as an error
- * weighs in kinetic energy, a thumb's less than the body's that carries it. */
+/* The accelerations of both formulations at the present state of the tree. Each is multiplied by the square root of the
+ * inertia along it, as errors count in kinetic energy. An error of a thumb counts less than an error of the body that
+ * carries the thumb. */
 static bool weighted_accelerations(kt_simulation *tree, kt_simulation *other, const kt_model *model, kt_data *data,
                                    double *a, double *b) {
     static double mass[NUMBERS * NUMBERS];
@@ -110,8 +111,8 @@ static bool amplify(kt_simulation *tree, const kt_model *model, kt_data *data, v
     return kt_fine("derivatives", status, &error);
 }
 
-/* Relative to the largest; bound: five times the largest of all scenes without springs, for each freedom squared, and
- * what the scene makes of roundings. */
+/* Differences relative to the largest acceleration. The bound is five times the largest difference of all scenes
+ * without springs, for each freedom squared, plus the effect of rounding in the scene. */
 static void compare_accelerations(const char *name, const kt_scene *scene, const kt_model *model,
                                   const kt_absolute *absolute) {
     kt_worst worst = kt_worst_make(name);
@@ -181,9 +182,9 @@ static double arm_of(const kt_scene *scene) {
     return most;
 }
 
-/* The first 200 steps of 50 000 (50 under sanitizers), which leave rounding alone to differ, as long as it is cheap.
- * Bounds: five times the largest of all scenes, and what springs and dampers make of that. Reactions of redundant loops
- * are shared in more ways than one. */
+/* The first 200 steps of 50 000, or 50 steps under sanitizers. Such steps are so short that the results differ only by
+ * rounding, and 200 of them are still cheap. Bounds are five times the largest difference of all scenes, plus its
+ * effect on springs and dampers. Reactions of redundant loops are shared in more ways than one. */
 static void compare_motions(const char *name, const kt_scene *scene, const kt_model *model,
                             const kt_absolute *absolute) {
     static kt_both_trace tree, other;
@@ -225,8 +226,8 @@ static bool after_a_second(const kt_model *model, const kt_absolute *absolute, i
     return fine;
 }
 
-/* Bricard's mechanism has a redundant equation, and with every joint a loop many: which of them are left out must not
- * change from stage to stage, or the order is two. */
+/* Bricard's mechanism has a redundant equation, and many if every joint is a loop. All stages of a step must leave out
+ * the same equations. Otherwise the order of the method drops to two. */
 KT_TEST(redundant_equations_leave_a_method_its_order) {
     static const char *const ways[] = {"qr", "partition", "svd"};
     kt_scene scene;
@@ -258,8 +259,8 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
 }
 
 /* Ten crossings in 10 s, the first two of which are enough for sanitizers. At 1.229 s a step of the projection that
- * leaves the lost direction out makes matters worse by a hair, and it must go on. Bound: three times what was
- * measured. */
+ * leaves the lost direction out makes matters worse by a hair, and it must go on. The bound is three times the measured
+ * difference. */
 KT_TEST(windows_pass_singular_positions_as_free_bodies) {
     static double tree[NUMBERS], free_bodies[NUMBERS];
     kt_scene scene;

@@ -90,7 +90,7 @@ KT_TEST(accelerations_are_those_of_the_recursion) {
     kt_check_worst(&error);
 }
 
-/* What carries each body, constraint and applied parts together, about the joint frame's origin. */
+/* The force and moment that carry each body, constraint and applied parts together, about the joint frame's origin. */
 KT_TEST(reactions_are_those_of_the_recursion) {
     kt_random random = kt_random_of_test();
     kt_worst force = kt_worst_make("force, relative"), moment = kt_worst_make("moment, relative");
@@ -119,8 +119,8 @@ KT_TEST(reactions_are_those_of_the_recursion) {
     kt_check_worst(&moment);
 }
 
-/* Adds some turns to the state's angles, and writes a past that is 2 rad or 2 m away in every plain coordinate; of
- * quaternions it is near, and says only which of the two is meant. */
+/* Adds some turns to the state's angles. Writes a past that is 2 rad or 2 m away in every plain coordinate. For
+ * quaternions the past is near and only selects one of the two signs. */
 static void wind(const kt_tree *tree, double *q, double *past, kt_random *random) {
     memcpy(past, q, (size_t)tree->nq * sizeof *past);
     for (int b = 1; b < tree->count; b++) {

@@ -1,5 +1,5 @@
-/* Pushes that are refused or set again alike, works under equations of the caller's, runs that make no sense, and the
- * names of what a run chooses.
+/* Rejected and repeated pushes, works under equations of the caller's, runs with invalid options, and the names of the
+ * options that a run chooses.
  */
 #include "scenes.h"
 
@@ -78,7 +78,8 @@ static int push_alone(const kt_instant *at, double *rate, double *a, kt_error *e
     return 0;
 }
 
-/* F = 3 N on 2 kg over 2 s from rest: v = 3 m/s, W = m v^2 / 2. The integrand is linear in t, which rk4 has exactly. */
+/* A force of 3 N acts on 2 kg for 2 s from rest. The speed reaches 3 m/s, and the work is m v^2 / 2. The integrand is
+ * linear in t, which rk4 has exactly. */
 KT_TEST(works_are_kept_under_the_callers_equations) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 2.0);
@@ -145,7 +146,7 @@ KT_TEST(numbers_of_a_run_that_make_no_sense_are_refused) {
     check_run(run, "tolerance", "one of them above zero");
 }
 
-/* What lies below rounding, and next to it the least that does not. */
+/* Values below rounding, and next to each the smallest value that is not. */
 KT_TEST(runs_that_could_never_end_are_refused) {
     kt_run run = kt_run_default();
     run.duration = 5e-324;
@@ -158,7 +159,7 @@ KT_TEST(runs_that_could_never_end_are_refused) {
     run.step = 5e-324;
     kt_check_equal_int("no step at all", kt_run_check(&run, NULL), KT_OK);
     run.duration = 10.0;
-    run.step = 3.5e-14; /* 16 eps of 10 s are 3.553e-14 s */
+    run.step = 3.5e-14; /* 16 eps times 10 s = 3.553e-14 s */
     check_run(run, "step", "3.5e-14 s: is lost in the rounding of times up to 10 s");
     run.step = 3.6e-14;
     kt_check_equal_int("a step of 3.6e-14 s", kt_run_check(&run, NULL), KT_OK);
@@ -172,7 +173,7 @@ KT_TEST(runs_that_could_never_end_are_refused) {
     kt_check_equal_int("a tolerance of 2.3e-16", kt_run_check(&run, NULL), KT_OK);
     run.relative = 0.0;
     kt_check_equal_int("the absolute one alone", kt_run_check(&run, NULL), KT_OK);
-    run.interval = 1.1e-15; /* 10 s over 2^53 are 1.110e-15 s */
+    run.interval = 1.1e-15; /* 10 s / 2^53 = 1.110e-15 s */
     check_run(run, "interval", "more records than can be counted");
     run.interval = 1.2e-15;
     kt_check_equal_int("an interval of 1.2e-15 s", kt_run_check(&run, NULL), KT_OK);

@@ -1,5 +1,5 @@
-/* Changes of the state that are refused leave nothing behind. A twin that is asked for none of them is the oracle:
- * every output and the whole later motion have the same bits. */
+/* Changes of the state that are refused leave nothing behind. The oracle is a twin simulation without any of these
+ * calls. Every output and the whole later motion have the same bits. */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -179,7 +179,7 @@ static bool are_equal(kt_simulation *a, kt_simulation *b) {
            kt_simulation_released(a) == kt_simulation_released(b);
 }
 
-/* Counts of what went wrong. */
+/* Counts of failures. */
 typedef struct failures {
     int taken, differ, ticks, closings, sticks;
 } failures;

@@ -1,5 +1,5 @@
-/* The energy balance: kinetic + potential + dissipated - supplied stays what it was, and each of the two works is what
- * it must be. */
+/* The energy balance: kinetic + potential + dissipated - supplied is constant, and each of the two works has its
+ * correct value. */
 #include "../formulation.h"
 #include "scenes.h"
 
@@ -85,7 +85,7 @@ typedef struct compared {
     kt_worst dissipated, supplied;
 } compared;
 
-/* x = x0 e^(-g t) (cos w t + g / w sin w t), w^2 = k/m - g^2, g = c / 2m: what is lost is heat. */
+/* x = x0 e^(-g t) (cos w t + g / w sin w t), w^2 = k/m - g^2, g = c / 2m. The lost energy is heat. */
 static int compare_free(const kt_record *r, void *user) {
     compared *it = user;
     const oscillator *o = it->o;
@@ -140,7 +140,8 @@ KT_TEST(works_of_a_driven_oscillator_are_those_of_the_closed_form) {
     compare(&o, -x * sin(f), x * o.w * cos(f), compare_driven);
 }
 
-/* A torque on a pendulum that turns by an angle, and a force on its bob: F . dr and tau dq, whatever the motion. */
+/* A torque on a pendulum that turns by an angle, and a force on its bob. The works are tau dq and F . dr for any
+ * motion. */
 KT_TEST(held_torques_and_wrenches_supply_force_times_way) {
     kt_lone pendulum;
     kt_error error;

@@ -7,7 +7,7 @@
 
 enum { KT_BOTH_RECORDS = 101, KT_BOTH_BODIES = 12, KT_BOTH_COORDINATES = 60 };
 
-/* All that a record says. */
+/* All contents of a record. */
 typedef struct kt_both_trace {
     const kt_model *model;
     int count, nq, nv, bodies, loops;
@@ -32,8 +32,8 @@ kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolu
 bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, const double *torque,
                  kt_both_trace *t);
 
-/* Bounds of the differences between two traces, over all records, each relative to the largest number of its kind (at
- * least 1). reaction = 0: reactions are not unique, and not compared. */
+/* Bounds of the differences between two traces, over all records. Each is relative to the largest number of its kind,
+ * or to 1 if that is larger. With reaction = 0, reactions are not unique and not compared. */
 typedef struct kt_both_bounds {
     double position, velocity, acceleration, energy, reaction;
 } kt_both_bounds;

@@ -1,5 +1,5 @@
-/* Caps of iterations: each is reached by a case made for it, and told: in an error where something is left open, in the
- * counts always.
+/* Limits of iterations: a special case reaches each of them. The counts always report the limit, and an error reports
+ * it if the result is incomplete.
  */
 #include "../constraint/linkage.h"
 #include "scene_files.h"
@@ -44,9 +44,10 @@ static kt_iterations assemble(double angle, double x, double *reached) {
     return seen;
 }
 
-/* Near the upper dead centre the closed states are x = 3 - 3/4 angle^2 + ..., of curvature 3/2: seen from the centre of
- * curvature, 2/3 below, all of them are equally near but for terms of fourth order. A state 1e-6 off it is nearest
- * to angle (1e-6 / (4 0.708))^(1/3), 7e-3, and the way there is as flat as 1e-6. */
+/* Near the upper dead centre the closed states are x = 3 - 3/4 angle^2 + ..., of curvature 3/2. The centre of curvature
+ * lies 2/3 below. Seen from there, the distances of all closed states differ only in terms of fourth order. For a state
+ * 1e-6 off the centre of curvature, the nearest angle is (1e-6 / (4 0.708))^(1/3). This is 7e-3, and the distance along
+ * the way there is as flat as 1e-6. */
 KT_TEST(assembly_that_ends_at_its_cap_is_told) {
     double angle = 0.0;
     const kt_iterations flat = assemble(1e-6, 3.0 - 2.0 / 3.0, &angle);
@@ -149,8 +150,8 @@ KT_TEST(bundled_scenes_stay_far_from_all_caps) {
 
 /* ---- how fast it decays ------------------------------------------------------------------------------------------ */
 
-/* Thirty bars in a row, with dampers all alike, decay at thirty rates that lie close to each other at the fast end:
- * eight directions do not tell them apart to a hundredth. Two bars need no more than four. */
+/* Thirty bars in a row with equal dampers decay at thirty rates, which lie close to each other at the fast end. Eight
+ * directions do not separate these rates to a hundredth. Two bars need no more than four. */
 static unsigned decay(int bars) {
     static linkage l;
     static kt_effect damper[32];

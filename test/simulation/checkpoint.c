@@ -99,8 +99,8 @@ KT_TEST(restored_simulation_goes_on_bit_for_bit) {
     kt_tree_free(&stage.tree);
 }
 
-/* rho is that of the run: 0 has the bits of bdf2, as a method of the caller's has those of the run; and a checkpoint of
- * one is not taken for one of another. */
+/* The run sets rho. With rho = 0 the run has the bits of bdf2, and a method of the caller with the same rho has the
+ * bits of the run. A checkpoint with one rho is rejected by a run with another. */
 KT_TEST(a_run_chooses_rho_and_its_checkpoint_knows_it) {
     static kt_stage stage;
     kt_error error;
@@ -139,7 +139,7 @@ KT_TEST(a_run_chooses_rho_and_its_checkpoint_knows_it) {
     kt_tree_free(&stage.tree);
 }
 
-/* What was set and waits for the next step is part of a checkpoint. */
+/* A checkpoint includes the inputs that are set and wait for the next step. */
 KT_TEST(checkpoint_keeps_torques_that_wait) {
     static kt_stage stage;
     kt_run run = kt_run_fixed("dopri5", 0.02, 1.0);
@@ -308,7 +308,7 @@ KT_TEST(state_is_taken_over_by_a_simulation_with_coarser_steps) {
     kt_check_near("a step", kt_simulation_time(ahead), 1.0035, 4.5e-16);
     (void)kt_fine("ahead", kt_simulation_advance(ahead, 2.0, &error), &error);
     (void)kt_fine("plant", kt_simulation_advance(plant, 2.0, &error), &error);
-    /* rk4 with h = 2.5e-3 on a pendulum of 1 m: h^4 times the fourth derivatives, some 1e-10 in 1 s */
+    /* rk4 with h = 2.5e-3 on a pendulum of 1 m. The error is h^4 times the fourth derivatives, some 1e-10 in 1 s */
     kt_check_near("angle", kt_simulation_positions(ahead)[0], kt_simulation_positions(plant)[0], 1e-9);
     kt_simulation_free(plant);
     kt_simulation_free(ahead);

@@ -79,8 +79,8 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
 
 /* ---- one ball ---------------------------------------------------------------------------------------------------- */
 
-/* Dropped from 1 m: impacts at t1 (1 + 2 e + 2 e^2 + ...), t1 = sqrt(2 / g), at speeds g t1 e^k, down to rest_velocity.
- * It rests from then on, to within the rest of the chain. */
+/* Dropped from 1 m: the ball hits the floor at t1 (1 + 2 e + 2 e^2 + ...), with t1 = sqrt(2 / g). The speeds are g t1
+ * e^k, down to rest_velocity. It rests from then on, to within the rest of the chain. */
 static void check_ball(const char *method, double step, double bound) {
     row r;
     const double e = 0.5, t1 = sqrt(2.0 / g), zeno = t1 * (1.0 + e) / (1.0 - e), rest = 1e-6;
@@ -125,7 +125,7 @@ KT_TEST(bouncing_ball_comes_to_rest_at_its_zeno_point) {
     check_ball("bdf2", 0.01, 1e-12);
 }
 
-/* Without a rest velocity the chain has no end: it is told, with the time. */
+/* Without a rest velocity the chain has no end. The run reports this, with the time. */
 KT_TEST(chain_without_rest_ends_in_words) {
     row r;
     row_make(&r, 1);
@@ -145,7 +145,7 @@ KT_TEST(chain_without_rest_ends_in_words) {
     kt_model_free(model);
 }
 
-/* On a table that moves up at w and supplies what it takes: it leaves at w + e (w - v). */
+/* On a table that moves up at w and supplies the energy of the impact: the ball leaves at w + e (w - v). */
 KT_TEST(ball_on_a_moving_table_bounces_in_its_frame) {
     row r;
     const double e = 0.8, w = 0.7;
@@ -192,8 +192,8 @@ static kt_contact_counts check_speeds(const row *r, const double *speeds) {
     return counts;
 }
 
-/* Balls a micrometre apart hand the speed on, and only the last one moves. Balls that touch part by Newton's rule at
- * once: three with -1/3, 2/3, 2/3. */
+/* Balls a micrometre apart hand the speed on, and only the last one moves. Balls that touch part at once, by Newton's
+ * rule. Three balls have the speeds -1/3, 2/3 and 2/3. */
 KT_TEST(cradle_hands_the_speed_on) {
     for (int count = 2; count <= 5; count++) {
         row r;
@@ -221,7 +221,7 @@ KT_TEST(balls_that_touch_part_by_newtons_rule) {
     (void)check_speeds(&r, (double[]){-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0});
 }
 
-/* c parts from b at 0.1 when a strikes b: by the rule with e = 1 the energy would grow by 0.03 J. */
+/* The ball c parts from b at 0.1 when a strikes b. With e = 1, the rule would increase the energy by 0.03 J. */
 KT_TEST(energy_does_not_grow_where_the_rule_would_let_it) {
     row r;
     row_make(&r, 3);
@@ -245,8 +245,8 @@ KT_TEST(energy_does_not_grow_where_the_rule_would_let_it) {
     kt_model_free(model);
 }
 
-/* The same by Poisson's rule. Compression (u = -1, 1/10; W = 2, -1, -1, 2) has impulses of 19/30 and 8/30. Twice these
- * would let c enter b by 1/10. 1/20 more at bc holds it back, at a loss of 1/400 J. */
+/* The same by Poisson's rule. Compression (u = -1, 1/10; W = 2, -1, -1, 2) has the impulses 19/30 and 8/30. With twice
+ * these impulses, c would enter b by 1/10. An impulse larger by 1/20 at bc prevents this, at a loss of 1/400 J. */
 KT_TEST(poissons_rule_needs_no_reduction) {
     row r;
     row_make(&r, 3);
@@ -347,8 +347,8 @@ KT_TEST(falling_stack_comes_to_rest) {
 
 /* ---- friction that sticks ---------------------------------------------------------------------------------------- */
 
-/* A mass on a spring, pulled out by x0: half swings about C / k and -C / k, to x_n = (-1)^n (x0 - 2 n C / k), at times
- * n pi / w, until one ends within S / k; then it sticks there, without creep. */
+/* A mass on a spring, pulled out by x0, makes half swings about C / k and -C / k. They end at x_n = (-1)^n (x0 - 2 n C
+ * / k), at times n pi / w. When one ends within S / k, the mass sticks there without creep. */
 KT_TEST(dry_oscillator_comes_to_rest_where_it_must) {
     const double k = 40.0, C = 2.0, x0 = 0.93, w = sqrt(k);
     row r;
@@ -386,8 +386,8 @@ KT_TEST(dry_oscillator_comes_to_rest_where_it_must) {
 }
 
 /* A mass on a spring on a belt of speed w0, with static friction S and C in motion. It sticks until k x = S. Then, with
- * w^2 = k / m, it swings about C / k: x - C / k = (S - C) / k cos(w s) + w0 / w sin(w s). It sticks again after (2 pi -
- * 2 atan((S - C) w / (k w0))) / w, at C / k - (S - C) / k, for 2 (S - C) / (k w0). */
+ * w^2 = k / m, it swings about C / k: x - C / k = (S - C) / k cos(w s) + w0 / w sin(w s). It slides for (2 pi - 2
+ * atan((S - C) w / (k w0))) / w. Then it sticks at C / k - (S - C) / k, for 2 (S - C) / (k w0). */
 KT_TEST(stick_slip_on_a_belt_has_its_period) {
     const double k = 50.0, C = 3.0, S = 5.0, w0 = 0.4, w = sqrt(k);
     const double slip = (2.0 * pi - 2.0 * atan((S - C) * w / (k * w0))) / w, stick = 2.0 * (S - C) / (k * w0);
@@ -442,8 +442,8 @@ KT_TEST(stick_slip_on_a_belt_has_its_period) {
     kt_model_free(model);
 }
 
-/* A block on an incline, held by friction at 0.99 of its limit, lies for 100 s to the bit; one at 1.01 slides at
- * g sin(a) - C / m. */
+/* A block on an incline, held by friction at 0.99 of its limit, stays in place for 100 s to the bit. At 1.01 of the
+ * limit it slides at g sin(a) - C / m. */
 KT_TEST(block_below_its_limit_does_not_creep) {
     for (int i = 0; i < 2; i++) {
         row r;
@@ -512,7 +512,7 @@ KT_TEST(checkpoint_between_impacts_goes_on_with_the_same_bits) {
 
 enum { FLOOR = 0, COIN = 1 };
 
-/* A coin on a floor that an own joint carries, and what may drive that. */
+/* A coin on a floor that moves on a joint of its own, and the possible drive of that joint. */
 typedef struct coin {
     kt_body body[2];
     kt_loop loop[1];
@@ -598,8 +598,8 @@ static void coin_end(coin_run *run, double bound) {
     kt_model_free(run->model);
 }
 
-/* Dropped with a spin w about its axle. At the impact, the rim has the mass M = 1 / (1 / m + r^2 cos^2(alpha) / A) = m
- * / (1 + 4 cos^2(alpha)), and p = (1 + e) M w acts r cos(alpha) off the centre. */
+/* Dropped with a spin w about its axle. At the impact, the rim has the mass M = 1 / (1 / m + r^2 cos^2(alpha) / A).
+ * This is m / (1 + 4 cos^2(alpha)). The impulse p = (1 + e) M w acts r cos(alpha) off the centre. */
 KT_TEST(coin_bounces_as_its_impulse_says) {
     for (int i = 0; i < 3; i++) {
         const double alpha = 0.3 + 0.5 * i, e = 0.6, h = 0.1, w = sqrt(2.0 * g * h);
@@ -652,7 +652,7 @@ KT_TEST(coin_rolls_on_its_contact_as_on_the_loop) {
     kt_check_below("states after 1 s", off, 1e-9);
 }
 
-/* Upright it slides at v0, and rolls from v0 / (3 mu g) on at 2/3 v0. */
+/* Upright it slides at v0. From the time v0 / (3 mu g) on, it rolls at 2/3 v0. */
 KT_TEST(sliding_disc_rolls_at_two_thirds) {
     const double mu = 0.25, v0 = 0.9, time = v0 / (3.0 * mu * g);
     coin c;

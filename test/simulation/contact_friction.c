@@ -64,7 +64,7 @@ static void scene_ball(scene *s, double friction, double restitution) {
     (void)scene_touch(s, kt_vec3_make(0.0, 0.0, 0.0), 0.1, friction, restitution);
 }
 
-/* A box of 0.6 x 0.4 x 0.2 m on three or four feet; gravity is tilted by `angle` towards x. */
+/* A box on three or four feet, with sides of 0.6 m, 0.4 m and 0.2 m. Gravity is tilted by `angle` towards x. */
 static void scene_box(scene *s, int feet, double friction, double angle) {
     const double x = 0.3, y = 0.2, z = -0.1, m = 2.0;
     scene_make(s, KT_JOINT_FREE);
@@ -102,7 +102,7 @@ static kt_status until_stuck(kt_simulation *simulation, uint64_t count, double m
 
 /* ---- rolling ----------------------------------------------------------------------------------------------------- */
 
-/* A ball that slides at v0 rolls from t = 2 v0 / (7 mu g) on, at 5/7 v0, and loses m v0^2 / 7. */
+/* A ball that slides at v0 rolls at 5/7 v0 from t = 2 v0 / (7 mu g) on. It loses the energy m v0^2 / 7. */
 KT_TEST(sliding_ball_rolls_at_five_sevenths) {
     static const char *const methods[] = {"dopri5", "dop853", "rk4", "radau5", "bdf2", "rkc2", NULL};
     const double mu = 0.3, v0 = 1.5, time = 2.0 * v0 / (7.0 * mu * g);
@@ -157,7 +157,7 @@ KT_TEST(inclined_disc_slides_with_its_force_at_the_rim) {
     kt_model_free(model);
 }
 
-/* A ball that is released on an incline rolls at 5/7 g sin(a) where tan(a) < 7/2 mu, and slides where it is steeper. */
+/* A ball that is released on an incline rolls at 5/7 g sin(a) if tan(a) < 7/2 mu. On a steeper incline it slides. */
 KT_TEST(ball_on_an_incline_rolls_or_slides) {
     for (int i = 0; i < 2; i++) {
         const double mu = 0.2, angle = atan(3.5 * mu * (i == 0 ? 0.99 : 1.01));
@@ -512,9 +512,9 @@ static void phase_by_hand(const double *W, double mu, double least, double *u, d
     }
 }
 
-/* Two rods of 1 kg and 1 m hang on a pin, and the lower end strikes the floor (Kane 1984; Kane and Levinson, Dynamics:
- * Theory and Applications, 1985). At one contact with friction, Newton's rule returns more than the compression has
- * taken, and the energy would grow. Poisson's does not. after: rates of both rods. */
+/* Two rods of 1 kg and 1 m hang on a pin, and the lower end strikes the floor. The source is Kane (1984), and Kane and
+ * Levinson, Dynamics: Theory and Applications (1985). At one contact with friction, Newton's rule returns more than the
+ * compression has taken, and the energy would grow. Poisson's does not. after: rates of both rods. */
 static kt_contact_counts strike_floor(double mu, double e, bool poisson, const double *angle, const double *rate,
                                       double *after) {
     scene s;
@@ -595,8 +595,8 @@ KT_TEST(poissons_rule_does_not_let_the_energy_of_kanes_pendulum_grow) {
     kt_check_above("told of Newton's rule", (double)told, 0.5);
 }
 
-/* Housner (1963): a block of half-diagonal R at the angle alpha that rocks from one corner to the other keeps
- * 1 - 3/2 sin^2(alpha) of its rate where friction holds, and its energy between impacts. */
+/* Housner (1963): a block of half-diagonal R at the angle alpha rocks from one corner to the other. If friction holds,
+ * the block keeps 1 - 3/2 sin^2(alpha) of its rate. It keeps its energy between impacts. */
 KT_TEST(rocking_block_loses_what_housner_says) {
     const double b = 0.1, h = 0.4, m = 2.0, R = hypot(b, h), alpha = atan2(b, h), tilt = 0.5 * alpha;
     const double keep = 1.0 - 1.5 * sin(alpha) * sin(alpha);
@@ -636,8 +636,8 @@ KT_TEST(rocking_block_loses_what_housner_says) {
 /* ---- against time-stepping --------------------------------------------------------------------------------------- */
 
 /* Bodies on three feet are thrown onto a plane. They slide, tilt, roll over and rest. The place after 0.6 s agrees with
- * time-stepping of first order. KT_THROWS bodies, in steps of KT_STEP; or 7. Of these, two pivot on one foot that
- * begins to slip, and the slip of three turns before it ends. */
+ * time-stepping of first order. KT_THROWS bodies, in steps of KT_STEP; or 7. Two of these pivot on one foot that begins
+ * to slip. In three, the slip turns before it ends. */
 KT_TEST(thrown_bodies_agree_with_time_stepping) {
     kt_random random = kt_random_named("thrown");
     const char *asked = getenv("KT_THROWS"), *step = getenv("KT_STEP");

@@ -1,6 +1,6 @@
 /* Forces that jump while contacts are closed, sticking friction and slack ropes among them: drives whose accelerations
- * jump, and joint forces that a program sets. The oracles are closed forms: between two jumps every drive is a cubic of
- * time, and so is the distance of what falls. */
+ * jump, and joint forces that a program sets. The oracles are closed forms. Between two jumps every drive is a cubic of
+ * time, and so is the distance of a falling body. */
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -58,9 +58,9 @@ static void at(const drive *d, double t, double middle, double x[4]) {
 
 /* ---- what stands on it, hangs on it ------------------------------------------------------------------------------ */
 
-/* z >= x, with the acceleration -fall(t) of what is free; it lands without a bounce. */
+/* z >= x, and the free body has the acceleration -fall(t). It lands without a bounce. */
 typedef struct faller {
-    double t, z, v, since; /* when it landed: what leaves at once has not rested */
+    double t, z, v, since; /* when it landed: leaving at once is no rest */
     bool closed;
     int openings;
 } faller;

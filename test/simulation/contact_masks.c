@@ -96,7 +96,7 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
 
-/* Eight feet slide at v0 and come to rest after v0^2 / (2 mu g); on a slope below mu they stay there, and their
+/* Eight feet slide at v0 and come to rest after v0^2 / (2 mu g). On a slope below mu they stay at rest, and their
  * reactions carry the plate. */
 KT_TEST(plate_on_eight_feet_slides_to_rest) {
     static const char *const methods[] = {"dopri5", "rk4", "radau5", "auto", NULL};
@@ -136,8 +136,8 @@ KT_TEST(plate_on_eight_feet_slides_to_rest) {
     kt_model_free(model);
 }
 
-/* Thrown plates rock on their rims, and creep: slip that turns round its rest ends, and so do the steps. Their energy is
- * what they lose. */
+/* Thrown plates rock on their rims, and creep: slip that turns round its rest ends, and so do the steps. They dissipate
+ * exactly the energy that they lose. */
 KT_TEST(thrown_plates_come_to_rest_in_few_steps) {
     static const char *const methods[] = {"dopri5", "radau5", "auto"};
     for (int feet = 6; feet <= 8; feet += 2) {
@@ -322,7 +322,8 @@ KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
 
 /* ---- memory, checkpoints, limits --------------------------------------------------------------------------------- */
 
-/* A checkpoint holds what a mask was made from: at any instant, on one side of it and on the other, the same bits. */
+/* A checkpoint holds the origin of a mask. At any time, the simulation and its restored copy go on with the same
+ * bits. */
 static void check_checkpoints(int feet) {
     scene s;
     scene_plate(&s, feet, 0.4);

@@ -155,8 +155,8 @@ KT_TEST(rocking_block_keeps_the_part_of_its_rate_that_it_must) {
 }
 
 /* A stone on a rope of length L, with the speed v0 at the lowest point. The rope is slack from the angle a above the
- * horizontal with g L sin a = v^2 = v0^2 - 2 g L (1 + sin a). It stays slack for 4 v cos a / g, and becomes taut
- * plastically. */
+ * horizontal. There g L sin a = v^2, and v^2 = v0^2 - 2 g L (1 + sin a). It stays slack for 4 v cos a / g, and becomes
+ * taut plastically. */
 KT_TEST(slack_pendulum_flies_and_is_caught) {
     const double L = 1.3, v0 = sqrt(3.7 * g * L), s = (v0 * v0 / (g * L) - 2.0) / 3.0, c = sqrt(1.0 - s * s);
     const double v = sqrt(g * L * s), flight = 4.0 * v * c / g;
@@ -212,8 +212,8 @@ KT_TEST(slack_pendulum_flies_and_is_caught) {
 
 /* ---- a whip ------------------------------------------------------------------------------------------------------ */
 
-/* The rope is taut first when a whip without it, by another method, is so far away; from then on the tip never is
- * farther, and the energy that impacts dissipate is what is missing. */
+/* The rope is first taut when the tip of a whip without it, by another method, is as far away as the rope is long.
+ * After that the tip is never farther away. The energy dissipated in impacts equals the missing energy. */
 KT_TEST(whip_with_a_slack_end_is_caught) {
     kt_whip w;
     kt_error error = {0};
@@ -264,8 +264,8 @@ typedef struct chain {
     kt_description description;
 } chain;
 
-/* Links in a chain or a tree, each revolute or prismatic about any axis, with a stop on one side, perhaps friction that
- * sticks, and perhaps a rope from the last one to the world. */
+/* Links in a chain or a tree, each revolute or prismatic about any axis, with a stop on one side. They may have
+ * friction that sticks, and a rope from the last link to the world. */
 static void chain_make(chain *c, kt_random *random) {
     int used = 0;
     *c = (chain){.description = kt_description_default()};
@@ -318,8 +318,8 @@ static void chain_make(chain *c, kt_random *random) {
     c->description.loop_count = 2 * used - LINKS < KT_SWITCH_MAX && kt_random_int(random, 0, 1) == 0;
 }
 
-/* Of the suite: the first ones, and those whose events once followed each other without end, or that sank below a
- * stop. */
+/* The mechanisms of the suite: the first ones, and earlier failures. In these, events followed each other without end,
+ * or a joint sank below a stop. */
 static bool is_chosen(int n) {
     static const int hard[] = {28, 59, 156, 206, 265, 292};
     bool chosen = n < 4;
@@ -413,7 +413,7 @@ static void rotate(const double P[9], kt_vec3 u, double angle, double R[9]) {
         }
 }
 
-/* Adds w x (w x r) + alpha x r, and 2 w x u of what moves at u against the link. */
+/* Adds w x (w x r) + alpha x r, and 2 w x u for a point that moves at u relative to the link. */
 static void add_bend(const double w[3], const double alpha[3], const double r[3], const double u[3], double to[3]) {
     double a[3], b[3], c[3], d[3];
     cross(w, r, a);
@@ -447,8 +447,8 @@ static void place_link(stepper *s, int i) {
     rotate(P, joint->axis, s->slides[i] ? 0.0 : s->q[i], s->R[i]);
 }
 
-/* The velocity of a point of a link by the rate of joint j, and of the link's angular velocity; false if j is no joint
- * on its way. */
+/* The velocity of a point of a link due to the rate of joint j, and the angular velocity of the link. Returns false if
+ * joint j is not on the path of the link. */
 static bool jacobian(const stepper *s, int link, int j, const double point[3], double J[3], double Jw[3]) {
     while (link > j)
         link = s->parent[link];
@@ -515,7 +515,7 @@ static void solve(double M[LINKS][LINKS], double *x) {
     }
 }
 
-/* What acts on velocities: a stop or the rope (p >= 0), or friction (|p| <= limit). */
+/* A constraint on velocities: a stop or the rope (p >= 0), or friction (|p| <= limit). */
 typedef struct row {
     double J[LINKS], response[LINKS], limit, target, p, W;
     bool is_side;
@@ -628,11 +628,12 @@ static void stepper_make(stepper *s, const chain *c) {
     }
 }
 
-/* Random mechanisms with joints, stops, friction that sticks and a rope: positions at T against time-stepping, whose
- * error is of the order of its step, but for paths that part (at an impact that one of the two does not have).
- * Mechanism 216 is 4.6e-4 apart, with steps of 1e-7 s still: a stop is struck 1.4e-7 s before another one, which the
- * error of such steps decides otherwise. With steps of 5e-8 and 2e-8 s until then, and of 1e-6 s behind, it agrees to
- * 9e-7 and 2e-8. The first KT_CONTACTS, with steps of KT_STEP, or 8. */
+/* Random mechanisms with joints, stops, friction that sticks and a rope: positions at T against time-stepping. The
+ * error of time-stepping is of the order of its step, unless the paths part. They part if only one of the two methods
+ * has an impact. Mechanism 216 differs by 4.6e-4, even with steps of 1e-7 s. One stop is struck 1.4e-7 s before
+ * another, and such steps can reverse this order. With finer steps until then and steps of 1e-6 s behind, the two
+ * agree. Steps of 5e-8 s leave 9e-7, and steps of 2e-8 s leave 2e-8. The first KT_CONTACTS, with steps of KT_STEP, or
+ * 8. */
 KT_TEST(random_mechanisms_agree_with_time_stepping) {
     kt_random random = kt_random_named("contacts");
     const char *asked = getenv("KT_CONTACTS"), *given = getenv("KT_STEP");

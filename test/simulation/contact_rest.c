@@ -32,8 +32,8 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
 }
 
 /* A finger that is pressed against a stop bounces in ever lower jumps, at last lower than the rounding of where the
- * stop is. It rests from there on, and its work is what was lost. Speeds shrink by e, from the first down to the rest
- * velocity or sqrt(2 a 16 eps x). */
+ * stop is. It rests from there on, and the work on the finger equals the lost energy. Speeds shrink by e, from the
+ * first down to the rest velocity or sqrt(2 a 16 eps x). */
 KT_TEST(pressed_finger_comes_to_rest_on_a_stop_anywhere) {
     static const char *const methods[] = {"dopri5", "rk4", "radau5", NULL};
     kt_random random = kt_random_of_test();
@@ -75,7 +75,8 @@ KT_TEST(pressed_finger_comes_to_rest_on_a_stop_anywhere) {
     kt_check_below("fingers with more impacts than until rest", more, 0.0);
 }
 
-/* The cost of a step has a bound: a ball that bounces on for more than 10,000 times within one is told, by its name. */
+/* The cost of a step has a bound. A ball that bounces more than 10,000 times within one step causes an error with the
+ * name of its event. */
 KT_TEST(bounces_within_a_step_have_a_limit) {
     kt_lone r;
     kt_effect limit;

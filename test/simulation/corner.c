@@ -1,5 +1,5 @@
-/* Steps end where functions of time, and a caller's own forces, have corners: nothing between them is stepped over, and
- * where accelerations jump the order of a method stays.
+/* Steps end at the corners of functions of time and of a caller's own forces. No pulse between two corners is skipped,
+ * and a method keeps its order across jumps of accelerations.
  */
 #include "scenes.h"
 
@@ -62,9 +62,8 @@ KT_TEST(pulse_of_two_milliseconds_after_a_rest_is_seen_by_every_method) {
     kt_model_free(model);
 }
 
-/* A bump begins and ends with nothing, where heun has its stages; a pulse with smooth flanks lies in the last quarter
- * of a step, which rkc4 has no stage in. Velocities are the areas: 16/35 of height times length, and height times
- * length. */
+/* A bump begins and ends with zero, where heun has its stages. A pulse with smooth flanks lies in the last quarter of a
+ * step, where rkc4 has no stage. Velocities are the areas: 16/35 of height times length, and height times length. */
 KT_TEST(pulses_that_stages_lie_around_are_seen_by_every_method) {
     static const double tail = 0.02;
     const kt_function functions[] = {
@@ -108,8 +107,8 @@ static int ignore(const kt_record *record, void *user) {
     return 0;
 }
 
-/* Fixed steps of 0.1 s: a pulse of 2 ms lies between two stages, and a record of every millisecond shows it. Of 1 ms,
- * of which a stage is in each half of the pulse, or of a ramp of 3 s, nothing is refused. */
+/* Fixed steps of 0.1 s: a pulse of 2 ms lies between two stages, and a record of every millisecond shows it. A pulse of
+ * 1 ms with a stage in each of its halves is accepted, and so is a ramp of 3 s. */
 static void check_fixed(kt_function function, double step, kt_status expected) {
     pushed p;
     kt_error error = {0};
@@ -139,7 +138,7 @@ KT_TEST(record_of_a_pulse_that_no_fixed_step_has_seen_is_refused) {
 
 /* ---- a caller's own ---------------------------------------------------------------------------------------------- */
 
-/* 1 N from 7 s to 7.01 s. */
+/* The force is 1 N from 7 s to 7.01 s. */
 static int pulse(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
     (void)user, (void)q, (void)v, (void)balance;
     *force = t >= 7.0 && t < 7.01 ? 1.0 : 0.0;
@@ -154,8 +153,8 @@ static int jump_in_equations(const kt_instant *at, double *rate, double *a, kt_e
     return pulse(user, at->t, 0.0, 0.0, a, NULL);
 }
 
-/* The force jumps; both of its limits are taken where a step ends and the next begins, so that polynomials of degree 2
- * are integrated to rounding. */
+/* The force jumps. Both of its limits are taken, one where a step ends and one where the next begins. Therefore
+ * polynomials of degree 2 are integrated to rounding. */
 static void check_pulse(const kt_model *model, const kt_simulation_options *options, const char *method) {
     double state[2];
     if (!run_to_end(model, method, 10.0, options, state, NULL))
@@ -188,7 +187,7 @@ KT_TEST(corners_of_a_callers_equations_are_where_steps_end) {
     kt_model_free(model);
 }
 
-/* Without the query the pulse is not seen: what max_step is for. */
+/* Without the query, the method misses the pulse. The option max_step exists for this case. */
 KT_TEST(max_step_of_a_run_bounds_steps) {
     pushed p;
     double state[2] = {0.0, 0.0};
@@ -215,7 +214,7 @@ KT_TEST(max_step_of_a_run_bounds_steps) {
 
 /* ---- a drive whose acceleration jumps ---------------------------------------------------------------------------- */
 
-/* A trolley goes 4 m from 5 s to 8 s, along a ramp; what hangs on it by a spring of 4 N/m, 1 kg, follows
+/* A trolley goes 4 m from 5 s to 8 s, along a ramp. A mass of 1 kg hangs on it by a spring of 4 N/m and follows.
  *     x'' = 4 (f(t) - x),   f = c2 u^2 + c3 u^3,   u = t - 5,
  * and with w = 2 the solution from rest is
  *     x = c2 (u^2 - 2 (1 - cos w u) / w^2) + c3 (u^3 - 6 (u - sin(w u) / w) / w^2). */
@@ -261,8 +260,8 @@ static kt_model *make_towed(towed *t) {
     return kt_scene_compile(&t->description);
 }
 
-/* The load's position in the trolley, x - f. Both slopes of f'' at a corner are taken from inside of the steps: the
- * error is that of the smooth pieces, a few tolerances, and few tries are rejected there. */
+/* The load's position in the trolley, x - f. Both slopes of f'' at a corner are taken from inside the steps. The error
+ * is that of the smooth pieces, a few tolerances, and few steps are rejected there. */
 KT_TEST(method_keeps_its_error_where_a_drive_begins_and_ends) {
     towed t;
     kt_model *model = make_towed(&t);

@@ -1,5 +1,5 @@
-/* Mechanisms whose drives leave no degree of freedom: position and velocity follow from the time alone, whatever method
- * integrates them, and steps are as long as the motion allows. The works of the drives follow, too. */
+/* Mechanisms whose drives leave no degree of freedom. Position and velocity follow from the time alone, with every
+ * method of integration. Steps are as long as the motion allows. The works of the drives follow, too. */
 #include "../formulation.h"
 #include "../sanitized.h"
 #include "scenes.h"
@@ -59,7 +59,7 @@ static int compare(const kt_record *record, void *user) {
     compared *c = user;
     const double *right = c->right->state[record->index];
     const size_t nq = (size_t)c->right->nq, nv = (size_t)c->right->nv;
-    for (size_t i = 0; i < nq + nv; i++) /* both are those that close the loops: what remains is rounding */
+    for (size_t i = 0; i < nq + nv; i++) /* both are closed states, so only rounding remains */
         kt_worst_near(&c->worst, i < nq ? record->q[i] : record->v[i - nq], right[i], i < nq ? 1e-14 : 1e-12,
                       "%s[%zu] at %g s", i < nq ? "q" : "v", i < nq ? i : i - nq, record->time);
     return 0;
@@ -79,7 +79,7 @@ static void check_method(const kt_model *model, const kt_absolute *absolute, con
     kt_simulation_free(simulation);
 }
 
-/* Of all scenes together, and of all works: see kt_is_asked. */
+/* Counts over all scenes and all works: see kt_is_asked. */
 static int asked_scenes, asked_works;
 
 static void check_scene(const char *text) {
@@ -173,7 +173,7 @@ static kt_model *compile(const char *text, kt_error *error) {
     return model;
 }
 
-/* Of records within steps, too: few of the 401 are at the end of one. */
+/* Checks records within steps, too: few of the 401 records are at the end of a step. */
 static void check_works(const char *text, supplied_at *right, double bound, double bound_of_order_2) {
     kt_error error;
     kt_model *model = compile(text, &error);
@@ -201,11 +201,13 @@ static void check_works(const char *text, supplied_at *right, double bound, doub
     kt_model_free(model);
 }
 
-/* Of up to 1.5 J, at tolerances of 1e-9; without error control of the works they are 14 J off (dop853: 140). Measured:
- * up to 3.4e-7 J within the first step of rkc4, whose dense output is of order 3 and which is not integrated again. */
+/* The works reach 1.5 J, with tolerances of 1e-9. Without error control of the works, they are 14 J off (dop853: 140
+ * J). Measured: up to 3.4e-7 J within the first step of rkc4, whose dense output is of order 3 and which is not
+ * integrated again. */
 KT_TEST(work_of_a_drive_that_turns_a_crank_evenly_is_its_energy) { check_works(crank, supplied_to_crank, 1e-6, 1e-6); }
 
-/* Of up to 720 J. The power has a corner, where estimates are those of the error, up to 100 tolerances a step. */
+/* The works reach 720 J. The power has a corner, where estimates are those of the error, up to 100 tolerances a
+ * step. */
 KT_TEST(work_of_a_drive_that_closes_a_contact_is_its_energy) { check_works(press, supplied_to_press, 2e-4, 5e-3); }
 
 /* ---- a dead point at the end of a step --------------------------------------------------------------------------- */
@@ -234,15 +236,14 @@ static const char toggle[] =
     "1, "
     "dissipation: 0.1}\n";
 
-/* The ram is lifted by 0.02 m at most: cos(upper) >= 0.98, so that bars are never farther than 0.21 rad from
- * straight. */
+/* The ram is lifted by 0.02 m at most, so cos(upper) >= 0.98. The bars are at most 0.21 rad from straight. */
 static int look_at_bars(const kt_record *record, void *user) {
     kt_worst_below(user, fabs(record->q[0]), 0.21, "upper at %g s", record->time);
     return 0;
 }
 
-/* The acceleration at the end of such a step is what rounding makes of it; its dense output leads to -14,357 rad and to
- * a work of 1.5e25 J. Whether the run passes the dead point is another matter. */
+/* The acceleration at the end of such a step is only rounding. Its dense output leads to -14,357 rad and to a work of
+ * 1.5e25 J. Whether the run passes the dead point is another matter. */
 KT_TEST(records_of_a_step_that_ends_at_a_dead_point_are_of_the_motion) {
     static const double tolerances[] = {1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
     kt_error error;
@@ -277,7 +278,7 @@ KT_TEST(dense_output_that_leaves_the_motion_is_not_taken) {
     kt_integrator *it = simulation->integrator;
     (void)kt_fine("slope", kt_integrator_derivative(it, &slope, &error), &error);
     const double t = 0.5 * (kt_integrator_previous_time(it) + kt_integrator_time(it));
-    const double angle = -acos(1.0 - 0.01 - 0.01 * cos(3.14159265358979323846 * t)); /* what the ram leaves */
+    const double angle = -acos(1.0 - 0.01 - 0.01 * cos(3.14159265358979323846 * t)); /* from the height of the ram */
     for (int spoilt = 0; spoilt < 2; spoilt++) {
         it->k[it->derivative_slot][spoilt ? 0 : 1] *= spoilt ? 1e12 : 1.0;
         (void)kt_fine("state", kt_simulation_between(simulation, t, &error), &error);
@@ -305,7 +306,7 @@ KT_TEST(failing_step_of_open_loops_is_told_to_close_them) {
     kt_model_free(model);
 }
 
-/* What tries are judged by that are rejected next to the dead point: the errors of their accelerations. */
+/* The errors of accelerations, which reject tries next to the dead point. */
 enum { JUDGED_MOST = 256 };
 static kt_passage judged[2][JUDGED_MOST];
 static int run_judged, judged_count[2];
@@ -329,8 +330,8 @@ static kt_status ask_in_between(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Records and works ask for accelerations between two steps: the second must be judged by its own errors, or a drive
- * next to its dead point moves on otherwise with a balance than without. */
+/* Records and works evaluate accelerations between two steps. The second step must be judged by its own errors.
+ * Otherwise a drive next to its dead point moves differently if a balance is kept. */
 KT_TEST(what_is_asked_between_steps_does_not_judge_the_next) {
     const kt_noise noise = {kt_simulation_noise.begin, judge};
     kt_error error;

@@ -1,5 +1,5 @@
-/* Every type of effect on random trees: what it pushes the joints by is the slope of its energy; the energy balance of
- * a motion closes; and the absolute formulation carries it alike.
+/* Every type of effect on random trees. The joint forces of an effect are the slope of its energy. The energy balance
+ * of a motion closes. The absolute formulation gives the same motion.
  */
 #include "both.h"
 
@@ -47,7 +47,7 @@ static const char *scalar_joint(const stage *s, kt_random *random) {
  * too. */
 typedef enum loss_kind { NOTHING, SMOOTH, MOST, ALL } loss_kind;
 
-/* Of each type, with numbers about 1. */
+/* One effect of each type, with numbers about 1. */
 static void draw_effects(stage *s, kt_random *random, loss_kind kind) {
     const double loss = kind == NOTHING ? 0.0 : 1.0;
     for (int type = 0; type < KT_EFFECT_TYPE_COUNT; type++) {
@@ -88,7 +88,7 @@ static void draw_effects(stage *s, kt_random *random, loss_kind kind) {
         s->effects[KT_EFFECT_JOINT_LIMIT].damping = s->effects[KT_EFFECT_CONTACT].dissipation = 0.0;
 }
 
-/* Where nothing is driven there is no servo, and no kinks where all is smooth. */
+/* A stage without drives has no servo, and a smooth stage has no kinks. */
 static bool fits(const kt_effect *e, loss_kind kind) {
     if (e->type == KT_EFFECT_EXPRESSION || e->type == KT_EFFECT_THRUST) /* there are none in absolute coordinates */
         return false;
@@ -109,7 +109,7 @@ static bool set_stage(stage *s, kt_random *random, loss_kind kind) {
     kt_tree_plan plan = kt_tree_plan_default();
     plan.bodies = BODIES;
     plan.massless = false;
-    plan.types &= ~(1U << KT_JOINT_FIXED); /* what stands on the world is not moved by what pushes it */
+    plan.types &= ~(1U << KT_JOINT_FIXED); /* effects cannot move bodies that are fixed to the world */
     kt_tree_describe(&s->tree, &plan, random);
     draw_effects(s, random, kind);
     s->tree.description.effects = s->effects;
@@ -144,9 +144,9 @@ static double slope_of(const kt_model *model, kt_data *data, const double *q, co
     return sum;
 }
 
-/* The joint forces that stand for the effects at rest, M a + g, along a random direction. Energies are up to 200 J, so
- * rounding EPS V / h is 4e-11; bound: five times the largest of forty seeds. Where a stop or a contact begins within
- * the difference, it is off, as that of half its width shows; few may be. */
+/* The joint forces of the effects at rest, M a + g, along a random direction. Energies are up to 200 J, so rounding EPS
+ * V / h is 4e-11; bound: five times the largest of forty seeds. A stop or a contact may begin within the difference.
+ * The difference is then wrong, as a difference of half its width shows. Only a few such cases are allowed. */
 KT_TEST(effects_push_joints_by_the_slope_of_their_energy) {
     static stage s;
     kt_random random = kt_random_of_test();
@@ -202,26 +202,26 @@ static int enter(const kt_record *r, void *user) {
 
 #define TOLERANCE 1e-12
 
-/* What the balance may be off by, relative to the energies. */
+/* The bound of the balance's error, relative to the energies. */
 typedef double bound_of(const kt_model *model, const kt_simulation *simulation);
 
-/* A step errs by TOLERANCE (1 + |y|), root mean square, that is in one velocity by up to sqrt(nv) times as much, which
- * changes an energy p v / 2 by twice as much of it; works, which no error control sees, are integrals of as smooth
- * functions by the same formula. Half of what all steps together may err by is allowed; a twentieth of that was the
- * most of seven seeds. */
+/* The error of a step is TOLERANCE (1 + |y|), root mean square. The error of one velocity is larger by up to sqrt(nv),
+ * and the relative error of an energy p v / 2 is twice as large. Error control ignores works. They are integrals of
+ * equally smooth functions by the same formula. The bound is half of the possible error of all steps together. The
+ * largest error of seven seeds was a twentieth of the possible error. */
 static double bound_smooth(const kt_model *model, const kt_simulation *simulation) {
     return (double)kt_simulation_counts_get(simulation).steps * sqrt(kt_model_nv(model)) * TOLERANCE;
 }
 
-/* A step over a kink is of first order, and its estimate of the error may be zero by chance: there is no bound of the
- * kind above. Five times the largest of twelve seeds. */
+/* A step over a kink is of first order, and its estimate of the error may be zero by chance. The bound above does not
+ * apply. The bound is five times the largest error of twelve seeds. */
 static double bound_kinked(const kt_model *model, const kt_simulation *simulation) {
     (void)model, (void)simulation;
     return 2.5e-9;
 }
 
-/* Stops and contacts have no damping here. If a body leaves a surface, its last energy turns into heat at a force that
- * is too small for the error control of the motion. That heat is exact to second order only. */
+/* Stops and contacts have no damping here. If a body leaves a surface, its last energy turns into heat. The force is
+ * then too small for the error control of the motion. The heat is exact to second order only. */
 static void check_balance(loss_kind kind, bound_of *bound) {
     static stage s;
     kt_random random = kt_random_of_test();

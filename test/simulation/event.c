@@ -1,5 +1,5 @@
-/* Events: found to rounding, in order, with the order of the method across them; what their actions change; chains
- * without end.
+/* Events: found to rounding and in order, with the order of the method across them. Further subjects are the changes by
+ * their actions, and chains without end.
  */
 #include "interpose.h"
 #include "scenes.h"
@@ -117,7 +117,8 @@ KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
     kt_model_free(model);
 }
 
-/* The impacts accumulate at T (1 + e) / (1 - e); behind that no time goes on, and the error says so. */
+/* The impacts accumulate at T (1 + e) / (1 - e). The time does not advance beyond this limit, and the error reports
+ * it. */
 KT_TEST(chain_of_events_without_end_ends_in_words) {
     kt_lone lone;
     kt_error error = {0};
@@ -139,7 +140,8 @@ KT_TEST(chain_of_events_without_end_ends_in_words) {
     kt_model_free(model);
 }
 
-/* With an energy balance what an impact loses is dissipated: 9.81 J (1 - e^2) at the first. */
+/* With an energy balance, the energy lost in an impact counts as dissipated. The first impact dissipates 9.81 J (1 -
+ * e^2). */
 KT_TEST(energy_that_a_jump_loses_is_in_the_balance) {
     kt_lone lone;
     kt_error error = {0};
@@ -268,8 +270,8 @@ static double edge_of_wave(void *user, double t) {
     return t < middle ? middle : HUGE_VAL;
 }
 
-/* A wheel that turns by itself at 7 rad/s passes multiples of pi at 0.1 + 7 t = k pi, for any length of steps. A pulse
- * of 2 ms is seen, since its middle is given as a corner. */
+/* A wheel turns freely at 7 rad/s from 0.1 rad. It passes multiples of pi at 0.1 + 7 t = k pi, for any length of steps.
+ * A pulse of 2 ms is seen, since its middle is given as a corner. */
 KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
     static const char *const methods[] = {"auto", "dopri5", "bs32", "dop853", "rkc2", "radau5", "rodas5p"};
     static const double pi = 3.14159265358979323846;
@@ -302,7 +304,7 @@ KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
     kt_model_free(model);
 }
 
-/* Two levels that are crossed at one time, up to rounding; the first that was added comes first, whatever the signs. */
+/* Two levels are crossed at one time, up to rounding. The event that was added first comes first, for any signs. */
 KT_TEST(events_at_one_time_happen_in_the_order_in_which_they_were_added) {
     kt_lone lone;
     kt_error error = {0};
@@ -348,7 +350,7 @@ KT_TEST(directions_limits_and_starts_at_zero) {
                                 .user = &falling,
                                 .direction = KT_DIRECTION_FALLING});
     add(simulation, &(kt_event){.name = "twice", .function = height, .action = count, .user = &twice, .limit = 2});
-    /* half a period: 2 K(sin(theta0 / 2)) sqrt(l / g), 1.0092 s here */
+    /* half a period: 2 K(sin(theta0 / 2)) sqrt(l / g), here 1.0092 s */
     (void)kt_fine("runs", kt_simulation_advance(simulation, 6.5, &error), &error);
     kt_check_equal_int("rising", rising.count, 3);
     kt_check_equal_int("falling", falling.count, 3);
@@ -366,7 +368,7 @@ static int within(const told *t, double from, double to) {
     return number;
 }
 
-/* A pendulum whose event is disarmed from 2 s to 4 s, and another one that goes on from its checkpoint at 4 s. The
+/* A pendulum whose event is disarmed from 2 s to 4 s. A second pendulum continues from its checkpoint at 4 s. The
  * oracle is one whose event is always armed. */
 KT_TEST(disarmed_events_do_not_happen) {
     kt_lone lone;

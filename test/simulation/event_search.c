@@ -1,6 +1,6 @@
 /* The search for the time of events: random wheels and pulses, whose events have closed forms. Every step takes a
- * limited number of values of the event's function. Where it finds them all, so must the closed form; where it does
- * not, it counts that.
+ * limited number of values of the event's function. If the search finds all events, the closed form must agree. If the
+ * search misses events, its counts must report them.
  */
 #include "random.h"
 #include "scenes.h"
@@ -10,7 +10,7 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* A wheel that turns at `rate`, and what is asked of it. */
+/* A wheel that turns at `rate`, and the function and counts of the search. */
 typedef struct search {
     double rate;           /* rad/s */
     double factor, phase;  /* of the sine, with which the wheel's angle is multiplied at most by 1 */

@@ -4,7 +4,7 @@
 #include <float.h>
 #include <math.h>
 
-/* A step that must fail with this code and leave the state, and say when and where. */
+/* A step that must fail with this code, keep the state, and report the time and the place. */
 static void fail_step(kt_simulation *simulation, kt_status expected, const char *time, const char *joint) {
     kt_error error = {KT_OK, "", ""};
     double state[2] = {kt_simulation_positions(simulation)[0], kt_simulation_velocities(simulation)[0]};
@@ -71,8 +71,8 @@ KT_TEST(adaptive_step_that_never_succeeds_tells_the_cause) {
     kt_model_free(model);
 }
 
-/* Two sliders; friction that changes sign within 1e-12 m/s holds the second by 100 N: steps are accepted, 1e-10 s at a
- * time. */
+/* Two sliders. Friction that changes sign within 1e-12 m/s holds the second by 100 N. The accepted steps have a length
+ * of 1e-10 s. */
 KT_TEST(motion_that_does_not_get_on_ends_and_names_the_joint) {
     kt_body bodies[2] = {kt_body_default(), kt_body_default()};
     kt_effect brake = kt_effect_default();
@@ -107,8 +107,8 @@ KT_TEST(motion_that_does_not_get_on_ends_and_names_the_joint) {
     kt_model_free(model);
 }
 
-/* A point mass 1 m above a universal joint (about x, then y): tilted by a right angle it lies on the x axis, and
- * turning about that moves nothing. */
+/* A point mass 1 m above a universal joint (about x, then y). Tilted by a right angle, it lies on the x axis. A
+ * rotation about that axis does not move it. */
 KT_TEST(singular_names_time_and_joint) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_UNIVERSAL, 1.0);

@@ -1,5 +1,5 @@
-/* Contacts and stops that adaptive steps would leap over: a crank that turns evenly and kicks a slider once a turn, a
- * joint at its stop, a ball on a plane.
+/* Contacts and stops that adaptive steps would leap over. The cases are a slider kicked by an evenly turning crank once
+ * a turn, a joint at its stop, and a ball on a plane.
  */
 #include "scenes.h"
 
@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A driven crank of 1 m at 1 rad/s, whose tip kicks the face of a slider at 0.99 m, which a spring brings back. */
+/* A driven crank of 1 m turns at 1 rad/s. Its tip kicks the face of a slider at 0.99 m, which a spring brings back. */
 typedef struct kicker {
     kt_body bodies[2];
     kt_loop drive;
@@ -86,7 +86,7 @@ static int ignore(const kt_record *record, void *user) {
     return 0;
 }
 
-/* The bound is ten times what the least accurate method, rkc2, was measured to be off. */
+/* The bound is ten times the measured error of the least accurate method, rkc2. */
 KT_TEST(crank_that_kicks_once_a_turn_is_seen_by_every_method) {
     static kicker k;
     kt_model *model = make_kicker(&k);
@@ -152,10 +152,10 @@ KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
     kt_model_free(model);
 }
 
-/* A mass swings on a spring, without damping, 0.1 mm further than to its stop: it touches that for 10 ms of a period of
- * 6.3 s. The oracle: two harmonic motions in turn, so that it is at rest again after ten periods; where no touch is
- * seen, at 0.15 m/s. At each kink of the force a method is off by some 1e-6 m/s. The mass slides along x, or it is free
- * and rotates ten times as fast as it swings, held by a spring whose other end is far away. */
+/* A mass swings on a spring, without damping, 0.1 mm further than to its stop. It touches the stop for 10 ms of a
+ * period of 6.3 s. The oracle: two harmonic motions in turn, so that it is at rest again after ten periods; where no
+ * touch is seen, at 0.15 m/s. At each kink of the force a method is off by some 1e-6 m/s. The mass either slides along
+ * x or is free. The free mass rotates ten times as fast as it swings, held by a spring whose other end is far away. */
 static void check_swing(kt_joint_type type, kt_effect touched) {
     static const double k = 1.0, stop = 1e5, reach = 0.5001, at = 0.5;
     kt_lone lone;
@@ -207,8 +207,8 @@ KT_TEST(swing_that_touches_a_stop_is_seen) {
     check_swing(KT_JOINT_PRISMATIC, stop);
 }
 
-/* A sphere at a corner of the mass, on a linear spring at a plane of the ground, is such a stop; so is one about the
- * centre of a mass that is free. */
+/* Such a stop may be a sphere at a corner of the mass, on a linear spring at a plane of the ground. A free mass has a
+ * sphere about its centre instead. */
 KT_TEST(swing_that_touches_the_ground_is_seen) {
     kt_effect contact = kt_effect_default();
     contact.type = KT_EFFECT_CONTACT;
@@ -288,7 +288,7 @@ static void check_ten_swings(kt_worst *worst, const kt_description *description,
     kt_model_free(model);
 }
 
-/* Stops in a row are looked at together. */
+/* The search treats stops in a row together. */
 KT_TEST(each_stop_of_a_row_is_seen) {
     kt_worst worst = kt_worst_make("velocity after ten swings, m/s");
     for (int which = 0; which < SEVERAL; which++) {
@@ -328,7 +328,8 @@ KT_TEST(stops_that_are_set_in_a_run_are_seen) {
     kt_check_worst(&worst);
 }
 
-/* A block above one plane by several of its points, of which one reaches it: they are looked at together. */
+/* A block above one plane with several of its points, of which one reaches the plane. The search treats them
+ * together. */
 KT_TEST(each_point_above_a_plane_is_seen) {
     kt_worst worst = kt_worst_make("velocity after ten swings, m/s");
     for (int which = 0; which < SEVERAL; which++) {

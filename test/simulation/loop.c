@@ -1,7 +1,7 @@
 /* Closed loops under the clock: assembled at the start, closed at every record, the motion that of the closed form.
  *
- * A parallelogram: cranks of length l, uniform rods of mass n, on pivots at the same height; a coupler of mass m
- * between their ends, which it carries along without turning. It swings as a pendulum,
+ * A parallelogram: the cranks are uniform rods of length l and mass n, on pivots at the same height. They carry a
+ * coupler of mass m between their ends, which does not turn. It swings as a pendulum,
  *
  *     (2 n / 3 + m) l^2 u'' = -(n + m) g l sin u.
  */
@@ -16,7 +16,7 @@
 
 static const double rod = 0.6, coupler = 1.5, length = 0.8, start = 1.1;
 
-/* What projection leaves: it stops within 64 eps of the mechanism's length (here 2.8 m). */
+/* The error after projection, which stops within 64 eps of the mechanism's length (here 2.8 m). */
 static const double projected = 64.0 * 2.8 * DBL_EPSILON;
 
 typedef struct four_bar_frame {
@@ -119,7 +119,7 @@ static kt_watch run_linkage(const kt_model *model, kt_run run, bool unprojected,
     return w;
 }
 
-/* 10 s are some six swings. The angle's bounds are five times what was measured. */
+/* 10 s are some six swings. The bounds of the angle are five times the measured errors. */
 KT_TEST(parallelogram_swings_as_a_pendulum_and_stays_closed) {
     static const struct {
         const char *integrator;
@@ -151,9 +151,9 @@ KT_TEST(open_loop_is_assembled_at_the_start) {
     kt_model_free(model);
 }
 
-/* With projection switched off the loop opens by what the steps are wrong, and halving the step divides that by 2^4. */
+/* Without projection, the loop opens by the error of the steps. Half the step gives an error smaller by 2^4. */
 /* A spring without a length is as long as at the assembled start. The linkage is given far from that start. The energy
- * k (d - L)^2 / 2 tells how far from that it is. */
+ * k (d - L)^2 / 2 measures the distance from the assembled start. */
 KT_TEST(spring_without_a_length_is_unstretched_where_the_loops_are_closed) {
     four_bar_frame f;
     kt_effect spring = kt_effect_default();
@@ -213,9 +213,9 @@ KT_TEST(factorizations_are_counted) {
     kt_model_free(model);
 }
 
-/* The coupler hangs on both cranks; horizontally and vertically
+/* The coupler hangs on both cranks. Horizontally and vertically,
  *     left + right joints on the coupler = m (a - g)
- * with a = l (u'' cos u - u'^2 sin u, u'' sin u + u'^2 cos u), the acceleration of a translation. The loop's reaction
+ * with the acceleration of a translation, a = l (u'' cos u - u'^2 sin u, u'' sin u + u'^2 cos u). The loop's reaction
  * is on its second end, the coupler, from the right crank. */
 static int check_reactions(const kt_record *record, void *user) {
     kt_watch *w = user;
@@ -247,8 +247,8 @@ KT_TEST(reactions_of_joint_and_loop_carry_the_coupler) {
 }
 
 /* A loop that cannot be closed: the cranks too far apart. */
-/* A wheel is driven to t^3 / 6. A step of euler from t adds h t to its velocity t^2 / 2, and misses h^2 / 2; rk4 misses
- * nothing. */
+/* A wheel is driven to t^3 / 6. A step of euler from t adds h t to its velocity t^2 / 2. Its error is h^2 / 2. The
+ * error of rk4 is zero. */
 KT_TEST(correction_of_velocities_is_the_error_of_a_step) {
     static const double cubic[] = {0.0, 0.0, 0.0, 1.0 / 6.0}, h = 0.015625, end = 2.0;
     kt_body bodies[2] = {kt_body_default(), make_rod("wheel", 1.0, 0.5)};

@@ -1,4 +1,5 @@
-/* Memory: the caller's, as much as was said, scratch in it worth nothing, and no allocation after set-up. */
+/* Memory: all memory is the caller's and has the reported size. The contents of scratch do not matter, and nothing is
+ * allocated after set-up. */
 #include "../dynamics/tree.h"
 #include "interpose.h"
 #include "scenes.h"

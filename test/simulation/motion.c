@@ -1,4 +1,4 @@
-/* Whole runs against closed forms, and what must stay constant. */
+/* Whole runs against closed forms and constants of the motion. */
 #include "scenes.h"
 #include "swing.h"
 
@@ -70,8 +70,9 @@ static int check_tumble(const kt_record *record, void *user) {
 }
 
 /* Spun about its middle axis with a little across it, it turns over and over. The quaternion keeps its norm in every
- * record to rounding, although the tolerance is coarse. Its scaling does no harm: the angular momentum in the world,
- * which depends on the orientation, is kept to the tolerance (five times the measured error). */
+ * record to rounding, although the tolerance is coarse. The scaling of the quaternion does no harm. The angular
+ * momentum in the world, which depends on the orientation, is constant to the tolerance (five times the measured
+ * error). */
 static void tumble(const char *integrator, double tolerance, double bound) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, 1.0);

@@ -104,8 +104,8 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
 
 /* ---- auxiliary states -------------------------------------------------------------------------------------------- */
 
-/* A body on a ball joint with an arm, and states that read joints, a marker, time and each other; effects of all places
- * of formulas read them. With `loop` a second rod that is closed to the ground. */
+/* A body on a ball joint with an arm, and states that read joints, a marker, time and each other. Effects with formulas
+ * in all possible places read these states. With `loop` a second rod that is closed to the ground. */
 #define STATES_TREE                                                                                                    \
     "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"                                                                   \
     "  - {name: ball, joint: {type: spherical}, mass: 2, com: [0.3, 0.1, 0], inertia: [0.2, 0.3, 0.4]}\n"              \
@@ -211,7 +211,7 @@ KT_TEST(solutions_with_own_states_are_those_of_the_matrix_of_differences) {
     kt_check_worst(&worst);
 }
 
-/* By differences of order four. Measured: 1e-11. */
+/* The oracle is a difference of order four. Measured: 1e-11. */
 KT_TEST(the_slope_in_time_is_that_of_rates_of_own_states) {
     static const double step[] = {-2.0, -1.0, 1.0, 2.0}, weight[] = {1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0};
     states_scene at;
@@ -293,7 +293,7 @@ static kt_model *driven_model(kt_effect drives[DRIVES], kt_loop *loop) {
     return kt_scene_compile(&d);
 }
 
-/* By differences of order four: h^4 / 30 f_ttttt, and eps / h of f. Measured: 3e-9. */
+/* The oracle is a difference of order four. Its errors are h^4 / 30 f_ttttt and eps / h of f. Measured: 3e-9. */
 KT_TEST(the_slope_in_time_is_that_of_all_functions_of_time) {
     kt_random random = kt_random_of_test();
     kt_effect drives[DRIVES];

@@ -110,7 +110,7 @@ KT_TEST(the_callers_projection_moves_the_state_after_each_step) {
     kt_model_free(model);
 }
 
-/* The state stays to the bit, and the words are the caller's, or say whose fault it is. */
+/* The state stays the same to the bit. The message is the caller's, or names the part that caused the fault. */
 static void fail(int code, bool speaks, const char *words) {
     tied s = {.w = 1.0, .fail_after = 6, .code = code, .speaks = speaks};
     kt_model *model = make_slider();
@@ -133,7 +133,7 @@ KT_TEST(failures_of_the_callers_equations_are_told_in_its_words) {
     fail(-3, false, "the caller's right-hand side returned -3");
 }
 
-/* An adaptive method goes around what fails for large steps. */
+/* An adaptive method avoids failures that only large steps cause. */
 /* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
 static int refuse_large_steps(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     (void)rate;

@@ -1,5 +1,5 @@
-/* Laws in C, with auxiliary states and without: against the same laws by formulas, to the bit; their derivatives, exact
- * and by differences; what of them is refused. */
+/* Laws in C, with auxiliary states and without. They agree with the same laws as formulas to the bit. Further subjects
+ * are their derivatives, exact and by differences, and the rejection of invalid laws. */
 #include "interpose.h"
 #include "scenes.h"
 
@@ -33,7 +33,7 @@
 
 typedef struct numbers {
     double stiffness;
-    int code, calls;      /* what the laws return from t = 0.3 on; and how often the motor was asked */
+    int code, calls;      /* the result of the laws from t = 0.3 on, and the calls of the motor */
     bool breaks_rates;    /* of the motor the rates alone */
     double rate_of_state; /* of the code's test: NaN instead of a rate */
 } numbers;
@@ -208,7 +208,7 @@ static void run(const mechanism *m, size_t k, records *r) {
     kt_simulation_free(s);
 }
 
-/* Of explicit methods to the bit. Given derivatives differ from those of formulas by rounding; with differences the
+/* Explicit methods agree to the bit. Given derivatives differ from those of formulas by rounding; with differences the
  * steps of implicit methods move within their tolerance. */
 KT_TEST(laws_in_c_move_as_formulas_do) {
     static records text, law;
@@ -284,7 +284,7 @@ KT_TEST(rates_of_one_law_are_computed_together) {
     end(&m);
 }
 
-/* A supply that is switched on at 0.3 s, which the law's corner tells: x' = 1 from there. */
+/* A supply that is switched on at 0.3 s, reported as a corner of the law: x' = 1 from there. */
 static int switched(void *user, const double *u, double *force, double *rates) {
     (void)user, (void)force;
     if (rates)
@@ -364,7 +364,8 @@ static int kinked(void *user, const double *u, double *force, double *rates) {
     return 0;
 }
 
-/* Differences tell how coarse they are: of smooth laws no more than rounding, at a kink as much as the derivative. */
+/* Differences come with an estimate of their error. The estimate is rounding for smooth laws, and as large as the
+ * derivative at a kink. */
 KT_TEST(differences_of_laws_tell_their_error) {
     for (int k = 0; k < 2; k++) {
         static mechanism m;

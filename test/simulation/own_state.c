@@ -1,5 +1,5 @@
-/* Auxiliary states: their rates, what a simulation does with them, and who refuses them. The scenes that have some are
- * held against other equations in own_state_scenes.c. */
+/* Auxiliary states: their rates, their use in a simulation, and the functions that reject them. The scenes that have
+ * some are held against other equations in own_state_scenes.c. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An arm in space, a four-bar that reads a marker of its coupler, and two states that depend on each other; no effect
- * reads the second, which is therefore a quadrature of the motion. */
+/* An arm in space, a four-bar that reads a marker of its coupler, and two states that depend on each other. No effect
+ * reads the second state, so it is a quadrature of the motion. */
 #define ARM                                                                                                            \
     "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {T: 0.2}\nbodies:\n"                                             \
     "  - {name: arm, joint: {type: revolute, axis: z, position: 30 deg, velocity: 1}, mass: 1,\n"                      \
@@ -228,7 +228,7 @@ KT_TEST(states_are_set_and_start_anew) {
     end(&m);
 }
 
-/* x' = 1 from -0.3: it passes zero at 0.3 s, to the rounding of the time. */
+/* x' = 1 from -0.3. The state passes zero at 0.3 s, to the rounding of the time. */
 KT_TEST(event_and_rate_of_a_model_without_coordinates) {
     static const char text[] = "kinetree: 1\nbodies:\n  - {name: block, mass: 1}\n"
                                "states: {clock: {initial: -0.3, rate: \"1\"}, decay: {initial: 2, rate: \"-decay\"}}\n"
@@ -272,8 +272,8 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
 /* ---- refusals ---------------------------------------------------------------------------------------------------- */
 
 /* Pulses that begin and end while nothing else moves, in the formula of a force, of a rate, and as a factor of a
- * velocity. No stage of a long step would see them. The impulse is 10 N over 1 ms; exp(-((t - 5)/w)^2) multiplies the
- * velocity by exp(w sqrt(pi)/2). */
+ * velocity. No stage of a long step would see them. The impulse is 10 N over 1 ms. The factor exp(-((t - 5)/w)^2)
+ * multiplies the velocity by exp(w sqrt(pi)/2). */
 KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
     static const char text[] =
         "kinetree: 1\nbodies:\n  - {name: block, joint: {type: prismatic, axis: x}, mass: 2}\n"

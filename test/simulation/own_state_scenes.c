@@ -1,5 +1,6 @@
-/* Bundled scenes with auxiliary states against closed forms and against equations that are written down here once more
- * and integrated by the GNU Scientific Library (rk8pd), by an explicit, a stabilised, implicit and multistep methods.
+/* Bundled scenes with auxiliary states, against closed forms and a second integration. The GNU Scientific Library
+ * (rk8pd) integrates equations that are written down here once more. The tested methods are an explicit, a stabilised,
+ * implicit and multistep ones.
  */
 #include "scenes.h"
 
@@ -42,7 +43,7 @@ static int cylinder(double t, const double y[], double dydt[], void *unused) {
     return GSL_SUCCESS;
 }
 
-/* The rod is a cylinder: about its end l^2/3 + r^2/4. */
+/* The rod is a cylinder. Its inertia about its end has the terms l^2/3 and r^2/4. */
 static int arm(double t, const double y[], double dydt[], void *unused) {
     const double m = 1.2, l = 0.6, r = 0.02, J = m * (l * l / 3.0 + r * r / 4.0), error = acos(-1.0) / 3.0 - y[0];
     const double wanted = 30.0 * error + 40.0 * y[2] - 6.0 * y[1], given = clamp(wanted, -8.0, 8.0);
@@ -113,8 +114,9 @@ static void integrate(right_hand_side *f, double duration, double *y, size_t n) 
     gsl_odeiv2_driver_free(driver);
 }
 
-/* Relative to the sizes of the components that the motion has. The worst is that of radau5, whose iteration leaves more
- * than the tolerance, or of fixed steps at a corner: bounds are some ten times it; of what rests, GSL's tolerance. */
+/* Relative to the sizes of the components that the motion has. The largest error is that of radau5, whose iteration
+ * leaves more than the tolerance, or of fixed steps at a corner. Bounds are some ten times this error. For components
+ * at rest, the bound is the tolerance of GSL. */
 static void compare(const char *scene, const way *ways, size_t count, double duration, const double *expected,
                     const double *size, size_t n, double bound) {
     kt_worst worst = kt_worst_make(scene);
@@ -179,8 +181,8 @@ KT_TEST(arm_with_a_limited_controller_moves_as_its_equations) {
     against_gsl("pid-arm", arm, start, size, 3, 1.5, ways, COUNT(ways), 1e-9);
 }
 
-/* It slips for the first time after some 7.5 s, when the bristles' rate makes the equations stiff (1e5 1/s), and sticks
- * again; their deflection is of the size 1e-5. */
+/* It slips for the first time after some 7.5 s, when the bristles' rate makes the equations stiff (1e5 1/s). Then it
+ * sticks again. The deflection of the bristles is of the size 1e-5. */
 KT_TEST(block_on_bristles_moves_as_its_equations) {
     static const double start[] = {0.0, 0.0, 0.0}, size[] = {1.0, 1.0, 1e-5};
     static const way ways[] = {{"dopri5", 0.0, 1e-12}, {"dop853", 0.0, 1e-13}, {"radau5", 0.0, 1e-13}},

@@ -1,6 +1,6 @@
-/* Derivatives of steps with auxiliary states: the step against a simulation's, A, B and C against differences of the
- * step, and gradients over many steps, through a loop, quaternions and markers; Floquet multipliers against the
- * exponentials of the modes. */
+/* Derivatives of steps with auxiliary states. The oracles are the step of a simulation, differences of the step for A,
+ * B and C, and exponentials of the modes for Floquet multipliers. Gradients run over many steps, through a loop,
+ * quaternions and markers. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
@@ -143,7 +143,7 @@ static void take(machine *m, const double z[ALL], int input, double change, doub
     memcpy(out + 2 * NV, x, COUNT * sizeof *x);
 }
 
-/* Differences of order eight over h = 0.002, whose error is h^8 / 630 of the ninth derivative, and rounding. */
+/* Differences of order eight, with h = 0.002. Their error is rounding, and h^8 / 630 of the ninth derivative. */
 static void difference(machine *m, int column, double out[ALL], const double *from) {
     static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
     const double h = 0.002;
@@ -160,7 +160,8 @@ static void difference(machine *m, int column, double out[ALL], const double *fr
     }
 }
 
-/* Those of rodas5p are differences of a Jacobian over 1/512: 4400 roundings of entries of some 20. */
+/* The derivatives of rodas5p are differences of a Jacobian over 1/512. Their error is 4400 roundings of entries of some
+ * 20. */
 KT_TEST(derivatives_of_a_step_are_those_of_its_differences) {
     for (int k = 0; k < METHODS + 2; k++) { /* two of them of a tree, too */
         const char *method = k < METHODS ? methods[k] : k == METHODS ? "radau5" : "implicit-euler";
@@ -213,8 +214,8 @@ static void take_changed(machine *m, kt_model *copy, const kt_parameter *paramet
     (void)kt_fine("set back", kt_parameter_set(copy, parameter, values, &error), &error);
 }
 
-/* Central differences over d, whose error is d^2 / 6 of the third derivative, after Richardson's extrapolation d^4. By
- * rodas5p a stiffness is differenced twice, over 1/1024 and over 1/512. */
+/* Central differences over d have the error d^2 / 6 of the third derivative. After Richardson's extrapolation the error
+ * is of order d^4. In rodas5p a stiffness is differenced twice. The widths are 1/1024 and 1/512. */
 KT_TEST(derivatives_by_parameters_are_those_of_differences) {
     static const char *const names[] = {"gravity", "rod.mass", "effect pull.stiffness"};
     for (int k = 0; k < METHODS; k++) {
@@ -415,7 +416,7 @@ KT_TEST(two_motions_from_given_own_states_have_equal_bits) {
         kt_rollout rollout = {.method = m.step.method, .t = 0.3, .h = 0.02, .steps = STEPS, .inputs = inputs, .x = m.x};
         const size_t size = kt_rollout_work_size(m.model, &rollout);
         void *work = aligned_alloc(KT_ALIGNMENT, size);
-        for (int i = 0; i < 2; i++) { /* whatever the data hold, and they keep it */
+        for (int i = 0; i < 2; i++) { /* for any contents of the data, which stay the same */
             double *x = kt_own_states(m.model, m.data), before[COUNT] = {7.0 + i, -3.0};
             memcpy(x, before, sizeof before);
             (void)kt_fine("gradient",
@@ -596,8 +597,8 @@ KT_TEST(failed_step_leaves_the_own_states) {
     end(&m);
 }
 
-/* J q'' = -P q + x - D q', x' = -20 q - 0.5 x: a linear system at rest, whose multipliers over T are exp(lambda T);
- * that of a state alone is exp(-3 T). */
+/* A linear system at rest: J q'' = -P q + x - D q', x' = -20 q - 0.5 x. Its multipliers over T are exp(lambda T). A
+ * state alone has the multiplier exp(-3 T). */
 KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
     static const char text[] =
         "kinetree: 1\nbodies:\n  - {name: arm, joint: {type: prismatic, axis: x}, mass: 2}\n"

@@ -1,5 +1,5 @@
-/* The plan of a scene: which kernels it lists, on how many items, and the reason for each that it leaves out. That what
- * is left out costs no instruction is counted by test/plan.
+/* The plan of a scene: which kernels it lists, on how many items, and the reason for each that it leaves out. The test
+ * in test/plan verifies that omitted kernels cost no instruction.
  */
 #include "../constraint/linkage.h"
 #include "../formulation.h"
@@ -22,7 +22,7 @@ static plan plan_of(const kt_model *model, const kt_run *run) {
     for (int i = 0; i < p.count; i++) {
         const kt_plan_step *s = &p.step[i];
         if ((s->count == 0) != (s->dropped != NULL))
-            kt_check_true(s->name, false); /* what is left out has a reason, and only that */
+            kt_check_true(s->name, false); /* an item has a reason if and only if it is left out */
     }
     return p;
 }

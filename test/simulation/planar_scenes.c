@@ -1,5 +1,5 @@
-/* Every bundled scene of planar trees without loops, in the plane and in space: the first tenth of each, record for
- * record, with energies and all reactions.
+/* Every bundled scene of planar trees without loops, in the plane and in space. The test compares the first tenth of
+ * each, record for record, with energies and all reactions.
  */
 #include "both.h"
 #include "scene_files.h"

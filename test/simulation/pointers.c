@@ -1,5 +1,5 @@
-/* The pointers of kt_simulation_positions and _velocities: asked for once, they show the state after every call, with
- * the bits of a sensor reading there. */
+/* The pointers of kt_simulation_positions and _velocities stay valid. They show the state after every call, with the
+ * bits of a sensor reading there. */
 #include "../dynamics/tree.h"
 #include "../formulation.h"
 #include "scenes.h"
@@ -41,7 +41,7 @@ static void look(const char *when, const char *method, watched *w) {
     kt_check_worst(&worst);
 }
 
-/* What a recorder sees lies in the last step; the pointers show its end. */
+/* A recorder receives a state within the last step, while the pointers show the end of the step. */
 static int stop_at_third(const kt_record *record, void *user) {
     (void)user;
     return record->index >= 3;

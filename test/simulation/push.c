@@ -10,9 +10,9 @@ static const double step = 0.02, mass = 2.0;
 /* A force that jumps at every step, up and down. */
 static double force_of(int k) { return k % 3 == 0 ? 5.0 : -3.0 - k; }
 
-/* Constant force over a step: q += v h + F h^2 / 2m, v += F h / m. Every method of order 2 has this exactly. Errors:
- * one rounding of the running value a step, on each side, and up to eight of the increment in the sums over the stages;
- * those of the velocity go on into the position. */
+/* Constant force over a step: q += v h + F h^2 / 2m, v += F h / m. Every method of order 2 has this exactly. Errors on
+ * each side are one rounding of the running value a step, and up to eight of the increment in sums over stages. The
+ * errors of the velocity continue in the position. */
 static void follow_slider(kt_run run, bool by_advance) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, mass);
@@ -63,8 +63,8 @@ KT_TEST(torque_is_held_between_calls_of_advance) {
     follow_slider(kt_run_fixed("rk4", 0.013, 1.0), true); /* each advance is one step and a shorter one */
 }
 
-/* 3000 periods of 1 ms are 3000 steps, for any division of the period by the step. They end at 3 s to the bit, also
- * from a start that is no multiple of the period. With t += 1e-3 there are half as many again. */
+/* A run of 3000 periods of 1 ms makes 3000 steps, for any division of the period by the step. They end at 3 s to the
+ * bit, also from a start that is no multiple of the period. With t += 1e-3 there are half as many again. */
 KT_TEST(periods_are_whole_steps) {
     static const struct {
         const char *integrator;
@@ -101,7 +101,7 @@ KT_TEST(periods_are_whole_steps) {
     kt_model_free(model);
 }
 
-/* After an odd time a period is as long as it says; what is no period is refused. */
+/* After an odd time a period has its exact length. An invalid period is rejected. */
 KT_TEST(periods_begin_anywhere) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, mass);

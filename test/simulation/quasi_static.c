@@ -47,8 +47,8 @@ static kt_run run_by(const char *method, double step) {
     return run;
 }
 
-/* All families, and the bound of an error of the motions below, which take values of some 1: the tolerance times the
- * growth, or what fixed steps leave. */
+/* All families of methods, and the bound of the error in the motions below, whose values are about 1. The bound is the
+ * tolerance times the growth, or the error of the fixed steps. */
 static const struct {
     const char *name;
     double step, bound;
@@ -101,8 +101,8 @@ static void follows(const char *text, motion_call *motion) {
     end(&m);
 }
 
-/* [MSD example 8.1] with m1 = 0: k1 = 100 and k2 = 300 N/m in a row are one spring of 75 N/m, of which k1 takes 3/4 of
- * the stretch; m2 = 8 kg, let go with a stretch of 0.1 m. */
+/* [MSD example 8.1] with m1 = 0. The springs k1 = 100 N/m and k2 = 300 N/m in a row act as one spring of 75 N/m. The
+ * first spring takes 3/4 of the stretch. The mass m2 = 8 kg starts with a stretch of 0.1 m. */
 #define SPRINGS                                                                                                        \
     "kinetree: 1\nbodies:\n"                                                                                           \
     "  - {name: two, joint: {type: prismatic, axis: x, position: 1.0}, mass: 8}\n"                                     \
@@ -171,7 +171,8 @@ static void damper_and_spring(double t, double q[3], double v[3]) { maxwell(t, &
 KT_TEST(maxwell_element_is_a_state_of_first_order) { follows(MAXWELL, damper_and_spring); }
 
 /* Spring, damper and spring in a row, which two nodes join: along the sum of their motions nothing resists but springs.
- * A spring of 90 and one of 45 N/m are one of 30; the first node is at F / 90, the second one at x - F / 45. */
+ * Springs of 90 and 45 N/m in a row act as one spring of 30 N/m. The first node is at F / 90, the second one at x - F /
+ * 45. */
 static void spring_damper_spring(double t, double q[3], double v[3]) {
     double z, vz;
     maxwell(t, &q[2], &z, &v[2], &vz);
@@ -195,9 +196,9 @@ KT_TEST(damper_between_two_nodes_leaves_one_balance_of_springs) {
 
 /* ---- small masses ------------------------------------------------------------------------------------------------ */
 
-/* A pendulum in space that carries a flap without inertia, with a spring that hardens and a damper in its hinge or a
- * linear spring alone, and another spring at its tip, and a sensor's cage without mass on a bushing, whose six
- * coordinates are all without mass. */
+/* A pendulum in space carries a flap without inertia. The hinge of the flap has a hardening spring and a damper, or a
+ * linear spring alone. Another spring acts at the tip of the flap. The pendulum also carries a sensor's cage without
+ * mass on a bushing, whose six coordinates are all without mass. */
 #define FLAP                                                                                                           \
     "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"                                                                   \
     "  - {name: arm, joint: {type: spherical, position: {axis: [0, 1, 0], angle: 50 deg}, velocity: [0.2, 0.1, "       \
@@ -274,8 +275,8 @@ KT_TEST(small_masses_come_to_the_balance_as_they_vanish) {
     kt_check_near("ratio of 1e-3 to 1e-4 kg", distance(&none, &first) / distance(&none, &second), 10.0, 0.5);
 }
 
-/* Six coordinates, an orientation among them, and a hinge, held by springs alone. What moves without mass keeps its
- * energy in springs. */
+/* Six coordinates, an orientation among them, and a hinge, held by springs alone. Parts without mass keep their energy
+ * in springs. */
 KT_TEST(massless_cage_on_springs_is_where_its_six_forces_balance) {
     static path all, implicit;
     char text[3000];

@@ -1,5 +1,5 @@
-/* Loops that cannot be closed from some time on: they are named, with how far they stay apart a little later, whatever
- * the step has run into; and others are not blamed.
+/* Loops that cannot be closed after some time. The error names these loops and reports their gaps a little later, for
+ * every way in which the step may fail. It does not name other loops.
  */
 #include "../formulation.h"
 #include "scenes.h"
@@ -12,7 +12,7 @@
 
 static const double pi = 3.141592653589793;
 
-/* Where an error's words tell how far a loop is open, m or rad; NaN where they do not. */
+/* The gap of a loop in the message of an error, m or rad; NaN if the message reports no gap. */
 static double gap_of(const kt_error *error, const char *loop) {
     char name[32];
     snprintf(name, sizeof name, "'%s' by ", loop);
@@ -28,7 +28,7 @@ typedef struct setting {
     kt_formulation formulation;
 } setting;
 
-/* The gaps ahead have more digits than are told. */
+/* The gaps ahead have more digits than the message prints. */
 static const setting settings[] = {{"rk4", 1.234e-3, KT_FORMULATION_TREE},
                                    {"dopri5", 0.0, KT_FORMULATION_TREE},
                                    {"dop853", 0.0, KT_FORMULATION_TREE},
@@ -43,7 +43,7 @@ static int ignore(const kt_record *record, void *user) {
     return 0;
 }
 
-/* Runs to where it fails; returns that time, NaN where nothing ran. How far ahead loops are looked at: *ahead. */
+/* Runs to where it fails; returns that time, NaN where nothing ran. The search for loops reaches ahead by *ahead. */
 static double run_into(const kt_description *description, const setting *with, double *ahead, kt_status *status,
                        kt_error *error) {
     kt_model *model = NULL;
@@ -80,9 +80,9 @@ static void check_words(const kt_error *error, double t, double ahead) {
         ". Change the driving functions so that the loops can be closed, or end the run before this time");
 }
 
-/* Two bars of 1 m whose ends are 1.4 m + 0.2 m/s t apart are straight at 3 s. Near there the rates grow as (3 s -
- * t)^-1/2: a fixed step throws the bars far off, an adaptive one shrinks to nothing (five times the farthest measured
- * from 3 s). The words have three digits of the gap. */
+/* Two bars of 1 m are straight at 3 s. At the time t the distance of their ends is 1.4 m + 0.2 m/s t. Near 3 s the
+ * rates grow as (3 s - t)^-1/2. A fixed step throws the bars far off, and an adaptive step shrinks to nothing. The
+ * bound is five times the largest measured difference from 3 s. The words have three digits of the gap. */
 KT_TEST(length_beyond_the_reach_of_bars_is_named_with_its_gap_a_little_later) {
     static const double length[2] = {1.4, 0.2};
     kt_body bodies[2] = {kt_body_default(), kt_body_default()};
@@ -157,10 +157,10 @@ static double apart_by_a_sine(double t) { return 0.5 * sin(2.0 * pi * t) - pi * 
 
 KT_TEST(motions_that_come_to_contradict_each_other_are_both_named) {
     const double straight[2] = {0.0, pi};
-    /* their rates part by 24 (t - 0.5), which passes for rounding up to 1e-12 of the terms of a ramp's rate, 6 / 0.5 */
+    /* their rates part by 24 (t - 0.5), which passes for rounding up to 1e-12 of 6 / 0.5, the terms of a ramp's rate */
     check_motions(kt_function_constant(0.0), kt_function_ramp(0.0, 1.0, 0.5, 1.0), 0.5 + 0.5e-12, apart_by_a_ramp,
                   64.0 * DBL_EPSILON);
-    /* their rates part by pi (1 - cos 2 pi t): by 1e-12 of pi, which passes for closed, where 2 pi t = sqrt(2e-12) */
+    /* their rates part by pi (1 - cos 2 pi t), which passes for closed up to 1e-12 of pi, where 2 pi t = sqrt(2e-12) */
     const double seen = sqrt(2e-12) / (2.0 * pi);
     check_motions(kt_function_sine(0.5, 1.0, 0.0, 0.0), kt_function_polynomial(straight, 2), seen, apart_by_a_sine,
                   1e-3 * seen);
@@ -231,7 +231,7 @@ KT_TEST(driven_loop_that_can_be_closed_is_not_blamed_for_a_pole) {
     description.effects = &effect;
     description.effect_count = 1;
     const double t = run_into(&description, &settings[1], &ahead, &status, &error);
-    kt_check_near("time", t, 0.5, 4e-12); /* five times what was measured */
+    kt_check_near("time", t, 0.5, 4e-12); /* five times the measured error */
     kt_check_equal_int("status", status, KT_ERROR_STEP);
     kt_check_contains("message", error.message, "Look for a jump or a pole of a force here");
 }

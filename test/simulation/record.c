@@ -1,4 +1,4 @@
-/* When records come, and what is in them. */
+/* The times and the contents of records. */
 #include "scenes.h"
 
 #include <float.h>
@@ -149,8 +149,9 @@ KT_TEST(run_after_advance_records_from_there_on) {
 
 /* ---- what is in a record ----------------------------------------------------------------------------------------- */
 
-/* Pendulum at angle u and rate w: a = -g sin u, T = w^2 / 2, V = -g cos u; the link pulls the bob, and the joint the
- * link, with m (g cos u + w^2) towards the pivot. Angles and rates are those of the record, so rounding alone is left.
+/* A pendulum at angle u and rate w has a = -g sin u, T = w^2 / 2, V = -g cos u. The link pulls the bob, and the joint
+ * pulls the link, with m (g cos u + w^2) towards the pivot. Angles and rates are those of the record, so rounding alone
+ * is left.
  */
 static int check_pendulum(const kt_record *record, void *user) {
     kt_worst *worst = user;

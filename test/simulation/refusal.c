@@ -11,7 +11,7 @@ typedef struct owner {
     double from; /* its equations, or its projection, refuse from this time on */
     int code;    /* with this result */
     bool in_projection, in_effect;
-    bool records_only; /* refuses in records alone: the recorder says when */
+    bool records_only; /* refuses in records alone; the recorder sets `recording` */
     bool recording;
 } owner;
 
@@ -110,8 +110,8 @@ KT_TEST(projection_that_refuses_is_told_and_leaves_the_state) {
                "t = 0.5 s", "the caller's projection returned -4");
 }
 
-/* Its first stage after 0.5 s is that at 0.625 s. Where a balance is kept its power is asked for, too, and so it is
- * under equations of the caller's. */
+/* Its first stage after 0.5 s is that at 0.625 s. If a balance is kept, the power of the effect is evaluated, too. This
+ * also applies under equations of the caller's. */
 KT_TEST(effect_that_refuses_is_told_and_leaves_the_state) {
     static const char where[] = "effect 'hand' (custom) on joint 'block', t = 0.625 s";
     static const char small[] = "its callback cannot compute its force here (code 1) (the step is fixed at 0.25 s: a "
@@ -232,8 +232,8 @@ static int watch(const kt_record *record, void *user) {
     return 0;
 }
 
-/* Steps of 0.25 s and records of 0.1 s: after that at 0.2 s, that at 0.3 s is refused, to which the step to 0.5 s has
- * led before. Once nothing is refused any more the run goes on with it. */
+/* Steps of 0.25 s and records of 0.1 s. The record at 0.2 s is accepted, and that at 0.3 s is refused. The step to 0.5
+ * s precedes the refused record. Once nothing is refused any more the run goes on with it. */
 static void check_record(owner o, unsigned record, kt_status expected, const char *where, const char *message) {
     stand s;
     watcher w = {&o, 0, 2};
@@ -274,7 +274,7 @@ static int count_records(const kt_record *record, void *user) {
     return 0;
 }
 
-/* Euler's method needs no slope at the end of a step; what is between two steps does. */
+/* Euler's method needs no slope at the end of a step, but the states between two steps do. */
 KT_TEST(records_within_a_step_to_where_there_is_no_acceleration_are_missing) {
     stand s;
     owner o = {.from = 0.5, .code = -1};
@@ -334,7 +334,7 @@ static kt_simulation *simulate(const kt_lone *lone, kt_formulation formulation, 
     return kt_scene_simulate(*model, &run, &options);
 }
 
-/* Of a lone body, in either formulation; in the tree's also where the world and it are tied by a loop. */
+/* Checks a lone body in either formulation. In the tree's formulation, a loop may also tie the world and the body. */
 static void check_zeros(kt_formulation formulation, bool tied) {
     kt_lone lone;
     kt_loop loop = kt_loop_default();

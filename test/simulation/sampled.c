@@ -1,5 +1,5 @@
-/* Torques that are set at every tick, as samples of a smooth signal: what methods with a history make of it, against
- * the motion under the signal itself. */
+/* Torques that are set at every tick, as samples of a smooth signal. Methods with a history are compared with the
+ * motion under the signal itself. */
 #include "check.h"
 
 #include "kinetree/simulation.h"
@@ -97,9 +97,9 @@ static bool find_reference(double expected[2]) {
 }
 
 /* Samples that are held for a tick lag behind the signal by half a tick: an error of order 1 that all methods have.
- * With their past they have no more of it, at fewer evaluations (ab2 has one past slope alone, and starts by a method
- * that takes as many). BDF2 would have twice the error, and starts anew. The figures are those of
- * include/pages/step-cost.md, to the digits that it gives. */
+ * With their past, these methods have the same lag at fewer evaluations. The method ab2 has only one past slope, and
+ * starts by a method with as many evaluations. BDF2 would have twice the error, and starts anew. The figures are those
+ * of include/pages/step-cost.md, to the digits that it gives. */
 KT_TEST(methods_with_a_past_keep_it_under_smooth_inputs) {
     static const struct {
         const char *method;
@@ -128,8 +128,8 @@ KT_TEST(methods_with_a_past_keep_it_under_smooth_inputs) {
 }
 
 /* Their history is the rate of decay of the right-hand side, which inputs hardly change. It is kept for all inputs.
- * Torques that change therefore take no more evaluations than constant ones (6.0 and 14.0 instead of 2.8 and 10.8
- * otherwise). */
+ * Torques that change therefore take no more evaluations than constant ones. The counts are 2.8 and 10.8. They would
+ * otherwise be 6.0 and 14.0. */
 KT_TEST(stabilised_methods_keep_their_spectral_radius) {
     static const char *const methods[] = {"rkc2", "rkc4"};
     double expected[2];

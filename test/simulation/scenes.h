@@ -1,4 +1,4 @@
-/* Small mechanisms whose motion is known, and a recorder that keeps what it is given. */
+/* Small mechanisms with motions in closed form, and a recorder that keeps its records. */
 #ifndef KT_TEST_SIMULATION_SCENES_H
 #define KT_TEST_SIMULATION_SCENES_H
 
@@ -6,8 +6,8 @@
 
 #include "kinetree/simulation.h"
 
-/* One body on a joint of this type, axis z (prismatic: x), its centre of mass on the joint's origin, inertia diag(1, 2,
- * 3), no gravity. The caller's to change before kt_scene_compile. */
+/* One body on a joint of this type, without gravity. The axis is z (prismatic: x), and the centre of mass is the
+ * joint's origin. The inertia is diag(1, 2, 3). The caller's to change before kt_scene_compile. */
 typedef struct kt_lone {
     kt_body body;
     kt_description description;
@@ -15,7 +15,7 @@ typedef struct kt_lone {
 
 void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass);
 
-/* A point mass of 1 kg on a massless link of 1 m, hanging along -y from a revolute joint about z, gravity 9.81 along
+/* A point mass of 1 kg hangs along -y on a massless link of 1 m, from a revolute joint about z. Gravity is 9.81 along
  * -y. */
 void kt_pendulum_make(kt_lone *lone, double angle, double velocity);
 
@@ -23,7 +23,7 @@ void kt_pendulum_make(kt_lone *lone, double angle, double velocity);
 kt_model *kt_scene_compile(const kt_description *description);
 kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
 
-/* The energy with what was dissipated and without what was supplied; NaN after a failed check. */
+/* The energy plus dissipated minus supplied work; NaN after a failed check. */
 double kt_scene_balance(kt_simulation *simulation);
 
 /* Fixed steps of this method. */

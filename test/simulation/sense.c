@@ -1,5 +1,5 @@
-/* Sensors: what a record of the present state shows is to the bit what a run that evaluates everything anew records,
- * and showing it costs no evaluation and moves no bit. Every bundled scene is held to that.
+/* Sensors: a record of the present state has the bits of a run that evaluates everything anew. Showing it costs no
+ * evaluation and moves no bit. Every bundled scene is held to that.
  */
 #include "../formulation.h"
 #include "scene_files.h"
@@ -54,7 +54,7 @@ static void for_each_scene(kt_formulation formulation, visitor *visit, void *use
     free(entries);
 }
 
-/* A fixed step that suits the scene; stiff springs and dampers bear no more. */
+/* A fixed step that suits the scene. Stiff springs and dampers allow no larger one. */
 static kt_run run_of(const char *name, const kt_run *given, const char *method, unsigned record) {
     const bool stiff = strcmp(name, "flyball-governor.yaml") == 0 || strcmp(name, "fishing-rod.yaml") == 0 ||
                        strcmp(name, "five-bar.yaml") == 0;
@@ -186,7 +186,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_run_records) {
         check_all(KT_FORMULATION_TREE, methods[i], every);
 }
 
-/* Each part by itself: what the others leave or spoil is not there. */
+/* Each part by itself, without the values that the others leave or spoil. */
 KT_TEST(sensors_show_to_the_bit_each_part_alone) {
     static const unsigned parts[] = {KT_RECORD_POSITION,
                                      KT_RECORD_ACCELERATION,
@@ -202,8 +202,8 @@ KT_TEST(sensors_show_to_the_bit_each_part_alone) {
 
 KT_TEST(sensors_show_to_the_bit_what_an_absolute_run_records) { check_all(KT_FORMULATION_ABSOLUTE, "rk4", every); }
 
-/* Through ten singular positions of two four-bars in a row, at and next to which accelerations are those of states
- * next to: against an evaluation, and kinematics from nothing, with data of their own. */
+/* Passes through ten singular positions of two four-bars in a row. At and next to these positions, accelerations are
+ * those of nearby states. The oracles are an evaluation and kinematics from nothing, with data of their own. */
 KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     static kt_wrench joints[16], loops[16];
     static double multipliers[16];
@@ -308,7 +308,7 @@ static void count(const char *name, const kt_model *model, const kt_absolute *ab
             kt_note("%s, %s: %ld evaluations more", name, p->method, more);
         p->more += more + (p->order == AFTER_SENSING ? 0 : (long)(b.factorizations - a.factorizations));
         p->moved += memcmp(q[0], q[1], (size_t)(nq + nv) * sizeof(double)) != 0;
-        /* what ends with an evaluation of the very state needs no other, if the projection lets that be */
+        /* a step that ends with an evaluation of its last state needs no other, unless projection moves that state */
         const bool ends = kt_method_find(p->method)->fsal, stays = nq == nv && kt_loop_count(model) == 0;
         p->least += p->order != AFTER_SENSING ? 0 : ends ? 1 : STEPS;
         p->most += p->order != AFTER_SENSING ? 0 : ends && stays ? 1 : STEPS;
@@ -357,7 +357,7 @@ static void interrupt(const kt_model *model, bool looks, album *kept) {
     kt_error error;
     kt_record record;
     kt_kept *stopper = kt_kept_empty(model);
-    stopper->stop_at = 4; /* at 0.2, where the step that ends at 0.3 is not yet made; 5 lies within it */
+    stopper->stop_at = 4; /* at 0.2, before the step to 0.3 is made; record 5 lies within this step */
     kt_check_equal_int("stopped", kt_simulation_run(simulation, kt_keep, stopper, &error), KT_ERROR_CALLBACK);
     kt_check_true("step", kt_fine("step", kt_simulation_set_torque(simulation, &torque, &error), &error));
     stopper->stop_at = 5;
@@ -487,7 +487,7 @@ KT_TEST(accelerometer_and_wrench_of_a_pendulum_show_what_carries_it) {
         const kt_vec3 felt = kt_mat3_apply_transposed(axes, kt_vec3_sub(a, kt_model_gravity(model)));
         const kt_vec3 force = kt_mat3_apply_transposed(axes, record.reactions[1].force);
         const double x = record.q[0], w = record.v[0], expected = 9.81 * cos(x) + w * w;
-        /* up to 30 m/s^2, a few roundings of it: measured 1.1e-14 at most */
+        /* up to 30 m/s^2, with an error of a few roundings. The largest measured error was 1.1e-14. */
         kt_worst_near(&along, felt.y, expected, 2e-14, "step %d", k);
         kt_worst_near(&across, felt.x, 0.0, 2e-14, "step %d", k);
         kt_worst_near(&borne, force.y, expected, 2e-14, "step %d", k);

@@ -8,9 +8,9 @@
 
 enum { STEPPER_POINTS = 5 };
 
-/* A free body whose com is its origin, in world axes, by Moreau's time-stepping: positions and contacts at mid-step,
- * then velocities with the impulses of all contacts that are closed there, which sweeps of Gauss and Seidel find, a
- * contact at a time, onto Coulomb's disc. It shares nothing with the library. */
+/* A free body whose com is its origin, in world axes, by Moreau's time-stepping. Positions and contacts are those at
+ * mid-step. Then velocities follow, with the impulses of all contacts that are closed there. Sweeps of Gauss and Seidel
+ * find the impulses, a contact at a time, and project them onto Coulomb's disc. It shares nothing with the library. */
 typedef struct stepper {
     double x[3], R[9], v[3], w[3]; /* v, w in world axes */
     double m, I, g;                /* a ball of inertia: I the same about all axes */
@@ -36,8 +36,8 @@ static inline void stepper_turn(double R[9], const double w[3], double h) {
     memcpy(R, next, sizeof next);
 }
 
-/* One step: every contact that is closed at its middle has its point's velocity u, and u+ + e u- is what its laws are
- * about. */
+/* One step. For every contact that is closed at mid-step, u is the velocity of its point, and its laws apply to u+ + e
+ * u-. */
 static inline void stepper_step(stepper *s, double h) {
     double arm[STEPPER_POINTS][3], before[STEPPER_POINTS][3], p[STEPPER_POINTS][3] = {{0.0}};
     bool closed[STEPPER_POINTS];

@@ -66,7 +66,7 @@ typedef struct controls {
     int index[JOINTS];
 } controls;
 
-enum { SMALL = 10 /* columns^3 of larger models take seconds: their base parameters are not asked */ };
+enum { SMALL = 10 /* no base parameters of larger models: columns^3 takes seconds */ };
 
 static void *memory_of(size_t size) {
     return aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
@@ -219,7 +219,7 @@ static kt_status set_parameter(kt_simulation *simulation, controls *c, kt_error 
     return kt_simulation_set_parameter(simulation, c->copy, &c->parameter, &mass, error);
 }
 
-/* A step of a control loop: torques from what was measured, the step, sensors, a checkpoint. */
+/* A step of a control loop: torques from measurements, the step, sensors, a checkpoint. */
 static kt_status take_step(kt_simulation *simulation, controls *asked, int nv, int k, void *block, kt_error *error) {
     double torque[JOINTS];
     kt_record record;
@@ -279,10 +279,10 @@ static void step_confined(const char *file, bool disturbed, int out) {
         r.furthest = fmax(r.furthest, fabs(kt_simulation_positions(simulation)[i] - start[i]));
     snprintf(r.words, sizeof r.words, "%.60s: %.90s", error.where, error.message);
     (void)!write(out, &r, sizeof r);
-    (void)syscall(SYS_exit, 0); /* _exit would ask for exit_group */
+    (void)syscall(SYS_exit, 0); /* _exit would call exit_group */
 }
 
-/* How it ended: what wait says. */
+/* Returns the status of the child, as from wait. */
 static int run_confined(const char *file, bool disturbed, report *r) {
     int ends[2], status = -1;
     *r = (report){.status = -1};

@@ -1,5 +1,5 @@
-/* Loops and effects that are switched while a simulation runs, against closed forms: two discs with springs, between
- * which a clutch grips and lets go; and what is refused.
+/* Loops and effects that are switched while a simulation runs, against closed forms. A clutch grips and releases
+ * between two discs with springs. Invalid switches are rejected.
  *
  * The discs have moments of inertia A and B, springs a and b to the ground, and angles x and y. Apart, each is an
  * oscillator. While the clutch holds, x' = y', so that with d = y - x, which stays, and s = (a + b) / (A + B),
@@ -65,7 +65,7 @@ static void turn(double w, double c, double h, double *x, double *v) {
     *v = v0 * cos(w * h) - w * x0 * sin(w * h);
 }
 
-/* The state at the end, and what has been lost. */
+/* The state at the end, and the lost energy. */
 static double closed_form(double q[2], double v[2]) {
     double lost = 0.0;
     q[0] = 1.0;
@@ -199,8 +199,8 @@ KT_TEST(what_a_clutch_loses_is_dissipated) {
     kt_model_free(model);
 }
 
-/* A checkpoint holds the set: the second half has the bits of a run that never stopped, by an explicit, an implicit and
- * a multistep method, and nothing allocates. */
+/* A checkpoint holds the set of switches: the second half has the bits of a run that never stopped. The methods are an
+ * explicit, an implicit and a multistep one, and nothing is allocated. */
 KT_TEST(checkpoint_between_switches_goes_on_with_the_same_bits) {
     static const struct {
         const char *name;
@@ -237,8 +237,8 @@ KT_TEST(checkpoint_between_switches_goes_on_with_the_same_bits) {
     kt_model_free(model);
 }
 
-/* A coupling that is 1.5 rad from holding cannot be switched on, nor a switch that there is not; the simulation stays
- * as it was, and goes on. */
+/* A coupling that is 1.5 rad from closed cannot be switched on, and neither can a switch that does not exist. The
+ * simulation keeps its state and continues. */
 KT_TEST(a_switch_that_is_refused_leaves_the_simulation) {
     discs d;
     discs_make(&d);

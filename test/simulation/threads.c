@@ -1,5 +1,5 @@
-/* Equal inputs give equal bits: again, after other runs in the same process, and in threads that share a model, each
- * with a simulation of its own. A build with -Db_sanitize=thread finds what they should not share. */
+/* Equal inputs give equal bits: in a second run, after other runs in the same process, and in threads. Threads share a
+ * model, and each has a simulation of its own. A build with -Db_sanitize=thread finds data that they must not share. */
 #include "check.h"
 
 #include "kinetree/scene.h"
@@ -19,7 +19,7 @@ typedef struct stage {
     kt_model *model;
 } stage;
 
-/* What one thread does: all scenes, from `first` on and around. */
+/* The work of one thread: all scenes, from `first` on and around. */
 typedef struct task {
     const stage *stages;
     int first;

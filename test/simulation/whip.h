@@ -6,8 +6,8 @@
 
 #include <stdbool.h>
 
-/* Links of 1 cm and 10 g, which stand out along x, turn about z, and fall along -y; the point at which the rope ends;
- * its length, m. */
+/* Links of 1 cm and 10 g, which extend along x, turn about z, and fall along -y. The other members are the point at
+ * which the rope ends, and its length, m. */
 enum { KT_WHIP_LINKS = 100 };
 #define KT_WHIP_LINK 0.01
 #define KT_WHIP_MASS 0.01

@@ -1,5 +1,5 @@
-/* Works estimated from powers at the ends of steps: they change no bit of the motion, true works are within their
- * uncertainty, and a wrong energy shows. */
+/* Works estimated from powers at the ends of steps. The estimates change no bit of the motion, true works are within
+ * their uncertainty, and a wrong energy is visible. */
 #include "kinetree/analysis.h"
 #include "kinetree/effect.h"
 #include "kinetree/scene.h"
@@ -117,7 +117,7 @@ KT_TEST(works_at_bundled_scenes_are_within_their_uncertainty) {
 
 /* ---- a wrong energy ---------------------------------------------------------------------------------------------- */
 
-/* A damper that takes away a little more than it says. */
+/* A damper that dissipates a little more than it reports. */
 static int lie(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
     const double *share = user;
     (void)t, (void)q;
@@ -176,7 +176,8 @@ KT_TEST(energy_that_does_not_add_up_is_found_in_a_driven_damped_motion) {
 
 /* ---- forces that jump -------------------------------------------------------------------------------------------- */
 
-/* A cart of 1 kg under a force that is set anew each tenth of a second: v = sum of F dt, and the work is v^2 / 2. */
+/* A cart of 1 kg under a force that changes each tenth of a second. The work is v^2 / 2, and the speed v is the sum of
+ * F dt. */
 KT_TEST(inputs_that_jump_begin_the_estimate_anew) {
     kt_body body = kt_body_default();
     body.name = "cart";
