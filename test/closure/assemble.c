@@ -1,4 +1,5 @@
-/* Assembly: the nearest closed state, held joints to the bit, and what is said where there is none. */
+/* Assembly: it finds the nearest closed state, and held joints keep their bits. If no closed state exists, it fails
+ * with a message. */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 
@@ -14,11 +15,11 @@
 
 /* ---- nearest ----------------------------------------------------------------------------------------------------- */
 
-/* A step is least if it has no part along what A allows to coordinates that are free. The allowed direction is the
+/* The least step has no part along the directions that A allows to free coordinates. The allowed direction is the
  * acceleration of [1 A'; A 0] under a random force, where held coordinates have no column and feel nothing. */
 typedef struct part {
     double along;    /* step' allowed */
-    double rounding; /* what it may be because A is rounded, and the step is a difference of numbers up to `largest` */
+    double rounding; /* bound of the rounding in A, and in the step, which is a difference of numbers up to `largest` */
     double unit;     /* sum of |allowed| in units of the coordinates */
 } part;
 
@@ -83,8 +84,8 @@ static int rank_of(const tangle *g, const bool *held) {
     return tangle_solve(g, &s, (tangle_way){0}, a, moved);
 }
 
-/* The same mechanism with joints held, from a state that is off by `off`. Where the coordinates that are free leave as
- * many equations independent as all do, a small step closes it. */
+/* The same mechanism with joints held, from a state that is off by `off`. If the free coordinates leave as many
+ * equations independent as all coordinates do, a small step closes the mechanism. */
 static void assemble_one(tangle *g, const tangle_plan *plan, kt_random *random, int hold, double off, outcome *o) {
     const char *names[3];
     bool held[KT_TREE_NV];
@@ -218,7 +219,7 @@ KT_TEST(four_bar_is_assembled_as_a_search_over_its_crank_says) {
             }
         }
         if (linkage_build(&l, 0.0)) {
-            /* the search steps by 1e-4; twice the square of half a step is what its distance may be more */
+            /* the search steps by 1e-4, so its distance may be larger by twice the square of half a step */
             double off = 0.0;
             for (int k = 0; k < 3; k++) {
                 kt_check_near(l.body_name[k], l.q[k], nearest[k], hold ? 1e-14 : 1.1e-4);
@@ -236,8 +237,8 @@ KT_TEST(four_bar_is_assembled_as_a_search_over_its_crank_says) {
  */
 
 /* Three bars in one line must fold to end 2 m away: at first all of them can only move across. */
-/* Two bars of 1 m, all but stretched, end at 2 cos u, which grows by 2 u = 2e-5 m for a radian of the first. For a gap
- * of 4e-13 m there, a damped step is a ten-millionth, which rounding hides. */
+/* Two almost stretched bars of 1 m end at the distance 2 cos u. A radian of the first bar changes this distance by 2 u,
+ * or 2e-5 m. For a gap of 4e-13 m there, a damped step is a ten-millionth, which rounding hides. */
 KT_TEST(last_roundings_are_closed_along_a_weak_direction_too) {
     static linkage l;
     const double u = 1e-5, off = 2e-8;
@@ -251,7 +252,7 @@ KT_TEST(last_roundings_are_closed_along_a_weak_direction_too) {
         l.q[1] = -2.0 * l.q[0];
         const double gap = kt_assemble_levenberg_marquardt(l.model, l.data, 0.0, NULL, KT_SEARCH_GIVEN, l.q);
         kt_check_true("gap, relative", gap <= DBL_EPSILON);
-        kt_check_near("angle", l.q[0], u, 4.0 * DBL_EPSILON / (2.0 * u)); /* the gap, over what moves it */
+        kt_check_near("angle", l.q[0], u, 4.0 * DBL_EPSILON / (2.0 * u)); /* the gap, over its slope in u */
     }
     linkage_free(&l);
 }
@@ -328,7 +329,8 @@ KT_TEST(loop_out_of_reach_is_named_with_its_gap) {
     linkage_free(&l);
 }
 
-/* A bar's tip 1 m and 1.5 m from points that are 3 m apart: the least squares leave 1/4 m to each. */
+/* The tip of a bar must be 1 m from one point and 1.5 m from another. These points are 3 m apart, so the least squares
+ * leave a gap of 1/4 m to each. */
 KT_TEST(contradicting_loops_are_named) {
     static linkage l;
     const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0), bar = kt_vec3_make(1.0, 0.0, 0.0);
@@ -378,8 +380,9 @@ static void tie(kt_description *d, char name[NAME], const kt_body *a, const kt_b
     loop->function = kt_function_constant(1.0);
 }
 
-/* From knots that are off by some centimetres the search creeps along a valley to the minimum. Searches that only ask
- * whether the loops close end there: 5,737 evaluations with compilation, 20,020 if they all go on to the minimum. */
+/* From knots that are off by some centimetres the search creeps along a valley to the minimum. Searches that only
+ * decide whether the loops close end there. All searches take 5,737 evaluations, with compilation. They would take
+ * 20,020 if they all went on to the minimum. */
 KT_TEST(net_that_contradicts_itself_is_refused_soon) {
     static kt_body knots[KNOTS];
     static kt_loop loops[2 * KNOTS];
@@ -444,8 +447,8 @@ KT_TEST(held_joints_that_prevent_closure_are_an_error) {
     linkage_free(&l);
 }
 
-/* Frames that nothing can move, given speeds: what is left of them after the first correction is rounding of those,
- * not of itself. Two corrections leave some eps^2 of a speed: 2e-31 was measured. */
+/* Frames that nothing can move, given speeds. After the first correction, the remaining speed is rounding of the given
+ * one, and not of itself. Two corrections leave some eps^2 of a speed: 2e-31 was measured. */
 KT_TEST(speed_that_loops_forbid_altogether_is_taken_away) {
     static linkage l;
     kt_random random = kt_random_of_test();

@@ -1,5 +1,5 @@
-/* Loops that repeat each other, of data that are rounded: they close, move as those of exact data, and what is more
- * than rounding is refused. */
+/* Loops that repeat each other, with rounded data. They close and move like loops with exact data. Contradictions
+ * beyond rounding are rejected. */
 #include "../check.h"
 #include "../interpose.h"
 #include "../random.h"
@@ -168,8 +168,8 @@ static double largest(const machine *m) {
 
 /* ---- claims ------------------------------------------------------------------------------------------------------ */
 
-/* What rounding moves grows along the motion: measured over a fifth of a second, the worst is a unit (Bennett's
- * linkage). A tilted pin acts in second order, and a door turns about its axis whatever its hinges are. */
+/* The effect of rounding grows along the motion. Measured over a fifth of a second, the worst effect is a unit
+ * (Bennett's linkage). A tilted pin acts in second order, and a door turns about its axis for any hinges. */
 KT_TEST(rounded_machines_close_and_move_as_exact_ones) {
     for (int k = 0; k < MAKERS; k++) {
         kt_worst apart = kt_worst_make(makers[k].name);

@@ -118,7 +118,8 @@ KT_TEST(parts_of_a_free_joint_are_given_by_themselves) {
     }
 }
 
-/* A coin whose spin and speed are both given, and do not roll: both change, and both are told against the fastest. */
+/* The given spin and speed of a coin do not satisfy the rolling condition. Both change, and the report compares both
+ * changes with the fastest rate. */
 KT_TEST(velocities_that_cannot_stay_are_told) {
     static linkage l;
     kt_initial_change changes[4] = {{.body = -1}};
@@ -146,7 +147,8 @@ KT_TEST(velocities_that_cannot_stay_are_told) {
     linkage_free(&l);
 }
 
-/* Where a search ended, equation by equation: two bars of 1 m that should meet 2.5 m apart. */
+/* The state at the end of a failed search, equation by equation. Two bars of 1 m should meet, but their pivots are 2.5
+ * m apart. */
 KT_TEST(failed_assembly_tells_where_it_ended) {
     static linkage l;
     const kt_vec3 bar = kt_vec3_make(1.0, 0.0, 0.0);
@@ -208,7 +210,7 @@ KT_TEST(residual_of_an_angle_gives_the_angle) {
     }
 }
 
-/* `hold` keeps what is given: of a crank whose position alone is, the drive of its joint sets the rate. */
+/* `hold` keeps given values. If only the position of a crank is given, the drive of its joint sets the rate. */
 KT_TEST(held_joint_without_a_given_velocity_moves_as_its_drive_wants) {
     static linkage l;
     const char *names[] = {"crank"};

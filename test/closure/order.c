@@ -1,4 +1,4 @@
-/* What projection does to a method's order: nothing; and what happens without it. */
+/* Projection does not change the order of a method. The tests also show the motion without projection. */
 #include "../constraint/linkage.h"
 
 #include <float.h>
@@ -10,7 +10,7 @@
 
 static const double duration = 0.8;
 
-/* The four-bar, or with its loop left open the tree that it stands on. */
+/* The four-bar, or the tree of the four-bar if its loop is left open. */
 static void set_up(linkage *l, bool closed) {
     const four_bar f = four_bar_default();
     linkage_four_bar(l, &f);
@@ -74,10 +74,10 @@ KT_TEST(closed_loop_shows_every_method_s_order) {
 
 /* ---- drift ------------------------------------------------------------------------------------------------------- */
 
-/* The four-bar without gravity: its crank turns round and round, and the motion has a period. phi'' = 0 holds for every
- * slope that a method receives, so that only the method's own errors reach phi'. They are the same in each period: n of
- * them after n periods. phi gathers the errors of phi', n (n - 1) / 2 times one error times the period, and its own
- * error n times. */
+/* The four-bar without gravity: its crank turns round and round, and the motion has a period. Every slope that a method
+ * receives has phi'' = 0, so only the method's own errors reach phi'. These errors are the same in each period, so phi'
+ * has n of them after n periods. The angle phi collects the errors of phi', which are n (n - 1) / 2 times one error
+ * times the period. It also collects n times its own error. */
 static void turning(linkage *l) {
     const four_bar f = four_bar_default();
     linkage_four_bar(l, &f);
@@ -148,7 +148,7 @@ KT_TEST(loop_drifts_as_theory_says_without_projection) {
         fine &= drift(cases[i].method, 0.5 * cases[i].step, true, period * 4.0, finer, finer_rate);
         if (!fine)
             continue;
-        double bend[2][2]; /* phi(2 n) - 2 phi(n) = n^2 times what phi' gathers in a period */
+        double bend[2][2]; /* phi(2 n) - 2 phi(n) = n^2 times the error of phi' in a period */
         for (int k = 0; k < 4; k++)
             bend[k / 2][k % 2] = phi[2 + k / 2][k % 2] - 2.0 * phi[1 + k / 2][k % 2];
         kt_check_near("phi' after 8 periods and after 4", along(rate[3], rate[2]) / hypot(rate[2][0], rate[2][1]), 2.0,

@@ -35,8 +35,8 @@ static void check_closed(const tangle *g, const double *q, const double *v, kt_w
     kt_worst_below(velocity, r.velocity, 4e-14 * fmax(1.0, kt_tree_largest(v, g->tree.nv)), "nv %d", g->tree.nv);
 }
 
-/* Loops are left open by some roundings; closing these moves positions by `reach` times as much, and velocities besides
- * by what A changes with the positions. */
+/* Some roundings leave loops open. Closing these loops moves positions by `reach` times as much. Velocities also change
+ * because A changes with the positions. */
 static void run(const tangle_plan *plan, kt_random *random, int mechanisms) {
     static tangle g;
     kt_worst position = kt_worst_make("positions are closed"), velocity = kt_worst_make("velocities are closed");
@@ -85,8 +85,8 @@ KT_TEST(projection_closes_to_rounding) {
     run(&plan, &random, 40);
 }
 
-/* Loops that lock frames, and joints that still turn: where all else rests, what the rounding of an entry of A makes of
- * their speed is the only term of an equation. It is no contradiction. */
+/* Loops that lock frames, and joints that still turn. If all else rests, an equation may have a single term: the
+ * rounding of an entry of A, times the speed of these joints. It is no contradiction. */
 KT_TEST(frames_at_rest_stay_so_beside_joints_that_turn) {
     static tangle g;
     kt_random random = kt_random_of_test();
@@ -147,7 +147,7 @@ static part part_along(const tangle *g, const tangle_system *s, bool mass, kt_ra
     return p;
 }
 
-/* Off by 1e-6, second-order terms are some 1e-6 of the step, times what the curvature of the manifold is. */
+/* For an error of 1e-6, second-order terms are some 1e-6 of the step, times the curvature of the manifold. */
 static void check_least(const tangle_plan *plan, kt_random *random, bool mass, kt_worst *position, kt_worst *velocity) {
     static tangle g;
     static tangle_system s;
@@ -259,7 +259,7 @@ KT_TEST(state_without_loops_keeps_its_bits) {
     kt_tree_free(&tree);
 }
 
-/* A crank of 1 m asked to reach 1.5 m: no projection closes that, and the message says what is open and by how much. */
+/* A crank of 1 m must reach 1.5 m. No projection closes this gap. The message names the open loop and its gap. */
 KT_TEST(failed_projection_names_the_loop_and_leaves_the_state) {
     static linkage l;
     kt_error e = {0};
@@ -288,9 +288,9 @@ KT_TEST(failed_projection_names_the_loop_and_leaves_the_state) {
 
 /* ---- dead points ------------------------------------------------------------------------------------------------- */
 
-/* A cart on a wheel that rolls, a lift on it that is driven to y = t - 1/4, and a rod from there to the origin, whose
- * length L is driven: L L' = x x' + (1 + y) y'. The cart starts at 1 m. At t = 1/4 the cart is at x. Towards x = 0 the
- * rod loses the cart's direction, of which it has x / L, and requires rate - 1 along it. */
+/* A cart on a wheel that rolls, with a lift on it that is driven to y = t - 1/4. A rod of driven length L leads from
+ * the lift to the origin, so that L L' = x x' + (1 + y) y'. The cart starts at 1 m. At t = 1/4 the cart is at x.
+ * Towards x = 0 the rod loses the cart's direction, of which it has x / L, and requires rate - 1 along it. */
 typedef struct cart {
     double lift[2], rod[3];
     linkage l;
@@ -326,8 +326,8 @@ static bool make_cart(cart *c, double x, double rate) {
     return linkage_compile(l);
 }
 
-/* Whether the projection reports a dead point; -1 for another failure. *size: the size of the direction that is about
- * to be lost, over the usual size. */
+/* Returns whether the projection reports a dead point, or -1 for another failure. The output *size is the size of
+ * the direction that is about to be lost, over the usual size. */
 static int project_cart(double x, double rate, double *size) {
     static cart c;
     int dead = -1;

@@ -1,6 +1,6 @@
-/* Rounding is taken for no contradiction, and a contradiction for no rounding: redundant hinges and pins at places that
- * are sums of numbers, near the world's origin and far from it, at sizes from 1e-9 to 1e9 m; and the same ones apart by
- * more than rounding explains.
+/* Rounding is not mistaken for a contradiction, nor a contradiction for rounding. Redundant hinges and pins have places
+ * that are sums of numbers, near the world's origin and far from it. Their sizes range from 1e-9 to 1e9 m. The same
+ * hinges and pins are also placed apart by more than rounding explains.
  */
 #include "../constraint/linkage.h"
 
@@ -19,16 +19,16 @@ static kt_vec3 random_vector(kt_random *r, double size) {
     return kt_vec3_make(x, y, kt_random_uniform(r, -size, size));
 }
 
-/* A door on a frame: a loop holds it a second time, at `arm` of the frame, where its joint is on the world but for
- * rounding, and `apart` across the axis. */
+/* A door on a frame. The joint of the door is on the world, at the place `arm` of the frame up to rounding. A loop
+ * holds the door a second time at `arm`, displaced across the axis by `apart`. */
 typedef struct door {
     kt_loop_type type;
     double size;  /* of all lengths */
     double far;   /* of the frame from the world's origin, in sizes */
     double apart; /* m */
-    bool window;  /* the door bears a parallelogram, whose loop is as long as it seems */
+    bool window;  /* the door carries a parallelogram, whose loop is as long as it seems */
     bool aside;   /* the pin is not at the door's origin, but elsewhere on its axis */
-    bool oblique; /* frame and axis; otherwise the places are tenths, and what is rounded are sums like 0.1 + 0.2 */
+    bool oblique; /* frame and axis; if false, places are tenths, and sums like 0.1 + 0.2 are rounded */
 } door;
 
 /* Some tenths of s, other tenths, and their sum, which the sum of the two may miss by its last bit. */
@@ -87,7 +87,7 @@ static void hang_door(linkage *l, kt_random *r, const door *d) {
     linkage_close(l, "window", KT_LOOP_REVOLUTE, "top", side, "right", up);
 }
 
-/* The angle after 20 steps; NaN if a call fails, or the assembly moves what is given. */
+/* The angle after 20 steps; NaN if a call fails, or the assembly moves given coordinates. */
 static double swing(linkage *l, double size) {
     linkage_run run;
     kt_error e = {0};
@@ -155,8 +155,8 @@ KT_TEST(pins_on_a_body_s_own_axis_are_redundant_at_every_size) {
             }
 }
 
-/* 1e-9 of the lengths is a million times what rounding leaves; with a tolerance it is what rounded data may leave
- * (disagreement.c). */
+/* A gap of 1e-9 of the lengths is a million times the effect of rounding. With a tolerance it may be an effect of
+ * rounded data (disagreement.c). */
 KT_TEST(hinges_apart_by_more_than_rounding_are_refused_at_every_size) {
     static const double parts[] = {1e-9, 1e-6, 1e-3, 0.1};
     static linkage l;
@@ -185,8 +185,8 @@ KT_TEST(hinges_apart_by_more_than_rounding_are_refused_at_every_size) {
         }
 }
 
-/* Two cranks on one shaft, driven by the same sine in two ways: at its crest the rate is A w cos(pi / 2), which is
- * 6e-17 A w, or nothing. */
+/* Two cranks on one shaft, driven by the same sine in two ways. At its crest the rate is A w cos(pi / 2). One way
+ * computes this as 6e-17 A w, the other as zero. */
 KT_TEST(drives_agree_at_the_crest_of_a_sine) {
     static linkage l;
     const kt_vec3 none = {0.0, 0.0, 0.0}, bar = {1.0, 0.0, 0.0};
@@ -212,7 +212,7 @@ KT_TEST(drives_agree_at_the_crest_of_a_sine) {
     }
 }
 
-/* After 50,000 turns a crank is known to 6e-11 rad, and its loop closes to that. */
+/* After 50,000 turns, rounding limits the angle of a crank to 6e-11 rad, and the loop closes to this accuracy. */
 KT_TEST(crank_goes_on_after_many_turns) {
     static linkage l;
     const four_bar f = four_bar_default();
@@ -227,7 +227,7 @@ KT_TEST(crank_goes_on_after_many_turns) {
             if (linkage_run_start(&run, &l, "rk4", 1e-3, 0.0, false, 0.0)) {
                 (void)linkage_run_to(&run, 0.5);
                 linkage_run_stop(&run);
-                if (far) /* roundings of 5.8e-11 in two angles, 500 times, at random; measured: 4.6e-10 */
+                if (far) /* 500 random roundings of 5.8e-11 in two angles; measured: 4.6e-10 */
                     kt_check_near("rocker as without the turns", l.q[2], near, 1e-8);
                 near = l.q[2];
             }
