@@ -1,5 +1,5 @@
-/* Every type of effect: its forces against differences of its energy, its power against where it says that it comes
- * from and goes to, and that nothing is left over on a pair. Records and motions are random.
+/* Every type of effect: its forces against differences of its energy, and its power against its reported sources and
+ * sinks. No force or moment is left over on a pair. Records and motions are random.
  */
 #include "check.h"
 #include "effect/effect.h"
@@ -51,8 +51,8 @@ static kt_effect_record random_record(kt_random *random, kt_effect_type type, bo
 
 static double *component(kt_vec3 *u, int k) { return k == 0 ? &u->x : k == 1 ? &u->y : &u->z; }
 
-/* Random ends, of which the second frame is turned from the first by less than 2.4 rad, and which are neither near to
- * coincidence nor to a sphere's first touch: there derivatives of the energy grow. */
+/* Random ends. The second frame is turned from the first by less than 2.4 rad. The ends are neither near to coincidence
+ * nor to a sphere's first touch, because derivatives of the energy grow there. */
 static void random_ends(kt_random *random, const kt_effect_record *r, kt_effect_end end[2]) {
     for (bool again = true; again;) {
         double n[3];

@@ -10,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Two arms on one another, far from the world's origin, and a free ball: variables are of other bodies than those
- * that the forces act on. */
+/* Two arms on one another, far from the world's origin, and a free ball. Forces act on other bodies than those of the
+ * variables. */
 #define BODIES(x, axis)                                                                                                \
     "kinetree: 1\ngravity: [0, 0, -9.81]\nparameters: {k: 50, c: 0.3}\nbodies:\n"                                      \
     "  - {name: arm, joint: {type: revolute, axis: " axis ", at: [" x                                                  \
@@ -175,7 +175,8 @@ static double energy_of(mechanism *s, const kt_simulation *simulation) {
     return kt_kinetic_energy(s->model, s->data) + kt_potential_energy(s->model, s->data);
 }
 
-/* v . (M a + h), by the kinetic and potential energy before and after a short time, is what the formulas supply. */
+/* The formulas supply v . (M a + h). The kinetic and potential energy before and after a short time yield this
+ * power. */
 KT_TEST(power_is_supplied) {
     static const char *const text =
         BODIES("3", "y") BALL("4") COUPLED "simulate: {duration: 0.5, tolerance: 1e-11, integrator: dop853}\noutput: "

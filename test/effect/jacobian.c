@@ -1,7 +1,7 @@
 /* Derivatives of effects in closed form, against those of their own code by dual numbers.
  *
- * Both are exact but for rounding. Bounds are in units of the largest number of an effect's wrench and matrices, and
- * of the terms whose sum a joint's slope is; the worst of sixty seeds is 0.40 of them.
+ * Both are exact but for rounding. The units of bounds are the largest number of an effect's wrench and matrices, and
+ * of the terms that add up to a joint's slope. The worst of sixty seeds is 0.40 of these units.
  */
 #include "check.h"
 

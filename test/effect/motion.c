@@ -1,7 +1,7 @@
 /* Motions under effects against closed forms: oscillators, impacts, a braked wheel, two bodies that attract each other.
  *
- * All run with dop853 at tight tolerances. Bounds are three times what was measured when the test was written, unless a
- * comment derives them.
+ * All run with dop853 at tight tolerances. Bounds are three times the errors measured when the test was written, unless
+ * a comment derives them.
  */
 #include "../simulation/scenes.h"
 
@@ -74,8 +74,8 @@ static void follow_oscillator(const char *what, rig *r, double middle, double m,
     rig_end(r);
 }
 
-/* A mass on a slide, the spring between it and the world or in the joint; a wheel with a torsion spring; the spring's
- * damper, or the joint's friction. */
+/* The spring of a mass on a slide is between the mass and the world, or in the joint. A wheel has a torsion spring. The
+ * damping is the spring's damper, or the joint's friction. */
 KT_TEST(damped_oscillators_follow_their_closed_form) {
     rig r;
     rig_make(&r, KT_JOINT_PRISMATIC, 2.0);
@@ -106,8 +106,8 @@ KT_TEST(damped_oscillators_follow_their_closed_form) {
 }
 
 /* A mass m that a spring k and a damper c pull to a target A sin(w t). In complex numbers the forced motion is A H
- * e^(iwt), H = (k + i w c') / (k - m w^2 + i w c), where c' = c of a servo, whose damper moves with the target, and 0
- * of a spring with a moving rest position. Started on it, the mass stays on it. */
+ * e^(iwt), with H = (k + i w c') / (k - m w^2 + i w c). For a servo, whose damper moves with the target, c' = c. For a
+ * spring with a moving rest position, c' = 0. Started on it, the mass stays on it. */
 static void follow_target(const char *what, bool servo) {
     const double m = 2.0, k = 50.0, c = 0.8, w = 3.0, amplitude = 0.4;
     const double free = k - m * w * w, lag = w * c, lead = servo ? lag : 0.0, size = free * free + lag * lag;
@@ -183,7 +183,7 @@ KT_TEST(bushings_are_six_oscillators) {
     }
 }
 
-/* So small a swing (1e-5 rad) that the sine's curvature, a relative 1e-11 w t / 16, is below the bound. */
+/* The swing of 1e-5 rad is small. The sine's curvature, a relative 1e-11 w t / 16, is below the bound. */
 KT_TEST(viscous_pendulum_dies_away_as_it_should) {
     rig r;
     kt_worst worst = kt_worst_make("angle / 1e-5 rad");
@@ -204,7 +204,7 @@ KT_TEST(viscous_pendulum_dies_away_as_it_should) {
 
 /* ---- impacts ----------------------------------------------------------------------------------------------------- */
 
-/* A ball of 0.1 m and 2 kg on a vertical slide, 0.2 m above a plane through the origin. */
+/* A ball of 0.1 m and 2 kg is on a vertical slide. Its height is 0.2 m above a plane through the origin. */
 static void ball_make(rig *r, double stiffness, double exponent, double dissipation) {
     rig_make(r, KT_JOINT_PRISMATIC, 2.0);
     r->lone.body.joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
@@ -218,9 +218,9 @@ static void ball_make(rig *r, double stiffness, double exponent, double dissipat
     r->effects[0].dissipation = dissipation;
 }
 
-/* Without gravity. m x'' = -k x^p, x' = v at x = 0, p + 1 = s: the ball goes d = (s m v^2 / (2 k))^(1/s) deep. Its
- * contact lasts 2 int_0^d dx / (v sqrt(1 - (x / d)^s)) = 2 d / v B(1 / s, 1 / 2) / s. For p = 3/2, this is 2.943 d / v
- * (Hertz 1882). */
+/* The motion is without gravity: m x'' = -k x^p, with x' = v at x = 0, and s = p + 1. The ball goes
+ * d = (s m v^2 / (2 k))^(1/s) deep. Its contact lasts 2 int_0^d dx / (v sqrt(1 - (x / d)^s)) = 2 d / v B(1 / s, 1 / 2)
+ * / s. For p = 3/2, this is 2.943 d / v (Hertz 1882). */
 KT_TEST(hertz_contact_lasts_as_long_as_it_should) {
     static const double exponents[] = {1.0, 1.5, 2.0, 3.0};
     const double m = 2.0, v = 2.0, k = 1e5;
@@ -316,8 +316,8 @@ static double braked(double w0, double v0, double rate, double t) {
     return log_sinh > 30.0 ? v0 * (log_sinh + log(2.0)) : v0 * asinh(exp(log_sinh));
 }
 
-/* J = 3, C = 6, w0 = 5: dry friction stops the wheel after J w0 / C = 2.5 s and J w0^2 / (2 C) = 6.25 rad. Smoothed, it
- * still turns at v0 asinh(1 / 2) then, and comes to rest further by
+/* Dry friction stops the wheel with J = 3, C = 6, w0 = 5. It stops after J w0 / C = 2.5 s. Its angle is then J w0^2 /
+ * (2 C) = 6.25 rad. Smoothed, it still turns at v0 asinh(1 / 2) then, and comes to rest further by
  *     (J / C) int w (coth(w / v0) - 1) dw = pi^2 / 12 J v0^2 / C:
  * the errors are proportional to v0, and to its square. */
 KT_TEST(braked_wheel_stops_where_dry_friction_stops_it) {
@@ -398,9 +398,9 @@ KT_TEST(stop_returns_a_slide_after_half_a_period) {
 
 /* ---- attraction -------------------------------------------------------------------------------------------------- */
 
-/* Two bodies of 2 and 3 kg, started at pericentre 0.4 of an ellipse with half axis 1, eccentricity 0.6: with the
- * reduced mass mu they are back after T = 2 pi sqrt(mu a^3 / S). After ten turns, what is missing along the path is
- * time. */
+/* Two bodies of 2 and 3 kg start at the pericentre of an ellipse. Its half axis is 1, and its eccentricity is 0.6, so
+ * the pericentre is at 0.4. With the reduced mass mu they are back after T = 2 pi sqrt(mu a^3 / S). After ten turns, a
+ * difference along the path is an error of time. */
 KT_TEST(attracting_bodies_keep_kepler_s_period) {
     const double mu = 1.2, s = 7.0, period = 2.0 * pi * sqrt(mu / s);
     const double fast = sqrt(s / mu * 1.6 / 0.4); /* vis viva: v^2 = S / mu (2 / r - 1 / a) */

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Of formulas there are three: in a joint, on a body, between two. */
+/* There are three kinds of formulas: in a joint, on a body, between two. */
 enum {
     BODIES = 4,
     FORMULAS = KT_EFFECT_EXPRESSION,
@@ -164,7 +164,7 @@ KT_TEST(powers_of_effects_are_those_of_their_generalised_forces) {
     destroy(&s);
 }
 
-/* Central differences along the motion, error h^2 / 6 of the third derivative, which is below 1e3 here. */
+/* Central differences along the motion. Their error is h^2 / 6 of the third derivative, which is below 1e3 here. */
 KT_TEST(rates_of_effects_are_those_of_their_lengths) {
     static stage s;
     static double before[QUANTITIES], after[QUANTITIES];
@@ -259,7 +259,8 @@ KT_TEST(forces_of_effects_follow_from_their_lengths_and_rates) {
     destroy(&s);
 }
 
-/* A sphere of radius 0.3 with its centre 0.2 above a plane and sliding along x at 2 m/s: by hand. */
+/* A sphere of radius 0.3 slides along x at 2 m/s, with its centre 0.2 above a plane. The expected values are computed
+ * by hand. */
 KT_TEST(contact_says_where_it_is_and_how_deep) {
     kt_lone lone;
     kt_error error;

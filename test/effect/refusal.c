@@ -1,4 +1,4 @@
-/* Effects that make no sense: every fault is told, and a number that is none is not compared with others. */
+/* Invalid effects: every fault is reported, and a NaN is not compared with other numbers. */
 #include "../simulation/scenes.h"
 
 #include "kinetree/mechanism.h"
@@ -20,7 +20,7 @@ static void tell(void *user, const kt_place *place, const kt_error *error) {
         t->length += (size_t)length;
 }
 
-/* An effect on a slider, all that is told of it. */
+/* Checks all reported faults of an effect on a slider. */
 static void check_told(kt_effect effect, const char *expected) {
     kt_lone lone;
     told seen = {0, ""};

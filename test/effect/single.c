@@ -1,7 +1,7 @@
 /* Effects on one body or joint against closed forms: drag, torques, forces; stops that never pull; friction that
  * creeps.
  *
- * Bounds are three times what was measured when the test was written.
+ * Bounds are three times the errors measured when the test was written.
  */
 #include "../simulation/scenes.h"
 
@@ -10,7 +10,7 @@
 #include <float.h>
 #include <math.h>
 
-/* One effect on a body with a free joint, inertia diag(1, 2, 3), m = 2: its state at t. */
+/* One effect on a body with a free joint. The inertia is diag(1, 2, 3), and m = 2. The result is its state at t. */
 static bool run_free(kt_effect *effect, kt_lone *lone, double t, double *q, double *v) {
     kt_run run = kt_run_default();
     kt_error error;
@@ -57,7 +57,7 @@ KT_TEST(falling_bodies_approach_their_terminal_speed) {
     }
 }
 
-/* Flat throw against quadratic drag alone: v = v0 / (1 + c v0 t / m), whatever the direction. */
+/* Flat throw against quadratic drag alone: v = v0 / (1 + c v0 t / m) in any direction. */
 KT_TEST(quadratic_drag_is_against_the_velocity) {
     kt_lone lone;
     kt_effect drag = kt_effect_default();
@@ -73,8 +73,9 @@ KT_TEST(quadratic_drag_is_against_the_velocity) {
     kt_check_near("y", v[1], -4.0 / (1.0 + 0.7 * 5.0 * 2.0 / 2.0), 1.2e-14);
 }
 
-/* About a principal axis of a body that is turned by a right angle about x, so that its y is the world's z: the same
- * torque, in the world's axes and in the body's, gives the rate sin(w t) and the angle (1 - cos(w t)) / w. */
+/* Torques act about a principal axis of a body. The body is turned by a right angle about x, so that its y is the
+ * world's z. The same torque, in the world's axes and in the body's, gives the rate sin(w t) and the angle (1 - cos(w
+ * t)) / w. */
 KT_TEST(torques_act_in_the_axes_they_are_given_in) {
     const double half = sqrt(0.5), w = 3.0, t = 0.8, inertia = 2.0;
     for (int in_body = 0; in_body < 2; in_body++) {
@@ -98,8 +99,8 @@ KT_TEST(torques_act_in_the_axes_they_are_given_in) {
     }
 }
 
-/* Against all speeds and depths: never towards the stop, no more than twice the spring's force, next to nothing at the
- * stop, and the plain damper's far inside. */
+/* For all speeds and depths, the force is never towards the stop and at most twice the spring's force. It is almost
+ * zero at the stop, and equals the plain damper's force far inside. */
 KT_TEST(stops_push_back_continuously) {
     const kt_effect_record r = {
         .type = KT_EFFECT_JOINT_LIMIT, .stiffness = 1e3, .damping = 20.0, .lower = -1.0, .upper = 0.5};
@@ -119,9 +120,9 @@ KT_TEST(stops_push_back_continuously) {
     kt_check_near("and in return", kind->joint_force(&r, NULL, 100.5, -0.3, 0.0, NULL), -1e5 + 6.0, 6.0 * 6.0 / 1e5);
 }
 
-/* As without limit up to nine tenths of it, the limit from eleven tenths on, half of a tenth of the way less where the
- * two would meet, and with one slope on both sides of where it changes: a difference of width e is off by e / (0.4
- * L). */
+/* The force is linear up to nine tenths of the limit L, and equals L from eleven tenths on. At L, where the two lines
+ * would meet, the force is 0.975 L. The slope is continuous at both ends, and a difference of width e is off by e /
+ * (0.4 L). */
 KT_TEST(servo_is_linear_up_to_its_limit_and_never_beyond) {
     kt_effect_record r = {
         .type = KT_EFFECT_SERVO, .stiffness = 1.0, .limit = 3.0, .lower = -INFINITY, .upper = INFINITY};
@@ -146,7 +147,7 @@ KT_TEST(servo_is_linear_up_to_its_limit_and_never_beyond) {
         }
 }
 
-/* The clamp of u by bounds that differ, to the bit, and the derivative that follows: the gain between them, else zero. */
+/* The clamp of u by bounds that differ, to the bit, and the derivative that follows: the gain between them or zero. */
 KT_TEST(servo_with_hard_bounds_is_the_clamp_of_its_linear_force) {
     kt_effect_record r = {
         .type = KT_EFFECT_SERVO, .stiffness = 2.0, .damping = 0.5, .limit = INFINITY, .lower = -1.0, .upper = 2.5};
@@ -168,7 +169,7 @@ KT_TEST(servo_with_hard_bounds_is_the_clamp_of_its_linear_force) {
                   !isfinite(kind->joint_force(&r, NULL, (double)NAN, 0.0, 0.0, NULL)));
 }
 
-/* Whatever moves the rest position of a spring supplies force v + dissipated + dV/dt. */
+/* The motor of a spring's rest position supplies force v + dissipated + dV/dt, for any motion. */
 KT_TEST(moving_rest_position_supplies_its_share) {
     kt_effect_record r = {.type = KT_EFFECT_JOINT_SPRING, .stiffness = 1.3, .damping = 0.4};
     const kt_function rest = kt_function_sine(0.7, 0.5, 1.8, 0.1);

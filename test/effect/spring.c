@@ -1,4 +1,4 @@
-/* Springs: forces against differences of the energy, power against its sources, and what happens at coincident points.
+/* Springs: forces against differences of the energy, power against its sources, and forces at coincident points.
  */
 #include "check.h"
 #include "effect/effect.h"
@@ -51,7 +51,8 @@ static double slope(const kt_effect_record *spring, const kt_effect_end end[2], 
     return -sum;
 }
 
-/* Energies up to 50 J, so rounding 50 EPS / step = 3e-12; the distance is kept from zero, where derivatives grow. */
+/* Energies reach 50 J, so rounding is 50 EPS / step = 3e-12. The distance is kept from zero, because derivatives grow
+ * there. */
 KT_TEST(spring_forces_are_the_energy_s_gradient) {
     kt_random random = kt_random_of_test();
     kt_worst force = kt_worst_make("force"), moment = kt_worst_make("moment");
@@ -75,7 +76,7 @@ KT_TEST(spring_forces_are_the_energy_s_gradient) {
     kt_check_worst(&moment);
 }
 
-/* P = supplied - dissipated - dV/dt, dV/dt = -sum of (what a spring without damping does) . velocity. */
+/* P = supplied - dissipated - dV/dt. Here dV/dt = -sum of (force of a spring without damping) . velocity. */
 KT_TEST(spring_power_is_what_the_energy_loses_and_the_damper_takes) {
     kt_random random = kt_random_of_test();
     kt_worst power = kt_worst_make("power"), heat = kt_worst_make("dissipated, when negative");
@@ -124,7 +125,7 @@ KT_TEST(springs_pull_their_ends_along_one_line) {
     kt_check_worst(&moment);
 }
 
-/* Ends on the x axis, 2.5 m apart, parting at 0.5 m/s: k = 4, c = 3, L = 2. */
+/* Ends on the x axis, 2.5 m apart, parting at 0.5 m/s. The spring has k = 4, c = 3, L = 2. */
 KT_TEST(a_stretched_spring_pulls_with_its_tension) {
     const kt_effect_record spring = {.type = KT_EFFECT_SPRING, .stiffness = 4.0, .damping = 3.0, .length = 2.0};
     kt_effect_end end[2] = {{.axes = kt_mat3_identity()}, {.axes = kt_mat3_identity()}};
@@ -142,7 +143,7 @@ KT_TEST(a_stretched_spring_pulls_with_its_tension) {
     kt_check_near("supplied", balance.supplied, 0.0, 0.0);
 }
 
-/* Whatever the distance, down to none: -k d, and no NaN. */
+/* The force is -k d at any distance, down to zero, and never NaN. */
 KT_TEST(a_spring_of_no_length_pulls_with_minus_k_d) {
     const double distances[6] = {1.0, 1e-8, 1e-100, 1e-153, 1e-160, 0.0};
     const kt_effect_record spring = {.type = KT_EFFECT_SPRING, .stiffness = 4.0, .damping = 3.0};
