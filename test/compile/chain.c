@@ -1,4 +1,5 @@
-/* Mechanisms of 100 000 links: what grows with them is time, linearly, and memory, but no stack. */
+/* Mechanisms of 100 000 links: time grows linearly with the number of links, and so does memory. The stack does not
+ * grow. */
 #include "dynamics/tree.h"
 
 #include <math.h>
@@ -23,8 +24,8 @@ typedef struct large {
 
 typedef enum shape { CHAIN, BACKWARDS, STAR, IN_A_PLANE } shape;
 
-/* Rods, 1 m long, each turning about the next coordinate axis at the end of the last; described from the tip to the
- * root; all on the world; or a straight chain that turns about z alone. */
+/* Rods of 1 m, each turning about the next coordinate axis at the end of the last rod. They are described from the tip
+ * to the root, or all on the world. A last shape is a straight chain that turns about z alone. */
 static void describe(large *x, shape form, int count) {
     memset(x, 0, sizeof *x);
     x->count = count;
@@ -118,7 +119,7 @@ static run run_with_little_stack(shape form) {
     return r;
 }
 
-/* Weights are 5e10 N m at the root, accelerations some rad/s^2; what is left is that of a short chain. */
+/* Weights are 5e10 N m at the root, accelerations some rad/s^2. The residual is that of a short chain. */
 KT_TEST(a_chain_of_100000_links_takes_no_stack) {
     const run r = run_with_little_stack(CHAIN);
     kt_check_equal_int("the tip", r.last, MANY);
@@ -137,7 +138,7 @@ KT_TEST(a_star_of_100000_links_takes_no_stack) {
     kt_check_below("force that is left", r.residual, 1e-14);
 }
 
-/* About the axes that no joint frees its inertia is 3e14 kg m^2, about z some 0.3. */
+/* The inertia about the locked axes is 3e14 kg m^2, about z some 0.3. */
 KT_TEST(a_straight_chain_of_100000_links_in_a_plane_is_not_singular) {
     const run r = run_with_little_stack(IN_A_PLANE);
     kt_check_equal_int("the tip", r.last, MANY);
@@ -159,7 +160,8 @@ static double time_to_compile(shape form, int count) {
     return least;
 }
 
-/* Four times as many links: 4 where the work is linear (5 with its cache misses), 16 where it is quadratic. */
+/* The number of links is larger by 4. The time grows by 4 if the work is linear, or by 5 with its cache misses. It
+ * grows by 16 if the work is quadratic. */
 KT_TEST(time_to_compile_grows_linearly) {
     static const shape forms[3] = {CHAIN, BACKWARDS, STAR};
     static const char *names[3] = {"chain", "chain from its tip", "star"};

@@ -89,7 +89,7 @@ KT_TEST(axes_have_a_direction) {
 }
 
 KT_TEST(rotations_and_quaternions_are_checked) {
-    /* Which rotations are refused, and in what words, is algebra's. */
+    /* The tests of algebra cover the rejected rotations and their messages. */
     const kt_rotation wrong = kt_rotation_euler(314, 0.0, 0.0, 0.0);
     kt_mat3 matrix;
     kt_error error;

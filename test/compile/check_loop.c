@@ -63,7 +63,8 @@ KT_TEST(rotations_of_ends_are_checked) {
     }
 }
 
-/* Whether the check of a loop of each type looks at a member is told by spoiling it. */
+/* Counts the faults after a change of one member of a loop. The count shows whether the check of this type reads the
+ * member. */
 static int faults_when(kt_loop_type type, void (*spoil)(kt_loop *)) {
     mechanism m;
     mechanism_fill(&m);

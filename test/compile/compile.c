@@ -1,5 +1,5 @@
-/* From descriptions to models: the order of bodies and coordinates, what is refused and what is not, and that failures
- * leave nothing behind. */
+/* From descriptions to models: the order of bodies and coordinates, and the descriptions that are accepted or rejected.
+ * Failures leave nothing behind. */
 #include "interpose.h"
 #include "string_up.h"
 
@@ -142,7 +142,7 @@ KT_TEST(a_point_at_the_joint_it_turns_on_is_refused) {
     refused(&tree, "on a ball, in line with it", "point");
 }
 
-/* What comes second takes all the inertia that the first would have. */
+/* The second of two such bodies takes all the inertia that the first would have. */
 KT_TEST(massless_bodies_that_move_as_their_child_moves_are_refused) {
     static const kt_joint_type types[3] = {KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC, KT_JOINT_SCREW};
     static const double masses[3] = {1.0, 3.0, 49.0};
@@ -227,7 +227,8 @@ KT_TEST(a_mechanism_that_starts_at_a_singular_position_is_accepted) {
     accepted(&tree, "gimbals in lock");
 }
 
-/* Small next to the rest, but there: 1e-10 of what turns about the same axis, 1e-12 of the mass that hangs on it. */
+/* Small next to the rest, but not zero: 1e-10 of the inertia about the same axis, 1e-12 of the mass that hangs on
+ * it. */
 KT_TEST(small_inertias_are_inertias) {
     kt_tree tree = {.count = 0};
     load(add(&tree, "ship", KT_JOINT_FREE, ez), 1e6, ex, 1e7);

@@ -1,5 +1,5 @@
-/* The form of a constraint group: the forms of known mechanisms, with the reason. A form that is excluded is not
- * chosen, and accelerations stay the same but for rounding. */
+/* The form of a constraint group: the expected forms of some mechanisms, with the reason. A form that is excluded is
+ * not chosen, and accelerations stay the same but for rounding. */
 #include "constraint/linkage.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* A description with every kind of item and no fault, for tests that spoil it in one place; and the list of faults that
- * kt_description_check finds in it. */
+/* A description with every kind of item and no fault, for tests that spoil it in one place. The header also declares
+ * the list of faults that kt_description_check finds in it. */
 #ifndef KT_TEST_MODEL_MECHANISM_H
 #define KT_TEST_MODEL_MECHANISM_H
 
@@ -26,7 +26,7 @@ void mechanism_fill(mechanism *m);
 /* The check finds nothing. */
 void mechanism_passes(const char *what, const mechanism *m);
 
-/* The check finds this one fault, and tells it alike in its report and in its error. */
+/* The check finds this one fault, with the same words in its report and in its error. */
 void mechanism_fails(const mechanism *m, kt_item item, int index, int sub, const char *field, const char *where,
                      const char *message);
 
@@ -38,8 +38,8 @@ typedef struct fault_list {
 
 fault_list mechanism_faults(const kt_description *description);
 
-/* A change of a sound mechanism `m`, and the fault that it makes, or none. `item` declares a pointer to what is
- * changed: kt_body *b = &m.bodies[2]. */
+/* A change of a sound mechanism `m`, and the fault that it makes, or none. `item` declares a pointer to the changed
+ * item: kt_body *b = &m.bodies[2]. */
 #define MECHANISM_CHANGED(item, change, check)                                                                         \
     do {                                                                                                               \
         mechanism m;                                                                                                   \

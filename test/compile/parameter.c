@@ -131,7 +131,7 @@ static bool set(kt_model *copy, const trial *t) {
            fine("set", kt_parameter_set(copy, &parameter, t->values, &e), &e);
 }
 
-/* What is compared: accelerations, mass matrix, energies, reactions. */
+/* The compared results: accelerations, mass matrix, energies, reactions. */
 typedef struct answer {
     double a[MOST], mass[MOST * MOST], tau[MOST], energy[3];
     kt_wrench joint[MOST];
@@ -300,7 +300,7 @@ KT_TEST(a_simulation_goes_on_with_what_is_set) {
     kt_model_free(model);
 }
 
-/* What a description may not leave out may be set to nothing: a servo without gains, stops at infinity. */
+/* Numbers that a description must contain may be set to no effect: a servo without gains, stops at infinity. */
 KT_TEST(an_effect_is_switched_off_by_its_numbers) {
     static const struct {
         const char *name;
@@ -344,8 +344,8 @@ static void assemble_from(const kt_model *model, double q[3]) {
     kt_data_free(data);
 }
 
-/* Assembly leaves a joint where it is while it is held, as a model does that was compiled so, and moves it when it is
- * not. */
+/* Assembly keeps the position of a joint while the joint is held, like a model that was compiled with the joint held.
+ * It moves the joint otherwise. */
 KT_TEST(assembly_keeps_what_is_set_to_be_held) {
     kt_scene scene;
     kt_model *model = NULL, *held = NULL;
@@ -417,7 +417,7 @@ KT_TEST(parameters_of_another_model_are_refused) {
     kt_model_free(model);
 }
 
-/* What is refused names the item that the parameter belongs to. */
+/* A rejection names the item of the parameter. */
 KT_TEST(numbers_that_cannot_be_are_told_with_the_name_of_their_item) {
     static const struct {
         const char *name, *where;

@@ -1,5 +1,5 @@
-/* Structural rank: of the equations, how many are independent where nothing is special; not at the position that
- * happens to be given, nor off the manifold. */
+/* Structural rank: the number of independent equations in a general position. It is neither the rank at the given
+ * position nor the rank off the manifold. */
 #include "constraint/linkage.h"
 #include "constraint/tangle.h"
 
@@ -56,8 +56,8 @@ KT_TEST(ranks_of_known_mechanisms) {
     }
 }
 
-/* Where they are given must not matter: at a singular position, far from closed, in a plane that is no coordinate
- * plane. */
+/* The rank must not depend on the given position. The cases are a singular position, one far from closed, and a plane
+ * that is no coordinate plane. */
 KT_TEST(rank_does_not_depend_on_the_given_position) {
     static linkage l;
     for (int k = -2; k <= 2; k++) {
@@ -119,8 +119,8 @@ KT_TEST(rolling_counts_at_the_velocity_level_only) {
     linkage_free(&l);
 }
 
-/* Off the manifold Bricard's five equations are independent; four go on to count, and the acceleration is near that on
- * the manifold: a step of e changes it in proportion. */
+/* Off the manifold Bricard's five equations are independent, but four still count. The acceleration is near that on the
+ * manifold: a step of e changes it in proportion. */
 KT_TEST(rank_does_not_change_off_the_manifold) {
     static linkage l;
     for (int way = 0; way < 3; way++) {
@@ -156,8 +156,8 @@ KT_TEST(rank_does_not_change_off_the_manifold) {
     }
 }
 
-/* Groups: which loops share links. Windows all do; two four-bars on the ground do not, nor does one that stands on the
- * other's coupler. */
+/* Groups: which loops share links. All windows in a row share links. Two four-bars on the ground do not, nor does one
+ * that is mounted on the other's coupler. */
 KT_TEST(groups_are_loops_that_share_links) {
     static linkage l;
     const kt_vec3 x = kt_vec3_make(1.0, 0.0, 0.0), up = kt_vec3_make(0.0, 1.0, 0.0), none = kt_vec3_make(0.0, 0.0, 0.0);
@@ -176,7 +176,7 @@ KT_TEST(groups_are_loops_that_share_links) {
     }
     linkage_free(&l);
     linkage_begin(&l);
-    for (int i = 0; i < 3; i++) { /* a window each; the third stands on the second's bar */
+    for (int i = 0; i < 3; i++) { /* a window each; the third is mounted on the second's bar */
         char left[12], right[12], bar[12], name[12];
         const char *on = i == 2 ? "bar1" : NULL;
         snprintf(left, sizeof left, "left%d", i);

@@ -2,9 +2,9 @@
  *   m = int rho dV,  m c = int rho r dV,  I = int rho ((r - c)'(r - c) 1 - (r - c)(r - c)') dV
  * over points of the solid put in place by other means than the library's, with rho from the mass and the volume found.
  *
- * Points: Gauss-Legendre in lengths and radii (4 points: exact to degree 7; integrands have degree 4 at most), equal
- * steps in angles (8: exact for harmonics below the 8th). So the sums are exact but for rounding: 400 points, 1e-14 of
- * m l^2.
+ * Points: Gauss-Legendre in lengths and radii, and equal steps in angles. The 4 points of Gauss-Legendre are exact to
+ * degree 7, and integrands have degree 4 at most. The 8 angles are exact for harmonics below the 8th. So the sums are
+ * exact but for rounding. The rounding of 400 points is 1e-14 of m l^2.
  */
 #include <float.h>
 #include <math.h>
@@ -109,7 +109,8 @@ static void compare(const char *what, const kt_body *body, sums s, double size) 
                                 body->mass * c.y * c.z - rho * p.yz};
     const double observed[9] = {com.x,      com.y,      com.z,      inertia.xx, inertia.yy,
                                 inertia.zz, inertia.xy, inertia.xz, inertia.yz};
-    /* Sums of 128 positive terms in double, about the origin: sqrt(128) eps of m l^2, l the farthest reach. */
+    /* Sums of 128 positive terms in double, about the origin. Their error is sqrt(128) eps of m l^2, where l is the
+     * farthest reach. */
     kt_worst worst = kt_worst_make(what);
     for (int i = 0; i < 9; i++)
         kt_worst_near(&worst, observed[i], expected[i], 11.0 * DBL_EPSILON * (i < 3 ? size : body->mass * size * size),
@@ -200,7 +201,8 @@ KT_TEST(polygon_has_the_inertia_of_the_boxes_that_it_consists_of) {
         }
 }
 
-/* With legs a and b: means of squares from the centroid a^2 / 18 and b^2 / 18, of the product -a b / 36. */
+/* For legs a and b, the means of squares from the centroid are a^2 / 18 and b^2 / 18. The mean of the product is -a b /
+ * 36. */
 KT_TEST(triangle_has_the_inertia_of_its_closed_form) {
     static const double points[6] = {0.0, 0.0, 0.6, 0.0, 0.0, 0.9};
     kt_body body = solid_of(KT_SHAPE_POLYGON);

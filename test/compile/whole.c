@@ -1,4 +1,4 @@
-/* Faults that only the whole mechanism shows: told all at once, and together with other faults. */
+/* Faults that only the whole mechanism shows. All are reported at once, and together with other faults. */
 #include "check.h"
 #include "interpose.h"
 #include "string_up.h"
@@ -43,8 +43,8 @@ static void check_told(const char *what, const kt_description *d, const char *ex
     }
 }
 
-/* Four trees: nothing on a slide; a sound one; a chain whose tip has nothing, which is all that is said of it; a wheel
- * without inertia about its axis on a massless cross. */
+/* Four trees. The first is a slide without mass, and the second is valid. The third is a chain whose tip has no mass,
+ * and only this is reported. The fourth is a wheel without inertia about its axis on a massless cross. */
 static void grow_four(kt_tree *tree) {
     static const char *const names[7] = {"slide", "rotor", "root", "middle", "tip", "cross", "wheel"};
     static const kt_joint_type types[7] = {KT_JOINT_PRISMATIC, KT_JOINT_REVOLUTE,  KT_JOINT_REVOLUTE, KT_JOINT_REVOLUTE,
@@ -71,7 +71,7 @@ KT_TEST(all_freedoms_without_inertia_are_told_at_once) {
     check_told("none is left", &tree.description, "", "");
 }
 
-/* Together with other faults: what they leave open is not told. */
+/* Other faults are reported together with these. Freedoms that depend on the other faults are not reported. */
 KT_TEST(freedoms_without_inertia_are_told_beside_other_faults) {
     kt_tree tree;
     grow_four(&tree);
@@ -98,7 +98,7 @@ static kt_loop loop_between(const char *name, const char *first, const char *sec
     return loop;
 }
 
-/* A loop may hold what has no inertia: what carries one of its ends is not judged, all else is. */
+/* A loop may hold a body without inertia. Bodies that carry one end of the loop are not judged, and all others are. */
 KT_TEST(freedoms_that_no_loop_holds_are_judged_beside_loops) {
     kt_tree tree;
     kt_term terms[2] = {{"slide", 1.0}, {"rotor", 1.0}};
