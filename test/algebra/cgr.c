@@ -5,7 +5,7 @@
 
 #define EPS DBL_EPSILON
 
-/* |g| from 1e-300 to 1e8 (a half turn but for 4e-8 rad). */
+/* The size |g| ranges from 1e-300 to 1e8, which is a half turn but for 4e-8 rad. */
 static kt_vec3 random_cgr(kt_random *random, int n, double *size) {
     *size = n % 2 == 0 ? kt_reference_magnitude(random, -300.0, 0.0) : kt_reference_magnitude(random, -2.0, 8.0);
     return kt_reference_direction(random, *size);
@@ -53,7 +53,7 @@ KT_TEST(cgr_parameters_are_twice_the_tangent_of_half_the_angle) {
     kt_check_worst(&matrix);
 }
 
-/* dg / dR grows as 1 + |g|^2 / 4, so |dg| / |g| as |g| near half a turn. */
+/* dg / dR grows as 1 + |g|^2 / 4. Therefore |dg| / |g| grows as |g| near half a turn. */
 KT_TEST(cgr_parameters_of_a_matrix_return) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("g -> R -> g, relative");
@@ -91,7 +91,7 @@ KT_TEST(half_turns_have_no_cgr_parameters) {
     kt_check_equal_int("NaN", kt_cgr_from_matrix(broken, &g, &error), KT_ERROR_NOT_FINITE);
 }
 
-/* Entries of G are at most 1; those of its inverse 1 + |g|^2 / 4. */
+/* Entries of G are at most 1. Those of its inverse are at most 1 + |g|^2 / 4. */
 KT_TEST(cgr_map_is_the_derivative_of_the_cayley_transform) {
     kt_random random = kt_random_of_test();
     kt_worst map = kt_worst_make("omega = G gdot"), back = kt_worst_make("G^-1 G - I");

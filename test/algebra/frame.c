@@ -62,7 +62,7 @@ KT_TEST(skew_matrix_is_the_cross_product) {
     kt_check_near("det of a mirror stretched twice", kt_mat3_determinant(left), -2.0, 0.0);
 }
 
-/* Rdot = omega x R against the difference of two turned matrices: error h^2 / 6 |omega|^3 and EPS / h. */
+/* Rdot = omega x R against the difference of two turned matrices. The error is h^2 / 6 |omega|^3 and EPS / h. */
 KT_TEST(matrix_rate_is_the_derivative_and_returns) {
     kt_random random = kt_random_of_test();
     kt_worst derivative = kt_worst_make("Rdot"), back = kt_worst_make("omega -> Rdot -> omega");
@@ -128,7 +128,8 @@ static double column_of(kt_mat3 m, int col, int row) {
     return kt_reference_component(kt_reference_column(m, col % 3), row);
 }
 
-/* Columns which, which + 1, which + 2: for an axis +e_m they are e_m, e_m+1, e_m+2; for -e_m, -e_m, e_m+1, -e_m+2. */
+/* The columns start at `which`, in cyclic order. For an axis +e_m they are e_m, e_m+1, e_m+2. For -e_m they are -e_m,
+ * e_m+1, -e_m+2. */
 KT_TEST(triad_about_a_coordinate_axis_is_an_exact_cyclic_permutation) {
     kt_worst error = kt_worst_make("entries 0, 1, -1"), zeros = kt_worst_make("no -0");
     for (int which = 0; which < 3; which++)

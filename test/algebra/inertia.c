@@ -104,7 +104,8 @@ KT_TEST(eigenvalues_of_diagonal_matrices_are_exact) {
 
 /* ---- parallel axes ----------------------------------------------------------------------------------------------- */
 
-/* Of point masses: sum m (r'r I - r r') about the point against about the centre of mass, shifted. */
+/* The inertia of point masses, sum m (r'r I - r r'). The sum about the point is compared with the shifted sum about the
+ * centre of mass. */
 KT_TEST(shifted_inertia_is_that_of_the_same_points) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("inertia about a point");
@@ -184,7 +185,7 @@ KT_TEST(inertias_of_no_body_are_told_apart_by_their_fault) {
     kt_check_equal_int("NaN", kt_inertia_check(kt_sym3_make(1.0, (double)NAN, 1.0, 0.0, 0.0, 0.0), &moments),
                        KT_INERTIA_NOT_FINITE);
     kt_check_near("moments untouched", moments.x, 7.0, 0.0);
-    /* entries of one size and finite, but moments 3 M, 0, 0 and 1.5 M, 1.5 M, 0 */
+    /* finite entries of one size, but moments 3 M, 0, 0 and 1.5 M, 1.5 M, 0 */
     const double m = DBL_MAX, half = -0.5 * DBL_MAX;
     kt_check_equal_int("one overflows", kt_inertia_check(kt_sym3_make(m, m, m, m, m, m), &moments),
                        KT_INERTIA_NOT_FINITE);

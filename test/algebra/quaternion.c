@@ -137,8 +137,8 @@ KT_TEST(small_rotations_keep_their_digits) {
 
 static kt_quat unit_rate(int k) { return kt_quat_make(k == 0, k == 1, k == 2, k == 3); }
 
-/* [MSD A.32, A.36], columns of 2 E and 2 G; of R(q / |q|) where q is not normalised, so that all four columns of the
- * derivative exist. They are 2 / |q| long. */
+/* [MSD A.32, A.36], columns of 2 E and 2 G. If q is not normalised, the derivative is that of R(q / |q|), so that all
+ * four of its columns exist. They are 2 / |q| long. */
 KT_TEST(angular_velocity_of_a_quaternion_is_the_derivative_of_its_matrix) {
     kt_random random = kt_random_of_test();
     kt_worst world = kt_worst_make("omega = 2 E qdot"), body = kt_worst_make("R' omega = 2 G qdot");

@@ -1,7 +1,7 @@
-/* Rotations computed apart from the library: in complex long double, by other formulas (products of elementary
- * rotations, the exponential series, the Cayley transform, the quaternion sandwich). Complex, because f'(x) = Im f(x +
- * i h) / h without any cancellation, so that with h = 1e-30 derivatives are as exact as values (Squire and Trapp,
- * 1998). */
+/* Rotations computed apart from the library, in complex long double and by other formulas. These are products of
+ * elementary rotations, the exponential series, the Cayley transform and the quaternion sandwich. Complex numbers yield
+ * f'(x) = Im f(x + i h) / h without any cancellation. With h = 1e-30, derivatives are therefore as exact as values
+ * (Squire and Trapp, 1998). */
 #ifndef KT_TEST_ALGEBRA_REFERENCE_H
 #define KT_TEST_ALGEBRA_REFERENCE_H
 
@@ -17,7 +17,7 @@ typedef struct kt_reference_matrix {
     kt_reference_number m[3][3];
 } kt_reference_matrix;
 
-/* Of parameters p; `sequence` is for Euler angles alone. */
+/* A rotation from the parameters p; `sequence` is for Euler angles alone. */
 typedef kt_reference_matrix kt_reference_rotation(int sequence, const kt_reference_number *p);
 
 kt_reference_rotation kt_reference_euler;       /* three angles: a product of elementary rotations */
@@ -33,8 +33,8 @@ kt_mat3 kt_reference_rounded(kt_reference_matrix a);
 /* Largest difference of two entries. */
 double kt_reference_difference(kt_mat3 a, kt_reference_matrix b);
 
-/* G: columns ax(R_k R'), R_k the derivative of R by parameter k, in the reference frame; or ax(R' R_k), in the turned
- * frame. */
+/* G has the columns ax(R_k R') in the reference frame, or ax(R' R_k) in the turned frame. R_k is the derivative of R by
+ * parameter k. */
 void kt_reference_map(kt_reference_rotation *rotation, int sequence, const double *p, int count, bool body,
                       long double map[3][4]);
 

@@ -14,7 +14,8 @@ static kt_mat3 evaluate(kt_rotation description) {
     return r;
 }
 
-/* Evaluates what is wrong: the status is the one expected, the output untouched, and the message has a part. */
+/* Evaluates an invalid description. The status is the expected one, the output untouched, and the message contains
+ * `part`. */
 static void refuse(const char *what, kt_rotation description, kt_status status, const char *part) {
     kt_mat3 r, before;
     memset(&r, 0x55, sizeof r);
@@ -33,7 +34,7 @@ KT_TEST(zeroed_description_is_the_identity) {
     kt_check_below("R - I", kt_reference_distance(evaluate(description), kt_mat3_identity()), 0.0);
 }
 
-/* One rotation, 0.7 rad about (1, 2, 3) / sqrt(14), described in every way. */
+/* One rotation in every description: an angle of 0.7 rad about (1, 2, 3) / sqrt(14). */
 KT_TEST(every_description_of_a_rotation_is_the_same_rotation) {
     const double angle = 0.7, s = 1.0 / sqrt(14.0);
     const kt_vec3 axis = {1.0, 2.0, 3.0}, n = kt_vec3_scale(s, axis);
@@ -67,7 +68,7 @@ KT_TEST(every_description_of_a_rotation_is_the_same_rotation) {
 }
 
 /* scene-files.md: R = Rz(yaw) Ry(pitch) Rx(roll); Euler angles left to right about carried axes; matrices by rows.
- * Quarter turns tell the orders apart: e.g. yaw then roll takes z to x, roll then yaw takes it to -y. */
+ * Quarter turns distinguish the orders: e.g. yaw then roll takes z to x, roll then yaw takes it to -y. */
 KT_TEST(descriptions_mean_what_the_scene_page_says) {
     const double quarter = 0.5 * KT_PI;
     const kt_mat3 rpy = evaluate(kt_rotation_rpy(quarter, 0.0, quarter));
@@ -169,8 +170,7 @@ KT_TEST(every_number_of_a_description_must_be_finite) {
             kt_rotation broken = valid[k];
             broken.value[i] = i % 2 == 0 ? (double)NAN : -(double)INFINITY;
             kt_mat3 r = kt_mat3_identity();
-            const kt_status expected =
-                i < counts[k] ? KT_ERROR_NOT_FINITE : KT_OK; /* what is not read does not count */
+            const kt_status expected = i < counts[k] ? KT_ERROR_NOT_FINITE : KT_OK; /* unread values do not count */
             wrong += kt_rotation_evaluate(&broken, &r, NULL) != expected;
             cases++;
         }

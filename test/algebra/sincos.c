@@ -14,7 +14,7 @@ enum { GROUP = 1024 };
 /* One level of the instruction set. */
 typedef void gather(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine);
 
-/* Of up to GROUP angles; the list goes on, as the library wants it. */
+/* Evaluates up to GROUP angles. The list is padded, as the library requires. */
 static void take(gather *kernel, const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
     static int32_t places[GROUP + KT_SINCOS_LANES];
     memset(places, 0, sizeof places);
@@ -73,7 +73,7 @@ static void judge(sweep *s) {
     kt_check_below("cosine, units in the last place", s->worst_cosine, 1.0);
 }
 
-/* Where the results are between 1/2 and 1 an error of one unit is DBL_EPSILON / 2. */
+/* For results between 1/2 and 1, an error of one unit is DBL_EPSILON / 2. */
 KT_TEST(error_is_below_one_unit_within_a_turn) {
     kt_random random = kt_random_of_test();
     sweep s = {.count = 0};
@@ -164,7 +164,7 @@ KT_TEST(what_is_not_finite_gives_nan) {
     kt_check_near("next to them, sin 1", sine[3], sin(1.0), DBL_EPSILON);
 }
 
-/* A sine does not depend on what its neighbours are: one beyond the limit, one NaN. */
+/* A sine does not depend on its neighbours. One neighbour is beyond the limit, and one is NaN. */
 KT_TEST(an_angle_has_the_same_bits_in_any_company) {
     kt_random random = kt_random_of_test();
     int different = 0;
@@ -181,7 +181,7 @@ KT_TEST(an_angle_has_the_same_bits_in_any_company) {
     kt_check_equal_int("angles whose bits differ", different, 0);
 }
 
-/* Vectors are computed several at once, and what is left over alone. */
+/* Most angles are computed several at once in vectors, and the remaining ones alone. */
 static void same_bits_in_any_number(const char *what, gather *kernel) {
     enum { MOST = 56 };
     kt_random random = kt_random_of_test();

@@ -73,8 +73,8 @@ KT_TEST(subnormal_vectors_pass_unchanged) {
     kt_check_near("z back", back.z, tiny.z, 0.0);
 }
 
-/* The vector comes back with an error of a few EPS of itself, at any size up to half a turn: the matrix is rounded to
- * EPS / 2 of entries as large as |theta|, and the angle is then well conditioned in the quaternion. */
+/* The vector comes back with an error of a few EPS of itself, at any size up to half a turn. The matrix is rounded to
+ * EPS / 2 of entries as large as |theta|. The angle is then well conditioned in the quaternion. */
 KT_TEST(euler_vector_of_a_matrix_returns) {
     kt_random random = kt_random_of_test();
     kt_worst matrix = kt_worst_make("theta -> R -> theta, relative"),
@@ -218,7 +218,7 @@ KT_TEST(small_angle_terms_of_the_map_keep_their_digits) {
     kt_check_worst(&back);
 }
 
-/* |G^-1| is about (t/2) / |sin(t/2)|, and t itself is rounded: the bound carries both. */
+/* |G^-1| is about (t/2) / |sin(t/2)|. The angle t itself is rounded. The bound includes both errors. */
 KT_TEST(euler_vector_map_times_its_inverse_is_one) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("G G^-1 - I");
