@@ -168,7 +168,7 @@ void kt_closures_describe(kt_closures *x, bool planar, bool driven, kt_random *r
     if (base < 0 || kt_random_int(random, 0, 2) == 0) /* armature of a chain's joint */
         for (int k = 0; k < 3; k++)
             x->body[x->description.body_count - 1].joint.armature[k] = 0.2;
-    if (base < 0) { /* what a chain carries, with armature */
+    if (base < 0) { /* load on a chain, with armature */
         const int last = x->description.body_count - 1, own = add_link(x, last, KT_JOINT_REVOLUTE, random);
         x->body[add_link(x, own, draw_joint(x, random), random)].joint.armature[0] = 0.2;
         x->body[own].joint.armature[0] = 0.3;

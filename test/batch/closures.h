@@ -1,5 +1,5 @@
-/* Random mechanisms that loops of every type close, in space and in a plane, driven ones among them: chains of any
- * joints on the ground and on a body that moves. */
+/* Random mechanisms closed by loops of every type, in space and in a plane, with some driven loops. They contain chains
+ * of any joints on the ground and on a body that moves. */
 #ifndef KT_TEST_BATCH_CLOSURES_H
 #define KT_TEST_BATCH_CLOSURES_H
 

@@ -15,7 +15,7 @@
 
 enum { TREES = 24, MEMBERS = 11, TEXT = 256 };
 
-/* What a simulation has given. */
+/* The results of a simulation. */
 typedef struct outcome {
     uint64_t hash; /* of the bits of all records, and of the last state */
     uint64_t records, events;
@@ -142,7 +142,7 @@ typedef struct group {
     bool has_events;
 } group;
 
-/* Changes what varies of member i. */
+/* Changes the data in which member i differs. */
 static void vary(group *g, int i) {
     kt_body *body = g->tree.body;
     const double scale = 1.0 + 0.1 * (double)i;

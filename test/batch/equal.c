@@ -1,5 +1,6 @@
-/* A batch of random trees has the bits of its states computed one by one: of every joint, in space and in the plane, with
- * armature and without, with effects of every type and without, on every instruction set; whatever the other lanes hold; and nothing is allocated on the way. */
+/* A batch of random trees has the bits of its states computed one by one. The trees have every joint, in space and in
+ * the plane, with armature and without, with effects of every type and without. This is tested on every instruction
+ * set, with any contents of the other lanes. Nothing is allocated on the way. */
 #include "dynamics/tree.h"
 #include "interpose.h"
 #include "load.h"
@@ -37,7 +38,7 @@ static void draw_states(const kt_tree *tree, kt_many *many, kt_random *random) {
     }
 }
 
-/* Some states that cannot be computed, or come near to that: not finite, huge, quaternions of no norm and of tiny one. */
+/* Some states that cannot be computed, or almost: not finite, huge, quaternions of no norm and of tiny one. */
 static void spoil_states(kt_many *many, kt_random *random) {
     static const double bad[] = {(double)NAN, (double)INFINITY, 1e300, -1e160, 0.0, 1e-170, 3e6};
     for (size_t i = 1; i < KT_MANY_STATES; i += 3) {
@@ -49,7 +50,7 @@ static void spoil_states(kt_many *many, kt_random *random) {
     }
 }
 
-/* Gives some states models whose joints and markers are further apart, and returns them to be freed; false: it failed. */
+/* Gives some states models whose joints and markers are further apart, and returns them to be freed; false: failed. */
 static bool vary_lengths(kt_tree *tree, kt_many *many, kt_isa isa, kt_model *longer[2]) {
     kt_error error;
     for (int k = 0; k < 2; k++) {

@@ -96,7 +96,7 @@ void kt_linkages_describe(kt_linkages *x, bool flat, kt_random *random) {
         const int last = add_linkage(x, parent, flat && i == 0, random);
         if (kt_random_int(random, 0, 1))
             add_effects(x, last, random);
-        if (kt_random_int(random, 0, 1)) /* what the linkage carries, and perhaps another one upon that */
+        if (kt_random_int(random, 0, 1)) /* load on the linkage, and perhaps another linkage on this load */
             parent = add_link(x, last, draw_offset(false, random), false, random);
     }
 }

@@ -1,5 +1,5 @@
-/* Random mechanisms in a plane each loop of which is one pin that closes three coordinates: four-bars, cranks with
- * sliders and inverted ones, one upon the other, on the ground and on a body that moves. */
+/* Random mechanisms in a plane, in which each loop is one pin that closes three coordinates. They are four-bars, cranks
+ * with sliders and inverted ones, one upon the other. Their base is the ground or a body that moves. */
 #ifndef KT_TEST_BATCH_LINKAGES_H
 #define KT_TEST_BATCH_LINKAGES_H
 
@@ -17,8 +17,8 @@ typedef struct kt_linkages {
     kt_description description;
 } kt_linkages;
 
-/* Describes such a mechanism, whose loops are closed at q = 0. `flat`: its links then lie along one line, so that loops
- * are at a singular position there. */
+/* Describes such a mechanism, whose loops are closed at q = 0. If `flat` is set, its links lie along one line at q = 0,
+ * so that loops are at a singular position. */
 void kt_linkages_describe(kt_linkages *x, bool flat, kt_random *random);
 
 #endif

@@ -1,5 +1,4 @@
-/* Effects of every type on a random tree: such that of some states they act and of others they do not (contacts, stops,
- * limits of servos). */
+/* Effects of every type on a random tree. Contacts, stops and limits of servos act in some states and not in others. */
 #ifndef KT_TEST_BATCH_LOAD_H
 #define KT_TEST_BATCH_LOAD_H
 

@@ -93,7 +93,7 @@ bool kt_many_vary(kt_many *many, kt_random *random) {
     return true;
 }
 
-/* Writes n numbers of a state into an array of kt_batch_lanes, whose groups are `stride` apart; NaN if there are none. */
+/* Puts n numbers of a state into an array of kt_batch_lanes, whose groups are `stride` apart; NaN if there are none. */
 static void write_lane(double *all, size_t stride, size_t width, size_t state, size_t n, const double *from) {
     for (size_t k = 0; k < n; k++)
         all[state / width * stride + k * width + state % width] = from ? from[k] : (double)NAN;
@@ -133,7 +133,7 @@ static void set(kt_many *many) {
         kt_check_true("all states are set", false);
 }
 
-/* Where lanes are fused, to rounding of the largest number. */
+/* Compares the results of fused lanes to rounding of the largest number. */
 static bool differ_by_rounding(const double *a, const double *b, size_t n) {
     double difference = 0.0, scale = 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -172,7 +172,7 @@ static void note(first_failure *first, kt_status status, size_t state) {
         *first = (first_failure){status, state};
 }
 
-/* What is computed of each state, in a batch and alone: nv numbers, `before` until then. */
+/* A computation for each state, in a batch and alone. Its results are nv numbers, which are `before` until then. */
 typedef struct computation {
     kt_status (*together)(kt_batch *batch, kt_error *error);
     kt_status (*take)(const kt_batch *batch, size_t state, double *x, kt_error *error);
@@ -224,7 +224,7 @@ int kt_many_compare_inverse(kt_many *many, kt_data *data) {
 
 enum { FRAMES_MOST = 64, MOTION = sizeof(kt_frame_motion) / sizeof(double) };
 
-/* What Jacobians hold before they are computed. */
+/* The contents of Jacobians before they are computed. */
 static const double UNTOUCHED = 7.0;
 
 /* The frames of all bodies, and of the first marker of each that has one. */
@@ -238,7 +238,7 @@ static size_t choose_frames(const kt_model *model, kt_batch_frame *frames) {
     return count;
 }
 
-/* Of the last kt_kinematics_update. */
+/* Evaluates sensors of one state at the last kt_kinematics_update. */
 static void sense_alone(const kt_model *model, const kt_data *data, kt_batch_frame frame, kt_frame_motion *motion,
                         double *jacobian) {
     kt_vec3 at = kt_vec3_make(0.0, 0.0, 0.0);
@@ -255,7 +255,7 @@ static void sense_alone(const kt_model *model, const kt_data *data, kt_batch_fra
                                       kt_point_acceleration(model, data, frame.body, at)};
 }
 
-/* Of one state: of one that cannot be computed, that nothing was written. */
+/* Compares the sensors of one state. For a state that cannot be computed, checks that nothing was written. */
 static bool sensors_differ(const kt_many *many, kt_data *data, const kt_batch_sensors *seen, size_t i,
                            kt_status *status) {
     const size_t size = 6 * many->nv;

@@ -5,10 +5,10 @@
 #include "kinetree/batch.h"
 #include "random.h"
 
-enum { KT_MANY_STATES = 13 }; /* whole groups and a part of one, whatever the width */
+enum { KT_MANY_STATES = 13 }; /* whole groups and a part of one, for any width */
 enum { KT_MANY_THREADS = 3 };
 
-/* Where lanes are fused (kt_batch_is_fused), results agree to this part of the largest number of a state. */
+/* With fused lanes (kt_batch_is_fused), results agree to this part of the largest number of a state. */
 #define KT_MANY_ROUNDING 1e-12
 #define KT_FUSED "lanes of this build are fused (-Dfused=enabled) and have not the bits of single states"
 
@@ -29,13 +29,13 @@ typedef struct kt_many {
 bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method);
 void kt_many_free(kt_many *many);
 
-/* Gives all states but some gravity and masses of their own: those of the first group the same copy of the model,
- * others a copy each. False: it failed, and the test does. */
+/* Gives all states but some gravity and masses of their own. The states of the first group share a copy of the model,
+ * and all others have a copy each. False: it failed, and the test does. */
 bool kt_many_vary(kt_many *many, kt_random *random);
 
-/* How many states differ: in a bit of their results (or by more than rounding where lanes are fused), in their status,
- * or in what a failed state leaves. Inverse dynamics are those of the accelerations in many->a; steps are so many of h,
- * by the method or semi-implicit ones. */
+/* The number of states that differ, in one of three ways: in their results, in their status, or in the data after a
+ * failed state. Results must agree to the bit, or to rounding if lanes are fused. Inverse dynamics are those of the
+ * accelerations in many->a; steps are so many of h, by the method or semi-implicit ones. */
 int kt_many_compare_forward(kt_many *many, kt_data *data);
 int kt_many_compare_inverse(kt_many *many, kt_data *data);
 int kt_many_compare_sensors(kt_many *many, kt_data *data); /* of all bodies and markers */

@@ -121,7 +121,7 @@ static void add_rope(kt_ropes *x, int rope, kt_random *random) {
     int link = -1, left = 4;
     for (int i = 0; i < count; i++)
         link = add_link(x, link, draw_joint(x, random), random);
-    if (kt_random_int(random, 0, 1)) { /* what the rope carries */
+    if (kt_random_int(random, 0, 1)) { /* load on the rope */
         const int carried = add_link(x, first + count / 2, draw_joint(x, random), random);
         x->body[carried].joint.armature[0] = 0.1;
     }

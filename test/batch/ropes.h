@@ -1,5 +1,5 @@
-/* Random mechanisms of long chains that few equations hold: groups in the form of Delassus (reduction/delassus.h), in a
- * plane and in space, with relations between joints, branches, and what they carry. */
+/* Random mechanisms of long chains that few equations hold, in a plane and in space. Their groups are in the form of
+ * Delassus (reduction/delassus.h). They have relations between joints, branches, and loads on these. */
 #ifndef KT_TEST_BATCH_ROPES_H
 #define KT_TEST_BATCH_ROPES_H
 
@@ -22,8 +22,8 @@ typedef struct kt_ropes {
     kt_description description;
 } kt_ropes;
 
-/* Describes such a mechanism, whose loops are closed at q = 0. `folded`: the links of its first rope, in a plane,
- * then lie nearly along one line, next to a singular position. */
+/* Describes such a mechanism, whose loops are closed at q = 0. If `folded` is set, the links of its first rope, in a
+ * plane, lie nearly along one line at q = 0, next to a singular position. */
 void kt_ropes_describe(kt_ropes *x, bool planar, bool folded, kt_random *random);
 
 #endif

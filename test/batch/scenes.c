@@ -188,7 +188,7 @@ KT_TEST(effects_in_coordinates_of_loops_have_the_bits_of_single_states) {
     kt_check_equal_int("results that differ", s.different, 0);
 }
 
-/* What a comparison of random mechanisms has found. */
+/* The results of a comparison of random mechanisms. */
 typedef struct findings {
     int different;
     uint64_t in_lanes, alone;
@@ -204,8 +204,8 @@ static void spoil_states(kt_many *many, kt_random *random) {
     }
 }
 
-/* Compares mechanism n, whose states lie `most` around the initial one, some of them spoilt; returns how many differ,
- * or -1 if it could not be made. */
+/* Compares mechanism n, whose states lie `most` around the initial one, some of them spoilt. Returns how many states
+ * differ, or -1 if the comparison failed. */
 static int compare_random(const kt_description *description, kt_isa isa, int n, double most, bool spoilt,
                           kt_random *random, findings *f) {
     const kt_model_options options = {.isa = isa};
@@ -249,7 +249,7 @@ static void report_findings(const char *name, const findings *f) {
     kt_check_above("evaluations that leave the lanes", (double)f->alone, 100.0);
 }
 
-/* Of a body that moves freely, whose loop is off: no equation is left, and a quaternion to be made a unit. */
+/* A body that moves freely, whose loop is off. No equation is left, but a quaternion must still be normalised. */
 KT_TEST(effects_in_loops_that_are_off_have_the_bits_of_single_states) {
     kt_description description = kt_description_default();
     kt_body body = kt_body_default();
