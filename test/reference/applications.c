@@ -1,7 +1,7 @@
-/* The scenes of applications against theory: a rotor's flap frequency, a tether's libration, a ball that comes to roll,
- * a pump's straight-line rod, and the moment of a wheel whose axle is turned.
+/* Scenes of applications against theory: the flap frequency of a rotor, the libration of a tether, and a ball that
+ * comes to roll. Further scenes are the straight-line rod of a pump and the moment of a wheel whose axle is turned.
  *
- * Bounds are three times what was measured when the test was written, unless a comment derives them.
+ * Each bound is three times the error measured when the test was written, unless a comment derives it.
  */
 #include "scene.h"
 
@@ -25,12 +25,17 @@ static kt_vec3 point_of(const kt_case *c, const kt_record *record, const char *n
 
 /* ---- the rotor --------------------------------------------------------------------------------------------------- */
 
-/* A blade of uniform mass m and length L beyond a hinge at distance e from the shaft has, about the hinge, the inertia
- * I = m L^2 / 3 and the first moment S = m L / 2. At a flap angle b its element at x is pulled outwards by
- * Omega^2 (e + x cos b) dm, which has about the hinge the arm x sin b:
+/* A blade of uniform mass m and length L is hinged at the distance e from the shaft. Its inertia and its first moment
+ * about the hinge are
+ *     I = m L^2 / 3,   S = m L / 2.
+ * At a flap angle b, the element at x is pulled outwards by the force
+ *     Omega^2 (e + x cos b) dm.
+ * Its arm about the hinge is x sin b, so the equation of motion is
  *     I b'' = -Omega^2 (I cos b sin b + e S sin b),   for small b:  b'' = -Omega^2 (1 + e S / I) b,
- * and e S / I = 3/2 e / L. With the radius R = e + L that is nu^2 = 1 + 3/2 (e/R) / (1 - e/R) (Johnson, Helicopter
- * Theory, 1980, 5-3). The lag hinge lacks the first part, for there the radius turns with the blade: nu^2 = 3/2 e / L.
+ * and e S / I = 3/2 e / L. With the radius R = e + L, this gives (Johnson, Helicopter Theory, 1980, 5-3)
+ *     nu^2 = 1 + 3/2 (e/R) / (1 - e/R).
+ * The lag hinge lacks the first part, because the radius turns with the blade there:
+ *     nu^2 = 3/2 e / L.
  */
 typedef struct blades {
     double flap, lag, omega, size;
@@ -46,8 +51,8 @@ static int follow_blades(const kt_record *record, void *user) {
     return 0;
 }
 
-/* The scene without gravity and effects, its blades at rest but for one that flaps and one that lags, by so little that
- * the square of the angle, which the theory leaves out, is next to nothing; a tolerance of 1e-13 is 1e-8 of it. */
+/* The scene has no gravity and no effects. One blade flaps, one lags, and the others are at rest. The angle is so small
+ * that its square, which the theory neglects, is next to nothing. A tolerance of 1e-13 is 1e-8 of the angle. */
 KT_TEST(rotor_blades_flap_and_lag_at_their_frequencies) {
     static const kt_setting setting = {"dop853", 0.0, 1e-13, 0.0};
     const double e = 0.35, length = 6.65, ratio = e / (e + length);
@@ -99,11 +104,13 @@ static int follow_tether(const kt_record *record, void *user) {
     return 0;
 }
 
-/* A dumbbell with masses m at l along the tether, outwards, on a circular orbit of rate n and radius R. From the first
- * terms of GM m / |R + l|, the restoring moment at a small angle t is 3 n^2 (sum m l^2 - 2 / R sum m l^3) t. The period
- * is therefore 1 / sqrt(3) of the orbit's, longer by (sum m l^3) / (R sum m l^2), relatively. For m1 = 500 kg and m2 =
- * 50 kg, this is (m1 - m2) / (m1 + m2) L / R. For an amplitude A, it is also longer by A^2 / 4, like that of a pendulum
- * of angle 2 t. The terms that follow are of the order of 1e-5. */
+/* A dumbbell is on a circular orbit of rate n and radius R. Its masses m are at l along the tether, outwards. The first
+ * terms of GM m / |R + l| give the restoring moment. At a small angle t, it is
+ *     3 n^2 (sum m l^2 - 2 / R sum m l^3) t.
+ * The period is therefore 1 / sqrt(3) of the orbit's, longer by (sum m l^3) / (R sum m l^2), relatively. For m1 = 500
+ * kg and m2 = 50 kg, this is (m1 - m2) / (m1 + m2) L / R. For an amplitude A, the period is also longer by
+ *     A^2 / 4,
+ * like that of a pendulum of angle 2 t. The terms that follow are of the order of 1e-5. */
 KT_TEST(tether_librates_at_root_three_of_its_orbit) {
     static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
     const double radius = 6.771e6, amplitude = kt_degrees(5.0);
@@ -124,8 +131,9 @@ KT_TEST(tether_librates_at_root_three_of_its_orbit) {
 
 /* Contact acts on the lowest point alone, so that the angular momentum about a line on the ground is kept,
  *     m r v_x + I w_y,   I = 2/5 m r^2,
- * in flight, through impacts and sliding, until the ball rolls, v_x = r w_y: then v_x = (5 v - 2 r w) / 7 of the start
- * v, -w: 5/7 v without spin. */
+ * in flight, through impacts and sliding, until the ball rolls, v_x = r w_y. From the start v, -w, the ball then has
+ *     v_x = (5 v - 2 r w) / 7,
+ * and 5/7 v without spin. */
 typedef struct ball {
     const kt_case *c;
     double start, slip, speed;
@@ -190,9 +198,9 @@ KT_TEST(pump_rod_follows_the_beam) {
 /* ---- the landing gear -------------------------------------------------------------------------------------------- */
 
 /* The leg turns about x with the axle y' of the wheel, whose spin momentum is J w_w y'. Turning it takes the moment J
- * w_w p x' x y' = J w_w p z', with p the leg's rate. This adds to the moments that turn about x and brake about y'. At
- * the leg's hinge, whose reaction is about the hinge's point, the masses lie in the plane of y and z: of the moment
- * along z' all else is zero. */
+ * w_w p x' x y' = J w_w p z', with p the leg's rate. This adds to the moments that turn about x and brake about y'. The
+ * reaction at the leg's hinge is about the hinge's point. The masses lie in the plane of y and z there, so the moment
+ * along z' has no other part. */
 typedef struct gear {
     const kt_case *c;
     kt_worst moment;
@@ -238,8 +246,8 @@ static int follow_circle(const kt_record *record, void *user) {
     return 0;
 }
 
-/* The tables of targets are the inverse kinematics of a circle of 0.12 m. How far the arm sags follows from its weight:
- * at the shoulder some 55 N m over 20 kN m/rad, at 0.46 m from the tip, 1.3 mm. */
+/* The tables of targets are the inverse kinematics of a circle of 0.12 m. The sag of the arm follows from its weight.
+ * At the shoulder, about 55 N m act on 20 kN m/rad. The tip is 0.46 m away and sags by 1.3 mm. */
 KT_TEST(servos_guide_the_tool_along_its_circle) {
     static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
     kt_case c;

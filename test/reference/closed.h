@@ -1,4 +1,4 @@
-/* Closed mechanisms: scenes compiled with each way of reducing their loops, and what is asked of all of them. */
+/* Closed mechanisms: scenes compiled with each way of reducing their loops, and checks that apply to all of them. */
 #ifndef KT_TEST_REFERENCE_CLOSED_H
 #define KT_TEST_REFERENCE_CLOSED_H
 

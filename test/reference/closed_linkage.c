@@ -1,7 +1,7 @@
-/* Linkages against their geometry, their energy, and what must hold of every closed scene: loops that stay closed.
+/* Linkages against their geometry and their energy. Every closed scene must also keep its loops closed.
  *
- * Geometry holds to rounding, as positions are projected in every record: 1e-12 of a metre or a radian at most.
- * Bounds of energy are three times what was measured when the test was written.
+ * Geometry holds to rounding, as positions are projected in every record: 1e-12 of a metre or a radian at most. Each
+ * bound of an energy is three times the error measured when the test was written.
  */
 #include "closed.h"
 
@@ -31,8 +31,9 @@ static double straightness(const kt_case *c, const kt_record *record, const void
 
 KT_TEST(peaucelliers_pen_draws_a_straight_line) { follow("peaucellier", straightness, 4e-15); }
 
-/* tan(second) = tan(first) / cos(30 deg), as a direction; d second / d first = cos b / (cos^2 first cos^2 b + sin^2
- * first); with J1 first'^2 + J2 second'^2 it gives the rate, from the start at 20 rad/s. */
+/* The angles satisfy tan(second) = tan(first) / cos(b) with b = 30 deg, as a direction. The ratio of the rates is
+ *     d second / d first = cos b / (cos^2 first cos^2 b + sin^2 first).
+ * With J1 first'^2 + J2 second'^2, this gives the rate, from the start at 20 rad/s. */
 static double hooke_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
     const double cb = cos(kt_degrees(30.0)), one = kt_closed_q(c, record, "first"),
@@ -69,8 +70,8 @@ static double lift_error(const kt_case *c, const kt_record *record, const void *
 
 KT_TEST(scissor_lift_rises_four_times_as_far_as_a_stage) { follow("scissor-lift", lift_error, 2e-14); }
 
-/* Ground 1 m, crank 0.3 m, coupler 0.9 m, rocker 0.7 m, assembled with the rocker's tip above: e from the crank's tip
- * to the rocker's foot, the rocker's angle by the law of cosines. */
+/* The ground is 1 m long, the crank 0.3 m, the coupler 0.9 m and the rocker 0.7 m. The rocker's tip is above. e is the
+ * distance from the crank's tip to the rocker's foot. The rocker's angle follows from the law of cosines. */
 static double rocker_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
     const double crank = kt_closed_q(c, record, "crank"), x = 0.3 * cos(crank) - 1.0, y = 0.3 * sin(crank),
@@ -130,11 +131,12 @@ KT_TEST(squeezer_takes_up_the_work_of_its_drive) {
     kt_case_close(&c);
 }
 
-/* The ends of steps keep 5e-9 J or better. Records between them are less exact where a step crosses a singular
- * position: dop853's three stages for its dense output lie off the manifold by about the tolerance c, and near the
- * position, at a distance x, that is an acceleration of 2 c v^2 / x^3 (mechanism/singular_crossing.c) which no error
- * estimate sees. Measured: 5.5e-8 J at 1e-11 and 3.1e-7 J at 1e-12, whose steps reach further across; of 34 J. tsit5's
- * dense output is of order 4. */
+/* The ends of steps keep 5e-9 J or better. Records between them are less exact if a step crosses a singular position.
+ * The three stages for dop853's dense output lie off the manifold by about the tolerance c. At a distance x from the
+ * singular position, the acceleration then has an error (mechanism/singular_crossing.c) of
+ *     2 c v^2 / x^3.
+ * No error estimate detects it. The measured error is 5.5e-8 J at 1e-11. It is 3.1e-7 J at 1e-12, whose steps reach
+ * further across. The energy is 34 J. tsit5's dense output is of order 4. */
 KT_TEST(records_across_singular_positions_keep_the_energy) {
     static const kt_setting settings[] = {{"rk4", 1e-3, 0.0, 3e-10},
                                           {"tsit5", 0.0, 1e-10, 1.3e-7},
@@ -175,7 +177,7 @@ KT_TEST(platform_on_damped_legs_only_loses_energy) {
 
 static const struct {
     const char *scene;
-    double length, speed; /* m, m/s: the mechanism's size, and what its points reach */
+    double length, speed; /* m, m/s: the mechanism's size, and the speed of its points */
     double bound;         /* relative */
     double flat;          /* windows: their cranks' height where they lie flat, a singular position */
 } closed[] = {

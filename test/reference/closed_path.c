@@ -1,7 +1,7 @@
-/* Joints of constant velocity, curves and surfaces against known results: equal speeds, a bead that slides down a helix
- * evenly, the angular momentum of a marble on a ring.
+/* Joints of constant velocity, curves and surfaces against closed forms: equal speeds, a bead that slides down a helix
+ * evenly, and the angular momentum of a marble on a ring.
  *
- * Bounds that are not derived are three times what was measured when the test was written.
+ * A bound that is not derived is three times the error measured when the test was written.
  */
 #include "closed.h"
 
@@ -26,8 +26,8 @@ KT_TEST(shafts_at_forty_degrees_turn_alike) {
     kt_case_close(&c);
 }
 
-/* Of both inertias J about their axes, at equal speeds: (J1 + J2) w' = 6 sin(3 pi t), w = w0 + (2 / pi) (1 - cos(3 pi
- * t)) / (J1 + J2), J = m r^2 / 2. */
+/* Both inertias J = m r^2 / 2 turn about their axes with equal speeds:
+ *     (J1 + J2) w' = 6 sin(3 pi t),   w = w0 + (2 / pi) (1 - cos(3 pi t)) / (J1 + J2). */
 static double speed_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
     const double pi = 3.14159265358979323846, inertia = 0.5 * 2.0 * 0.04 * 0.04 + 0.5 * 8.0 * 0.25 * 0.25;
@@ -45,7 +45,9 @@ KT_TEST(motor_turns_both_shafts_as_one) {
 
 /* ---- the helix --------------------------------------------------------------------------------------------------- */
 
-/* s = v0 t - g h t^2 / (2 L), with L^2 = R^2 + h^2 and v0 = sqrt(10) along the wire; the angle is s / L. */
+/* The path along the wire is
+ *     s = v0 t - g h t^2 / (2 L),   L^2 = R^2 + h^2,   v0 = sqrt(10),
+ * and the angle is s / L. */
 static double helix_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
     const double R = 0.6, h = 0.2, L = hypot(R, h), t = record->time;
@@ -65,8 +67,9 @@ KT_TEST(bead_slides_evenly_along_a_helix) {
 
 /* ---- the ring ---------------------------------------------------------------------------------------------------- */
 
-/* x y' - y x' = 1.4 * 2.5, and the energy per mass, 2.5^2 / 2 + 1.5^2 / 2; the distance from the tube's middle is
- * 0.4. */
+/* The motion keeps its angular momentum and its energy, per mass:
+ *     x y' - y x' = 1.4 * 2.5,   E = 2.5^2 / 2 + 1.5^2 / 2.
+ * The distance from the tube's middle is 0.4. */
 static double ring_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
     const int q = kt_case_q(c, "marble"), v = kt_case_v(c, "marble");

@@ -1,6 +1,7 @@
-/* Rolling against what is known: the accelerations of the Whipple bicycle, a disc on its circle, a skate on a slope.
+/* Rolling against reference results: the accelerations of the Whipple bicycle, a disc on its circle, a skate on a
+ * slope.
  *
- * Bounds that are not derived are three times what was measured when the test was written.
+ * A bound that is not derived is three times the error measured when the test was written.
  */
 #include "closed.h"
 
@@ -10,8 +11,9 @@
 
 /* ---- the bicycle ------------------------------------------------------------------------------------------------- */
 
-/* Basu-Mandal et al. 2007, table 1; theirs: z up, x backwards, 3-1-3 angles. Ours: R = Rz(yaw) Rx(roll) Ry(pitch),
- * x = -x, y = -y, yaw = theta, roll = pi/2 - psi, pitch = phi - pi. */
+/* Basu-Mandal et al. 2007, table 1. They take z up, x backwards and 3-1-3 angles. We take
+ *     R = Rz(yaw) Rx(roll) Ry(pitch),
+ *     x = -x, y = -y, yaw = theta, roll = pi/2 - psi, pitch = phi - pi. */
 static const double psi = 0.9501292851472, phi = 3.1257073014894, thetad = 0.7830033527065, psid = 0.6068425835418,
                     phid = -0.0119185528069;
 static const double xdd = -0.5041626315047, ydd = -0.3449706619454, zdd = -1.460452833298, thetadd = 0.8353281706379,
@@ -28,8 +30,8 @@ static kt_vec3 frame_acceleration(void) {
                         sp * rate.x + cp * rate.z + p1 * (cp * u.x - sp * u.z));
 }
 
-/* The state is printed to 1e-13, and its errors come back multiplied by the rates (up to 9 /s) and, through the
- * stiffest direction, by up to ten: 1e-11. */
+/* The state is printed to 1e-13. Its errors are multiplied by the rates, up to 9 /s. The stiffest direction multiplies
+ * them by up to ten. This gives 1e-11. */
 KT_TEST(bicycle_has_the_published_accelerations) {
     kt_case c;
     kt_simulation *simulation = NULL;
@@ -58,8 +60,9 @@ KT_TEST(bicycle_has_the_published_accelerations) {
 
 /* ---- the disc ---------------------------------------------------------------------------------------------------- */
 
-/* A disc (radius rho, mass m, inertia A, C about its axis) that leans by alpha and whose centre goes round with the
- * rate w at the speed v: the moment of contact force about the centre is the rate of angular momentum,
+/* A disc has the radius rho, the mass m, and the inertias A and C (about its axis). It leans by alpha, and its centre
+ * goes round with the rate w at the speed v. The moment of the contact force about the centre is the rate of angular
+ * momentum,
  *     w cos(alpha) (A w sin(alpha) + C v / rho) = rho m (g sin(alpha) - w v cos(alpha)). */
 static double steady_speed(double alpha, double w) {
     const double m = 1.0, rho = 0.2, a = 0.01, c = 0.02, g = 9.81;

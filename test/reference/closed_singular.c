@@ -1,6 +1,8 @@
 /* N four-bar windows in a row (IFToMM A02) against the exact motion, through positions where the freedom jumps from 1
- * to N + 1. The cranks turn as one, counted from upright: theta'' = c sin(theta),  c = (3/2) g (3 N + 1) / (4 N + 1)
- * (energy: N + 1 cranks of inertia 1/3, N couplers in translation). The reference is a Taylor series (upright.h).
+ * to N + 1. The cranks turn together. With theta counted from upright, their motion is
+ *     theta'' = c sin(theta),   c = (3/2) g (3 N + 1) / (4 N + 1).
+ * The energy gives c: N + 1 cranks have the inertia 1/3, and N couplers are in translation. The reference is a Taylor
+ * series (upright.h).
  */
 #include "closed.h"
 #include "upright.h"
@@ -42,8 +44,8 @@ static void follow(kt_case *c, int windows, double theta, double rate, const kt_
 
 /* ---- long runs --------------------------------------------------------------------------------------------------- */
 
-/* An error of energy e moves the phase by an angle that grows as t, and where e grows as t itself, as t^2: the bounds
- * of 10 s grow a hundredfold. Bounds are three times what was measured. */
+/* An error of energy e moves the phase by an angle that grows as t. If e itself grows as t, the angle grows as t^2.
+ * Therefore, the bounds of 10 s grow a hundredfold. Each bound is three times the measured error. */
 KT_TEST(two_windows_pass_a_hundred_singular_positions_in_a_hundred_seconds) {
     static const kt_setting settings[] = {
         {"rk4", 1e-3, 0.0, 5e-8}, {"tsit5", 0.0, 1e-10, 3.3e-6}, {"dop853", 0.0, 1e-11, 6e-7}};
@@ -86,8 +88,8 @@ static bool start_at(kt_case *c, kt_body *bodies, double theta, double rate) {
     return kt_closed_compile(c, KT_REDUCTION_QR, KT_METRIC_IDENTITY);
 }
 
-/* Where the windows are `lead` before they pass theta at this rate; rounded, so they pass within 1e-15.
- * Bounds are three times the method's own error over 1 s; 1e-9 is promised. */
+/* The state of the windows `lead` before they pass theta at this rate. It is rounded, so they pass within 1e-15. Bounds
+ * are three times the method's own error over 1 s; 1e-9 is promised. */
 static void land(double lead, long double theta, long double rate) {
     static const kt_setting settings[] = {{"rk4", 1e-3, 0.0, 4e-11}, {"rk4", 5e-4, 0.0, 3e-12}};
     kt_body bodies[BODIES_MAX];

@@ -1,16 +1,16 @@
 /* Scenes whose motion has a closed form in elliptic functions, at every record and with the scene's own settings.
  *
- * sn, cn and dn come from GSL; m = k^2 is their parameter. Bounds are three times what was measured when the test was
- * written.
+ * sn, cn and dn come from GSL; m = k^2 is their parameter. Each bound is three times the error measured when the test
+ * was written.
  *
  * Symmetric tops, spherical pendulums (Goldstein, Classical Mechanics, 5-7): u = cos(theta) of the axis against the
  * upward vertical; a = I3 w3 / I1, b = Lz / I1, beta = 2 m g l / I1, alpha = (2 E - I3 w3^2) / I1:
  *     u'^2 = f(u) = (alpha - beta u) (1 - u^2) - (b - a u)^2
  *          = beta u^3 - (alpha + a^2) u^2 + (2 a b - beta) u + alpha - b^2 = beta (u - u1) (u - u2) (u - u3)
  *     u = u1 + (u2 - u1) sn^2(kappa t + K | m),  kappa = sqrt(beta (u3 - u1)) / 2,  m = (u2 - u1) / (u3 - u1)
- * where the motion starts at the higher turning point u2, and without K where it starts at the lower, u1. One root is
- * the start itself, so that the two others are those of beta u^2 + B u + C with B = beta u0 - alpha - a^2 and C = 2 a b
- * - beta + B u0.
+ * where the motion starts at the higher turning point u2. If it starts at the lower one, u1, K is left out. One root is
+ * the start itself. The two others are the roots of beta u^2 + B u + C with
+ *     B = beta u0 - alpha - a^2,   C = 2 a b - beta + B u0.
  */
 #include "scene.h"
 
@@ -45,7 +45,8 @@ static void follow(const char *scene, const kt_setting *settings, size_t count, 
 
 /* ---- pendulums --------------------------------------------------------------------------------------------------- */
 
-/* Let go at rest: sin(u / 2) = sin(u0 / 2) cd(w t | sin^2(u0 / 2)), w^2 the squared frequency of small swings. */
+/* A swing that begins at rest, with w^2 the squared frequency of small swings:
+ *     sin(u / 2) = sin(u0 / 2) cd(w t | sin^2(u0 / 2)). */
 typedef struct swing {
     double start, squared_frequency;
 } swing;
@@ -73,8 +74,8 @@ KT_TEST(simple_pendulum_follows_elliptic_functions_at_every_record) {
     kt_case_close(&c);
 }
 
-/* The sleeve's swing about its rod: sleeve of 0.4 kg and 0.04 m radius, arm of 0.6 kg, 0.5 m and 0.01 m radius, and the
- * part of gravity across the rod. */
+/* The sleeve's swing about its rod. The sleeve has 0.4 kg and 0.04 m radius. The arm has 0.6 kg, a length of 0.5 m and
+ * 0.01 m radius. Only the part of gravity across the rod acts. */
 KT_TEST(sleeve_swings_about_its_rod_as_a_pendulum) {
     const double inertia = 0.5 * 0.4 * 0.04 * 0.04 + 0.6 * (0.5 * 0.5 / 3.0 + 0.25 * 0.01 * 0.01);
     const swing s = {kt_degrees(120.0), 0.6 * 0.25 * g * sin(kt_degrees(40.0)) / inertia};
@@ -136,8 +137,8 @@ KT_TEST(upright_tops_sleep_or_bow_as_elliptic_functions_say) {
     follow("spinning-top", of_tired, COUNT_OF(of_tired), top_error, &tired);
 }
 
-/* A top without spin, which hangs: a ball of 2 kg and 0.1 m radius, 1 m below the joint, at 60 degrees from straight
- * down, pushed at 1.5 rad/s. */
+/* A hanging top without spin. It is a ball of 2 kg and 0.1 m radius, 1 m below the joint. It starts at 60 degrees from
+ * straight down, pushed at 1.5 rad/s. */
 KT_TEST(spherical_pendulum_rises_and_sinks_as_elliptic_functions_say) {
     const double i1 = 2.0 * (1.0 + 0.4 * 0.1 * 0.1);
     const top p = {"pendulum", i1, 0.0, 2.0 * g, -1.0, -0.5, 0.0, 1.5, i1 * 1.5 * sin(kt_degrees(60.0))};
@@ -177,9 +178,10 @@ static double flip_error(const kt_case *c, const kt_record *record, const void *
     return kt_vec3_norm(kt_vec3_make(w[0] - a1 * j.cn, w[1] - a1 * j.sn, w[2] - a3 * j.dn));
 }
 
-/* Each flip multiplies a difference by 1 / (1 - m) = 1.25e5: no double precision computation stays below some 1e-9. At
- * 1e-13 all of the error is rounding: runs at twelve tolerances between 1e-13 and half of that are apart by 2e-10 to
- * 2e-8. */
+/* Each flip multiplies a difference by
+ *     1 / (1 - m) = 1.25e5.
+ * No computation in double precision stays below about 1e-9. At 1e-13, rounding causes all of the error. Twelve runs
+ * with tolerances between 1e-13 and half of that differ by 2e-10 to 2e-8. */
 KT_TEST(flip_turns_over_as_elliptic_functions_say) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 4e-9}, {"dop853", 0.0, 1e-13, 2e-8}, {"dopri5", 0.0, 1e-10, 3e-7}, {"rk4", 1e-3, 0.0, 2e-8}};

@@ -1,15 +1,15 @@
-/* The bits of every bundled scene's records, held against the list golden.txt: a change of the code that moves a number
- * anywhere shows here which scene and which setting it has moved. A line is a case:
+/* The bits of the records of every bundled scene, compared with the list golden.txt. If a change of the code changes a
+ * number, the test reports the scene and the setting. A line is a case:
  *
  *     four-bar tree qr identity auto rk4 h=0.0025 t=0.5    motion 0123456789abcdef  forces 0123456789abcdef
  *
- * with the FNV-1a hash (64 bits) of all records' time, q and v, and that of all else that a record holds:
- * accelerations, energies, works, residuals and reactions.
+ * The first number of a line is the FNV-1a hash (64 bits) of time, q and v of all records. The second is the hash of
+ * everything else in a record: accelerations, energies, works, residuals and reactions.
  *
- * The list holds on every machine: the instruction-set levels of the library give equal bits, and the functions of the
- * C library, which do not (glibc chooses them by the processor), are here taken from golden_libm.c. OpenBLAS's kernels
- * depend on the processor, too. Scenes that call them are left out: dense groups of 40 coordinates or more ("LAPACK" in
- * the list), the absolute formulation of more than six bodies, and the reduction svd.
+ * The list is the same on every machine. The instruction-set levels of the library give equal bits. The functions of
+ * the C library differ, because glibc chooses them by the processor. They are taken from golden_libm.c here. OpenBLAS's
+ * kernels depend on the processor, too. Scenes that call them are left out ("LAPACK" in the list). These are dense
+ * groups of 40 coordinates or more, the absolute formulation of more than six bodies, and the reduction svd.
  *
  * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
 #include "../formulation.h"
@@ -195,7 +195,7 @@ static void run_case(const kt_case *c, const computation *with, const kt_run *ru
 
 enum { RECORDS = 100 };
 
-/* The scene's time between records, or what makes half of it a step that is stable for rk4. */
+/* The scene's time between records, or an interval of which one half is a stable step for rk4. */
 static double interval_of(const kt_case *c) {
     const double parts = strcmp(c->name, "fishing-rod") == 0           ? 200.0
                          : strcmp(c->name, "flyball-governor") == 0    ? 100.0
@@ -206,7 +206,7 @@ static double interval_of(const kt_case *c) {
     return c->scene.run.interval / parts;
 }
 
-/* A hundred records, with rk4, two steps a record, and as the scene says. */
+/* A hundred records: with rk4 and two steps a record, and with the method of the scene. */
 static void run_steps(const kt_case *c, const computation *with) {
     kt_run run = with->run;
     run.interval = interval_of(c);

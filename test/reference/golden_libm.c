@@ -1,7 +1,7 @@
-/* The C library's functions of doubles that the library calls, computed in long double and rounded once, in place of
- * libm's own: glibc chooses among several of each by the processor (with fused operations or without), whose last bits
- * differ. Those of long double, of 64 bits of mantissa on x86-64, are the same everywhere, and what the rounding leaves
- * of their error is within 0.5005 ulp. What is missing here and rounds is found by running test/reference/golden with
+/* The functions of doubles that the library calls, computed in long double and rounded once. They replace those of
+ * libm. glibc chooses among several versions by the processor, with fused operations or without, whose last bits
+ * differ. The functions of long double have a mantissa of 64 bits on x86-64 and are the same everywhere. After
+ * rounding, their error is within 0.5005 ulp. To find a missing function that rounds, run test/reference/golden with
  * GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2. */
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* The stiff flyball governor (IFToMM A05) against its table, with its angles, rates and height.
  *
- * Bounds are three times what was measured when the test was written.
+ * Each bound is three times the error measured when the test was written.
  */
 #include "scene.h"
 

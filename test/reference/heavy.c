@@ -1,7 +1,7 @@
 /* Grams and kilotonnes: with all masses, inertias and forces times s, every motion is the same function of time.
  *
- * For s = 2^k products and sums keep all their bits but the exponent, and so does everything that decides: pivots,
- * ranks, thresholds, step sizes. So whatever compares a mass or a force with a number of its own shows as other bits.
+ * For s = 2^k, products and sums keep all their bits but the exponent. So do all quantities that decide: pivots, ranks,
+ * thresholds, step sizes. If code compares a mass or a force with a fixed number, the bits differ.
  */
 #include "kinetree/analysis.h"
 #include "kinetree/descriptor.h"
@@ -99,8 +99,7 @@ static void free_heavier(heavier *h) {
 
 /* ---- what is compared -------------------------------------------------------------------------------------------- */
 
-/* What is found of a model: `count` numbers that masses do not change, or nothing where the call fails with
- * `status`. */
+/* The results of a model: `count` numbers that masses do not change. There are none if the call fails with `status`. */
 typedef struct outcome {
     kt_status status;
     size_t count;
@@ -109,7 +108,7 @@ typedef struct outcome {
 
 typedef outcome kt_find(const kt_case *c, const kt_model *model);
 
-/* The motion after some of its time, and what it took. */
+/* The motion after part of its time, and the counts of the run. */
 static outcome run_shortly(const kt_case *c, const kt_model *model) {
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     kt_run run = c->scene.run;

@@ -1,4 +1,4 @@
-/* Implicit methods on bundled scenes: their order with loops, with quaternions and with rolling, and what they cost. */
+/* Implicit methods on bundled scenes: their cost, and their order with loops, with quaternions and with rolling. */
 #include "scene.h"
 
 #include <dirent.h>
@@ -8,7 +8,7 @@
 
 enum { MOST = 64 };
 
-/* The state at the end of a run; *counts what it took. */
+/* The state at the end of a run; *counts receives the counts of the run. */
 static bool end_of(const kt_case *c, const char *method, double step, double tolerance, double duration, double *y,
                    kt_simulation_counts *counts) {
     kt_run run = c->scene.run;
@@ -81,8 +81,8 @@ KT_TEST(multistep_methods_have_their_order_with_loops_quaternions_and_rolling) {
     check_order("ab4", 0.1, 3.8);
 }
 
-/* The governor to 1e-6: an explicit method takes 14,700 steps, whatever its tolerance. Measured: 260 steps, 18 tries
- * rejected, 3,200 evaluations, 214 Jacobians, for an error of 2e-6. */
+/* The governor to 1e-6: an explicit method takes 14,700 steps at any tolerance. The measured error was 2e-6. The run
+ * took 260 steps and rejected 18 tries. It took 3,200 evaluations and 214 Jacobians. */
 KT_TEST(the_stiff_governor_takes_few_steps) {
     double exact[MOST], y[MOST];
     kt_simulation_counts counts = {0};
@@ -98,7 +98,7 @@ KT_TEST(the_stiff_governor_takes_few_steps) {
     kt_case_close(&c);
 }
 
-/* Where nothing is stiff, one Jacobian serves for long: loops in the plane and in space, quaternions. */
+/* If nothing is stiff, one Jacobian serves for long: loops in the plane and in space, quaternions. */
 KT_TEST(a_jacobian_serves_for_many_steps_where_nothing_is_stiff) {
     static const char *const scenes[] = {"four-bar", "bricard", "spinning-top", "rolling-disc", "stewart"};
     for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
@@ -142,7 +142,7 @@ static int is_calm_scene(const struct dirent *entry) {
            !is_among(coarse, sizeof coarse / sizeof coarse[0], name);
 }
 
-/* The whole motion to 1e-3, half of it to 1e-6, and a tenth to 1e-9, which take as long. */
+/* Each run takes equally long: the whole motion to 1e-3, half of it to 1e-6, and a tenth of it to 1e-9. */
 static void check_that_it_stays(const char *scene) {
     static const double tolerances[] = {1e-3, 1e-6, 1e-9}, parts[] = {1.0, 0.5, 0.1};
     kt_case c;

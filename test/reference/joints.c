@@ -1,6 +1,6 @@
 /* Scenes of single joints, whose motion has a closed form in elementary functions.
  *
- * Bounds are three times what was measured when the test was written, unless a comment says otherwise.
+ * Each bound is three times the error measured when the test was written, unless a comment gives another reason.
  */
 #include "scene.h"
 
@@ -49,8 +49,8 @@ KT_TEST(conical_pendulum_goes_round_in_a_circle) {
 /* ---- nut on a screw ---------------------------------------------------------------------------------------------- */
 
 /* (I + m p^2) angle'' = -m g p: a parabola, which every method of order 2 has exactly but for rounding. Rounding is
- * 1.4e-14 rad a step once the angle is above 64 rad (128 rad at the end). Over 300 steps this is 2.5e-13 at random and
- * 4e-12 at worst. */
+ * 1.4e-14 rad a step once the angle is above 64 rad. The angle reaches 128 rad at the end. Over 300 steps, random
+ * rounding adds up to 2.5e-13 rad. The worst case is 4e-12 rad. */
 static double nut_error(const kt_case *c, const kt_record *record, const void *about) {
     const double m = 1.5, radius = 0.08, p = 0.06 / kt_degrees(360.0), inertia = 0.5 * m * radius * radius;
     const double t = record->time, angle = -0.5 * m * g * p / (inertia + m * p * p) * t * t;
@@ -66,7 +66,8 @@ KT_TEST(nut_sinks_on_its_screw_with_constant_acceleration) {
 
 /* ---- puck on a slope (planar joint) ------------------------------------------------------------------------------ */
 
-/* The centre of mass, d = 0.3 * 0.05 / 0.8 m from the middle, draws a parabola; the spin of 12 rad/s stays. */
+/* The centre of mass draws a parabola, and the spin of 12 rad/s stays. The distance of this centre from the middle is
+ *     d = 0.3 * 0.05 / 0.8 m. */
 static double puck_error(const kt_case *c, const kt_record *record, const void *about) {
     const double d = 0.3 * 0.05 / 0.8, spin = 12.0, t = record->time, slope = g * sin(kt_degrees(10.0));
     const double x = d + 0.3 * t, y = (1.5 + spin * d) * t - 0.5 * slope * t * t;
@@ -85,7 +86,8 @@ KT_TEST(puck_draws_loops_about_a_parabola) {
 
 /* ---- sleeve on a rod (cylindrical joint) ------------------------------------------------------------------------- */
 
-/* The slide is independent of the swing: s = t - g cos(40 deg) t^2 / 2, for any motion of the swing. */
+/* The slide is independent of the swing. For any motion of the swing,
+ *     s = t - g cos(40 deg) t^2 / 2. */
 static double slide_error(const kt_case *c, const kt_record *record, const void *about) {
     const double t = record->time;
     (void)c;
@@ -100,8 +102,10 @@ KT_TEST(sleeve_slides_down_its_rod_with_constant_acceleration) {
 
 /* ---- pendulum on a trolley (prismatic joint) --------------------------------------------------------------------- */
 
-/* No force along the rail and rest at the start: x = (m l / (M + m)) (1 - sin(theta)), with theta from 90 degrees; and
- * by the energy then theta'^2 (1 - (m / (M + m)) cos^2(theta)) = 2 (g / l) cos(theta). */
+/* No force acts along the rail, and the start is at rest with theta = 90 degrees. The second line follows from the
+ * energy:
+ *     x = (m l / (M + m)) (1 - sin(theta)),
+ *     theta'^2 (1 - (m / (M + m)) cos^2(theta)) = 2 (g / l) cos(theta). */
 static double trolley_error(const kt_case *c, const kt_record *record, const void *about) {
     const double share = 1.0 / 3.0, x = record->q[0], theta = record->q[1], rate = record->v[1];
     (void)c;

@@ -1,7 +1,7 @@
-/* Linkages and shafts against closed forms: what the geometry says of one joint from another, and what the energy says
- * of the rate.
+/* Linkages and shafts against closed forms. Geometry relates the positions of the joints, and the energy gives the
+ * rate.
  *
- * Bounds are three times what was measured when the test was written, unless a comment says otherwise.
+ * Each bound is three times the error measured when the test was written, unless a comment gives another reason.
  */
 #include "scene.h"
 
@@ -67,7 +67,7 @@ KT_TEST(slider_crank_turns_as_its_energy_says) {
 
 /* ---- Stewart platform -------------------------------------------------------------------------------------------- */
 
-/* Legs end where the platform says, and their lengths are those between base and platform. */
+/* Each leg ends at its point of the platform. Its length is the distance between base and platform. */
 static double leg_error(const kt_case *c, const kt_record *record, const void *about) {
     static const char *const pistons[] = {"piston1", "piston2", "piston3", "piston4", "piston5", "piston6"};
     static const char *const cylinders[] = {"cylinder1", "cylinder2", "cylinder3",
@@ -91,7 +91,7 @@ KT_TEST(legs_of_a_stewart_platform_end_at_its_joints) {
 
 /* ---- two methods ------------------------------------------------------------------------------------------------- */
 
-/* Where nothing closed is known of a motion, two methods of different order must move a scene alike. */
+/* If no closed form of a motion exists, two methods of different order must give the same motion. */
 static void agree(const char *scene, double bound) {
     static const kt_setting eighth = {"dop853", 0.0, 1e-13, 0.0}, fifth = {"tsit5", 0.0, 1e-13, 0.0};
     kt_case c;

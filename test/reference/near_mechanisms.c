@@ -1,5 +1,5 @@
-/* A singular position is found by Newton's method on the extended system in positions, the loops' points and the left
- * vector of the lost direction (near_singular.c). */
+/* Newton's method finds a singular position on the extended system (near_singular.c). The unknowns are the positions,
+ * the loops' points and the left vector of the lost direction. */
 #include "near_mechanisms.h"
 
 #include <math.h>
@@ -44,8 +44,9 @@ static kt_joint_type random_joint(const quad_mechanism *m, kt_random *r) {
     return x < 0.8 ? KT_JOINT_UNIVERSAL : x < 0.9 ? KT_JOINT_CYLINDRICAL : KT_JOINT_SPHERICAL;
 }
 
-/* A tree of three to six bodies with one or two loops that close from one end of a branch to the world or to another
- * branch. Returns false for what has no motion left, or not more coordinates than a singular position needs. */
+/* A tree of three to six bodies with one or two loops. A loop closes from one end of a branch to the world or to
+ * another branch. Returns false if no motion is left. It also returns false if there are not more coordinates than a
+ * singular position needs. */
 static bool random_mechanism(quad_mechanism *m, kt_random *r) {
     memset(m, 0, sizeof *m);
     m->planar = kt_random_int(r, 0, 1);
@@ -84,8 +85,8 @@ static bool random_mechanism(quad_mechanism *m, kt_random *r) {
 
 /* ---- singular positions ------------------------------------------------------------------------------------------ */
 
-/* Places the loops' first points where the second ones are; lengths likewise. In quadruple precision they are rounded
- * to what a description can hold. */
+/* Places the loops' first points where the second ones are; lengths likewise. In quadruple precision, they are rounded
+ * to numbers that a description can hold. */
 static void fit_points(quad_mechanism *m, const quad *q) {
     for (int k = 0; k < m->loops; k++) {
         quad_loop *l = &m->loop[k];
@@ -107,8 +108,8 @@ static void fit_points(quad_mechanism *m, const quad *q) {
 
 enum { EXTENDED_ROWS = QUAD_NV + 1 + 2, EXTENDED_COLUMNS = 40 };
 
-/* A' lambda, |lambda|^2 - 1, and the directions of revolute loops in space. Points are doubles: what is solved for is
- * exact up to their rounding, which makes the distance to the singular position, not an error. */
+/* A' lambda, |lambda|^2 - 1, and the directions of revolute loops in space. Points are doubles, so the solution is
+ * exact up to their rounding. This rounding is no error: it sets the distance to the singular position. */
 static int extended(quad_mechanism *m, const quad *q, const quad *lambda, quad *out) {
     quad A[QUAD_ROWS][QUAD_NV], phi[QUAD_ROWS];
     int n = m->nv;

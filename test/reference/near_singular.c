@@ -8,10 +8,11 @@
  * from there the state goes on by h along w, 1e-1 to 1e-12, is closed in quadruple precision and rounded to doubles.
  * A mechanism whose points are moved by d in addition passes at a small distance instead.
  *
- * What can be asked. The doubles are a state that is open by eps; of the exactly closed states next to it that the
- * rounding could have meant, two are at hand: that before rounding and the nearest one. Their accelerations differ by
- * some eps v^2 / s^3, with s the smallest singular value: `spread` is the larger of their difference and that. No
- * computation from the doubles alone can tell them apart; whatever is nearer counts.
+ * The doubles are a state that is open by eps. The rounding could have meant any of the exactly closed states next to
+ * it. The test has two of these: the state before rounding and the nearest one. Their accelerations differ by about
+ *     eps v^2 / s^3,
+ * with s the smallest singular value. `spread` is the larger of this estimate and the difference. No computation from
+ * the doubles alone can distinguish the two states. The nearer result counts.
  */
 #include "near_mechanisms.h"
 
@@ -24,14 +25,14 @@
 
 enum { DISTANCES = 12 };
 
-/* Further mechanisms of the series that are always asked. Of those that meet a position one at whose closed state, 2e-11
- * of a direction from there, rounding is anything; and cones whose apex is missed, where interpolations were 1.5 to 4.2
- * bounds off that agree with each other. Of those that miss it one that bends between the neighbouring states by as little
- * as 2e-8 of its acceleration. */
+/* Further mechanisms of the series that are always tested. The first of those that meet a position has a closed state
+ * 2e-11 of a direction from it, and rounding can give anything there. The others are cones whose apex is missed.
+ * Interpolations that agree with each other were 1.5 to 4.2 bounds off there. The mechanism that misses the position
+ * bends between the neighbouring states by only 2e-8 of its acceleration. */
 static const int meeting[] = {5611, 551, 1389, 2368, 2129}, missing[] = {1248};
 enum { MEETING = sizeof meeting / sizeof *meeting, MISSING = sizeof missing / sizeof *missing };
 
-/* The next mechanism that is asked, the i-th. */
+/* The next mechanism of the test, the i-th. */
 static void next(singular *s, int i, const int *more) {
     if (i >= near_mechanisms())
         s->seed = more[i - near_mechanisms()] - 1;
@@ -63,8 +64,9 @@ static bool accelerates(const library *l, const quad_mechanism *m, const near_st
     return done;
 }
 
-/* What no direct computation can undercut: a residual of some roundings, over s^3: the six
- * coordinates of a state, of at most pi, are rounded by half a unit each, at levers of at most 2: 19 eps. The rest, 1e-9, is that of the mechanism's own condition where nothing is near. */
+/* The error that no direct computation can undercut: a residual of some roundings, over s^3. The six coordinates of a
+ * state are at most pi. Each is rounded by half a unit, at levers of at most 2, which gives 19 eps. The rest, 1e-9, is
+ * that of the mechanism's own condition if no singular position is near. */
 static double direct_bound(const near_state *n) {
     return 1e-9 * n->scale + 20.0 * DBL_EPSILON * n->speed * n->speed / (n->least * n->least * n->least);
 }
@@ -91,8 +93,8 @@ static void compare_off(const singular *s, double d, kt_worst *worst, int *told)
     near_discard(&l);
 }
 
-/* Motions that pass a singular position at a small distance: the acceleration is that of the motion, as accurately as a
- * residual of some roundings allows. */
+/* Motions that pass a singular position at a small distance. The computed acceleration is that of the motion, as
+ * accurately as a residual of some roundings allows. */
 KT_TEST(accelerations_of_motions_that_miss_a_singular_position) {
     static const double distances[] = {1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3};
     kt_worst worst = kt_worst_make("acceleration");
@@ -106,11 +108,11 @@ KT_TEST(accelerations_of_motions_that_miss_a_singular_position) {
     kt_check_worst(&worst);
 }
 
-/* Motions that meet the position: with one degree of freedom two smooth branches cross there, and the acceleration is
- * that of the branch at any distance, although rounding moves the mechanism off the position. The exact mechanism's
- * points are no doubles; closer than 1e-7 it does what a straight line through 1e-6 and 1e-7 says. Where more freedom is left the
- * branches form a cone, about whose apex neighbouring motions bend: then it is the direct computation's accuracy that
- * can be asked. */
+/* Motions that meet the position. With one degree of freedom, two smooth branches cross there. The acceleration is that
+ * of the branch at any distance, although rounding moves the mechanism off the position. The exact mechanism's points
+ * are no doubles. Closer than 1e-7, it follows a straight line through its values at 1e-6 and 1e-7. If more freedom is
+ * left, the branches form a cone, about whose apex neighbouring motions bend. The test then requires the accuracy of
+ * the direct computation. */
 KT_TEST(accelerations_of_motions_that_meet_a_singular_position) {
     kt_worst worst = kt_worst_make("acceleration"), cone = kt_worst_make("acceleration at a cone");
     singular s = {.seed = 0};
@@ -151,8 +153,9 @@ KT_TEST(accelerations_of_motions_that_meet_a_singular_position) {
     kt_check_worst(&cone);
 }
 
-/* The null space and the equations at a rounded state: A N = 0 by the oracle's A there; and with the accelerations of the
- * exact motion A a = b''. Neither knows of 1 / s: rounding alone is allowed, of some hundred operations. */
+/* The null space and the equations at a rounded state. A N = 0 holds for the oracle's A there. With the accelerations
+ * of the exact motion, A a = b''. Neither error grows with 1 / s: the bound allows the rounding of some hundred
+ * operations. */
 KT_TEST(null_space_and_equations_next_to_singular_positions) {
     kt_worst null = kt_worst_make("A N"), velocity = kt_worst_make("A v"), drift = kt_worst_make("A a - b''");
     singular s = {.seed = 0};

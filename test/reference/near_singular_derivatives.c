@@ -10,7 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-/* The change of the acceleration along a change of the state that the loops allow, by central differences of the oracle. */
+/* The change of the acceleration along a change of the state that the loops allow. It is a central difference of the
+ * oracle. */
 static bool oracle_change(const quad_mechanism *m, const near_state *n, const quad *along, quad *dv, quad *da) {
     const quad e = 1e-9Q * (quad)n->least;
     quad v[2][QUAD_NV], a[2][QUAD_NV];
@@ -27,9 +28,9 @@ static bool oracle_change(const quad_mechanism *m, const near_state *n, const qu
     return true;
 }
 
-/* Derivatives are those of the motion, or refused: an acceleration that is not known to more than c eps v^2 / s^3 has
- * derivatives that are not known to more than that over s. Where the path bends they are d v^2 / s^4 themselves: what is
- * returned is known to the same factor, some eps / d, of its size. All but 2 % of the states are computed. */
+/* Derivatives are those of the motion, or refused. If the error of an acceleration is c eps v^2 / s^3, its derivatives
+ * have an error of that over s. If the path bends, the derivatives themselves are d v^2 / s^4. The results then have
+ * the same relative error, about eps / d. All but 2 % of the states are computed. */
 KT_TEST(derivatives_next_to_singular_positions_are_right_or_refused) {
     static const double distances[] = {1e-10, 1e-7, 1e-4};
     static unsigned char work[1 << 20] __attribute__((aligned(64)));
@@ -90,8 +91,8 @@ KT_TEST(derivatives_next_to_singular_positions_are_right_or_refused) {
 
 /* ---- steps, linearisations, stiffness ---------------------------------------------------------------------------- */
 
-/* The velocities onto the loops with the least change of kinetic energy: M dv = A' lambda, A (v + dv) = 0. Columns of
- * the inverse of M are what unit forces accelerate the tree by. */
+/* The velocities onto the loops with the least change of kinetic energy: M dv = A' lambda, A (v + dv) = 0. Column j of
+ * the inverse of M is the acceleration of the tree under a unit force j. */
 static bool oracle_impulse(const quad_mechanism *m, const quad *q, quad *v) {
     quad_mechanism tree = *m;
     quad A[QUAD_ROWS][QUAD_NV], inverse[QUAD_NV][QUAD_NV], S[QUAD_ROWS][QUAD_NV], right[QUAD_ROWS], lambda[QUAD_NV];
@@ -107,7 +108,7 @@ static bool oracle_impulse(const quad_mechanism *m, const quad *q, quad *v) {
         if (!quad_accelerate(&tree, q, none, inverse[j]))
             return false;
         tree.tau[j] = m->tau[j];
-        for (int i = 0; i < m->nv; i++) /* what rounding of tau[j] + 1 leaves is divided out */
+        for (int i = 0; i < m->nv; i++) /* divides by the step after the rounding of tau[j] + 1 */
             inverse[j][i] = (inverse[j][i] - rest[i]) / ((quad)(m->tau[j] + 1.0) - m->tau[j]);
     }
     quad_jacobian(m, q, A);
@@ -161,8 +162,8 @@ static bool oracle_step_change(const quad_mechanism *m, const near_state *n, dou
     return true;
 }
 
-/* The changes after a step by the inputs along `push`, of mechanisms whose inputs are apart by 2e-9 of it. Inputs are
- * doubles: their difference is exact, and is what `push` is set to. */
+/* The changes after a step due to the inputs along `push`, of mechanisms whose inputs are apart by 2e-9 of it. Inputs
+ * are doubles, so their difference is exact. The function sets `push` to this difference. */
 static bool oracle_input_change(const quad_mechanism *m, const near_state *n, double h, double *push, quad *change) {
     const double e = 0x1p-30;
     quad q[2][QUAD_NQ], v[2][QUAD_NV];
@@ -185,7 +186,7 @@ static bool oracle_input_change(const quad_mechanism *m, const near_state *n, do
     return true;
 }
 
-/* What derivatives of one kind came to. */
+/* The counts and the worst error of derivatives of one kind. */
 typedef struct tally {
     kt_worst worst;
     int all, refused, told;
@@ -206,28 +207,32 @@ static void count_derivative(tally *t, kt_status status, double error, double si
     kt_worst_below(&t->worst, error, bound, "seed %d, d = %g, h = 1e-%d", s->seed, d, k);
 }
 
-/* Where nothing is singular two sequences of least steps reach positions that are apart by some h^4, the library's and the
- * oracle's: at s = 0.93, v = 1.8 their derivatives differ by 1.0e-5 at h = 0.093, 6.5e-7 and 4.1e-8 at a half and a
- * quarter of that, at s = 0.25, v = 1.5 by 7.0e-6 at h = 0.02, 4.2e-7 and 2.5e-8. Next to a position they are apart by
- * h^2, for the library closes the direction that is nearly lost after the others: at s = 7.1e-7 by 15, 3.8 and 0.97 of
- * 8.9e3 at h = s / 10, a half and a quarter of that. Steps are no longer. */
+/* The library and the oracle reach a state by two sequences of least steps. If nothing is singular, their positions are
+ * apart by about h^4. Next to a position, they are apart by h^2, because the library closes the nearly lost direction
+ * after the others. The derivatives then differ by
+ *     s = 0.93, v = 1.8     1.0e-5 at h = 0.093     6.5e-7 at h / 2     4.1e-8 at h / 4
+ *     s = 0.25, v = 1.5     7.0e-6 at h = 0.02      4.2e-7 at h / 2     2.5e-8 at h / 4
+ *     s = 7.1e-7            15 at h = s / 10        3.8 at h / 2        0.97 at h / 4
+ * In the last row, the derivatives are 8.9e3. Steps are no longer. */
 #define STEP_MOST 0.005
 #define STEP_NEAR 0.05
 
-/* Derivatives of accelerations are known to c / d of their size. */
+/* The relative error of derivatives of accelerations is c / d. */
 static double acceleration_bound(double size, double d) { return (1e-9 + DBL_EPSILON / d) * size; }
 
-/* Those of a step: a residual turns the tangent by c / s^2 and changes what projects velocities by c v / s^3, or less
- * than is refused, a part of the largest derivative: `refused`, of a change. A projection ends where the loops, of up to
- * 3 m, are closed to eps, before an iteration that would move positions by x^2 H / (2 s), x being its last step and H the
- * second derivatives, of six coordinates and levers of up to 4 m. The derivative of that is left out: twice the root of
- * 36 eps / s. */
+/* The bound for the derivatives of a step. A residual turns the tangent by c / s^2. It changes the projection of
+ * velocities by c v / s^3. `refused` limits this error: it is a part of the largest derivative, of a change.
+ *
+ * A projection ends when the loops, of up to 3 m, are closed to eps. The iteration that is left out would move
+ * positions by x^2 H / (2 s). Here x is the last step and H the second derivatives, of six coordinates and levers of up
+ * to 4 m. The derivative of that is left out: twice the root of 36 eps / s. */
 static double step_bound(const near_state *n, double size, double refused) {
     const double c = 20.0 * DBL_EPSILON, s = n->least;
     return (1e-9 + 2.0 * sqrt(36.0 * DBL_EPSILON / s)) * size + fmin(c / (s * s) * (1.0 + n->speed / s), refused);
 }
 
-/* What is refused of A x: errors of a thousandth of the largest derivative by positions, at all of those that change. */
+/* The largest error of A x that is not refused: a thousandth of the largest derivative with respect to positions. It
+ * applies to all positions that change. */
 static double refused_of(int nv, const double *A, const quad *along) {
     double largest = 0.0, change = 0.0;
     for (int j = 0; j < nv; j++) {
@@ -238,10 +243,13 @@ static double refused_of(int nv, const double *A, const quad *along) {
     return 1e-3 * largest * sqrt(change);
 }
 
-/* Inputs change accelerations alone, and with these the velocities that are projected: a residual c turns the tangent by
- * c H / s^2, that of the rounded state 20 eps, and what a projection leaves 36 eps as above. The positions that are
- * projected do not change, but two sequences of least steps reach positions that are apart by some h^4 (3.6e-9 of B at
- * h = 0.03, 3.6e-13 at 0.003, s = 0.24): steps are short, h = INPUT_STEP s. */
+/* Inputs change accelerations alone, and with these the projected velocities. A residual c turns the tangent by
+ *     c H / s^2.
+ * The residual of the rounded state is 20 eps, and a projection leaves 36 eps as above.
+ *
+ * The projected positions do not change. Two sequences of least steps still reach positions that are apart by about
+ * h^4. At s = 0.24, this is 3.6e-9 of B for h = 0.03. It is 3.6e-13 for h = 0.003. Therefore, steps are short:
+ *     h = INPUT_STEP s. */
 #define INPUT_STEP 1e-3
 static double input_bound(const near_state *n, double size) {
     return (1e-11 + fmin(56.0 * DBL_EPSILON / (n->least * n->least), 1e-3)) * size;
@@ -259,8 +267,8 @@ static double largest_of(int n, const quad *x, double least) {
     return least;
 }
 
-/* A of one of Euler's steps along a change that the loops allow; and A' y by the adjoint, whose product with that change
- * is y . A x. */
+/* A x for one of Euler's steps, with a change x that the loops allow. A' y comes from the adjoint, and its product with
+ * that change is y . A x. */
 static void compare_step(const library *l, const quad_mechanism *m, const near_state *n, const quad *along,
                          const quad *dv, const quad *expected, double h, const singular *s, double d, int k,
                          tally *tangent, tally *adjoint) {
@@ -360,9 +368,9 @@ static void compare_stiffness(const library *l, const quad_mechanism *m, const n
     count_derivative(t, status, error, size, acceleration_bound(size, d), at, d, k);
 }
 
-/* Whatever is made of the derivatives of accelerations: of steps and their adjoints, linearisations, and what implicit
- * methods take. They are those of the motion, or refused. Gradients do not form the derivatives, so that their error is
- * compared with less. */
+/* All results that use the derivatives of accelerations: derivatives of steps and their adjoints, linearisations, and
+ * the matrices of implicit methods. They are those of the motion, or refused. Gradients do not form the derivatives, so
+ * their error is compared with a smaller bound. */
 KT_TEST(all_derivatives_next_to_singular_positions_are_right_or_refused) {
     static const double distances[] = {1e-10, 1e-7, 1e-4};
     tally tangent = tally_of("A of a step"), adjoint = tally_of("A' of a step"), input = tally_of("B of a step"),

@@ -45,7 +45,7 @@ static double five_error(const kt_case *c, const kt_record *record, const void *
     return chain_error(c, record, row, 5, true);
 }
 
-/* That joint i is coordinate i is what chain_error relies on. */
+/* chain_error relies on this order: joint i is coordinate i. */
 static void compare(const char *scene, int links, const char *reference, const char *columns,
                     const kt_setting *settings, size_t count, kt_error_of *error_of) {
     kt_case c;
@@ -64,7 +64,7 @@ static void compare(const char *scene, int links, const char *reference, const c
 
 KT_TEST(simple_pendulum_keeps_its_table_over_ten_seconds) {
     static const kt_setting settings[] = {
-        {NULL, 0.0, 0.0, 1e-11}, /* a tenth of what is promised */
+        {NULL, 0.0, 0.0, 1e-11}, /* a tenth of the promised error */
         {"dop853", 0.0, 1e-13, 2e-12}, {"dop853", 0.0, 1e-9, 1e-8}, {"dopri5", 0.0, 1e-12, 2e-10},
         {"dopri5", 0.0, 1e-8, 2.5e-6}, {"tsit5", 0.0, 1e-10, 1e-9}, {"bs32", 0.0, 1e-8, 7e-6},
         {"rk4", 1e-3, 0.0, 5e-11},     {"rk4", 1e-2, 0.0, 4e-7},
@@ -83,7 +83,7 @@ static double bob_error(const kt_case *c, const kt_record *record, const void *a
                 fmax(fmax(fabs(v.x - row[4]), fabs(v.y - row[5])), fmax(fabs(p.z), fabs(v.z))));
 }
 
-/* The A01 problem asks for the bob's place; the library's criterion is a drift of the energy below 5e-5 J. */
+/* The A01 problem requires the bob's place; the library's criterion is a drift of the energy below 5e-5 J. */
 KT_TEST(simple_pendulum_keeps_the_bobs_place_and_velocity) {
     static const kt_setting settings[] = {{NULL, 0.0, 0.0, 4e-11}, {"dop853", 0.0, 1e-13, 8e-12}};
     compare("pendulum", 1, "A01_simple_pendulum", "phi_rad phidot_rad_s x_m y_m vx_m_s vy_m_s", settings,

@@ -1,5 +1,5 @@
-/* The oracle of quadruple.h: kinematics by joints, the rows of joints and loops, elimination. Bodies carry what their joint
- * gives: pose, velocity, and the acceleration that is left without joint accelerations. */
+/* The oracle of quadruple.h: kinematics by joints, the rows of joints and loops, elimination. Each body holds the
+ * results of its joint: pose, velocity, and the acceleration without joint accelerations. */
 #include "quadruple.h"
 
 #include <quadmath.h>
@@ -169,8 +169,8 @@ static void move(const quad_mechanism *m, const quad *u, body *b) {
             quad one[3];
             for (int k = 0; k < 3; k++)
                 one[k] = x[c] * o->axis[c][k];
-            /* d/dt of the axis: it is carried by the parent and the turns before; of a ball, by the body itself, and
-             * the sum of w x (w_c) over its three axes is then that of the parent's motion alone */
+            /* d/dt of the axis: the parent and the turns before carry it. The body itself carries the axes of a ball.
+             * The sum of w x (w_c) over its three axes is then that of the parent's motion alone. */
             for (int k = 0; k < 3; k++)
                 t[k] = parent.w[k] + (j->type == KT_JOINT_SPHERICAL ? 0 : w[k]);
             cross(t, one, s);
@@ -198,7 +198,7 @@ static void move(const quad_mechanism *m, const quad *u, body *b) {
 
 static const body *at_body(const body *b, int i) { return i < 0 ? &ground : &b[i]; }
 
-/* Of an end: arm from its body's origin, point, velocity, acceleration without joint accelerations. */
+/* An end: the arm from its body's origin, the point, its velocity, and its acceleration without joint accelerations. */
 typedef struct point {
     quad arm[3], r[3], v[3], a[3];
 } point;
@@ -342,7 +342,7 @@ static bool eliminate(int n, quad *K, int stride, quad *x) {
     return true;
 }
 
-/* By Householder reflections of A': x = Q R^-T b. */
+/* Householder reflections of A' give x = Q R^-T b. */
 bool quad_least(int rows, int columns, const quad *A, int stride, const quad *b, quad *x) {
     quad B[40][40], beta[40], y[40];
     if (rows > 40 || columns > 40 || rows > columns)
@@ -581,7 +581,7 @@ static int put_joint(const quad_mechanism *m, const body *bodies, int i, int row
     for (int k = 0; k < 3; k++)
         relative[k] = b->w[k] - p->w[k];
     across(b->axis[0], t1, t2);
-    /* points: a_i - a_p - alpha_p x e = w_p x (w_p x e) + 2 w_p x (relative velocity), along the axes that are locked */
+    /* points: a_i - a_p - alpha_p x e = w_p x (w_p x e) + 2 w_p x (relative velocity), along the locked axes */
     cross(p->w, b->e, t);
     for (int k = 0; k < 3; k++)
         slip[k] = b->v[k] - p->v[k] - t[k];

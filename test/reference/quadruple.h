@@ -1,8 +1,8 @@
 /* An oracle in quadruple precision: small mechanisms with loops, in absolute coordinates, that share nothing with the
  * library but the description that both are given.
  *
- * With the accelerations (alpha_i, a_i) of every body, about its origin and in world axes, and the rows of all joints
- * and loops, C (alpha, a) = c, the motion is that of the Newton-Euler equations with multipliers:
+ * (alpha_i, a_i) are the accelerations of every body, about its origin and in world axes. C (alpha, a) = c are the rows
+ * of all joints and loops. The motion is that of the Newton-Euler equations with multipliers:
  *     [ M  C' ] [ (alpha, a) ]   [ f ]
  *     [ C  0  ] [   mu       ] = [ c ]
  * solved by Gauss' elimination with 113 bits. A state of joint coordinates is closed by Newton's method with least

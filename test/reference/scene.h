@@ -1,4 +1,4 @@
-/* A bundled scene, read from its file, run as it says or otherwise, and held against what is known of its motion. */
+/* A bundled scene, read from its file and run with its own or other settings, and compared with reference results. */
 #ifndef KT_TEST_REFERENCE_SCENE_H
 #define KT_TEST_REFERENCE_SCENE_H
 
@@ -36,7 +36,7 @@ const char *kt_setting_text(const kt_case *c, const kt_setting *setting);
 /* Runs with records every `interval` seconds (0: those of the scene) and energies and kinematics in each of them. */
 bool kt_case_run(const kt_case *c, const kt_setting *setting, double interval, kt_recorder *record, void *user);
 
-/* The error of a record, not negative: the distance to what is known of this time. */
+/* The error of a record, not negative: the distance to the reference result at this time. */
 typedef double kt_error_of(const kt_case *c, const kt_record *record, const void *about);
 
 /* Checks the error of every record, for each of the settings. */
@@ -51,11 +51,11 @@ void kt_case_order(const kt_case *c, const char *integrator, double step, double
 
 enum { KT_INVARIANTS_MAX = 8 };
 
-/* Writes numbers that stay what they are, at most KT_INVARIANTS_MAX, and returns how many. */
+/* Writes numbers that do not change during the motion, at most KT_INVARIANTS_MAX, and returns how many. */
 typedef int kt_invariants(const kt_case *c, const kt_record *record, double *out);
 
-/* Checks for each of the settings that they differ from those of the first record by less than the bound times
- * `scale`, one scale for each. */
+/* Checks these numbers for each of the settings. They must differ from those of the first record by less than the bound
+ * times `scale`, one scale for each. */
 void kt_case_conserve(const kt_case *c, const kt_setting *settings, size_t count, kt_invariants *invariants,
                       const char *const *names, const double *scale);
 
@@ -79,7 +79,7 @@ bool kt_table_open(kt_table *table, const char *name, const char *columns);
 void kt_table_free(kt_table *table);
 
 /* Checks the distance to every row of the table, for each of the settings; about points to the row (columns numbers).
- * Where the settings are not the scene's own, records come at the table's times. */
+ * If the settings are not the scene's own, records come at the table's times. */
 void kt_case_compare(const kt_case *c, const kt_table *table, const kt_setting *settings, size_t count,
                      kt_error_of *error_of);
 

@@ -79,7 +79,8 @@ typedef struct comparison {
     kt_worst error;
 } comparison;
 
-/* Records lie at multiples of an interval that divides the table's; what lies between its rows is passed over. */
+/* Records lie at multiples of an interval that divides the table's. Records between the rows of the table are
+ * ignored. */
 static int compare(const kt_record *record, void *user) {
     comparison *k = user;
     if (k->row >= k->table->rows || fabs(record->time - k->table->t[k->row]) > 1e-12 * (1.0 + record->time))

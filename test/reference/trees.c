@@ -1,6 +1,6 @@
-/* Trees without a closed form: what must stay, what the centre of mass does, and whether two methods agree.
+/* Trees without a closed form: the invariants, the motion of the centre of mass, and the agreement of two methods.
  *
- * Bounds are three times what was measured when the test was written, unless a comment says otherwise.
+ * Each bound is three times the error measured when the test was written, unless a comment gives another reason.
  */
 #include "scene.h"
 

@@ -1,7 +1,7 @@
 /* Bodies that turn in space against tables and closed forms: Lagrange's top, steady precession, the flip.
  *
- * Orientations are compared by the angle of the rotation between them. Bounds are three times what was measured when
- * the test was written.
+ * Orientations are compared by the angle of the rotation between them. Each bound is three times the error measured
+ * when the test was written.
  */
 #include "scene.h"
 
@@ -58,7 +58,7 @@ static int top_spin(const kt_case *c, const kt_record *record, double *out) {
     return 1;
 }
 
-/* The energy counted from the pivot and of what is not spin is some 3 J, the momentum of the spin 6 N m s. */
+/* The energy without the spin, counted from the pivot, is about 3 J. The momentum of the spin is 6 N m s. */
 KT_TEST(lagrange_top_keeps_energy_and_vertical_momentum) {
     static const char *const names[KT_INVARIANTS_MAX] = {"energy", "vertical momentum"};
     static const double scale[] = {7.0, 6.0};
@@ -70,8 +70,8 @@ KT_TEST(lagrange_top_keeps_energy_and_vertical_momentum) {
     kt_case_close(&c);
 }
 
-/* No moment acts about the axis, and I1 = I2 to the bit: what changes the spin is the rounding of inertias that have
- * been moved to the fixed point, whatever the method and its step. */
+/* No moment acts about the axis, and I1 = I2 to the bit. Only one rounding changes the spin: that of the inertias moved
+ * to the fixed point. The method and its step have no influence. */
 KT_TEST(lagrange_top_keeps_its_spin_to_rounding) {
     static const char *const names[KT_INVARIANTS_MAX] = {"spin"};
     static const double scale[] = {20.0 * DBL_EPSILON};
