@@ -1,5 +1,5 @@
-/* Beams: what a section becomes, and what is wrong with one; frequencies, large deflections and rotation against closed
- * forms and published numbers. */
+/* Beams: the bodies and effects of a section, and the errors of wrong beams. Frequencies, large deflections and
+ * rotation are compared with closed forms and published numbers. */
 #include "check.h"
 #include "collect.h"
 
@@ -14,7 +14,7 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* A scene of one beam, its state, and what computes its modes and equilibria. */
+/* A scene of one beam, its state, and the workspaces for its modes and equilibria. */
 typedef struct beam {
     kt_scene scene;
     kt_model *model;
@@ -201,8 +201,9 @@ KT_TEST(an_end_moment_bends_a_beam_into_a_full_circle) {
     }
 }
 
-/* K. Mattiasson, Numerical results from large deflection beam and frame problems analysed by means of elliptic
- * integrals, Int. J. Numer. Meth. Engng 17 (1981) 145: tip deflection and shortening over L under P L^2 / EI. */
+/* The tip deflection and the shortening over L as functions of P L^2 / EI: K. Mattiasson, Numerical results from large
+ * deflection beam and frame problems analysed by means of elliptic integrals, Int. J. Numer. Meth. Engng 17 (1981)
+ * 145. */
 KT_TEST(the_elastica_under_an_end_load_has_mattiassons_numbers) {
     static const double rows[][3] = {
         {1.0, 0.30172, 0.05643}, {2.0, 0.49346, 0.16064}, {5.0, 0.71379, 0.38763}, {10.0, 0.81061, 0.55500}};
@@ -233,10 +234,12 @@ KT_TEST(the_elastica_under_an_end_load_has_mattiassons_numbers) {
     kt_check_near("order in segments, at 10", log2(coarse / last), 2.0, 0.1);
 }
 
-/* The bend of 45 degrees, 100 in radius, of unit square section, under 600 out of its plane: K.-J. Bathe, S. Bolourchi,
- * Int. J. Numer. Meth. Engng 14 (1979) 961: (15.9, 47.2, 53.4); J. C. Simo, L. Vu-Quoc, CMAME 58 (1986) 79: (15.79,
- * 47.23, 53.37); A. Cardona, M. Geradin, Int. J. Numer. Meth. Engng 26 (1988) 2403: (15.55, 47.04, 53.50). The bend
- * begins along y and turns to x. */
+/* The bend of 45 degrees has a radius of 100 and a unit square section. A force of 600 acts out of its plane. The
+ * published positions of the tip are
+ *     (15.9, 47.2, 53.4)      K.-J. Bathe, S. Bolourchi, Int. J. Numer. Meth. Engng 14 (1979) 961
+ *     (15.79, 47.23, 53.37)   J. C. Simo, L. Vu-Quoc, CMAME 58 (1986) 79
+ *     (15.55, 47.04, 53.50)   A. Cardona, M. Geradin, Int. J. Numer. Meth. Engng 26 (1988) 2403
+ * The bend begins along y and turns to x. */
 KT_TEST(the_bend_of_45_degrees_goes_where_the_literature_says) {
     kt_vec3 tip;
     if (!settle("kinetree: 1\nbeams:\n"
@@ -253,8 +256,8 @@ KT_TEST(the_bend_of_45_degrees_goes_where_the_literature_says) {
 
 /* ---- rotation ---------------------------------------------------------------------------------------------------- */
 
-/* Out of the plane of rotation: A. D. Wright, C. E. Smith, R. W. Thresher, J. L. C. Wang, J. Appl. Mech. 49 (1982) 197,
- * first flapping frequency over sqrt(EI / (m L^4)) at the speed over the same. */
+/* The first flapping frequency, out of the plane of rotation. Frequency and speed are divided by sqrt(EI / (m L^4)).
+ * Source: A. D. Wright, C. E. Smith, R. W. Thresher, J. L. C. Wang, J. Appl. Mech. 49 (1982) 197. */
 KT_TEST(rotating_cantilevers_stiffen_as_wright_and_others_have_it) {
     static const double rows[][2] = {{0.0, 3.5160}, {1.0, 3.6816}, {2.0, 4.1373}, {5.0, 6.4495}, {10.0, 11.2023}};
     for (int i = 0; i < 5; i++) {
@@ -271,10 +274,10 @@ KT_TEST(rotating_cantilevers_stiffen_as_wright_and_others_have_it) {
     }
 }
 
-/* A shaft that turns about its own axis at W, seen from axes that turn with it: omega - W and omega + W of its
- * frequency omega at rest. At the critical speed W = omega the first of them vanishes, and what is unbalanced bends
- * without bound; beyond it the shaft runs on [S. Timoshenko, Vibration Problems in Engineering; H. H. Jeffcott
- * 1919]. */
+/* A shaft turns about its own axis at W and has the frequency omega at rest. Seen from axes that turn with it, its
+ * frequencies are omega - W and omega + W. At the critical speed W = omega, the first of them vanishes, and an
+ * unbalanced shaft bends without bound. Beyond this speed, the shaft runs on [S. Timoshenko, Vibration Problems in
+ * Engineering; H. H. Jeffcott 1919]. */
 KT_TEST(a_shaft_has_its_critical_speed_at_its_frequency) {
     static const char format[] =
         "kinetree: 1\nbodies:\n  - {name: hub, joint: {type: revolute, axis: x, velocity: %.17g}}\nbeams:\n"
@@ -303,11 +306,12 @@ KT_TEST(a_shaft_has_its_critical_speed_at_its_frequency) {
 
 enum { SECTIONS = 8 };
 
-/* Small loads at the end of a cantilever of 2 m: the force (N, V_y, V_z) and the moment (T, M_y, M_z) are at a section
- * s (N, V_y, V_z), (T, M_y - V_z (L - s), M_z + V_y (L - s)), and strains follow from the stiffnesses. The records have
- * the forces of an effect on its second end, and the positions of the joints. These are strains times the length of the
- * joint: half a segment for the first. Deflections of 1e-8 m change the moments of a force of 2e-3 N by 1e-4 of their
- * size. */
+/* Small loads act at the end of a cantilever of 2 m: the force (N, V_y, V_z) and the moment (T, M_y, M_z). The force in
+ * a section s is the same. The moment is
+ *     (T, M_y - V_z (L - s), M_z + V_y (L - s)),
+ * and strains follow from the stiffnesses. The records have the forces of an effect on its second end, and the
+ * positions of the joints. These are strains times the length of the joint: half a segment for the first. Deflections
+ * of 1e-8 m change the moments of a force of 2e-3 N. The relative change is 1e-4. */
 KT_TEST(strains_and_section_forces_are_those_of_a_cantilever) {
     static const double load[6] = {2e-3, 3e-7, -4e-7, 5e-7, 6e-7, -7e-7}, stiff[6] = {1e5, 2e4, 3e4, 50, 40, 60};
     static beam b;
@@ -385,7 +389,7 @@ KT_TEST(a_beam_becomes_bodies_and_effects_with_names) {
     kt_scene_free(&s);
 }
 
-/* Written, a scene has the bodies and effects that its beams stand for. */
+/* The written scene has the bodies and effects that represent the beams. */
 KT_TEST(a_beam_is_written_as_what_it_stands_for) {
     kt_scene s, again;
     if (!kt_parse_right("kinetree: 1\nbeams:\n  - {name: b, segments: 2, length: 1, mass_per_length: 1, EI: 1}\n", &s))

@@ -1,6 +1,6 @@
-/* Beams that move, and a beam that bends in space: spin-up, a shaft through its first critical speed, the Princeton
- * beam; against solutions of beam equations that share nothing with segments, and against each other with finer
- * segments. */
+/* Beams that move, and a beam that bends in space. The cases are a spin-up, a shaft through its first critical speed,
+ * and the Princeton beam. They are compared with solutions of beam equations that have nothing in common with segments.
+ * Runs with finer segments are compared with each other. */
 #include "check.h"
 #include "collect.h"
 
@@ -21,7 +21,7 @@ static bool fine(const char *what, kt_status status, const kt_error *e) {
     return status == KT_OK || kt_check_true(what, false);
 }
 
-/* What a run is watched for: the point of a body in the axes of the hub. */
+/* The quantity that is observed in a run: the point of a body in the axes of the hub. */
 typedef struct watch {
     int hub, last, component; /* bodies; 1: the least y; 2: the largest distance from the hub's x axis */
     kt_vec3 at, end;          /* of the last body; where it ended */
@@ -66,9 +66,9 @@ static bool run(const char *text, const char *last, const char *method, double s
 
 /* ---- spin-up ----------------------------------------------------------------------------------------------------- */
 
-/* The beam of T. R. Kane, R. R. Ryan, A. K. Banerjee, J. Guidance 10 (1987) 139, with the numbers of J. C. Simo, L.
- * Vu-Quoc, J. Appl. Mech. 53 (1986) 855: 10 m, 1.2 kg/m, EI = 1.4e4 N m^2, EA = 2.8e7 N, turned up to `speed` in 15
- * s. */
+/* The beam of T. R. Kane, R. R. Ryan, A. K. Banerjee, J. Guidance 10 (1987) 139, turned up to `speed` in 15 s. J. C.
+ * Simo and L. Vu-Quoc, J. Appl. Mech. 53 (1986) 855, give its data:
+ *     10 m, 1.2 kg/m, EI = 1.4e4 N m^2, EA = 2.8e7 N. */
 #define SPIN_LENGTH 10.0
 #define SPIN_MASS 1.2
 #define SPIN_EI 1.4e4
@@ -170,7 +170,7 @@ KT_TEST(spin_up_bends_back_as_galerkins_solution) {
     kt_check_below("at 3 rad/s over that at 6", apart[1] / apart[0], 0.5);
 }
 
-/* At constant speed it is longer by m W^2 l^3 / (3 EA), 5.14e-4 m with these numbers (Simo and Vu-Quoc). */
+/* At constant speed, the beam is longer by m W^2 l^3 / (3 EA). Here this is 5.14e-4 m (Simo and Vu-Quoc). */
 KT_TEST(a_beam_that_has_been_spun_up_is_longer) {
     static const char text[] =
         "kinetree: 1\nbodies:\n  - {name: hub, joint: {type: revolute, velocity: 6}, mass: 1, inertia: [1, 1, 1]}\n"
@@ -186,15 +186,16 @@ KT_TEST(a_beam_that_has_been_spun_up_is_longer) {
 /* ---- a shaft through its first critical speed -------------------------------------------------------------------- */
 
 /* A shaft of 1 m, EI = 100, is clamped in a bearing that turns it ever faster. At its end, it carries an unbalanced
- * disc of 1 kg, 1 mm off the axis. A medium damps it with c = 1 N s/m. The shaft has 0.05 kg, of which 33 / 140 count
- * in its first mode (Rayleigh). */
+ * disc of 1 kg, 1 mm off the axis. A medium damps it with c = 1 N s/m. The shaft has 0.05 kg. The fraction 33 / 140 of
+ * this counts in its first mode (Rayleigh). */
 #define SHAFT_EI 100.0
 #define SHAFT_MASS 0.05
 #define SHAFT_OFF 1e-3
 #define SHAFT_SLOPE 10.0 /* rad/s^2 */
 
-/* Jeffcott's rotor: (M + m) z'' + c z' + k z = M e (f'^2 - i f'') exp(i f), f = slope t^2 / 2. Returns the largest
- * |z|. */
+/* Jeffcott's rotor, with f = slope t^2 / 2:
+ *     (M + m) z'' + c z' + k z = M e (f'^2 - i f'') exp(i f).
+ * Returns the largest |z|. */
 static double jeffcott(double stiffness, double mass, double end) {
     const double h = 2e-4;
     double y[4] = {0.0}, most = 0.0;
@@ -219,7 +220,9 @@ static double jeffcott(double stiffness, double mass, double end) {
     return most;
 }
 
-/* The stiffness of the end of the chain: 3 EI / L^3 but for its segments, sum l_k (L - x_k)^2 / EI over its joints. */
+/* The stiffness of the end of the chain. It is 3 EI / L^3 for a beam. For the segments, the compliance is the sum over
+ * the joints of
+ *     l_k (L - x_k)^2 / EI. */
 static double chain_stiffness(int segments) {
     double compliance = 0.0;
     const double l = 1.0 / segments;
@@ -255,13 +258,15 @@ KT_TEST(a_shaft_runs_through_its_first_critical_speed_as_jeffcotts_rotor) {
 
 /* ---- the Princeton beam ------------------------------------------------------------------------------------------ */
 
-/* A thin strip clamped at one end bends and twists far under a weight at its other end, at an angle to its section: E.
- * H. Dowell, J. Traybar, Princeton AMS 1194 (1975): 0.508 m of 12.77 by 3.2 mm, aluminium, 13.345 N. Stiffnesses here
- * are those of that section: GJ, and EI about the axes y and z. */
+/* A thin strip is clamped at one end. A weight at its other end, at an angle to its section, bends and twists it far:
+ * E. H. Dowell, J. Traybar, Princeton AMS 1194 (1975). The strip is of aluminium, with
+ *     length 0.508 m, section 12.77 by 3.2 mm, weight 13.345 N.
+ * Stiffnesses here are those of that section: GJ, and EI about the axes y and z. */
 static const double strip[3] = {3.22, 2.506, 39.85}, strip_length = 0.508;
 
-/* The equations of a rod that keeps its length (Kirchhoff): r' = R x, R' = R [k], k = K^-1 R'((r_end - r) x F), from
- * the clamp to the end, whose place is found by repetition. */
+/* The equations of a rod that keeps its length (Kirchhoff), from the clamp to the end:
+ *     r' = R x,   R' = R [k],   k = K^-1 R'((r_end - r) x F).
+ * An iteration finds the position of the end. */
 static kt_vec3 bend_rod(kt_vec3 force) {
     enum { STEPS = 400, TIMES = 200 };
     const double h = strip_length / STEPS;

@@ -1,4 +1,4 @@
-/* The catalogue of wrong scenes: wrong/NAME.yaml, and in wrong/NAME.txt what reading must say of it, to the letter.
+/* The catalogue of wrong scenes. wrong/NAME.txt has the exact messages for reading wrong/NAME.yaml.
  */
 #include "collect.h"
 
@@ -55,8 +55,8 @@ static char *load(const char *name, const char *ending, size_t *size) {
     return longer;
 }
 
-/* In the expected words {methods} stands for the names of all methods, {adaptive methods} for those of the adaptive
- * ones: so a new method changes no text here. The result replaces `text`. */
+/* In the expected words, {methods} is a placeholder for the names of all methods. {adaptive methods} is a placeholder
+ * for those of the adaptive ones. Therefore, a new method changes no text here. The result replaces `text`. */
 static char *expand(char *text) {
     static const char *const marks[] = {"{methods}", "{adaptive methods}"};
     char methods[256];

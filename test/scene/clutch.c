@@ -1,5 +1,6 @@
-/* Clutches that events of a scene open and close: one that grips at once, and one of dry friction that sticks, against
- * closed forms, an own time stepping, and differences; and friction of joints that something else moves. */
+/* Clutches that events of a scene open and close. One grips at once, and one has dry friction that sticks. They are
+ * compared with closed forms, with a time stepping of the test, and with differences. Further tests cover the friction
+ * of joints that something else moves. */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 
@@ -22,8 +23,9 @@ static const char clutch[] =
     "  - {name: grip, when: t - 0.5, direction: rising, then: [{engage: clutch}, {release: drive}]}\n"
     "simulate: {duration: 2, until: t - 1, tolerance: 1e-12}\n";
 
-/* At 0.5 s the engine turns at 20 rad/s: the common speed is (0.3 20 - 0.5 2) / 0.8, and the loss 0.3 0.5 / 0.8 22^2 /
- * 2. Constant accelerations are integrated exactly: what differs is rounding. */
+/* At 0.5 s, the engine turns at 20 rad/s. The common speed and the loss are
+ *     (0.3 20 - 0.5 2) / 0.8,   0.3 0.5 / 0.8 22^2 / 2.
+ * Constant accelerations are integrated exactly, so the differences are rounding. */
 KT_TEST(a_clutch_that_grips_loses_what_two_discs_do) {
     rows r;
     if (!run_scene(clutch, "dopri5", &r) || !kt_check_equal_int("rows", r.count, 3))
@@ -58,8 +60,9 @@ static const char plates[] =
     "  - {name: pull, when: t - 5.5, then: {engage: drive}}\n"
     "simulate: {duration: 7, until: t - 6, tolerance: 1e-12}\n";
 
-/* Released, the drive has the engine alone; engaged, the plates slip with C until both turn alike, after r / ((C - P) /
- * I1 + C / I2), and then have one acceleration. What turns alike when they are engaged sticks at once. */
+/* Released, the drive has the engine alone. Engaged, the plates slip with C until both turn alike, after
+ *     r / ((C - P) / I1 + C / I2),
+ * and then have one acceleration. Discs that turn alike when they are engaged stick at once. */
 KT_TEST(a_clutch_of_friction_is_opened_and_closed) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5", "rkc2", "auto"};
     const double I1 = 0.3, I2 = 0.5, P = 1.0, C = 2.0, closing = (C - P) / I1 + C / I2, both = P / (I1 + I2);
@@ -68,7 +71,7 @@ KT_TEST(a_clutch_of_friction_is_opened_and_closed) {
     const double lost = 0.5 * C * (r1 * d1 + r2 * d2), w6 = w4 + 0.5 * both;
     const double engine[15] = {r1, r1, w3, w3, w3 + r2, w3 + r2, w4, w4, w4, w4, w4, w4, w4, w4, w6};
     const double slip[15] = {-r1, -r1, 0.0, 0.0, -r2, -r2, 0.0};
-    /* Of the switches the first is that of the stick, then there are that of its effect, and the drive's. */
+    /* The first switch is that of the stick. The others are that of its effect, and that of the drive. */
     static const uint64_t sets[15] = {7, 6, 5, 7, 7, 6, 5, 1, 1, 3, 3, 1, 1, 5, 5};
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
         rows r;
@@ -136,8 +139,8 @@ static const char jerks[] =
     "  - {name: close, when: velocity.load < 0.05, then: {engage: plates}}\n"
     "simulate: {duration: 10, until: t - 6, tolerance: 1e-12}\n";
 
-/* The same by an own time stepping: the impulse that would stop the slip at the end of a step, cut off at C h. *opened:
- * how often. */
+/* The same motion with the time stepping of the test. Each step applies the impulse that would stop the slip at its
+ * end, cut off at C h. *opened: how often the clutch opened. */
 static void step_jerks(double h, double *q, double *v, int *opened) {
     const double I1 = 0.3, I2 = 0.5, C = 0.8, k = 6.0;
     double angle = 0.0, turned = 0.0, w1 = 0.0, w2 = 0.0, before = 0.0;
@@ -230,8 +233,8 @@ static const char guide[] =
     "  - {name: contact, type: contact, point: body.foot, plane: table, restitution: 0}\n"
     "simulate: {duration: 5, until: t - 4, tolerance: 1e-10}\n";
 
-/* What holds the joint moves it on, to either side: friction is against it there and back, and dissipates C times the
- * way. */
+/* A drive holds the joint and moves it on, to either side. Friction opposes the motion there and back, and dissipates C
+ * times the way. */
 KT_TEST(friction_of_a_joint_that_is_moved_follows_where_it_has_rested) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5"};
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
@@ -245,8 +248,9 @@ KT_TEST(friction_of_a_joint_that_is_moved_follows_where_it_has_rested) {
     }
 }
 
-/* A block on a table, with dry friction along one coordinate of its joint alone. Thrown, it comes to rest along it
- * after v / mu at v^2 / (2 mu) from its start, mu = C / m, and stays; freely it moves on along the others. */
+/* A block on a table, with dry friction along one coordinate of its joint alone. With mu = C / m, a thrown block comes
+ * to rest along it after v / mu, at v^2 / (2 mu) from its start. It stays there along this coordinate and moves on
+ * freely along the others. */
 static const char block[] = "kinetree: 1\n"
                             "gravity: [0, 0, 0]\n"
                             "bodies:\n"
@@ -287,8 +291,8 @@ KT_TEST(friction_sticks_in_one_coordinate_of_a_joint) {
         }
 }
 
-/* Hard stops on both sides of one coordinate throw it back with half its speed: at 0.5 m after 0.25 s, and at -0.5 m
- * after 1.25 s. */
+/* Hard stops on both sides of one coordinate throw it back with half its speed. The stop at 0.5 m acts after 0.25 s.
+ * The stop at -0.5 m acts after 1.25 s. */
 KT_TEST(a_hard_stop_bounds_one_coordinate_of_a_joint) {
     static const char text[] =
         "kinetree: 1\n"

@@ -2,13 +2,15 @@
 #ifndef KT_TEST_SCENE_COIN_H
 #define KT_TEST_SCENE_COIN_H
 
-/* A thin disc of radius r rolls on its rim, inclined by alpha, its centre at rest: Omega^2 sin(alpha) = 4 g / r
- * (Moffatt, Euler's disk and its finite-time singularity, Nature 404, 2000), and E = 3/2 m g r sin(alpha). A damper c
- * against Omega takes c Omega^2, so that while it falls slowly sin(alpha)^2 = sin(alpha_0)^2 - 16 c t / (3 m r^2), but
- * for terms of the order of alpha: its centre begins to move.
+/* A thin disc of radius r rolls on its rim, inclined by alpha, with its centre at rest. Its speed and energy are
+ * (Moffatt, Euler's disk and its finite-time singularity, Nature 404, 2000)
+ *     Omega^2 sin(alpha) = 4 g / r,   E = 3/2 m g r sin(alpha).
+ * A damper c against Omega takes c Omega^2. While the disc falls slowly, its inclination is
+ *     sin(alpha)^2 = sin(alpha_0)^2 - 16 c t / (3 m r^2),
+ * except for terms of the order of alpha: its centre begins to move.
  *
- * A format for alpha, c, the tolerance, and the formula of `until`; `rim`, KT_COIN_ROLLS or KT_COIN_TOUCHES, is what is
- * at its rim. */
+ * A format for alpha, c, the tolerance, and the formula of `until`. `rim` is the contact of the rim, KT_COIN_ROLLS or
+ * KT_COIN_TOUCHES. */
 #define KT_COIN_RADIUS 0.0375
 #define KT_COIN_MASS 0.44
 #define KT_COIN(rim)                                                                                                   \

@@ -1,4 +1,4 @@
-/* Reading in tests: scenes from text, and the faults that reading tells. */
+/* Reading in tests: scenes from text, and the reported faults. */
 #ifndef KT_TEST_SCENE_COLLECT_H
 #define KT_TEST_SCENE_COLLECT_H
 
@@ -7,9 +7,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* All faults of a reading, "LINE:COLUMN: MESSAGE" and a line end each; what does not fit is only counted. */
+/* All faults of a reading, "LINE:COLUMN: MESSAGE" and a line end each. Faults that do not fit are only counted. */
 typedef struct kt_collected {
-    char path[256]; /* what every `where` must begin with */
+    char path[256]; /* the required beginning of every `where` */
     int count;
     int strange; /* faults whose `where` is not PATH:LINE:COLUMN, that come out of order, or that are cut */
     unsigned line, column;

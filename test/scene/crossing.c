@@ -1,5 +1,5 @@
-/* Formulas of events that can never change their sign are rejected, and no other: random formulas against samples of
- * their values, which are computed here, along the tree that they are drawn as.
+/* Formulas of events that can never change their sign are rejected, and no others. The test draws random formulas as
+ * trees. It computes samples of their values along the tree.
  */
 #include "kinetree/scene.h"
 
@@ -62,7 +62,7 @@ typedef struct operation {
     const char *open, *between, *close;
 } operation;
 
-/* Of any two, of one, and those of one or two whose values are never negative. */
+/* Operations with any two operands, with one, and those with one or two whose values are never negative. */
 static const operation twos[] = {{'+', "(", " + ", ")"},
                                  {'-', "(", " - ", ")"},
                                  {'*', "(", "*", ")"},
@@ -215,8 +215,8 @@ static bool is_seen_to_cross(const drawn *f) {
 
 static kt_collected faults;
 
-/* Whether a scene with an event of this formula is read without a fault, or with the one of a formula that has no sign
- * to change. */
+/* Reads a scene with an event of this formula. Returns whether there is no fault. The only other fault allowed is that
+ * of a formula that has no sign to change. */
 static bool is_accepted(const char *formula) {
     char text[TEXT + 400];
     kt_scene scene;
@@ -251,13 +251,13 @@ KT_TEST(formulas_that_are_seen_to_change_their_sign_are_accepted) {
     kt_check_equal_int("rejected ones of them", wrong, 0);
 }
 
-/* One whose comparison stands at the top is that which comes to hold. */
+/* If the whole formula is a comparison without parentheses, its event happens when the comparison becomes true. */
 static bool is_comparison_in_parentheses(const drawn *f) {
     const char last = f->count > 0 ? f->terms[f->count - 1].code : 'n';
     return f->text[0] == '(' && (last == '<' || last == 'G');
 }
 
-/* Of products with exp, whose bounds are beyond the largest number, nothing is claimed. */
+/* The test makes no claim about products with exp, whose bounds are beyond the largest number. */
 KT_TEST(formulas_of_one_sign_are_rejected) {
     kt_random random = kt_random_of_test();
     int rejected = 0, wrong = 0;

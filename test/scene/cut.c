@@ -1,4 +1,4 @@
-/* Bundled scenes of which a part is missing or is something else: each is read and simulated, or an error says why not.
+/* Bundled scenes in which a part is missing or replaced: each is read and simulated, or an error gives the reason.
  *
  * The test cuts every scene, as a tree of nodes (lib/document/node.h). It leaves out each key and each item in turn,
  * replaces each value by another, leaves out any two sections, and keeps each section alone.
@@ -16,9 +16,9 @@
 
 #include "check.h"
 
-enum { PATH_SIZE = 512, SIMULATED = 20 /* one in so many of what compiles */ };
+enum { PATH_SIZE = 512, SIMULATED = 20 /* one in so many of the cuts that compile */ };
 
-/* What a value may become. */
+/* The values that replace a value. */
 static const char *const values[] = {"", "3", "-1e300", "[]", "{}", "[[x]]", "{x: {y: 1}}", "world", "\"0/0\""};
 enum { VALUES = sizeof values / sizeof values[0] };
 

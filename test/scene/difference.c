@@ -19,7 +19,7 @@ static bool differ(const char *format, ...) {
     return true;
 }
 
-/* Comparisons of members of a and b, which stand in `where`. */
+/* Comparisons of members of a and b; `where` names the object. */
 #define VALUE(member)                                                                                                  \
     if (a->member != b->member)                                                                                        \
     return differ("%s.%s", where, #member)

@@ -1,4 +1,4 @@
-/* The emitter by itself: what no right scene asks of it is refused once, in words. */
+/* The emitter alone: requests that no right scene makes are refused once, with a message. */
 #include "document/emit.h"
 
 #include <math.h>
@@ -31,7 +31,7 @@ KT_TEST(levels_are_counted) {
     kt_check_equal_int("levels after an end of each, the refused one too", e.depth, 0);
 }
 
-/* Characters beyond the first 65536 stand as themselves; a control character within them is written by its number. */
+/* Characters beyond the first 65536 are written unchanged; a control character within them is written by its number. */
 KT_TEST(only_what_cannot_be_seen_is_escaped) {
     char *text = NULL;
     size_t size = 0;

@@ -1,5 +1,5 @@
-/* Events of scenes: read, written and read again, refused in words; and what a run makes of them, against closed
- * forms. */
+/* Events of scenes are read, written and read again, and wrong ones are refused with a message. The effects of events
+ * on a run are compared with closed forms. */
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"
 
@@ -13,7 +13,8 @@
 #include "collect.h"
 #include "difference.h"
 
-/* A stone that is thrown: x = 3 t, y = 1 + 4 t - g t^2 / 2; level: h, which the marker has 0.1 m below the stone. */
+/* A stone is thrown. The level is h, which the marker has 0.1 m below the stone:
+ *     x = 3 t,   y = 1 + 4 t - g t^2 / 2. */
 static const char thrown[] = "kinetree: 1\n"
                              "gravity: [0, -9.81, 0]\n"
                              "parameters: {h: 0.25}\n"
@@ -146,8 +147,8 @@ static void close_run(told_run *r) {
     kt_model_free(r->model);
 }
 
-/* A crank turns by itself, so that steps grow to many of its turns: its tip passes y = 0 at 0.1 + t/2 = k pi, a cosine
- * its level in each of its periods, a spike of 2 ms is one. */
+/* A crank turns by itself, so that a step grows to many of its turns. Its tip passes y = 0 if 0.1 + t/2 = k pi. A
+ * cosine passes its level in each of its periods. A spike of 2 ms is one event. */
 KT_TEST(events_of_a_crank_are_found_in_long_steps) {
     static const char text[] =
         "kinetree: 1\n"
@@ -171,7 +172,7 @@ KT_TEST(events_of_a_crank_are_found_in_long_steps) {
     close_run(&r);
 }
 
-/* Three events at t = 2, of which the first ends a part of the step and the second is its corner: they happen in the
+/* Three events happen at t = 2. The first ends a part of the step, and the second is its corner. They happen in the
  * order of the file, so that x becomes 123. */
 KT_TEST(events_at_a_corner_happen_together_in_order) {
     static const char text[] = "kinetree: 1\n"

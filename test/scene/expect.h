@@ -1,4 +1,4 @@
-/* Checks of what was read against numbers written out, bit for bit. */
+/* Compares the numbers of a scene, after reading, with explicit numbers, bit for bit. */
 #ifndef KT_TEST_SCENE_EXPECT_H
 #define KT_TEST_SCENE_EXPECT_H
 
@@ -12,7 +12,7 @@
         kt_check_equal_bits(what, observed, expected_, sizeof expected_ / sizeof *expected_);                          \
     } while (0)
 
-/* Of a kt_vec3. */
+/* The check for a kt_vec3. */
 #define CHECK_VECTOR(what, v, x_, y_, z_)                                                                              \
     do {                                                                                                               \
         const double seen_[] = {(v).x, (v).y, (v).z};                                                                  \

@@ -1,4 +1,4 @@
-/* Functions of time as formulas, sums, products and bumps: what a scene says is what the description has. */
+/* Functions of time as formulas, sums, products and bumps: the description has exactly the functions of the scene. */
 #include "kinetree/scene.h"
 
 #include <math.h>

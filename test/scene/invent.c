@@ -151,7 +151,7 @@ static kt_shape shape(inventor *v) {
     return made;
 }
 
-/* Of two point masses or more: any such inertia is one that a body can have. */
+/* The inertia of two point masses or more. A body can have any such inertia. */
 static kt_sym3 inertia(inventor *v) {
     kt_sym3 sum = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (int i = 0; i < 4; i++) {
@@ -445,7 +445,7 @@ static void invent_on_one(inventor *v, kt_effect *effect, int i) {
     effect->frame = chance(v) ? KT_FRAME_BODY : KT_FRAME_WORLD;
 }
 
-/* Of what others have it has ends, or a joint. */
+/* An effect with a formula. It takes its ends, or its joint, from another random effect. */
 static void invent_expression(inventor *v, kt_effect *effect, int i) {
     const bool between = chance(v);
     kt_effect drawn = kt_effect_default();

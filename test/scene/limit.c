@@ -115,7 +115,7 @@ KT_TEST(file_is_read_as_its_text_is) {
         kt_scene_free(&scene);
     }
     (void)unlink(path);
-    /* A file whose size is not told beforehand, and that is no scene. */
+    /* A file of a size that is not available beforehand, and that is no scene. */
     kt_error error;
     if (access("/proc/self/status", R_OK) != 0) {
         kt_skip("a file whose size is not told beforehand", "this system has no /proc/self/status");
@@ -138,7 +138,7 @@ KT_TEST(arguments_are_checked) {
                        KT_ERROR_FILE);
 }
 
-/* Its end tells more than its beginning. */
+/* The end of a path is more useful than its beginning. */
 KT_TEST(long_path_keeps_its_end_and_the_line) {
     char path[600];
     kt_scene scene;
@@ -331,7 +331,7 @@ static void describe_many(growing *g, many what, int count) {
         add(g, "  - {name: l%d, type: inplane, axis: x, between: [a.m%d, b.m%d]}\n", i, i, i);
 }
 
-/* Compiles what is read. Returns the status of the first call that fails. */
+/* Reads and compiles a scene. Returns the status of the first call that fails. */
 static kt_status read_and_compile(const char *text) {
     kt_scene scene;
     kt_model *model = NULL;

@@ -1,5 +1,5 @@
-/* Markers with axes: an end at a marker is the end with the marker's rotation before its own, in every loop and effect
- * that has one, in space and in the plane; and what is refused. */
+/* Markers with axes. An end at a marker is the end with the marker's rotation before its own. This applies to every
+ * loop and effect that has one, in space and in the plane. Wrong markers are refused. */
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 
@@ -31,7 +31,7 @@ static bool compile(const char *text, kt_model **model, kt_data **data) {
     return status == KT_OK;
 }
 
-/* Two arms about axes of their own and what acts between them; %s: markers of both, and the two ends. */
+/* Two arms about axes of their own, and loops and effects between them. %s: markers of both, and the two ends. */
 #define ARMS(axis, loops, effects)                                                                                     \
     "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"                                                                   \
     "  - {name: a, joint: {type: revolute, axis: y}, mass: 1, inertia: [1, 1, 1], %s}\n"                               \

@@ -1,4 +1,4 @@
-/* Every allocation fails once: the call says so, and nothing leaks. */
+/* Every allocation fails once: the call reports the failure, and nothing leaks. */
 #include <malloc.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -54,8 +54,8 @@ static char computed[] = "kinetree: 1\n"
                          "bodies: [{name: a, joint: {type: revolute}, mass: =L, inertia: [1, 1, =M/N]}]\n";
 static char no_yaml[] = "kinetree: 1\nname: [\n";
 
-/* What malloc has given out and not got back. Under the address sanitizer it is always zero, and leaks are reported at
- * the end of the program. */
+/* The memory that malloc has given out and not got back. Under the address sanitizer it is always zero, and leaks are
+ * reported at the end of the program. */
 static long held(void) { return (long)mallinfo2().uordblks; }
 
 /* Runs a call with its n-th allocation failing, n = 1, 2, ... until all have been tried. */
@@ -69,7 +69,7 @@ typedef struct outcome {
 } outcome;
 
 static outcome fail_each(attempt *call, void *user) {
-    /* malloc's own caches come and go by a few hundred bytes; what leaks leaks ROUNDS pieces of 32 bytes or more */
+    /* malloc's own caches come and go by a few hundred bytes. A leak loses ROUNDS pieces of 32 bytes or more. */
     enum { WARM = 4, ROUNDS = 24, PIECE = 32 };
     outcome seen = {0, 0, 0, KT_OK};
     for (int failed = 1; failed && seen.tried < 100000; seen.tried++) {
@@ -137,8 +137,8 @@ KT_TEST(each_failing_allocation_is_an_error_of_reading) {
     kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
 }
 
-/* A name of every length moves the places where the memory of nodes and of the scene asks for more: so each of the
- * pieces taken fails once. */
+/* Names of every length move the places where nodes and the scene request more memory. Each of the requests therefore
+ * fails once. */
 static void check_pieces(const char *scene, const char *key, kt_status without_failure) {
     enum { LONGEST = 4096, STEP = 48 };
     static char text[sizeof lists + sizeof right + LONGEST + 1];

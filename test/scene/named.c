@@ -1,4 +1,4 @@
-/* Named expressions: a formula with them has the value of the formulas that they stand for, and their faults are
+/* Named expressions: a formula with names has the value of the formula with their expressions, and faults are
  * located. */
 #include "kinetree/expression.h"
 #include "kinetree/scene.h"

@@ -1,4 +1,4 @@
-/* Numbers: what is one, and that it survives. */
+/* Numbers: the accepted forms, and the conversion to text and back. */
 #include "document/number.h"
 #include "algebra/angle.h"
 
@@ -93,8 +93,8 @@ KT_TEST(plain_scalars_are_what_yaml_1_2_says) {
     }
 }
 
-/* Against x pi / 180 in long double (64 bits of mantissa): one rounding leaves half a unit in the last place. The bound
- * has 1e-3 of it for the reference's own error, 2^-11 of a unit at most. */
+/* Against x pi / 180 in long double (64 bits of mantissa): one rounding leaves half a unit in the last place. The
+ * reference's own error is 2^-11 of a unit at most. The bound has 1e-3 of a unit for it. */
 KT_TEST(degrees_become_the_nearest_radians) {
     const long double pi = 3.14159265358979323846264338327950288L;
     kt_random random = kt_random_of_test();
@@ -155,9 +155,9 @@ KT_TEST(written_numbers_are_short) {
 
 /* ---- locales ----------------------------------------------------------------------------------------------------- */
 
-/* A locale of glibc's with a comma for the decimal point, since none may be installed: the file LC_NUMERIC holds a
- * magic number, the number of entries and their offsets, then decimal point, thousands separator, grouping, the two
- * once more as wide characters, and the character set. */
+/* A locale of glibc's with a comma for the decimal point, since none may be installed. The file LC_NUMERIC holds a
+ * magic number, the number of entries and their offsets. The entries are the decimal point, the thousands separator and
+ * the grouping. The first two follow once more as wide characters, and then the character set. */
 static bool make_comma_locale(char *directory) {
     static const uint32_t head[] = {0x20031114, 6, 32, 34, 36, 40, 44, 48};
     static const char tail[] = {',', 0, '.', 0, 3, 3, 0, 0};

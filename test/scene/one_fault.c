@@ -1,5 +1,5 @@
-/* A first fault has no followers: in the bundled scenes one key or one value is broken at a time. Where a fault is
- * reported at what was broken, it must be the only one.
+/* A first fault has no followers: in the bundled scenes one key or one value is broken at a time. A fault that is
+ * reported at the broken place must be the only one.
  *
  * KT_BROKEN=N breaks each scene N times; 0: in every way.
  */
@@ -88,14 +88,14 @@ typedef struct broken {
 
 static kt_collected faults;
 
-/* Whether a fault of "X:LINE:COLUMN: ..." lies at what was broken; its bytes may be others now. */
+/* Whether a fault of "X:LINE:COLUMN: ..." lies at the broken place; its bytes may be others now. */
 static bool is_at(const char *fault, const scalar *what, size_t length) {
     unsigned line = 0, column = 0;
     return sscanf(fault, "%u:%u", &line, &column) == 2 && line == what->line && column >= what->first &&
            column < what->first + length + 1;
 }
 
-/* Items of a list in place of a value may each be wrong, but nothing is told twice. */
+/* Items of a list in place of a value may each be wrong, but no fault is reported twice. */
 static void judge(const char *name, const scalar *what, const char *instead, broken *sum) {
     int here = 0, elsewhere = 0, again = 0;
     unsigned last = 0;

@@ -1,4 +1,4 @@
-/* Every key of scene-files.md, and what reading makes of it. */
+/* Every key of scene-files.md, and its result in the scene. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -291,7 +291,7 @@ KT_TEST(records_are_bits) {
 
 /* ---- faults that only compiling finds ---------------------------------------------------------------------------- */
 
-/* Compiles what must be refused there, and puts the place before the words. */
+/* Compiles a scene that must be refused there. The place precedes the message. */
 static void check_located(const char *path, const char *text, const char *where, const char *message) {
     kt_scene scene;
     kt_model *model = NULL;

@@ -1,5 +1,5 @@
-/* Every key of the effects that act in joints, on bodies and between them, and what reading makes of it; what is meant
- * where a key is missing. */
+/* Every key of the effects that act in joints, on bodies and between them, and its result in the scene. Missing keys
+ * have defaults. */
 #include <math.h>
 
 #include "check.h"
@@ -101,7 +101,7 @@ KT_TEST(effects_on_bodies_take_their_keys) {
     kt_scene_free(&scene);
 }
 
-/* As the header says, and what a C caller starts from. */
+/* The defaults of the header, from which a C caller starts. */
 KT_TEST(effects_have_defaults) {
     static const char text[] = HEAD "  - {type: joint_spring, joint: crank, stiffness: 2}\n"
                                     "  - {type: joint_friction, joint: crank, coulomb: 1}\n"

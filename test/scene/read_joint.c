@@ -1,4 +1,4 @@
-/* Every key of joints and rotations, and what reading makes of it. */
+/* Every key of joints and rotations, and its result in the scene. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
-/* Every key of loops, the initial state, effects and functions, and what reading makes of it. The library refuses these
- * sections until its engine can do what they say; the tables that read them are complete. */
+/* Every key of loops, the initial state, effects and functions, and its result in the scene. The library refuses these
+ * sections until its engine supports them; the tables that read them are complete. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -201,7 +201,8 @@ typedef struct function_row {
     kt_function function;
 } function_row;
 
-/* Of a joint that turns, which all of these drive: angles wherever the function gives one, and for the phase. */
+/* All of these functions drive a joint that turns. The scene may give each of their angles, and the phase, in
+ * degrees. */
 KT_TEST(functions_give_angles_where_the_joint_turns) {
     static const double line[] = {PI, 2, 3}, points[] = {0, 0, 1, PI};
     static const function_row table[] = {
@@ -282,7 +283,8 @@ KT_TEST(unknown_key_is_offered_those_there_are) {
                   "output: unknown key 'xyzzy'; it can be interval, record, markers, columns");
 }
 
-/* Commas end values between braces: what is left of a formula there looks like keys. Without bodies, besides. */
+/* Commas end values between braces. The rest of a formula after a comma looks like keys. The scene also has no
+ * bodies. */
 KT_TEST(rest_of_a_formula_that_a_comma_ends_is_no_key) {
     static const char text[] = "kinetree: 1\nstates: {x: {rate: 1, 4): 2}}\n";
     kt_scene scene;

@@ -1,5 +1,5 @@
-/* Parameters that events set: a run against its closed form, the equations behind an event against those of a scene
- * that is read with the new numbers, checkpoints, files, and what is refused. */
+/* Parameters that events set. A run is compared with its closed form. The equations after an event are compared with
+ * those of a scene that is read with the new numbers. Further tests cover checkpoints, files, and refused events. */
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"
 
@@ -55,8 +55,8 @@ static void stop(running *of) {
 
 /* ---- a closed form ----------------------------------------------------------------------------------------------- */
 
-/* m x'' = pull - k x, from x = 1 at rest; where x falls through 0.2 the stiffness becomes four times what it is, and
- * the pull grows by x. */
+/* m x'' = pull - k x, from x = 1 at rest. When x falls through 0.2, the stiffness becomes four times as large, and the
+ * pull grows by x. */
 static const char hardens[] =
     "kinetree: 1\n"
     "parameters: {k: 100, m: 2, pull: 3, twice: =2*k}\n"
@@ -113,7 +113,7 @@ KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
     swing(2.0, 400.0, 3.2, 2.0 - at, &x, &v);
     kt_check_near("x", kt_simulation_positions(r.simulation)[0], x, 1e-10);
     kt_check_near("v", kt_simulation_velocities(r.simulation)[0], v, 1e-9);
-    /* The pulls supply their work, the event what the spring holds more. */
+    /* The pulls supply their work, and the event supplies the gain in energy of the spring. */
     const kt_work work = kt_simulation_work(r.simulation);
     kt_check_near("supplied", work.supplied - work.dissipated, 3.0 * (0.2 - 1.0) + 3.2 * (x - 0.2) + gained, 2e-10);
     kt_check_near("the states", kt_simulation_own_states(r.simulation)[2], 800.0, 0.0);
@@ -152,7 +152,7 @@ static void replace(const char *text, const char *old, const char *new, char *to
         (void)snprintf(to, 2000, "%.*s%s%s", (int)(at - text), text, new, at + strlen(old));
 }
 
-/* What follows from the parameters has the same value in all of them when they are read. */
+/* When the scenes are read, the numbers that follow from the parameters have equal values in all of them. */
 KT_TEST(checkpoints_are_refused_where_numbers_follow_otherwise) {
     static const struct {
         const char *old, *new, *words;
@@ -193,7 +193,7 @@ KT_TEST(checkpoints_are_refused_where_numbers_follow_otherwise) {
     stop(&a);
 }
 
-/* A checkpoint at each record of events, before and behind what they set. */
+/* A checkpoint at each record of events, before and after their actions. */
 typedef struct saves {
     kt_simulation *of;
     char *blocks; /* SAVES_MOST */
@@ -214,8 +214,8 @@ static int ignore(const kt_record *record, void *user) {
     return 0;
 }
 
-/* An event whose action moves its own value to the other side happens as often behind a checkpoint that was made in the
- * record of it. */
+/* An event's action moves its own value to the other side. The event happens equally often after a checkpoint that was
+ * made in its own record. */
 KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
     static const char charged[] = "kinetree: 1\n"
                                   "bodies: [{name: rotor, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
@@ -285,8 +285,8 @@ KT_TEST(checkpoints_keep_the_corners_of_formulas_of_time) {
 
 /* ---- all that can be set ----------------------------------------------------------------------------------------- */
 
-/* Everything that an event can set follows from p: gravity, a mass with the inertia of its shape, a centre, inertias,
- * an armature, numbers and functions of effects, a loop's length, a formula. */
+/* Everything that an event can set follows from p. This is gravity, a mass with the inertia of its shape, a centre,
+ * inertias, and an armature. It is also numbers and functions of effects, a loop's length, and a formula. */
 static const char all_of_it[] =
     "kinetree: 1\n"
     "parameters: {p: 1, q: =p + 1}\n"
@@ -416,7 +416,8 @@ KT_TEST(what_cannot_change_is_refused_at_its_place) {
     }
 }
 
-/* A value that cannot be ends the run with the event, the time and the number; the model stays what it was. */
+/* A value that cannot be ends the run, and the message has the event, the time and the number. The model does not
+ * change. */
 KT_TEST(a_value_that_cannot_be_ends_the_run_in_words) {
     static const char negative[] = "kinetree: 1\n"
                                    "parameters: {k: 5, m: 1}\n"

@@ -59,7 +59,8 @@ KT_TEST(pieces_weigh_as_the_whole) {
                "mass: 2, shape: {type: sphere, radius: 0.2, at: [1, 2, 3]}");
 }
 
-/* Points of m at the ends of a rod of M: M l^2 / 12 + m l^2 / 2 about the middle. */
+/* Points of m at the ends of a rod of M have, about the middle, the inertia
+ *     M l^2 / 12 + m l^2 / 2. */
 KT_TEST(dumb_bell_has_its_closed_form) {
     check_same(
         "about the middle",
@@ -132,8 +133,8 @@ KT_TEST(faults_of_shapes_are_told_at_their_places) {
 
 /* ---- meshes ------------------------------------------------------------------------------------------------------ */
 
-/* A box of 20 x 30 x 40 mm from the origin as OBJ, whole or without its top. The file's name is relative to the folder
- * of the scene: none, so that it is written whole. */
+/* A box of 20 x 30 x 40 mm with a corner at the origin, as OBJ, whole or without its top. The file's name is relative
+ * to the folder of the scene. There is no such folder, so the name is written whole. */
 static bool write_box(char *path, bool is_open) {
     static const char corners[] =
         "v 0 0 0\nv 20 0 0\nv 20 30 0\nv 0 30 0\nv 0 0 40\nv 20 0 40\nv 20 30 40\nv 0 30 40\n";
@@ -153,7 +154,9 @@ static void read_meshes(const char *keys, const char *meshes, kt_collected *faul
     (void)kt_collect_parse(faults, text, scene);
 }
 
-/* m = 2700 * 24e-6 kg, J = m (b^2 + c^2) / 12; mirrored, turned and moved it is a box as well. */
+/* The mass and the inertia of the box are
+ *     m = 2700 * 24e-6 kg,   J = m (b^2 + c^2) / 12.
+ * If it is mirrored, turned and moved, it is a box as well. */
 KT_TEST(closed_meshes_weigh_as_their_solids) {
     static kt_collected faults;
     char path[] = "/tmp/kinetree-mesh-XXXXXX", meshes[600];
@@ -186,7 +189,7 @@ KT_TEST(closed_meshes_weigh_as_their_solids) {
             const kt_sym3 s = inertia, t = boxes->inertia;
             const double one[] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, other[] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
             kt_worst worst = kt_worst_make("inertia");
-            for (int k = 0; k < 6; k++) /* of m d e, where d = 0.03 m is known to the rounding of places of 3 m */
+            for (int k = 0; k < 6; k++) /* m d e, where d = 0.03 m has the rounding error of places of 3 m */
                 kt_worst_near(&worst, one[k], other[k], m * 0.03 * 4.0 * DBL_EPSILON, "%d", k);
             kt_check_worst(&worst);
             kt_scene_free(&b);
@@ -204,7 +207,7 @@ KT_TEST(closed_meshes_weigh_as_their_solids) {
     (void)remove(path);
 }
 
-/* Masses of meshes are not computed again: such a scene says that it must be read anew. */
+/* Masses of meshes are not computed again: for such a scene, the message requires a new reading. */
 KT_TEST(density_that_varies_is_not_kept_in_silence) {
     const char *const name = "rho";
     const double value = 2700.0;

@@ -32,9 +32,9 @@
     "  - {name: let go, when: \"marker.stone.centre.x + sqrt(0.5)\", direction: falling, then: {release: string}}\n"   \
     "simulate: {duration: 10, until: \"marker.stone.centre.y < -5\", tolerance: 1e-12}\n"
 
-/* From rest at the height of the pivot, released 45 degrees behind the lowest point: v^2 = 2 g sqrt(1/2), and from
- * there a parabola. The energy is that of rest at the pivot's height, 0. Bounds: a hundred times the tolerance,
- * 1e-12. */
+/* The pendulum starts from rest at the height of the pivot and is released 45 degrees behind the lowest point. There,
+ * v^2 = 2 g sqrt(1/2), and a parabola follows. The energy is that of rest at the pivot's height, 0. Bounds: a hundred
+ * times the tolerance, 1e-12. */
 static void check_parabola(const char *text) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5", "rodas5p"};
     const double s = sqrt(0.5), g = 9.81, v = sqrt(2.0 * g * s);
@@ -64,8 +64,8 @@ KT_TEST(a_slack_rope_that_is_let_go_leaves_a_parabola) { check_parabola(PENDULUM
 
 /* ---- a floor and a net ------------------------------------------------------------------------------------------- */
 
-/* Two fall 1 m and lie, one on a stop and one with friction on a plane, until that is taken away at 1 s; a net is
- * spread for the first. */
+/* Two bodies fall 1 m and lie. The first lies on a stop, and the second lies with friction on a plane. At 1 s, these
+ * are taken away, and a net is spread for the first. */
 #define FLOORS(more)                                                                                                   \
     "kinetree: 1\n"                                                                                                    \
     "gravity: [0, 0, -9.81]\n"                                                                                         \
@@ -97,8 +97,8 @@ KT_TEST(stops_and_contacts_are_released_and_engaged) {
     }
 }
 
-/* What is engaged while it is beyond its boundary ends the run in words; what lies while others are engaged is counted
- * once. */
+/* If a stop is engaged while it is beyond its boundary, the run ends with a message. A stop that is closed while others
+ * are engaged is counted once. */
 KT_TEST(a_floor_above_what_has_fallen_is_refused) {
     kt_scene scene = {.events = NULL};
     kt_model *model = NULL;
@@ -125,7 +125,7 @@ KT_TEST(a_floor_above_what_has_fallen_is_refused) {
         kt_check_contains("words", error.message, "'floor.lower' is");
         kt_check_contains("words", error.message, "beyond its boundary");
         const kt_contact_counts counts =
-            kt_simulation_contacts(simulation); /* what lay on has not closed again at 0.8 s */
+            kt_simulation_contacts(simulation); /* the contact that lay on has not closed again at 0.8 s */
         kt_check_equal_int("impacts", (long long)counts.impacts, 2);
         kt_check_equal_int("closings", (long long)counts.closings, 2);
         kt_check_equal_int("openings", (long long)counts.openings, 2);
@@ -140,7 +140,7 @@ KT_TEST(a_floor_above_what_has_fallen_is_refused) {
     kt_scene_free(&scene);
 }
 
-/* Of contacts without names each has the friction of its own name. */
+/* Each contact without a name has the friction of its own name. */
 KT_TEST(friction_bears_the_name_of_its_contact) {
     static const char text[] = "kinetree: 1\n"
                                "bodies:\n"
@@ -162,7 +162,7 @@ KT_TEST(friction_bears_the_name_of_its_contact) {
     kt_scene_free(&scene);
 }
 
-/* Counts and marks know events by their names. */
+/* Counts and marks refer to events by their names. */
 KT_TEST(an_event_of_a_name_that_another_one_has_is_refused) {
     static const char *const names[] = {"floor.lower", "table.stick", "until", "low"};
     for (int i = 0; i < 4; i++) {
@@ -196,9 +196,10 @@ KT_TEST(an_event_of_a_name_that_another_one_has_is_refused) {
 
 /* ---- a rimless wheel --------------------------------------------------------------------------------------------- */
 
-/* Six spokes of 1 m about a hub of mass 1 and inertia 0.1, on a slope of 0.35 rad, along which gravity is inclined. The
- * feet land 1 m apart. Each impact leaves (I + m l^2 cos 60) / (I + m l^2) of the speed, and each step adds m g
- * sin(slope) 1 m. */
+/* Six spokes of 1 m are on a hub of mass 1 and inertia 0.1. The slope is 0.35 rad, along which gravity is inclined. The
+ * feet land 1 m apart. Each impact leaves this fraction of the speed:
+ *     (I + m l^2 cos 60) / (I + m l^2).
+ * Each step adds m g sin(slope) 1 m. */
 KT_TEST(a_rimless_wheel_keeps_what_each_impact_leaves) {
     static char text[6000];
     const double g = 9.81, slope = 0.35, inertia = 0.1, first = 3.0, pi = 3.14159265358979323846;
@@ -416,7 +417,7 @@ static void check_end(bool touches) {
         kt_check_near("when, over the law", kt_simulation_time(w.simulation) / end, 1.0, 0.05);
         kt_check_below("inclination", fabs(q[KT_COIN_TILT]), 1e-5); /* flat, as nearly as steps come to it */
     }
-    (void)watched_close(&w, KT_OK); /* its end is looked at above */
+    (void)watched_close(&w, KT_OK); /* its end is checked above */
 }
 
 KT_TEST(a_coin_spins_to_its_end) {
@@ -426,8 +427,9 @@ KT_TEST(a_coin_spins_to_its_end) {
 
 /* ---- a rope that is out of reach --------------------------------------------------------------------------------- */
 
-/* A cart takes a pendulum away, which hangs straight below the fixed end of a rope that is longer: from there no
- * position closes the rope, and its row is zero. Later it holds the pendulum where both lengths say. */
+/* A cart takes a pendulum away. The pendulum hangs straight below the fixed end of a rope that is longer. From there,
+ * no position closes the rope, and its row is zero. Later, the rope holds the pendulum at the point that both lengths
+ * define. */
 KT_TEST(a_rope_out_of_reach_at_the_start_holds_what_a_drive_takes_away) {
     rows r;
     const double x = 0.6, length = 1.05, inclined = asin((1.0 + x * x - length * length) / (2.0 * x));
@@ -466,7 +468,7 @@ static void check_refusal(const char *what, const char *text, double t, const ch
         kt_check_near("when, s", kt_simulation_time(w.simulation), t, 1e-6);
     for (; *words != NULL; words++)
         kt_check_true(*words, strstr(w.error.where, *words) != NULL || strstr(w.error.message, *words) != NULL);
-    (void)watched_close(&w, KT_OK); /* its end is looked at above */
+    (void)watched_close(&w, KT_OK); /* its end is checked above */
 }
 
 #define DRIVEN(position, more)                                                                                         \
@@ -492,8 +494,8 @@ static void check_refusal(const char *what, const char *text, double t, const ch
     "simulate: {duration: 2}\n"
 
 /* A drive goes on through a stop: with and without a restitution, from a distance and from rest at the stop. A vice
- * presses a block against a wall, and a table is lifted against a pendulum that hangs straight down. u + W p with W = 0
- * has no impulse p, for any rounding of W. */
+ * presses a block against a wall. A table is lifted against a pendulum that hangs straight down. With W = 0, no impulse
+ * p changes u + W p, for any rounding of W. */
 KT_TEST(a_prescribed_motion_into_a_boundary_is_told) {
     static const char *const stop[] = {"'jaw.upper'", "'drive'", "a prescribed motion goes on", "elastic stop", NULL};
     static const char *const straight[] = {"'bump'", "'drive'", "a prescribed motion goes on", NULL};

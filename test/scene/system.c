@@ -1,4 +1,4 @@
-/* What the system may refuse while a scene is read or written: each time a clear error, and nothing touched.
+/* Failures of system calls while a scene is read or written: each gives a clear error, and nothing changes.
  *
  * These calls are the program's own; the C library's come after them.
  */
@@ -108,7 +108,7 @@ KT_TEST(failing_reading_is_said_in_the_systems_words) {
     (void)unlink(path);
 }
 
-/* Its size was small when it was asked for. */
+/* Its size was small when the program requested the size. */
 KT_TEST(file_that_grows_without_end_is_refused) {
     char path[32];
     if (!make_file(path, small))

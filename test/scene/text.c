@@ -11,8 +11,8 @@ typedef struct sequence {
     uint32_t character;
 } sequence;
 
-/* The first and last of each length; and after them what is no UTF-8: too long a form, surrogates, beyond U+10FFFF,
- * cut, or a continuation without a lead. */
+/* The first and last of each length, and then sequences that are no UTF-8. These are too long a form, surrogates,
+ * values beyond U+10FFFF, a cut sequence, or a continuation without a lead. */
 KT_TEST(utf8_is_decoded_strictly) {
     static const sequence table[] = {{"\x01", 1, 1},
                                      {"\x7F", 1, 0x7F},

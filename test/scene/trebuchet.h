@@ -2,8 +2,8 @@
 #ifndef KT_TEST_SCENE_TREBUCHET_H
 #define KT_TEST_SCENE_TREBUCHET_H
 
-/* A beam on a hinge at the origin, a box that hangs on its short arm, and a ball on a sling at its long one, which is a
- * rod until it lets go. */
+/* A beam on a hinge at the origin, with a box that hangs on its short arm. At its long arm, a ball hangs on a sling,
+ * which is a rod until it lets go. */
 typedef struct kt_trebuchet {
     double ball, box, beam;            /* masses, kg; the beam's centre is the origin */
     double long_arm, short_arm, sling; /* m */
@@ -21,10 +21,10 @@ enum { KT_TREBUCHET_STATES = 6 }; /* angles of beam, box and sling against the h
 void kt_trebuchet_start(double y[KT_TREBUCHET_STATES]);
 void kt_trebuchet_rate(const double y[KT_TREBUCHET_STATES], double rate[KT_TREBUCHET_STATES]);
 
-/* Where the ball is, and how fast: x, y, x', y'. */
+/* The position and velocity of the ball: x, y, x', y'. */
 void kt_trebuchet_ball(const double y[KT_TREBUCHET_STATES], double ball[4]);
 
-/* Where along x a ball that flies freely lands. */
+/* The x at which a ball that flies freely lands. */
 double kt_trebuchet_range(const double ball[4]);
 
 #endif

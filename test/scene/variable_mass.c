@@ -72,8 +72,10 @@ static void check_balance(const ending *last, double bound) {
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
 
-/* Straight up from 10 kg to 2 kg in 3 s: v = u ln(m0 / m) - g t. The mass falls evenly and along a sine. Explicit and
- * implicit methods are tested. Rosenbrock's method has the derivative by time among its terms. */
+/* The rocket goes straight up, from 10 kg to 2 kg in 3 s, with
+ *     v = u ln(m0 / m) - g t.
+ * The mass falls evenly and along a sine. Explicit and implicit methods are tested. Rosenbrock's method has the
+ * derivative by time among its terms. */
 KT_TEST(rocket_keeps_tsiolkovskys_equation) {
     static const struct {
         const char *mass, *method;
@@ -103,9 +105,9 @@ KT_TEST(rocket_keeps_tsiolkovskys_equation) {
     }
 }
 
-/* A chain of 1 m and 2 kg slides over the edge of a table without friction, 0.1 m of it hanging at first: l x'' = g x,
- * so x = x0 cosh(sqrt(g / l) t). Its two parts are bodies whose masses change hands at the edge at the velocity that
- * both have. */
+/* A chain of 1 m and 2 kg slides over the edge of a table without friction. At first, 0.1 m of it hangs. Its motion is
+ *     l x'' = g x,   x = x0 cosh(sqrt(g / l) t).
+ * Its two parts are bodies whose masses change hands at the edge at the velocity that both have. */
 KT_TEST(chain_slides_off_its_table) {
     static const char text[] = "kinetree: 1\nparameters: {k: =sqrt(9.81)}\ngravity: [0, 0, -9.81]\nbodies:\n"
                                "  - {name: lying, joint: {type: prismatic, axis: x}, mass: \"2*(1 - 0.1*cosh(k*t))\"}\n"
@@ -139,8 +141,8 @@ static void integrate(void (*f)(double t, const double *y, double *rate), int n,
     }
 }
 
-/* A rod of 1 kg and 1 m with a vessel at its end that leaks from 3 kg to 1 kg: water that drips leaves at the velocity
- * of the vessel, and takes no force. */
+/* A rod of 1 kg and 1 m has a vessel at its end. The vessel leaks from 3 kg to 1 kg. Water that drips leaves at the
+ * velocity of the vessel, and takes no force. */
 static void leaking(double t, const double *y, double *rate) {
     const double m = 3.0 - 0.5 * t;
     rate[0] = y[1];
@@ -168,17 +170,17 @@ KT_TEST(leaking_pendulum_swings_as_its_equation_says) {
         kt_check_near("angle by rodas5p", last.q[0], y[0], 1e-9);
 }
 
-/* A vessel of 3 kg that leaks falls on a floor by 0.2 m: N = k x^(3/2) max(0, 1 + 3/2 c x') (Hunt and Crossley) on a
- * mass that falls evenly. */
+/* A vessel of 3 kg falls on a floor from 0.2 m. It leaks, and its mass falls evenly (Hunt and Crossley):
+ *     N = k x^(3/2) max(0, 1 + 3/2 c x'). */
 static void bouncing(double t, const double *y, double *rate) {
     const double depth = -y[0], pressed = 4e3 * depth * sqrt(fmax(depth, 0.0)) * fmax(0.0, 1.0 - 1.5 * 0.3 * y[1]);
     rate[0] = y[1];
     rate[1] = (depth > 0.0 ? pressed : 0.0) / (3.0 - 0.8 * t) - 9.81;
 }
 
-/* Soft: against these equations, whose third bounce another mass would miss by centimetres. Hard: masses of any kind
- * bounce alike, at e times the speed after 2 e v / g, and what the floor takes and the leak takes along is
- * accounted. */
+/* Soft: the result is compared with these equations. With another mass, the third bounce would be off by centimetres.
+ * Hard: masses of any kind bounce alike, at e times the speed after 2 e v / g. The balance accounts for the energy that
+ * the floor and the leak take. */
 KT_TEST(leaking_vessel_bounces) {
 #define VESSEL                                                                                                         \
     "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"                                                                   \
@@ -210,7 +212,7 @@ KT_TEST(leaking_vessel_bounces) {
 #undef VESSEL
 }
 
-/* Free, with moments of inertia that are given: (J w)' less what leaves, J w' + w x J w = 0. */
+/* The body is free and has given moments of inertia. With (J w)' less the momentum that leaves, J w' + w x J w = 0. */
 static void tumbling(double t, const double *w, double *rate) {
     const double j[] = {2.0 - 0.3 * t, 3.0 - 0.2 * t, 4.0 - 0.4 * t};
     for (int k = 0; k < 3; k++) {

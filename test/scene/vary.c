@@ -16,7 +16,7 @@
 
 enum { PATH_SIZE = 512 };
 
-/* What has been seen of all numbers. */
+/* The results for all numbers. */
 typedef struct tally {
     const char *file;
     const char *text;

@@ -101,8 +101,8 @@ static bool run_scene(const char *text, const char *integrator, rows *r) {
     return watched_close(&w, status);
 }
 
-/* Makes a scene's simulation, takes the column of A at t_end of the velocity j, and the state there of one that begins
- * with `speed`. */
+/* Makes a scene's simulation. Gives the column of A at t_end for the velocity j, and the state there of a simulation
+ * that begins with `speed`. */
 static bool release_scene(const char *text, double t_end, int j, double speed, double *column, double *state) {
     double v[NUMBERS] = {0.0}, A[4 * NUMBERS * NUMBERS];
     watched w;

@@ -2,22 +2,26 @@
 #ifndef KT_TEST_SCENE_WOODPECKER_H
 #define KT_TEST_SCENE_WOODPECKER_H
 
-/* Leine, Glocker, van Campen, Nonlinear Dynamics of the Woodpecker Toy, DETC 2001, equations 6 to 10 and their data: y
- * of the sleeve, angles phi_M of the sleeve and phi_S of the bird, small in all but their size. What turns moves along
- * straight lines in the scene: the edges of the sleeve by (h_M, r_M) phi_M against it, the bird's mass by l_M phi_M +
- * l_G phi_S, the beak by (-h_S, l_G - l_S) phi_S. It begins where the bird passes phi_S = -0.2788 while the sleeve
- * slides, as Siconos' example does (Glocker 1995). */
+/* Leine, Glocker, van Campen, Nonlinear Dynamics of the Woodpecker Toy, DETC 2001, equations 6 to 10 and their data.
+ * The coordinates are y of the sleeve and the angles phi_M of the sleeve and phi_S of the bird. The model treats the
+ * angles as small, although they are not. The parts that turn move along straight lines in the scene:
+ *     edges of the sleeve   (h_M, r_M) phi_M against it
+ *     mass of the bird      l_M phi_M + l_G phi_S
+ *     beak                  (-h_S, l_G - l_S) phi_S
+ * The motion begins when the bird passes phi_S = -0.2788 while the sleeve slides, as in Siconos' example (Glocker
+ * 1995). */
 extern const char kt_woodpecker_scene[];
 
-/* The same data, for other descriptions: radii of the pole and of the sleeve's hole, half the sleeve's height, levers,
- * in m; the spring, N m/rad; kg; kg m^2; the start, rad, m/s, rad/s. */
+/* The same data, for other descriptions. In m: the radii of the pole and of the sleeve's hole, half the sleeve's
+ * height, and the levers. Then follow the spring in N m/rad, the masses in kg and the inertias in kg m^2. The start is
+ * in rad, m/s and rad/s. */
 typedef struct kt_woodpecker {
     double r0, rM, hM, lM, lG, hS, lS, c, friction, restitution, mM, mS, JM, JS, g, phiS, fall, turn;
 } kt_woodpecker;
 
 extern const kt_woodpecker kt_woodpecker_data;
 
-/* Contacts of the beak with the pole, of which those within 0.05 s are one peck: the period is the mean of those that
+/* Contacts of the beak with the pole. Contacts within 0.05 s are one peck. The period is the mean of the pecks that
  * begin after 1 s. */
 typedef struct kt_pecks {
     int count;

@@ -132,7 +132,7 @@ KT_TEST(empty_scene_is_one_line) {
     free(written);
 }
 
-/* Lists of numbers break; no line is much longer than 110 columns (the last item may stand out by one). */
+/* Lists of numbers break; no line is much longer than 110 columns (the last item may exceed it by one). */
 KT_TEST(long_lists_break_into_lines) {
     static double points[2 * 500];
     kt_body body = kt_body_default();
