@@ -1,4 +1,4 @@
-/* kinetree accuracy and kinetree plot: what they print, write and draw, and what they say to wrong command lines. */
+/* kinetree accuracy and kinetree plot: their prints, files and drawings, and their errors for wrong command lines. */
 #include "shell.h"
 
 #include <math.h>
@@ -53,7 +53,8 @@ KT_TEST(accuracy_writes_every_run) {
     kt_check_true("time", kt_csv_number(csv, fine, cpu) > 0.0);
 }
 
-/* As `kinetree run` does, in the present folder and under the scene's name; its records bear another. */
+/* The outputs go to the present folder under the scene's name, as with `kinetree run`. The records have another
+ * name. */
 KT_TEST(accuracy_writes_by_default_what_it_found) {
     static const char few[] = "--integrators=rk4 --steps=0.02,0.01 --quiet";
     kt_expect(0, NULL, "rm -rf d; mkdir d");
@@ -123,7 +124,7 @@ KT_TEST(accuracy_says_how_it_was_made) {
 #endif
 }
 
-/* Two pendulums from the horizontal: a hundred seconds are far beyond what a double precision number can follow. */
+/* Two pendulums start from the horizontal. No double precision number can follow them for a hundred seconds. */
 KT_TEST(accuracy_stops_where_errors_mean_nothing_and_says_so) {
     kt_ran ran = kt_shell("$K make pendulum --links 2 --angle 120deg >c.yaml; $K accuracy c.yaml --duration 200 "
                           "--integrators dop853 --tolerances 1e-9 --budget 5");
@@ -132,7 +133,8 @@ KT_TEST(accuracy_stops_where_errors_mean_nothing_and_says_so) {
     kt_check_contains("said", ran.out, "of the 200 s asked for, the study looks at the first ");
 }
 
-/* x'' = -1001 x' - 1000 x: rk4 is stable up to 2.785 / 1000. */
+/* rk4 is stable up to steps of 2.785 / 1000 for
+ *     x'' = -1001 x' - 1000 x. */
 KT_TEST(accuracy_tells_stability_from_accuracy) {
     kt_write_file("s.yaml", "kinetree: 1\n"
                             "bodies: [{name: a, joint: {type: prismatic, axis: x, position: 1}, mass: 1}]\n"
@@ -215,7 +217,7 @@ KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {
 }
 
 #ifdef KT_HAS_CAIRO
-/* An SVG is text: what it shows can be counted. */
+/* An SVG is text, so its elements can be counted. */
 static int count_of(const char *text, const char *part) {
     int count = 0;
     for (const char *at = text; at != NULL && (at = strstr(at, part)) != NULL; at++)

@@ -1,4 +1,4 @@
-/* kinetree accuracy --formulations: every way to keep loops closed in one study, and what each gets wrong. */
+/* kinetree accuracy --formulations: every way to keep loops closed in one study, with the errors of each. */
 #include "shell.h"
 
 #include <math.h>
@@ -24,8 +24,7 @@ static int find_row(const char *csv, const char *formulation, const char *method
     return -1;
 }
 
-/* Errors of every formulation, and what is left of its loops: projected ones are closed to rounding, the others are
- * not. */
+/* Errors of every formulation, and the gaps of its loops: projected ones are closed to rounding, the others are not. */
 KT_TEST(comparison_runs_every_set_with_both_methods) {
     const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --formulations --duration 1 --steps 2e-3,1e-3 "
                                 "--tolerances 1e-6 --budget 30 --out a.csv"); /* 10 s are too few under sanitizers */
@@ -57,7 +56,7 @@ KT_TEST(comparison_runs_every_set_with_both_methods) {
     }
 }
 
-/* Whether a formulation's line says that it did not arrive. */
+/* Whether a formulation's line reports that the run stopped early. */
 static bool is_lost(const char *text, const char *formulation) {
     char words[64];
     snprintf(words, sizeof words, "\n  %s gets wrong: ", formulation);
@@ -88,7 +87,7 @@ KT_TEST(comparison_needs_loops) {
     kt_expect(1, "there are no loops to keep closed", "$K accuracy " KT_SCENES "/pendulum.yaml --formulations");
 }
 
-/* Orders of Radau IIA in tree and absolute coordinates, from the last lines of their tables; what is asked besides is
+/* Orders of Radau IIA in tree and absolute coordinates, from the last lines of their tables. Further options are
  * refused. */
 KT_TEST(baselines_print_orders_in_tree_and_absolute_coordinates) {
     const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --baselines --duration 0.25 "

@@ -1,4 +1,4 @@
-/* Where the bundled scenes are looked for, on systems that do not tell a program its own path, too. */
+/* The folders in which the program searches the bundled scenes, also on systems that hide its own path. */
 #include "check.h"
 
 #include "command.h"

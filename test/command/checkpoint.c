@@ -66,7 +66,7 @@ static void check_break(const char *scene, const char *more) {
         kt_expect(0, NULL, "$K run %s %s %s --out part.csv --summary part.json --resume part.state", scene, options,
                   more);
         kt_expect(0, NULL, "cmp part.csv whole.csv");
-        /* What it cost is another matter: the first slope after the break is computed once more. */
+        /* The cost differs: the first slope after the break is computed once more. */
         kt_expect(0, NULL,
                   "sed '/cpu_seconds/d; /evaluations/d; /factorizations/d' whole.json >a; "
                   "sed '/cpu_seconds/d; /evaluations/d; /factorizations/d' part.json >b; cmp a b");
@@ -83,8 +83,8 @@ KT_TEST(killed_linkage_goes_on_to_the_last_byte) {
     check_break(KT_SCENES "/slider-crank-spring.yaml", "--integrator rk4 --step 1e-3");
 }
 
-/* An event has set the stiffness of a spring before most of the breaks, another one a force; formulas of time have
- * corners; a joint sticks and slips, and meets a stop. */
+/* Before most of the breaks, one event has set the stiffness of a spring, and another one a force. Formulas of time
+ * have corners. A joint sticks and slips, and meets a stop. */
 KT_TEST(killed_run_with_events_and_contacts_goes_on_to_the_last_byte) {
     kt_write_file(
         "events.yaml",
@@ -254,7 +254,8 @@ KT_TEST(summary_may_be_asked_for_at_the_break) {
     kt_expect(0, NULL, "%s whole.json >a; %s part.json >b; cmp a b; cmp whole.csv part.csv", same, same);
 }
 
-/* Of steps that are too long for the modes that the watch has found before and after the break. */
+/* The warnings are those of steps that are too long for a mode. The watch has found modes before and after the
+ * break. */
 KT_TEST(warnings_are_those_of_an_unbroken_run) {
     kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");
     check_break("chain.yaml", "--integrator rk4 --step 0.02");

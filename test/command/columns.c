@@ -1,5 +1,5 @@
-/* Own columns: in records, in the summary and in sweeps, over what is recorded and what is not; and auxiliary states
- * from file to file. */
+/* Own columns in records, in the summary and in sweeps, for recorded and unrecorded quantities. Further tests carry
+ * auxiliary states from file to file. */
 #include "shell.h"
 
 #include <math.h>

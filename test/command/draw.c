@@ -90,7 +90,8 @@ static int ink_of(const char *name, int from, int to) {
     return count;
 }
 
-/* The title ends above row 110, and what is drawn begins below row 150: in pixels, at twice the size of an SVG's. */
+/* The title ends above row 110, and the drawing begins below row 150. Rows are pixels, at twice the size of an
+ * SVG's. */
 /* Pixels that are far from grey. */
 static int colour_of(const char *name) {
     cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
@@ -174,7 +175,7 @@ KT_TEST(what_acts_in_joints_has_symbols) {
 }
 
 /* The square of a planar joint is painted before the line of a contact's ground, which it would cover. */
-/* Where a property first has a value: cairo 1.16 writes a style, 1.18 attributes. */
+/* The place at which a property first has a value: cairo 1.16 writes a style, 1.18 attributes. */
 static const char *first_with(const char *svg, const char *property, const char *value) {
     char style[64], attribute[64];
     (void)snprintf(style, sizeof style, "%s:%s;", property, value);
@@ -246,7 +247,8 @@ KT_TEST(pictures_are_drawn_with_little_stack) {
 }
 #endif
 
-/* At 1e17 m positions are rounded to 16 m; a ball of some decimetres was drawn as a circle of 1e8 units, for ever. */
+/* At 1e17 m, positions are rounded to 16 m. A ball of some decimetres was drawn as a circle of 1e8 units, without
+ * end. */
 KT_TEST(a_mechanism_far_from_the_origin_is_drawn_as_finely_as_its_positions_are_known) {
     static const char *const places[] = {"[1.3, 0.2, 1.0e+17]", "[1.0e+17, 0, 0]", "[-1.0e+30, 1.0e+30, 1.0e+30]"};
     for (int i = 0; i < 3; i++) {
@@ -272,8 +274,8 @@ KT_TEST(a_picture_without_bodies_is_told) {
     kt_check_contains("words", ran.err, "none.svg, which is empty: the scene has no bodies\n");
 }
 
-/* A frame of 3 x 3 m with a hole of 1 x 1 m in its middle, a rod behind it that is seen through the hole alone, and a
- * ball before it. */
+/* A square frame of 3 m has a square hole of 1 m in its middle. A rod behind it is seen through the hole alone. A ball
+ * is in front of it. */
 static const char ring[] = "v -1.5 -1.5 0\nv 1.5 -1.5 0\nv 1.5 1.5 0\nv -1.5 1.5 0\n"
                            "v -0.5 -0.5 0\nv 0.5 -0.5 0\nv 0.5 0.5 0\nv -0.5 0.5 0\n"
                            "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
@@ -286,7 +288,7 @@ static const char framed[] = "kinetree: 1\nbodies:\n"
 
 static const char behind[] = "position: [0, 0, -1]";
 
-/* The colour of a pixel, as red, green, blue; page units from the middle of what is drawn. */
+/* The colour of a pixel, as red, green, blue; page units from the middle of the drawing. */
 static unsigned colour_at(const char *name, double x, double y) {
     cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
     const unsigned char *data = cairo_image_surface_get_data(picture);
@@ -334,7 +336,7 @@ KT_TEST(a_body_that_leans_through_a_mesh_is_half_hidden) {
     kt_write_file("lean.yaml", text);
     kt_expect(0, "lean.png", "$K draw lean.yaml --view z --out lean.png");
     const double unit = (560.0 - 60.0) / 3.0,
-                 at = 0.75 * unit; /* the rod ends at 1.18 m, 0.75 m off its axis is 0.48 m from the frame */
+                 at = 0.75 * unit; /* the rod ends at 1.18 m; at 0.75 m off its axis, it is 0.48 m from the frame */
     const unsigned edge = colour_at("lean.png", -unit, -unit), left = colour_at("lean.png", -at, 0.0);
     const unsigned right = colour_at("lean.png", at, 0.0), middle = colour_at("lean.png", 0.0, 0.0);
     kt_note("frame %06x, left %06x, middle %06x, right %06x", edge, left, middle, right);

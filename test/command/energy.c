@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* README's four-bar, of 34.8 J, and a block on a spring: 10 rad/s, 50 J. */
+/* README's four-bar has 34.8 J. A block on a spring has 10 rad/s and 50 J. */
 static const char four_bar[] = "kinetree: 1\n"
                                "gravity: [0, -9.81, 0]\n"
                                "bodies:\n"
@@ -61,7 +61,8 @@ KT_TEST(run_warns_of_energy_that_is_lost_or_gained) {
     kt_check_true("as it should be run", strstr(ran.err, "warning") == NULL);
 }
 
-/* A step of rk4 multiplies the amplitude by |R(iy)|, |R|^2 = 1 - y^6 / 72 + y^8 / 576. */
+/* A step of rk4 multiplies the amplitude by |R(iy)|, with
+ *     |R|^2 = 1 - y^6 / 72 + y^8 / 576. */
 KT_TEST(warning_tells_the_step_that_is_enough) {
     kt_write_file("oscillator.yaml", oscillator);
     const double y = 0.3, end = pow(1.0 - pow(y, 6.0) / 72.0 + pow(y, 8.0) / 576.0, 20.0 / (0.1 * y));
@@ -80,7 +81,7 @@ KT_TEST(warning_tells_the_step_that_is_enough) {
     kt_check_true("and is enough", strstr(ran.err, "total energy is off") == NULL);
 }
 
-/* 2.5 samples a period, within rk4's region of stability (2.83 rad): |R|^2 = 0.18 a step. */
+/* There are 2.5 samples a period, within rk4's region of stability (2.83 rad). The factor |R|^2 is 0.18 a step. */
 KT_TEST(undamped_oscillation_that_dies_by_the_method_is_told) {
     kt_write_file("oscillator.yaml", oscillator);
     kt_ran ran = kt_shell("$K run oscillator.yaml --step 0.25132741228718347 --out /dev/null");
@@ -88,7 +89,8 @@ KT_TEST(undamped_oscillation_that_dies_by_the_method_is_told) {
                       "the total energy is off by 50 J, 1 times the energy of the motion");
 }
 
-/* |R(3i)|^2 = 2.27 a step: 1000 after nine. Dampers make no difference to what cannot be gained. */
+/* The gain of a step is |R(3i)|^2 = 2.27, which gives 1000 after nine. The scene cannot gain energy, with or without
+ * dampers. */
 KT_TEST(blow_up_ends_the_run_with_exit_code_4) {
     static const char *const dampings[] = {"0", "0.001"};
     kt_write_file("oscillator.yaml", oscillator);
@@ -127,7 +129,7 @@ KT_TEST(scenes_that_may_change_their_energy_are_not_warned_of) {
     kt_check_contains("a balance with dampers", ran.err, "the balance of energies");
 }
 
-/* Of the table in validation.md, the scenes that take least time, to the digit that it gives. */
+/* The scenes of the table in validation.md that take least time, to the digit of the table. */
 KT_TEST(resolution_of_the_watch_is_what_the_page_says) {
     static const struct {
         const char *scene;
@@ -142,8 +144,8 @@ KT_TEST(resolution_of_the_watch_is_what_the_page_says) {
     }
 }
 
-/* The four-bar with a damper, and with a motor: its energy changes, and is watched all the same; not where a loop
- * drives it, which is told. */
+/* The four-bar with a damper, and with a motor: its energy changes, and the watch works all the same. If a loop drives
+ * it, the run reports that there is no watch. */
 KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {
     static const struct {
         const char *effects, *name;

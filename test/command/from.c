@@ -149,7 +149,7 @@ KT_TEST(a_guess_that_assembly_moves_is_not_told) {
     (void)rocker_of("-20 deg", "100 deg", "assembly moved initial values that the scene gives");
 }
 
-/* By 1 s a string and a floor are released, a brake is engaged, and a drive is off. */
+/* At 1 s, a string and a floor have been released, a brake is engaged, and a drive is off. */
 static const char let_go[] =
     "kinetree: 1\n"
     "gravity: [0, -9.81, 0]\n"

@@ -1,5 +1,5 @@
-/* What is no scene, given to the command as one: refused in words with exit status 2, at once and in little memory. The
- * library's own limits are tested in test/scene/limit.c.
+/* Inputs that are no scene. The command refuses them with a message and exit status 2, at once and in little memory.
+ * The library's own limits are tested in test/scene/limit.c.
  */
 #include "sanitized.h"
 #include "shell.h"
@@ -7,15 +7,15 @@
 #include <stdio.h>
 #include <string.h>
 
-/* 200 s of the processor (all of it takes a second here, and some machines are slow) and 1.5 GB of addresses; the
- * sanitizers take more of these for themselves. */
+/* The limits are 200 s of the processor and 1.5 GB of addresses. All of it takes a second here, but some machines are
+ * slow. The sanitizers take more of these for themselves. */
 #if KT_ADDRESS_SANITIZER
 #define BOUNDED "ulimit -t 2000; timeout 3000 "
 #else
 #define BOUNDED "ulimit -t 200; ulimit -v 1500000; OPENBLAS_NUM_THREADS=1 timeout 600 "
 #endif
 
-/* Of a thousand lines. */
+/* The last of a thousand lines. */
 #define LAST_WORDS " 2>words; code=$?; tail -n 1 words >&2; exit $code"
 
 KT_TEST(what_is_no_file_is_refused_by_every_command) {
@@ -41,7 +41,7 @@ KT_TEST(file_of_100_megabytes_is_refused) {
     kt_expect(2, "a scene has at most 67108864", BOUNDED "$K check - </dev/zero"); /* which never ends */
 }
 
-/* As much as a file may have, of what is most to read; under sanitizers a tenth. */
+/* The largest allowed file, of the kind that is most work to read; under sanitizers a tenth. */
 KT_TEST(large_text_is_refused_in_bounded_memory) {
     const int lines = KT_ADDRESS_SANITIZER ? 100000 : 1000000;
     char more[64];
@@ -97,7 +97,7 @@ KT_TEST(paths_of_any_length_are_written_whole_in_every_fault) {
     kt_check_equal_int("faults without the whole path", wrong, 0);
 }
 
-/* Files that are something else are named as what they are. */
+/* For a file of another kind, the message names its kind. */
 KT_TEST(results_and_checkpoints_are_told_from_scenes_and_records) {
     kt_write_file("swing.yaml",
                   "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
@@ -110,7 +110,7 @@ KT_TEST(results_and_checkpoints_are_told_from_scenes_and_records) {
     kt_expect(0, NULL, "$K run swing.yaml --quiet --from swing.csv --out again.csv");
 }
 
-/* What is no rounding is not called rounding, and a negative inertia not none. */
+/* Only rounding is called rounding, and a negative inertia is not called none. */
 KT_TEST(inertias_that_no_body_has_are_named_as_what_they_are) {
     static const char scene[] =
         "kinetree: 1\ninertia_check: accept\nbodies:\n"
@@ -127,7 +127,7 @@ KT_TEST(inertias_that_no_body_has_are_named_as_what_they_are) {
     kt_expect(4, "no positive inertia along", "$K run i.yaml --out i.csv");
 }
 
-/* A robot is known by its contents. Without masses it has places, and an acceleration that is null. */
+/* The contents identify a robot. Without masses it has places, and an acceleration that is null. */
 KT_TEST(robots_are_known_by_their_contents_and_need_no_masses) {
     kt_shell("echo \"<robot name='r'><link name='a'/><link name='b'><visual><geometry><sphere radius='1'/></geometry>"
              "</visual></link><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint></robot>\" "

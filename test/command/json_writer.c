@@ -1,4 +1,4 @@
-/* JSON that is written without a tree: jansson reads back what was put. */
+/* JSON that is written without a tree: jansson reads back the same values. */
 #include "check.h"
 
 #include "text/json_writer.h"
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The object of what was put between its braces; NULL: it is not JSON. */
+/* The object with the written members between its braces; NULL: it is not JSON. */
 static json_t *read_back(kt_json_writer *out) {
     kt_put_close(out, '}');
     json_t *root = json_loads(out->text, JSON_REJECT_DUPLICATES, NULL);
@@ -46,7 +46,7 @@ KT_TEST(numbers_have_nine_digits) {
         longest = alone.used > longest ? alone.used : longest;
         free(alone.text);
     }
-    /* Half a unit of the ninth digit, and what a product and a sum of nine digits round to. */
+    /* Half a unit of the ninth digit, and the rounding of a product and a sum of nine digits. */
     kt_check_near("farthest, in units of the ninth digit", worst, 0.5, 1e-6);
     kt_check_below("characters of the longest", (double)longest, 16.0); /* "-1.23456789e-300" */
     json_decref(root);

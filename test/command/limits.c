@@ -23,7 +23,7 @@ KT_TEST(installation_without_the_module_of_lapack_is_told) {
     kt_expect(0, NULL, "LD_LIBRARY_PATH=alone $K run %s/four-bar.yaml --duration 0.1 --quiet", KT_SCENES);
     kt_expect(2, KT_LAPACK_FILE ": LAPACK, needed for groups of loops",
               "LD_LIBRARY_PATH=alone $K modes %s/pendulum.yaml", KT_SCENES);
-    /* What a run would have been warned of with it: rk4 at 6.8 steps a period. */
+    /* The warning of a run with LAPACK: rk4 takes 6.8 steps a period. */
     static const char run[] = "$K run %s/pendulum.yaml --integrator rk4 --step 0.3 --out /dev/null --summary -";
     char line[256];
     snprintf(line, sizeof line, run, KT_SCENES);

@@ -146,8 +146,8 @@ KT_TEST(modes_draws_shapes) {
 }
 #endif
 
-/* What counts from the initial positions must not count from the equilibrium's: a spring without a length, a screw's
- * angle. */
+/* Quantities that count from the initial positions must not count from the equilibrium: a spring without a length, the
+ * angle of a screw. */
 KT_TEST(equilibrium_writes_a_scene_that_rests) {
     kt_write_file("hung.yaml",
                   "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
@@ -227,7 +227,7 @@ KT_TEST(scene_without_freedoms_is_said_to_have_no_modes) {
                       "there are no degrees of freedom: loops alone determine the motion, and any step is stable\n");
 }
 
-/* -7 +- 5.657i of Baumgarte's gains 7 and 9 next to the pendulum's +- 3.132i; zeros of force projection. */
+/* Baumgarte's gains 7 and 9 add -7 +- 5.657i to the pendulum's +- 3.132i. Force projection adds zeros. */
 KT_TEST(modes_of_a_formulation_show_what_it_adds) {
     const kt_ran ran =
         kt_shell("$K modes " KT_SCENES "/point-pendulum.yaml --formulation baumgarte --alpha 7 --beta 9");
@@ -251,8 +251,7 @@ KT_TEST(modes_over_a_period_are_multipliers) {
                       "no --at, --nearest, --plot or --formulation with it");
 }
 
-/* What planar joints are called follows the joint's own directions: the first two axes of the triad about the
- * normal. */
+/* The names of planar joints follow the joint's own directions: the first two axes of the triad about the normal. */
 KT_TEST(modes_names_planar_coordinates_by_their_directions) {
     static const struct {
         const char *axis, *first, *second;

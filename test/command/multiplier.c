@@ -1,4 +1,4 @@
-/* What loops exert, as `run` records it and `evaluate` prints it. */
+/* The forces of loops, as `run` records them and `evaluate` prints them. */
 #include "shell.h"
 
 #include <float.h>
@@ -50,7 +50,7 @@ KT_TEST(every_equation_of_a_loop_has_its_multiplier_where_asked) {
     kt_check_true("and no more", strstr(ran.out, ".multiplier[5]") == NULL);
 }
 
-/* Reports what was not recorded, too. */
+/* The report also has quantities that were not recorded. */
 KT_TEST(report_says_how_far_loops_were_open_whatever_was_recorded) {
     static const char run[] =
         "$K run \"" KT_SCENES "/slider-crank.yaml\" --duration 1 --integrator rk4 --step 0.02 --unprojected";
@@ -115,9 +115,9 @@ static balance add_up(const json_t *root) {
     return b;
 }
 
-/* M a + h = Q + A' lambda and A N = 0, from what is printed alone. Rounding errors are measured: 2.8 eps of the largest
- * row's terms (the row of 40 four-bars; all others stay below 1.4 eps), and 6 eps of a radian or a metre, or
- * of the row of A. */
+/* M a + h = Q + A' lambda and A N = 0, from the printed numbers alone. The bounds are measured rounding errors. For the
+ * first equation, this is 2.8 eps of the largest row's terms. It comes from the row of 40 four-bars; all others stay
+ * below 1.4 eps. For the second one, it is 6 eps of a radian or a metre, or of the row of A. */
 KT_TEST(evaluate_prints_equations_that_add_up_for_every_bundled_scene) {
     char scenes[8192];
     (void)snprintf(scenes, sizeof scenes, "%s", kt_shell("cd \"" KT_SCENES "\" && ls *.yaml").out);
@@ -128,9 +128,9 @@ KT_TEST(evaluate_prints_equations_that_add_up_for_every_bundled_scene) {
         json_t *root = kt_json(ran.out);
         const balance b = add_up(root);
         /* For a rotor that turns evenly at omega about a fixed axis, every term is rounding of cancelling terms within
-         * h. These are sums of m (dx/dq_i) . x'' with |x''| = omega |x'|. By Cauchy and Schwarz, their sizes add up to
-         * at most omega sqrt(M_ii 2 T) in a row. For the rotor's own coordinate, this is 2 T. Where other terms are
-         * left these alone count. */
+         * h. These are sums of m (dx/dq_i) . x'' with |x''| = omega |x'|. The inequality of Cauchy and Schwarz bounds
+         * the sum of their sizes in a row by omega sqrt(M_ii 2 T). For the rotor's own coordinate, this is 2 T. If
+         * other terms remain, only these count. */
         const double kinetic = kt_json_at(root, "energy.kinetic");
         const bool even = b.size <= 1e-12 * kinetic;
         rotors += even && kinetic > 0.0;

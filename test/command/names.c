@@ -1,4 +1,4 @@
-/* Names from files are shown without what a terminal would obey, wherever they are shown. */
+/* Names from files are always shown without characters that would control a terminal. */
 #include "shell.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* make, info, demo, integrators, pictures, and what is only seen on a terminal. */
+/* make, info, demo, integrators, pictures, and outputs that appear on a terminal only. */
 #include "sanitized.h"
 #include "shell.h"
 
@@ -40,7 +40,7 @@ KT_TEST(make_gives_the_scene_that_was_asked_for) {
                       "   `- link4  revolute, 1 dof, 2.5 kg\n");
     ran = kt_shell("$K make pendulum --links 2 --length 2 --angle 90deg | $K evaluate -");
     json_t *root = kt_json(ran.out);
-    /* Level, along x: joint 1 carries point masses 2 and 4 m away, and bears g (2 + 4). */
+    /* The chain is level, along x. Joint 1 carries point masses at 2 and 4 m. Its moment is g (2 + 4). */
     kt_check_near("mass matrix", kt_json_at(root, "mass_matrix[0][0]"), 20.0, 1e-14);
     kt_check_near("bias", kt_json_at(root, "bias[0]"), 6.0 * 9.81, 1e-13);
     json_decref(root);
@@ -80,8 +80,8 @@ KT_TEST(info_is_short_for_any_size) {
     kt_check_contains("plan", ran.out, "\nplan       spatial, ");
 }
 
-/* Two arms, a spring on the second, a damper in the first: what is there is listed with its amount, what is not with
- * why.
+/* Two arms, a spring on the second, a damper in the first. Each energy that exists is listed with its amount. For the
+ * others, the reason is given.
  */
 static const char sprung[] = "kinetree: 1\n"
                              "bodies:\n"
@@ -169,9 +169,12 @@ KT_TEST(info_tells_how_a_scene_is_run) {
     kt_check_contains("output", ran.out, "output     every 0.1 s: position, reaction\n");
 }
 
-/* Two masses at y = 1 and 3 m (3 and 1 kg), the upper on a spring that is 0.5 m longer than its length: 0.5 * 80 * 0.25
- * J; gravity 10 * (3 * 1 + 1 * 3) J. The upper moves at 2 m/s along x: 2 kg m/s, -2 * 3 kg m^2/s about the world's
- * origin, and -2 * (3 - 1.5) about the centre of mass, at y = 1.5 m. */
+/* Masses of 3 and 1 kg are at y = 1 and 3 m. The upper one is on a spring that is 0.5 m longer than its length. It
+ * moves at 2 m/s along x. The centre of mass is at y = 1.5 m. This gives
+ *     spring              0.5 * 80 * 0.25 J
+ *     gravity             10 * (3 * 1 + 1 * 3) J
+ *     momentum            2 kg m/s
+ *     angular momentum    -2 * 3 kg m^2/s about the world's origin, -2 * (3 - 1.5) about the centre of mass */
 KT_TEST(info_and_evaluate_count_springs_and_momentum) {
     kt_write_file("m.yaml", "kinetree: 1\n"
                             "gravity: [0, -10, 0]\n"
@@ -354,7 +357,7 @@ static double scale_of_ticks(const char *svg, bool of_y) {
     return count > 1 ? (to - from) / (last - first) : (double)NAN;
 }
 
-/* x goes from 0 to 4 m, y from 0 to 1 m. */
+/* The range of x is 4 m, and that of y is 1 m. Both begin at 0. */
 KT_TEST(path_in_space_has_one_scale_on_both_axes) {
     kt_write_file("path.csv", "time,marker.a.tip.x,marker.a.tip.y\n0,0,0\n1,1,1\n2,4,0.5\n");
     kt_expect(0, "picture: path.svg", "$K plot path.csv --x marker.a.tip.x --columns marker.a.tip.y");
@@ -365,7 +368,7 @@ KT_TEST(path_in_space_has_one_scale_on_both_axes) {
 }
 #endif
 
-/* A name without what stands before it. */
+/* A name without its first part. */
 KT_TEST(half_names_of_markers_and_columns_are_completed) {
     kt_write_file("half.yaml", "kinetree: 1\n"
                                "bodies: [{name: leg, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1],\n"

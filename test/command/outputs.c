@@ -73,13 +73,13 @@ KT_TEST(run_that_comes_to_a_contradiction_keeps_its_records) {
     kt_check_contains("words", ran.err, "its records until then are in o.csv\n");
     const char *text = kt_read_file("o.csv");
     const int last = kt_count_lines(text) - 1;
-    /* The rod is stretched out where s = 2, at 0.5 s, and a record is made every 0.01 s. */
+    /* The rod is stretched out when s = 2, at 0.5 s. The interval of records is 0.01 s. */
     kt_check_near("the last record", kt_csv_number(text, last, 0), 0.495, 0.0051);
     kt_check_equal_int("every one until then", last, (int)lround(kt_csv_number(text, last, 0) / 0.01) + 1);
 }
 
-/* Whether the records of a failed run are in NAME or in NAME.partial, a checkpoint of it can be taken up: to the same
- * failure with the same records. */
+/* The records of a failed run are in NAME or in NAME.partial. In both cases, the run can be resumed from a checkpoint.
+ * It gives the same records and the same failure. */
 KT_TEST(failed_run_is_resumed_to_the_same_records) {
     static const char *const earlier[] = {"", "echo mine >o.csv;"};
     for (int i = 0; i < 2; i++) {
@@ -105,8 +105,8 @@ KT_TEST(picture_of_a_failed_run_is_drawn_in_its_own_format) {
     kt_check_contains("the new one", kt_read_file("o.svg.partial"), "<svg");
 }
 
-/* One axis each in thousandths, so that the factor stands once in a picture: with its own panel's title, or the
- * page's. */
+/* One axis each is in thousandths, so that a picture has the factor once. The factor is in the title of the panel or of
+ * the page. */
 KT_TEST(factor_of_the_x_axis_stands_with_its_title) {
     kt_write_file("x.csv", "time,position.a,velocity.a\n0,0.001,1\n0.001,0.002,2\n0.002,0.003,-1\n");
     kt_expect(0, "picture: x.svg", "$K plot x.csv --phase a --out x.svg");

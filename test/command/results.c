@@ -1,4 +1,4 @@
-/* What `run` and `evaluate` write, to the letter and to the number. */
+/* The exact texts and numbers that `run` and `evaluate` write. */
 #include "shell.h"
 
 #include <float.h>
@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A block that falls on a vertical slide: y = -g t^2 / 2, energy 0 throughout. */
+/* A block falls on a vertical slide with energy 0 throughout:
+ *     y = -g t^2 / 2. */
 static const char falling[] = "kinetree: 1\n"
                               "name: falling block\n"
                               "gravity: [0, -10, 0]\n"
@@ -35,7 +36,8 @@ static const char ball[] = "kinetree: 1\n"
                            "    inertia: [1, 2, 3]\n"
                            "simulate: {duration: 1}\n";
 
-/* What is fixed to the world, and what is fixed to that, weighs nothing: the block's energy stays m g y = 20 N y. */
+/* Bodies that are fixed to the world, directly or through others, weigh nothing. The block's energy stays
+ *     m g y = 20 N y. */
 KT_TEST(bodies_fixed_to_the_world_have_no_energy) {
     static const char rest[] = "bodies:\n"
                                "  - {name: tower, joint: {type: fixed, at: [0, 100, 0]}, mass: 1e6}\n"
@@ -65,7 +67,7 @@ static void check_method(const char *arguments, const char *words, const char *m
     json_decref(root);
 }
 
-/* Report and summary tell which method a run has that names none, and why; so does info. */
+/* If a run names no method, report and summary give the method and the reason; so does info. */
 KT_TEST(a_run_tells_its_default_method) {
     kt_write_file("b.yaml", ball);
     check_method("", ", auto at tolerance 1e-09 (auto is the default)\n", "auto", "the default");
@@ -253,7 +255,7 @@ KT_TEST(report_tells_what_was_done_and_where_it_is) {
     kt_check_true("no bar where there is no terminal", strchr(ran.err, '\r') == NULL);
 }
 
-/* What changes of the energy is an error only where nothing gives or takes any. */
+/* A change of the energy is an error only if nothing gives or takes any energy. */
 KT_TEST(energy_that_is_given_or_taken_is_no_drift) {
     static const struct {
         const char *word, *more;
@@ -335,7 +337,8 @@ KT_TEST(evaluate_names_coordinates_of_joints_with_several) {
 
 /* ---- the balance ------------------------------------------------------------------------------------------------- */
 
-/* A block of 2 kg on a level slide under 6 N, braked by 1 N s/m: v = 6 (1 - e^(-t / 2)). */
+/* A block of 2 kg on a level slide moves under 6 N, with a damper of 1 N s/m:
+ *     v = 6 (1 - e^(-t / 2)). */
 static const char dragged[] = "kinetree: 1\n"
                               "bodies:\n"
                               "  - {name: block, joint: {type: prismatic, axis: x}, mass: 2}\n"
@@ -377,7 +380,7 @@ KT_TEST(balance_is_recorded_and_summed_up) {
     kt_check_contains("report", ran.err, "the balance closes to");
 }
 
-/* The spectral radius at infinity is an option of two-step alone, and stands in the summary. */
+/* The spectral radius at infinity is an option of two-step alone, and the summary has it. */
 KT_TEST(rho_is_told_and_refused_where_it_is_not_read) {
     kt_ran ran = kt_shell("$K run " KT_SCENES "/pendulum.yaml --integrator two-step --rho 0.25 --step 0.01 "
                           "--duration 0.1 --out /dev/null --quiet --summary -");
@@ -393,8 +396,8 @@ KT_TEST(rho_is_told_and_refused_where_it_is_not_read) {
     kt_check_contains("words", ran.err, "rho: 1.25: the spectral radius at infinity must be 0 to 1");
 }
 
-/* A body of inertia 3 about z that spins with 2 rad/s and moves with 1 m/s along x; its tip is 0.5 m from the centre of
- * mass. Everything is known in closed form; the integration's tolerance is 1e-12. */
+/* A body of inertia 3 about z spins with 2 rad/s. It moves with 1 m/s along x, and its tip is 0.5 m from the centre of
+ * mass. All results have a closed form; the integration's tolerance is 1e-12. */
 static const char spinning[] = "kinetree: 1\n"
                                "bodies:\n"
                                "  - name: top\n"
@@ -428,8 +431,9 @@ KT_TEST(motion_of_markers_momentum_and_orientation_are_recorded) {
     check_column(ran.out, "momentum.lz", 6.0);
 }
 
-/* The mean of cos^2 over [0, 1] is 1/2 + sin(4)/8; the trapezoidal rule errs by h^2 / 12 times the change of its slope,
- * 2 sin(4): 2e-7. The least 1 - sin(2 t) is that of the record nearest to pi/4, off by 0.4 ms: 4e-7. */
+/* The mean of cos^2 over [0, 1] is 1/2 + sin(4)/8. The error of the trapezoidal rule is h^2 / 12 times the change of
+ * its slope, 2 sin(4). This is 2e-7. The least 1 - sin(2 t) is that of the record nearest to pi/4. Its time is off by
+ * 0.4 ms, which gives 4e-7. */
 KT_TEST(summary_has_extremes_and_means_of_all_columns) {
     kt_write_file("s.yaml", spinning);
     json_t *root = kt_json(kt_shell("$K run s.yaml --quiet --out /dev/null --summary -").out);
@@ -445,8 +449,9 @@ KT_TEST(summary_has_extremes_and_means_of_all_columns) {
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-/* x = cos 2 t: a mass of 2 kg on a spring of 8 N/m, 3 m from the spring's end where it is slack. A motor of sin(2 pi t)
- * N m at an inertia of 0.5 kg m^2 gives the velocity (1 - cos(2 pi t)) / pi. */
+/* A mass of 2 kg moves on a spring of 8 N/m with x = cos 2 t. It is 3 m from the spring's end when the spring is slack.
+ * A motor of sin(2 pi t) N m at an inertia of 0.5 kg m^2 gives the velocity
+ *     (1 - cos(2 pi t)) / pi. */
 static const char driven[] = "kinetree: 1\n"
                              "bodies:\n"
                              "  - {name: block, joint: {type: prismatic, axis: x, position: 1}, mass: 2}\n"

@@ -63,7 +63,7 @@ const char *kt_read_file(const char *name) {
     return text;
 }
 
-/* Versions of cairo differ in whether a colour stands in a style or in an attribute of its own. */
+/* Some versions of cairo write a colour into a style, and others into an attribute of its own. */
 double kt_page_lightness(const char *svg) {
     const char *defined = svg == NULL ? NULL : strstr(svg, "</defs>"); /* colours of gradients come before the page's */
     const char *colour = svg == NULL ? NULL : strchr(defined != NULL ? defined : svg, '#');
@@ -138,7 +138,7 @@ kt_ran kt_terminal(const char *format, ...) {
     int status = 0;
     bool is_running = true;
     for (;;) {
-        if (used + 1 == sizeof text) { /* of what is longer, the end */
+        if (used + 1 == sizeof text) { /* of a longer text, the end */
             used = sizeof text / 2;
             memmove(text, text + sizeof text - 1 - used, used);
         }

@@ -19,7 +19,7 @@ kt_ran kt_shell(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* The same with standard output and standard error on a terminal, in a UTF-8 locale; both are in `out`. */
 kt_ran kt_terminal(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-/* Checks exit code and what standard error has in it (NULL: nothing at all). */
+/* Checks the exit code and that standard error contains `message` (NULL: standard error is empty). */
 void kt_expect(int code, const char *message, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 /* A file in the folder. */

@@ -1,7 +1,7 @@
 /* Preloaded into a program: the allocation number KT_FAIL_AT of its main fails, alone (1 is the first; 0: none). When
- * main has returned, the number of them all goes to the file KT_COUNT_TO. What allocates before and after, as
- * coverage's counters do that are written at the exit, is not the program's. For memory.py; glibc's own names do the
- * work. */
+ * main has returned, the number of them all goes to the file KT_COUNT_TO. Allocations before and after are not the
+ * program's. Coverage's counters, which are written at the exit, are an example. For memory.py; glibc's own names do
+ * the work. */
 #define _GNU_SOURCE /* RTLD_NEXT */
 #include <dlfcn.h>
 #include <errno.h>
@@ -68,7 +68,7 @@ static int counted_main(int argc, char **argv, char **environment) {
 
 start_program __libc_start_main;
 
-/* What every program begins with. */
+/* The first function of every program. */
 int __libc_start_main(program *main, int argc, char **argv, void (*init)(void), void (*fini)(void), void (*end)(void),
                       void *stack) {
     start_program *real;

@@ -69,7 +69,8 @@ KT_TEST(stability_writes_json) {
     json_decref(root);
 }
 
-/* A swing of 1 m hits its stop at 0.95 m only between the nine states, one a period: sin of whole periods is 0. */
+/* A swing of 1 m hits its stop at 0.95 m. The nine states are one period apart, and sin of whole periods is 0.
+ * Therefore, the stop acts only between them. */
 KT_TEST(stops_that_act_in_no_state_are_told) {
     static const char swing[] = "kinetree: 1\n"
                                 "bodies: [{name: mass, mass: 1, joint: {type: prismatic, axis: x, velocity: 1}}]\n"
@@ -167,7 +168,7 @@ KT_TEST(stability_draws_the_region) {
     kt_check_below("which is dark", kt_page_lightness(svg), 0.25);
 }
 
-/* The root locus of two-step with rho = 0.6 goes from 0 around what is unstable, to xi = -1 at z = 16. */
+/* The root locus of two-step with rho = 0.6 goes from 0 around the unstable region. It ends in xi = -1 at z = 16. */
 KT_TEST(stability_draws_what_an_implicit_region_surrounds) {
     const kt_ran ran = kt_shell("$K stability " GOVERNOR " --integrator two-step --step 2e-3 --samples 1 --plot c.svg");
     kt_check_equal_int("exit code", ran.code, 0);
@@ -191,8 +192,7 @@ static int count(const char *text, const char *part) {
     return found;
 }
 
-/* The fastest decay of the governor is 8117 /s, so that steps of dopri5 stay below 3.3066 / 8117.2 s, whatever the
- * tolerance. */
+/* The fastest decay of the governor is 8117 /s. At any tolerance, steps of dopri5 stay below 3.3066 / 8117.2 s. */
 KT_TEST(run_tells_that_stability_bounds_adaptive_explicit_steps_and_what_is_cheaper) {
     static const char *const methods[] = {"dopri5", "dop853"};
     for (int i = 0; i < 2; i++) {
@@ -233,9 +233,9 @@ static void write_ringing(double stiffness, double damping, double tolerance) {
     kt_write_file("ring.yaml", text);
 }
 
-/* By default a mode is found that rings with 0.01 to 0.5 of the critical damping; dopri5 takes 90,000 steps. If no step
- * of the motion shows it (the tolerance keeps the steps to two thirds of the limit), the run reports it, and the remedy
- * helps. */
+/* The default method finds a mode that rings with 0.01 to 0.5 of the critical damping. dopri5 takes 90,000 steps. The
+ * tolerance may keep the steps to two thirds of the limit. No step of the motion then shows the mode. In this case, the
+ * run reports it, and the remedy helps. */
 KT_TEST(run_finds_a_mode_that_rings_or_tells_that_it_has_missed_it) {
     static const double dampings[] = {60.0, 300.0, 3000.0};
     for (int i = 0; i < 3; i++) {
@@ -299,8 +299,8 @@ KT_TEST(run_warns_once_of_a_step_outside_the_region) {
     kt_check_text("but it stands in the summary", json_string_value(kt_json_find(root, "warnings[0].code")),
                   "unstable_step");
     /* The least along the motion: the start's, or of one a little faster. The mode may double over the run
-     * (analysis.h): with |R'| = 1.507 and 29,143 steps that is ln 2 / (1.507 * 2.785 * 29143) = 5.7e-6 beyond the
-     * limit. */
+     * (analysis.h). The slope is |R'| = 1.507, and there are 29,143 steps. The step may exceed the limit by
+     *     ln 2 / (1.507 * 2.785 * 29143) = 5.7e-6. */
     kt_check_below("with the step", kt_json_at(root, "warnings[0].value"), (1.0 + 5.7e-6) * 2.785293563 / 8117.2033);
     kt_check_above("with the step", kt_json_at(root, "warnings[0].value"), 0.99 * 2.785293563 / 8117.2033);
     kt_check_text("its unit", json_string_value(kt_json_find(root, "warnings[0].unit")), "s");
@@ -317,7 +317,7 @@ KT_TEST(run_warns_once_of_a_step_outside_the_region) {
     kt_check_contains("by how much", ran.err, " s, 7e+04-fold over the run. Take steps below 0.0191 s;");
 }
 
-/* A pendulum let go from the level has no stiffness there: what is wrong shows at the end. */
+/* A pendulum let go from the level has no stiffness there: the fault appears at the end. */
 KT_TEST(run_looks_at_the_end_where_the_start_says_nothing) {
     kt_ran ran = kt_shell("$K run " PENDULUM " --integrator euler --step 0.1 --out /dev/null");
     kt_check_equal_int("once", count(ran.err, "too long for euler to be stable"), 1);
@@ -340,8 +340,9 @@ KT_TEST(run_does_not_warn_of_what_is_only_inaccurate) {
 /* ---- along the motion ----------------------------------------------------------------------------------------------
  */
 
-/* A trunk on four legs with springs in their joints, let go above the ground: in the air its fastest mode is one of 801
- * /s; with a foot on the ground friction below its slip speed damps it at 4e4 /s, at the impact more. */
+/* A trunk on four legs with springs in their joints is let go above the ground. In the air, its fastest mode is one of
+ * 801 /s. With a foot on the ground, friction below its slip speed damps it at 4e4 /s. At the impact, this rate is
+ * higher. */
 static void write_quadruped(void) {
     static const char *const legs[4][2] = {
         {"lf", "0.25, 0.15"}, {"rf", "0.25, -0.15"}, {"lh", "-0.25, 0.15"}, {"rh", "-0.25, -0.15"}};
@@ -386,7 +387,7 @@ static double advised_step(const char *options, double *x) {
 }
 
 /* The start gives no advice, and at 5 ms the run fails at the impact. The advice is that of the motion itself. The feet
- * stand for most of the time, with steps of some 7.4e-5 s (kinetree stability --samples). */
+ * are on the ground for most of the time, with steps of some 7.4e-5 s (kinetree stability --samples). */
 KT_TEST(run_watches_the_fastest_mode_along_the_motion) {
     char options[64];
     double exact, x;
@@ -403,8 +404,8 @@ KT_TEST(run_watches_the_fastest_mode_along_the_motion) {
     kt_check_near("and near", x, exact, 1e-8);
 }
 
-/* A crank of 1 m that starts at 60 deg and 6 rad/s turns a rocker. By euler the velocities are off by the square of the
- * step: by 0.12 of the fastest at 0.1 s, below 0.1 at 0.08 s. */
+/* A crank of 1 m turns a rocker. It starts at 60 deg and 6 rad/s. With euler, the error of the velocities is of the
+ * order of the square of the step. At 0.1 s, it is 0.12 of the fastest velocity. At 0.08 s, it is below 0.1. */
 KT_TEST(run_tells_velocities_that_do_not_fit_the_loops) {
     static const char scene[] =
         "kinetree: 1\n"
@@ -470,7 +471,8 @@ static const char on_the_floor[] = "type: inplane, between: [world, {body: b1, a
 /* The same condition without its second branch, b1 along a1: b1 makes the angle 180 deg - 2 a1 with a1. */
 static const char geared[] = "type: coupling, coefficients: {a1: 2, b1: 1}, offset: 180 deg";
 
-/* By 2e-12 m, of which rounding of positions leaves little, no step is short enough: 2 % of the energy is lost. */
+/* The length differs by 2e-12 m, of which rounding of positions leaves little. No step is short enough, and 2 % of the
+ * energy is lost. */
 KT_TEST(run_tells_a_path_that_bends_more_sharply_than_steps_follow) {
     static const char words[] = "the path bends more sharply than the steps resolve. At t = 0.9";
     make_lift("short.yaml", 1.0 - 2e-12, on_the_floor);
@@ -530,8 +532,8 @@ static void make_sarrus(const char *file, double d) {
     kt_write_file(file, scene);
 }
 
-/* From t = 0.564 s on, next to a bend of the path, interpolated accelerations are off by 1e-3 to one side, and direct
- * ones by 1e-8. Interpolated ones lose 2.6e-6 J. The tolerance alone costs 3e-8 J. */
+/* From t = 0.564 s on, the state is next to a bend of the path. Interpolated accelerations are off by 1e-3 to one side,
+ * and direct ones by 1e-8. Interpolated ones lose 2.6e-6 J. The tolerance alone costs 3e-8 J. */
 KT_TEST(stages_take_the_direct_acceleration_where_rounding_leaves_it_exact) {
     make_sarrus("sarrus.yaml", 2.1544346900318845e-4);
     const kt_ran ran =

@@ -21,7 +21,7 @@ static const four_bar usual = {.gravity = "[0, -9.81, 0]",
                                .mass = "mass: 1",
                                .more = ""};
 
-/* README's, with a free choice of what is given. */
+/* The four-bar of README, with a free choice of the given values. */
 static void write_four_bar(const four_bar *f) {
     char text[2048];
     snprintf(text, sizeof text,
@@ -112,7 +112,7 @@ KT_TEST(open_loops_are_told_equation_by_equation) {
 }
 
 /* A door whose second hinge is off by so much across the first one's axis, and not along any length from joint to end.
- * The place that is told closes it, whatever the size. */
+ * The reported place closes it for any size. */
 KT_TEST(ends_of_loops_that_are_apart_are_told_where_to_go) {
     static const double apart[] = {1e-8, 1e-6, 1e-3};
     static const char door[] =
@@ -134,7 +134,7 @@ KT_TEST(ends_of_loops_that_are_apart_are_told_where_to_go) {
     }
 }
 
-/* A body at [0, 0, 1] whose marker at [1, 0, 0] is to be at [0, 1, 1]: it must turn by a right angle. */
+/* A body is at [0, 0, 1]. Its marker at [1, 0, 0] is to be at [0, 1, 1], so the body must turn by a right angle. */
 KT_TEST(hold_keeps_of_a_joint_what_the_scene_gives) {
     static const char box[] =
         "kinetree: 1\nbodies:\n"
@@ -179,7 +179,9 @@ KT_TEST(loops_without_mass_are_a_fault) {
     kt_expect(2, "the mechanism has no positive inertia along one of the degrees of freedom", "$K check f.yaml");
 }
 
-/* A ball 0.1 m deep stores 1e6 * 0.1^2.5 / 2.5 J, which throws 1 kg 129 m high; one at rest on its contact is right. */
+/* A ball of 1 kg that starts 0.1 m deep flies 129 m high. It stores the energy
+ *     1e6 * 0.1^2.5 / 2.5 J.
+ * A ball at rest on its contact is right. */
 KT_TEST(check_warns_and_ends_well) {
     static const char ball[] = "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
                                "  - {name: ball, joint: {type: prismatic, position: %s}, mass: 1}\n"
@@ -238,8 +240,8 @@ KT_TEST(check_warns_and_ends_well) {
     kt_expect(0, "z.yaml: warning: nothing can move: there are no bodies", "$K check z.yaml");
 }
 
-/* Three feet under 6 kg, 1.5 mm deep each: 1e6 * 0.0015^1.5 = 58.1 N each is less than the weight of 58.86 N, and all
- * three together are more than twice as much. 0.4 mm deep they are not. */
+/* Three feet carry 6 kg, and each is 1.5 mm deep. One foot carries 1e6 * 0.0015^1.5 = 58.1 N, less than the weight of
+ * 58.86 N. All three together carry more than twice the weight. At a depth of 0.4 mm, they carry less than this. */
 KT_TEST(contacts_that_start_inside_are_judged_together_by_every_command) {
     static const char table[] =
         "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
@@ -271,8 +273,8 @@ KT_TEST(contacts_that_start_inside_are_judged_together_by_every_command) {
     kt_check_text("at rest", kt_shell("$K check t.yaml").out, "t.yaml: ok\n");
 }
 
-/* At 1 m/s against a stop that it touches, with a restitution of 1/2: no assembly does this, and `hold` would not keep
- * it. */
+/* The body touches a stop with a restitution of 1/2 and moves against it at 1 m/s. No assembly does this, and `hold`
+ * would not keep it. */
 KT_TEST(an_impact_at_the_start_is_named_as_what_changes_velocities) {
     kt_write_file("i.yaml", "kinetree: 1\nbodies: [{name: slide, joint: {type: prismatic, velocity: -1}, mass: 1}]\n"
                             "effects: [{name: stop, type: joint_limit, joint: slide, lower: 0, restitution: 0.5}]\n"
@@ -283,7 +285,8 @@ KT_TEST(an_impact_at_the_start_is_named_as_what_changes_velocities) {
               "$K run i.yaml");
 }
 
-/* 0.1 m beyond a stop of 1e5 N/m: 1e4 N, and 1e5 * 0.1^2 / 2 J. */
+/* A position 0.1 m beyond a stop of 1e5 N/m gives 1e4 N, and the energy
+ *     1e5 * 0.1^2 / 2 J. */
 KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {
     static const char slide[] = "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
                                 "  - {name: slide, joint: {type: prismatic, axis: y, position: 0.1}, mass: 1}\n"
@@ -319,8 +322,8 @@ KT_TEST(check_refuses_a_start_beyond_a_hard_stop_as_a_run_does) {
     kt_expect(0, NULL, "$K check h.yaml");
 }
 
-/* A bob of 1 kg at 0.1 m turns its hinge with at most 0.981 N m. Parts that are fixed to the world turn it with
- * nothing. A stop of 100 N m per rad may carry twice that moment, at 0.01962 rad. */
+/* A bob of 1 kg at 0.1 m turns its hinge. Its moment is at most 0.981 N m. Parts that are fixed to the world turn it
+ * with nothing. A stop of 100 N m per rad may carry twice that moment, at 0.01962 rad. */
 KT_TEST(check_warns_of_a_turning_joint_s_limit_by_what_weights_turn_it_with) {
     static const char swing[] =
         "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
@@ -425,7 +428,7 @@ KT_TEST(gravity_that_is_missing_or_in_millimetres_is_doubted) {
               "$K check g.yaml");
 }
 
-/* A point of 1.3 kg, 1e-6 m off the axis that turns it, 0.1 m along it. */
+/* A point of 1.3 kg lies 1e-6 m off the axis that turns it. Its distance along the axis is 0.1 m. */
 KT_TEST(a_joint_that_hardly_turns_its_mass_is_doubted) {
     static const char head[] =
         "kinetree: 1\n"
@@ -444,7 +447,7 @@ KT_TEST(a_joint_that_hardly_turns_its_mass_is_doubted) {
     kt_expect(0, NULL, "$K check head.yaml --set 'gravity=[0, 0, -9.81]'"); /* nothing turns it */
 }
 
-/* An event is a change: what holds at the start does not come to hold. */
+/* An event is a change: a condition that is true at the start does not become true. */
 KT_TEST(until_that_holds_at_the_start_is_told) {
     static const struct {
         const char *until;

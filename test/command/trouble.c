@@ -1,4 +1,5 @@
-/* Results that cannot be written, runs that fail or are killed: what is there is whole, and the words say why. */
+/* Results that cannot be written, and runs that fail or are killed. The files that exist are whole, and the message has
+ * the reason. */
 #define _DEFAULT_SOURCE /* prctl's numbers */
 #define _XOPEN_SOURCE 700
 #include "shell.h"
@@ -68,7 +69,7 @@ KT_TEST(results_that_have_no_place_are_refused_before_the_run) {
     kt_expect(4, "a file without a name cannot be written", "$K run p.yaml --quiet --out r.csv --summary=");
 }
 
-/* What could not be written is not among the results. */
+/* A file that could not be written is not among the results. */
 KT_TEST(report_lists_what_was_written) {
     kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");
     const kt_ran ran = kt_shell("$K run p.yaml --out o.csv --summary /dev/full");
@@ -125,7 +126,7 @@ KT_TEST(killed_run_leaves_whole_lines) {
 }
 
 /* Two runs that would write the same records: the second is refused and changes nothing of the first. Both used to
- * write into one file, and whichever ended later renamed what it did not own. */
+ * write into one file, and the run that ended later renamed the file of the other. */
 KT_TEST(run_of_records_that_another_run_is_writing_is_refused) {
     kt_expect(4, "two.csv.partial cannot be written: another run is writing it; --out FILE writes elsewhere",
               "rm -f two.csv*; $K make pendulum --links 2 >p.yaml; "
@@ -156,7 +157,7 @@ KT_TEST(failed_integration_keeps_its_records_and_ends_in_four) {
     kt_check_equal_int("a record every 0.25 s", last, (long long)floor(end / 0.25) + 1);
     kt_check_true("the last one is finite", isfinite(kt_csv_number(text, last, 1)));
     json_t *root = kt_json(kt_read_file("o.json"));
-    /* The last step may end where there is no acceleration any more: then what lies within it cannot be interpolated.
+    /* The last step may end in a state without an acceleration. Records within the step cannot be interpolated then.
      */
     kt_check_above("the summary is of the time reached", kt_json_at(root, "time"), end);
     kt_check_below("which is at most a step later", kt_json_at(root, "time") - end, 0.5);
@@ -184,7 +185,8 @@ KT_TEST(speeds_beyond_all_reason_end_in_four) {
     kt_expect(4, "above that of light", "$K run grow.yaml --quiet --out h.csv --record position,velocity");
 }
 
-/* What has not happened is named, in words and in the summary; `until` is not where another event has ended the run. */
+/* An event that has not happened is named, in words and in the summary. `until` is not named if another event has ended
+ * the run. */
 KT_TEST(events_that_never_happened_are_named) {
     static const char scene[] = "kinetree: 1\nbodies:\n  - {name: a, joint: {type: prismatic, velocity: 1}, mass: 1}\n"
                                 "events:\n  - {name: near, when: position.a > 0.5, then: %s}\n"
@@ -214,8 +216,9 @@ KT_TEST(closed_pipe_ends_the_run_quietly) {
     kt_check_text("standard error", ran.err, "");
 }
 
-/* A parallelogram whose cranks differ by 2e-7 turns over where it lies flat, which its exact twin does not; with a
- * second coupler, which repeats it, the pins are moved by these digits, and both pass it alike. */
+/* A parallelogram whose cranks differ by 2e-7 turns over at its flat position. Its exact twin does not. With a second
+ * coupler, which repeats the first, the pins are moved by these digits. Both mechanisms then pass the position
+ * alike. */
 #define CRANKS                                                                                                         \
     "kinetree: 1\ngravity: [0, 0, 0]\nparameters: {L: 1, Q: 0.2}\nbodies:\n"                                           \
     "  - {name: a, joint: {type: revolute, axis: z, position: =Q, velocity: -2}, mass: 1,\n"                           \
@@ -249,8 +252,8 @@ KT_TEST(lengths_whose_rounding_decides_the_branch_are_told) {
     }
 }
 
-/* A crank that is too long by 6e-15 bends the path within 1e-7 rad, which steps of dop853 leap over as if it were
- * straight; what of it reaches their stages is magnified between their ends. */
+/* A crank that is too long by 6e-15 bends the path within 1e-7 rad. Steps of dop853 leap over the bend as if the path
+ * were straight. The part of the bend that reaches their stages is magnified between their ends. */
 #define HEAVY                                                                                                          \
     "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {L: 1}\nbodies:\n"                                               \
     "  - {name: a, joint: {type: revolute, axis: z, position: 1, velocity: 3}, mass: 1,\n"                             \

@@ -120,7 +120,7 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "takes numbers with commas between, not 'x'", "$K evaluate p.yaml --acceleration=x");
 }
 
-/* strtod reads more than what people write as numbers. */
+/* strtod accepts more forms than people write as numbers. */
 KT_TEST(numbers_of_options_are_decimal) {
     static const struct {
         const char *words, *line;
@@ -155,7 +155,7 @@ KT_TEST(numbers_of_options_are_decimal) {
     kt_expect(0, NULL, "$K run p.yaml --duration 1.e-1 --tolerance 1e-3,0 --quiet --out a.csv");
 }
 
-/* Faults of the scene: status 2, every one with its place, as compilers tell them. */
+/* Faults of the scene: status 2, and every fault has its place, in the format of compilers. */
 KT_TEST(fault_that_compiling_finds_has_its_place) {
     kt_write_file("still.yaml", "kinetree: 1\nbodies:\n  - {name: a, joint: {type: revolute}}\n");
     static const char *const commands[] = {"run", "check", "info", "evaluate", "modes"};
