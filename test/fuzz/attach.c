@@ -7,7 +7,7 @@
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
-/* `base`: about what it is to be; `above_zero`: a length. */
+/* `base`: the approximate value; `above_zero`: the function is a length. */
 static kt_function draw_function(kt_bytes *bytes, kt_fuzz_mechanism *m, double base, bool above_zero) {
     const kt_wildness wild = m->wild;
     double *x = m->numbers[m->functions++];

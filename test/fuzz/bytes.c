@@ -1,4 +1,4 @@
-/* Numbers out of bytes: one byte is a sixteenth, or says that more is wanted. */
+/* Numbers from bytes: one byte is a sixteenth, or a mark that a longer number follows. */
 #include "fuzz.h"
 
 #include "kinetree/study.h"
@@ -36,7 +36,7 @@ static double any_bits(kt_bytes *bytes) {
     return value;
 }
 
-/* Of a magnitude up to 10^most. */
+/* A number of a magnitude up to 10^most. */
 static double any_size(kt_bytes *bytes, int most) {
     const double digits = (int8_t)kt_bytes_next(bytes) / 16.0;
     const int exponent = kt_bytes_pick(bytes, 2 * most + 1) - most;

@@ -1,4 +1,4 @@
-/* A tree of bodies out of bytes. Where bytes end, zeros follow, and zeros are the plainest choice everywhere. */
+/* A tree of bodies from bytes. After the last byte, zeros follow, and zeros are the plainest choice everywhere. */
 #include "fuzz.h"
 
 #include <string.h>
@@ -33,7 +33,7 @@ kt_vec3 kt_fuzz_axis(kt_bytes *bytes, kt_wildness wild) {
     return axis;
 }
 
-/* Of any numbers; where they must be those of a rotation they are made so. */
+/* A rotation from any numbers. If they must be those of a rotation, the function corrects them. */
 void kt_fuzz_rotation(kt_bytes *bytes, kt_wildness wild, kt_rotation *rotation) {
     static const int sequences[] = {121, 123, 131, 132, 212, 213, 231, 232, 312, 313, 321, 323, 0, 111, -313};
     const int type = kt_bytes_pick(bytes, 16);
@@ -115,7 +115,7 @@ static void describe_shape(kt_bytes *bytes, kt_wildness wild, kt_shape *shape) {
     kt_fuzz_rotation(bytes, wild, &shape->rotation);
 }
 
-/* Of two points of a mass each, and thus one that a body can have; or any numbers. */
+/* The inertia of two points of a mass each, which a body can have; or any numbers. */
 static kt_sym3 describe_inertia(kt_bytes *bytes, kt_wildness wild) {
     kt_sym3 inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     if (wild == KT_WILD_ALL && kt_bytes_chance(bytes)) {
@@ -150,7 +150,7 @@ static void describe_body(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     kt_body *body = &m->body[i];
     *body = kt_body_default();
     body->name = kt_fuzz_name(bytes, m, i);
-    /* Zeros: a chain. Of wild ones any parent, itself as well. */
+    /* Zeros give a chain. A wild mechanism may have any parent, also the body itself. */
     const int back = kt_bytes_pick(bytes, i + 1) + 1;
     body->parent = kt_fuzz_name(bytes, m, i - back);
     if (m->wild == KT_WILD_ALL && kt_bytes_pick(bytes, 16) == 15)

@@ -1,8 +1,8 @@
-/* Fuzzing: entry points that take any bytes, and what stands behind them.
+/* Fuzzing: entry points that take any bytes, and the functions that they share.
  *
- * scene.c (also for URDF, MJCF and SDF), model.c and motion.c each have the entry of libFuzzer and AFL++,
- * LLVMFuzzerTestOneInput. kt_fuzz_must checks a claim. It ends the process if the claim is false, which fuzzers notice.
- * replay.c calls the same entries in the suite; `test/fuzz/run` builds the fuzzers.
+ * scene.c (also for URDF, MJCF and SDF), model.c and motion.c each have the entry LLVMFuzzerTestOneInput of libFuzzer
+ * and AFL++. The function kt_fuzz_must checks a claim. It ends the process if the claim is false, which fuzzers notice.
+ * The program replay.c calls the same entries in the suite; `test/fuzz/run` builds the fuzzers.
  */
 #ifndef KT_TEST_FUZZ_H
 #define KT_TEST_FUZZ_H
@@ -27,7 +27,7 @@ uint8_t kt_bytes_next(kt_bytes *bytes);
 int kt_bytes_pick(kt_bytes *bytes, int count); /* 0 <= value < count; 0 behind the end */
 bool kt_bytes_chance(kt_bytes *bytes);         /* false behind the end */
 
-/* How far from good sense what is read may be. */
+/* The allowed range of the numbers and choices that are read. */
 typedef enum kt_wildness {
     KT_WILD_NOT = 0, /* a mechanism of human size, right unless by bad luck */
     KT_WILD_SIZES,   /* numbers of all magnitudes that a description may have */
@@ -46,7 +46,7 @@ kt_vec3 kt_bytes_vector(kt_bytes *bytes, kt_wildness wild);
 enum { KT_FUZZ_BODIES = 6, KT_FUZZ_LOOPS = 4, KT_FUZZ_EFFECTS = 5, KT_FUZZ_MARKERS = 2, KT_FUZZ_NUMBERS = 8 };
 enum { KT_FUZZ_TERMS = 3, KT_FUZZ_FUNCTIONS = KT_FUZZ_LOOPS + 3 * KT_FUZZ_EFFECTS };
 
-/* What a caller's own effect does when it is called. */
+/* The behaviour of a caller's own effect. */
 typedef struct kt_fuzz_push {
     int returns;
     double force;

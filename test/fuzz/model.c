@@ -1,5 +1,5 @@
-/* The check of descriptions and the compiler of models: for any description that is at least readable memory, either
- * both refuse it in the same words, or the model is whole. What is right can be written as a scene, and read again.
+/* The check of descriptions and the compiler of models. The description is at least readable memory. Either both refuse
+ * it with the same message, or the model is whole. A right description can be written as a scene, and read again.
  */
 #include "fuzz.h"
 #include "kinetree/mechanism.h"
@@ -62,7 +62,7 @@ static void check_model(const kt_description *d, const kt_model *model) {
     free(v);
 }
 
-/* Data of exactly the size that the model asks for, and less. */
+/* Data of exactly the size that the model requires, and less. */
 static void check_data(const kt_model *model) {
     kt_data *data = NULL;
     const size_t size = kt_data_size(model);
@@ -104,8 +104,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     kt_fuzz_must((checked == KT_OK) == (faults.count == 0), "faults are told where there are some");
     kt_fuzz_must(checked == KT_OK || strcmp(told.message, faults.first.message) == 0, "the first is the error");
     const kt_status compiled = kt_model_compile(&m.description, &options, &model, &error);
-    /* Only the compiler sees whether a joint moves inertia, and whether a loop's ends are on one rigid part; and the
-     * forces on a joint that moves none. */
+    /* Only the compiler detects whether a joint moves inertia, and the forces on a joint that moves none. It also
+     * detects whether a loop's ends are on one rigid part. */
     kt_fuzz_must(compiled == checked || (checked == KT_OK && error.message[0] != '\0' &&
                                          (compiled == KT_ERROR_MODEL || compiled == KT_ERROR_NOT_FINITE || m.custom)),
                  "the compiler takes what the check takes (%d, %d): %s: %s", (int)checked, (int)compiled, error.where,

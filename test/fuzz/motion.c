@@ -2,7 +2,7 @@
  * call leaves its outputs unchanged. Loops that are reported as closed are closed, and a state that is undone is the
  * same as before.
  *
- * All memory is of exactly the size that is asked for, so that the address sanitizer sees a step beyond it.
+ * All memory has exactly the required size, so that the address sanitizer detects an access beyond it.
  */
 #include "motion.h"
 #include "fuzz.h"
@@ -39,7 +39,7 @@ static double *take_numbers(int count) {
 
 /* ---- loops closed where the mechanism stands --------------------------------------------------------------------- */
 
-/* Turns and moves the second end of a loop to the first, as the tree stands. */
+/* Turns and moves the second end of a loop to the first, in the present state of the tree. */
 static void close_loop(const kt_model *model, const kt_data *data, kt_loop *loop) {
     const int a = loop->between[0].body == NULL ? 0 : kt_body_find(model, loop->between[0].body),
               b = loop->between[1].body == NULL ? 0 : kt_body_find(model, loop->between[1].body);
@@ -54,7 +54,8 @@ static void close_loop(const kt_model *model, const kt_data *data, kt_loop *loop
     loop->between[1].rotation = kt_rotation_matrix(kt_mat3_multiply(back, kt_mat3_multiply(first.rotation, turn)));
 }
 
-/* What of the loops is closed already stays so: left out of this are those of `spared`, as bits. */
+/* Closes the loops in the initial state, except those in `spared`, one bit each. Loops that are closed already stay
+ * so. */
 static void close_loops(kt_fuzz_mechanism *m, unsigned spared) {
     kt_description tree = m->description;
     kt_model *model = NULL;

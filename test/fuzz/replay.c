@@ -1,10 +1,10 @@
 /* The fuzzers' entries in the suite: every file of the corpus is fed to one, and then mutations of them, made up here.
  *
- * The inputs run in a process of their own, and the one at work stands in memory that both share: where that process
- * ends, the input is written into a file. Time is the processor's, so that a busy machine changes nothing but how many
- * mutations there are; these depend on KT_SEED alone. KT_FUZZ_SECONDS says for how long (default 15, which is a minute
- * for the four targets; 0: none), and KT_FUZZ_INPUT names a file that is run alone, here, without a process of its
- * own: for debuggers.
+ * The inputs run in a process of their own. Both processes share the memory with the present input. If the process
+ * ends, the input is written into a file. The time is that of the processor, so that a busy machine changes only the
+ * number of mutations. The mutations themselves depend on KT_SEED alone. KT_FUZZ_SECONDS sets the time (0: none). Its
+ * default of 15 takes a minute for the four targets. KT_FUZZ_INPUT names a file that is run alone, without a process of
+ * its own: for debuggers.
  */
 #include <dirent.h>
 #include <stdio.h>
@@ -76,7 +76,7 @@ static bool read_corpus(void) {
 
 /* ---- one input --------------------------------------------------------------------------------------------------- */
 
-/* In memory of just that size; SIGPROF ends what takes too long. */
+/* The input is in memory of exactly its size; SIGPROF ends a run that takes too long. */
 static void run_one(const uint8_t *data, size_t size) {
     const struct itimerval limit = {{0, 0}, {SECONDS_OF_ONE, 0}};
     uint8_t *exact = malloc(size + (size == 0));

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* For difference.c, without all that collect.c asks for. */
+/* For difference.c, which then does not need all of collect.c. */
 bool kt_same_bytes(const void *a, const void *b, size_t size) { return memcmp(a, b, size) == 0; }
 
 typedef struct heard {
@@ -30,7 +30,7 @@ static void listen(void *user, const kt_error *fault) {
     kt_fuzz_must(is_text(fault->message, KT_MESSAGE_SIZE) && fault->message[0] != '\0', "a fault has a message");
 }
 
-/* Reads what was written, which must be right. */
+/* Reads the written scene, which must be right. */
 static void read_again(const char *text, size_t size, kt_scene *scene) {
     kt_error error;
     const kt_status status = kt_scene_parse("again.yaml", text, size, scene, NULL, NULL, &error);

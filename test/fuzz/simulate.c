@@ -58,7 +58,7 @@ static void check_checkpoint(kt_simulation *simulation, void *block) {
     free(again);
 }
 
-/* A step at a time: what fails leaves all as it was. */
+/* Takes one step at a time: a step that fails leaves the state unchanged. */
 static void step(kt_simulation *simulation, const kt_model *model, double duration) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model);
     const size_t size = kt_simulation_state_size(simulation), bytes = (size_t)(nq + nv) * sizeof(double);
