@@ -1,7 +1,7 @@
 /* Curves whose rows follow from the nearest point: helices and splines, on the curve and off it.
  *
- * The rows across a curve are along normals that do not turn about its tangent, which no closed form in the library's
- * numbers has; but whatever frame, |phi|^2 is the square of the distance, and so
+ * The rows across a curve are along normals that do not turn about its tangent. No closed form in the library's numbers
+ * has these normals. In any frame, however, |phi|^2 is the square of the distance. Therefore,
  *     (|phi|^2)'  = 2 phi . phi',   (|phi|^2)'' = 2 (|phi'|^2 + phi . phi'')
  * for a point that moves as p0 + u t + a t^2 / 2 in the first end's frame, against differences of order six.
  */
@@ -128,10 +128,12 @@ KT_TEST(rows_are_the_rates_of_the_distance_and_of_the_arc_length) {
     }
 }
 
-/* Through 33 points of a half circle of radius 1 (h = pi / 32). Inside, the error is within the circle's fourth
- * derivative times h^4 / 384 = 2.4e-7. It is larger next to the ends, where a natural spline has no curvature
- * (measured: 5e-4). The middle is held to the former. The arc length is held to that of the chords above, h^2 pi / 24 =
- * 1.3e-3 below. */
+/* A spline through 33 points of a half circle of radius 1, with h = pi / 32. Inside, the error is within the circle's
+ * fourth derivative times
+ *     h^4 / 384 = 2.4e-7.
+ * It is larger next to the ends, where a natural spline has no curvature (measured: 5e-4). The test applies the former
+ * bound to the middle. The arc length may be below that of the circle by as much as that of the chords,
+ *     h^2 pi / 24 = 1.3e-3. */
 KT_TEST(spline_of_a_half_circle_is_nearly_one) {
     enum { POINTS = 33 };
     const double pi = 3.14159265358979323846;

@@ -1,13 +1,14 @@
-/* phi, phi' and phi'' of every type, on its manifold and far off it, against the same equations written from the
- * relative pose in jets (moving.c): the Jacobian, b' and b'' at once. */
+/* phi, phi' and phi'' of every type, on its manifold and far off it. The same equations are written from the relative
+ * pose in jets (moving.c). The comparison covers the Jacobian, b' and b'' at once. */
 #include "moving.h"
 
 #include <float.h>
 
 #define EPS DBL_EPSILON
 
-/* How errors grow near a place where a direction is undefined: with the rows' slopes, which grow as an axis nears the
- * opposite of the other; as an axis nears the line of the one that it should be normal to; and as points fall together.
+/* The growth of errors near a place where a direction is undefined. They grow with the rows' slopes as an axis nears
+ * the opposite of the other. They also grow as an axis nears the line of the one that it should be normal to, and as
+ * points fall together.
  */
 static double steepness(int type, const kt_loop_end end[2], const kt_loop_row *rows, int count) {
     double most = 1.0;
@@ -29,8 +30,8 @@ static double steepness_of_shape(const kt_loop_record *loop, const kt_loop_end e
     return fmax(fmax(1.0, 1.0 / rho), fmax(1.0 / hypot(rho, d[2]), 1.0 / hypot(rho - loop->radius, d[2])));
 }
 
-/* Rounding, against the sizes of what is summed, and s, s^2, s^3 for a steepness s; measured over forty seeds: at most
- * 0.85 of the bounds. */
+/* The bounds are rounding, relative to the sizes of the summands. For a steepness s, they are multiplied by s, s^2 and
+ * s^3. Over forty seeds, the largest measured error is 0.85 of its bound. */
 KT_TEST(rows_give_the_equations_and_their_rates) {
     kt_random random = kt_random_of_test();
     for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++) {

@@ -1,12 +1,12 @@
-/* What each type leaves free, and how much it takes away. */
+/* The freedoms that each type leaves, and the number that it takes away. */
 #include "moving.h"
 
 #include <float.h>
 
 #define EPS DBL_EPSILON
 
-/* Which of x, y, z may slide; orientation: any, none, about z (Z), any that keeps the second z normal to the first (N),
- * or any without a turn about z (H). */
+/* The axes x, y, z that may slide. The letter gives the orientation: any, none, or about z (Z). N is any that keeps the
+ * second z normal to the first, and H is any without a turn about z. */
 typedef struct dof {
     int equations; /* SCENE, "Loops" */
     bool slides[3];
@@ -131,8 +131,8 @@ KT_TEST(allowed_motions_keep_every_equation_closed) {
     }
 }
 
-/* Vectors of six numbers made orthogonal, the longest first; returns how many are longer than 1e-6 of the first, and
- * puts the shortest of these, relative, in *shortest. */
+/* Makes vectors of six numbers orthogonal, the longest first. Returns how many are longer than 1e-6 of the first. The
+ * length of the shortest of these, relative to the first, is in *shortest. */
 static int rank_of(double x[][6], int count, double *shortest) {
     double first = 0.0;
     for (int r = 0; r < count; r++) {
@@ -203,7 +203,7 @@ static int rank_of_motions(const kt_loop_record *loop, kt_random *random, const 
     return rank_of(x, MANY, &shortest);
 }
 
-/* Together with the test above: the rows forbid what the type forbids, and nothing that it allows. */
+/* Together with the test above: the rows forbid exactly the motions that the type forbids. */
 KT_TEST(independent_rows_and_freedoms_left_make_six) {
     kt_random random = kt_random_of_test();
     for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++) {

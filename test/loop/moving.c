@@ -172,7 +172,7 @@ static jet orthogonal(const moving *r) {
     return jet_scale(2.0L, jet_div(z, one_plus(s)));
 }
 
-/* Of all whole turns the one with the least phi. */
+/* phi for the number of whole turns that makes it least. */
 static jet screw(const kt_loop_record *loop, const moving *r) {
     const jet turned = jet_sub(jet_scale(2.0L, jet_atan2(r->q[3], r->q[0])), jet_constant((long double)loop->angle));
     jet phi = jet_sub(r->p[2], jet_scale((long double)loop->pitch, turned));
@@ -180,8 +180,8 @@ static jet screw(const kt_loop_record *loop, const moving *r) {
     return phi;
 }
 
-/* Seen from the plane: the wheel's material point that is at the contact, and the gap. The lowest point of the disc's
- * rim is where (cos, sin) along its axes is -(X, Y) / |(X, Y)|, X and Y the heights of its axes. */
+/* Seen from the plane: the wheel's material point that is at the contact, and the gap. X and Y are the heights of the
+ * disc's axes. At the lowest point of the rim, (cos, sin) along these axes is -(X, Y) / |(X, Y)|. */
 static void rolling(const kt_loop_record *loop, const moving *wheel, jet phi[3]) {
     jet axes[3][3], material[3], velocity[3];
     moving_axes(wheel->q, axes);

@@ -25,12 +25,12 @@ jet moving_random_jet(kt_random *random, double most);
 moving moving_compose(const moving *first, const moving *relative);
 moving moving_relative(const moving *first, const moving *second);
 
-/* Rounded to double; alpha and linear are NaN, for no equation may read them. acceleration (may be NULL) receives the
- * angular acceleration and that of the origin. */
+/* The end, rounded to double. The members alpha and linear are NaN, since no equation may read them. The output
+ * acceleration (may be NULL) receives the angular acceleration and that of the origin. */
 kt_loop_end moving_end(const moving *m, kt_v4 acceleration[2]);
 
-/* A record of this type with parameters of order one, and the numbers of its curve. distance: length 2 + 0.5 sin(3 t +
- * 0.4). */
+/* A record of this type with parameters of order one, and the numbers of its curve. The length of a distance is
+ *     2 + 0.5 sin(3 t + 0.4). */
 enum { MOVING_NUMBERS = 8 };
 kt_loop_record moving_loop(kt_random *random, int type, double numbers[MOVING_NUMBERS]);
 jet moving_length(double t);
@@ -39,11 +39,11 @@ jet moving_length(double t);
  * have phi = NaN. */
 int moving_equations(const kt_loop_record *loop, double t, const moving *first, const moving *second, jet phi[6]);
 
-/* phi' and phi'' as a row says they are. */
+/* phi' and phi'' according to a row. */
 typedef struct moving_rates {
     double first, second;
 } moving_rates;
-/* Sums of the sizes of what goes into phi' and phi'', against which their rounding is held. */
+/* Sums of the sizes of the terms of phi' and phi'', the scale of their rounding. */
 moving_rates moving_scales(const kt_loop_end end[2], kt_v4 acceleration[2][2]);
 moving_rates moving_rates_of(const kt_loop_row *row, const kt_loop_end end[2], kt_v4 acceleration[2][2]);
 

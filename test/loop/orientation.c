@@ -1,5 +1,5 @@
-/* Orientation closures: first order in the error, and right up to half a turn of it (a quarter turn, where an axis
- * should be normal to another: nothing misses that by more). */
+/* Orientation closures: first order in the error, and right up to half a turn of it. If an axis should be normal to
+ * another, the limit is a quarter turn, because no error is larger. */
 #include "moving.h"
 
 #include <float.h>
@@ -116,8 +116,9 @@ KT_TEST(residual_is_four_tangents_of_a_quarter_of_the_error) {
     kt_check_worst(&orthogonal);
 }
 
-/* [MSD 6.49, 6.50]: a small error theta n leaves the residual theta n, to third order. theta^3 / 48 is 4 tan(theta / 4)
- * - theta, theta^3 / 12 is 2 tan(theta / 2) - theta. */
+/* [MSD 6.49, 6.50]: a small error theta n leaves the residual theta n, to third order. The errors of third order are
+ *     theta^3 / 48    of 4 tan(theta / 4) - theta,
+ *     theta^3 / 12    of 2 tan(theta / 2) - theta. */
 KT_TEST(residuals_are_first_order_in_the_error) {
     kt_random random = kt_random_of_test();
     kt_worst parallel = kt_worst_make("parallel"), coaxial = kt_worst_make("coaxial"),
@@ -145,8 +146,10 @@ KT_TEST(residuals_are_first_order_in_the_error) {
     kt_check_worst(&normal);
 }
 
-/* 4 tan(theta / 4) has the slope 1 / cos^2(theta / 4), so the step is 2 sin(theta / 2) back; 2 tan(eps / 2) has the
- * slope 1 / cos^2(eps / 2), so it is sin(eps). Neither goes too far, so the error falls at every step. */
+/* The Newton steps of the two residuals do not go too far, so the error falls at every step:
+ *     residual            slope                   step back
+ *     4 tan(theta / 4)    1 / cos^2(theta / 4)    2 sin(theta / 2)
+ *     2 tan(eps / 2)      1 / cos^2(eps / 2)      sin(eps) */
 KT_TEST(newton_steps_shrink_errors_up_to_half_a_turn) {
     kt_random random = kt_random_of_test();
     const int types[3] = {KT_LOOP_PARALLEL, KT_LOOP_COAXIAL, KT_LOOP_ORTHOGONAL};
@@ -187,7 +190,8 @@ KT_TEST(newton_steps_shrink_errors_up_to_half_a_turn) {
     }
 }
 
-/* The parallel closure's Jacobian is (1 + s) times a rotation, s = tan^2(theta / 4): never badly conditioned. */
+/* The parallel closure's Jacobian is (1 + s) times a rotation. It is never badly conditioned, with
+ *     s = tan^2(theta / 4). */
 KT_TEST(equal_orientation_is_conformal) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("B B' - (1 + s)^2 1");

@@ -21,8 +21,9 @@ static void turn_by(moving *m, int k, jet angle) {
     moving_multiply(m->q, q, m->q);
 }
 
-/* A wheel in the plane's frame: heading yaw about the normal, its axle then tilted by `lean` against the plane, then
- * the spin about the axle. Upright (lean = 0) it rolls along x for yaw = 0, at -radius spin' with the axle along -y. */
+/* A wheel in the plane's frame. It turns by the heading yaw about the normal, then its axle by `lean` against the
+ * plane, and then by the spin about the axle. Upright (lean = 0) it rolls along x for yaw = 0, at -radius spin' with
+ * the axle along -y. */
 static moving wheel(jet x, jet y, double radius, jet yaw, jet lean, jet spin) {
     const jet zero = jet_constant(0.0L);
     moving m = {{x, y, jet_scale((long double)radius, jet_cos(lean))}, {jet_constant(1.0L), zero, zero, zero}};
@@ -78,8 +79,8 @@ KT_TEST(straight_rolling_has_the_speed_of_the_rim) {
     report(&v);
 }
 
-/* A wheel of radius rho turns at Omega about the vertical through the origin, its contact on a circle of radius R to
- * the right of its middle, its top leaning in by beta. The centre is at R - rho sin(beta) from the vertical. Its axle
+/* A wheel of radius rho turns at Omega about the vertical through the origin. Its contact is on a circle of radius R,
+ * to the right of its middle. Its top leans in by beta. The centre is at R - rho sin(beta) from the vertical. Its axle
  * goes with the turning frame, in which the material at the contact passes at -Omega R: so rho spin' = -Omega R. */
 KT_TEST(a_leaning_wheel_rolls_in_a_circle) {
     kt_random random = kt_random_of_test();

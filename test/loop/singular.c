@@ -94,8 +94,8 @@ KT_TEST(an_axis_on_the_line_it_should_be_normal_to_is_a_quarter_turn_off) {
     kt_check_worst(&slope);
 }
 
-/* On both sides of where the clearance begins, 2e-10 rad apart: phi has the slope 2; slopes across the error are as
- * 1 / tilt, and the slope of the normal closure is stationary. */
+/* States on both sides of the limit of the clearance, 2e-10 rad apart. phi has the slope 2. Slopes across the error are
+ * proportional to 1 / tilt. The slope of the normal closure is stationary. */
 KT_TEST(equations_go_over_into_the_clearance_without_a_jump) {
     kt_random random = kt_random_of_test();
     const int types[2] = {KT_LOOP_COAXIAL, KT_LOOP_ORTHOGONAL};

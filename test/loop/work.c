@@ -1,13 +1,13 @@
-/* Reactions against virtual work. For any small displacement of either end, the wrench of a row on the second end, and
- * its opposite on the first at the same point, do the work d phi. phi is differenced, so that its formula is not
- * assumed (equations.c tests it). */
+/* Reactions against virtual work. The wrench of a row acts on the second end, and its opposite acts on the first at the
+ * same point. For any small displacement of either end, they do the work d phi. The test takes differences of phi and
+ * does not use its formula (equations.c tests it). */
 #include "moving.h"
 
 #include <float.h>
 
 static const double STEP = 0.004;
 
-/* The end moved by `by` along (0 to 2) or about (3 to 5) a world axis through its point. */
+/* The end moved by `by` along or about a world axis through its point (direction 0 to 2: along, 3 to 5: about). */
 static moving displaced(const moving *m, int direction, double by) {
     moving moved = *m;
     if (direction < 3) {
