@@ -109,7 +109,8 @@ static bool derive(const motion *m, bool dual, derivatives *d) {
     return true;
 }
 
-/* Errors of a column, against the largest number of its matrix, or what rounding leaves of a difference of 0: eps / H.
+/* Errors of a column, relative to the largest number of its matrix. For a difference of 0, they are relative to its
+ * rounding, eps / H.
  */
 typedef struct errors {
     kt_worst force, slack_q, slack_v, dual;

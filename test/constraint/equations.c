@@ -1,6 +1,6 @@
-/* The equations of loops as matrices, against differences: A is the derivative of phi along the joints' own steps, -b'
- * that by time, and along q (+) s v, t + s the rate of A v - b' is -b''. Sixth-order differences of step h: the bounds
- * are what rounding leaves, some eps / h, times a measured number.
+/* The equations of loops as matrices, against differences. A is the derivative of phi along the joints' own steps. The
+ * derivative of phi by time is -b'. Along q (+) s v, t + s, the rate of A v - b' is -b''. Differences are of sixth
+ * order with step h. The bounds are their rounding, some eps / h, times a measured number.
  */
 #include "linkage.h"
 #include "tangle.h"
@@ -47,7 +47,7 @@ static void take_step(const tangle *g, const double *dv, double s, double *out) 
     kt_position_add(g->tree.model, g->q, step, out);
 }
 
-/* Differences of step h and h / 2: the second is off by 1 / 64 of the first's truncation. */
+/* Differences of step h and h / 2: the second has 1 / 64 of the truncation error of the first. */
 typedef struct slopes {
     double whole[TANGLE_ROWS], half[TANGLE_ROWS];
 } slopes;
@@ -124,9 +124,9 @@ KT_TEST(equations_are_the_derivatives_of_their_residuals) {
     kt_check_worst(&drift);
 }
 
-/* A loop's rows are the same, to the bit, whatever other loops there are, and stand in the order of the description. In
- * space, since parts that lie in a plane alone may be tied to other parts, and are then computed in another way. By
- * dense matrices, since fewer equations on as many links may be reduced link by link. */
+/* Other loops do not change the rows of a loop, to the bit. The rows are in the order of the description. The test is
+ * in space, since parts that lie in a plane alone may be tied to other parts. They are then computed in another way.
+ * The test uses dense matrices, since fewer equations on as many links may be reduced link by link. */
 KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
     static tangle g;
     static matrices all, one;

@@ -1,5 +1,5 @@
-/* Which loops of a planar tree stay in its plane: those whose axes lie in it or along its normal, and whose ends agree
- * on what is across.
+/* The loops of a planar tree that stay in its plane. Their axes lie in it or along its normal, and both ends have the
+ * same direction across.
  */
 #include "linkage.h"
 

@@ -25,8 +25,8 @@ typedef struct linkage {
 /* Nothing yet; gravity is -9.81 m/s^2 along y. */
 void linkage_begin(linkage *l);
 
-/* A slender uniform bar from its joint's origin to `to`, 1 kg a metre, on a revolute joint about z at `at` of `parent`
- * (NULL: the world), at `angle` and `rate`. It may be changed until the model is compiled. */
+/* A slender uniform bar of 1 kg a metre, from its joint's origin to `to`. It is on a revolute joint about z at `at` of
+ * `parent` (NULL: the world). It starts at `angle` and `rate`. It may be changed until the model is compiled. */
 kt_body *linkage_bar(linkage *l, const char *name, const char *parent, kt_vec3 at, kt_vec3 to, double angle,
                      double rate);
 
@@ -52,9 +52,9 @@ double linkage_assemblies_differ(const kt_model *const model[2], kt_data *const 
 
 /* ---- mechanisms -------------------------------------------------------------------------------------------------- */
 
-/* Four-bar in the plane: ground pivots at 0 and (ground, 0), crank and rocker from there, the coupler on the crank,
- * closed on the rocker by a loop of this type ("close"). Angles are counted from x; not assembled where they do not
- * fit. All lengths times `size`. */
+/* A four-bar in the plane, with ground pivots at 0 and (ground, 0). Crank and rocker start there, and the coupler is on
+ * the crank. A loop of this type ("close") closes it on the rocker. Angles are counted from x; it is not assembled if
+ * they do not fit. All lengths are multiplied by `size`. */
 typedef struct four_bar {
     double crank, coupler, rocker, ground;
     double angle[3]; /* crank, coupler (against the crank), rocker */
@@ -62,7 +62,7 @@ typedef struct four_bar {
     double size;
     kt_loop_type type;
 } four_bar;
-four_bar four_bar_default(void); /* 1, 2, 1.8, 2.2 m; about closed; revolute */
+four_bar four_bar_default(void); /* lengths of 1, 2, 1.8, 2.2 m; about closed; revolute */
 void linkage_four_bar(linkage *l, const four_bar *f);
 
 /* N + 1 upright cranks of 1 m and N couplers between their tips: the benchmark A02 of the IFToMM library. theta is

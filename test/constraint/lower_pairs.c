@@ -1,9 +1,10 @@
 /* Every lower pair as a loop against the same pair as a tree joint: one motion.
  *
- * An arm turns about an oblique axis on a pivot, and a bob moves on the arm, both eccentric and with products of
- * inertia, under gravity. The bob's joint is once a joint of the tree, and once a closure between the arm and a free
- * bob that starts from the same pose and twist. The first end is at the joint's place on the arm, in the joint frame;
- * the second is the bob's frame. Equal to 1e-9 is what was promised; over a second it is rounding alone that differs.
+ * An arm turns about an oblique axis on a pivot, and a bob moves on the arm, under gravity. Both are eccentric and have
+ * products of inertia. In one model, the bob's joint is a joint of the tree. In the other one, it is a closure between
+ * the arm and a free bob, from the same pose and twist. The first end is at the joint's place on the arm, in the joint
+ * frame; the second is the bob's frame. The promised difference is below 1e-9; over a second, it consists of rounding
+ * alone.
  */
 #include "../simulation/scenes.h"
 

@@ -111,7 +111,8 @@ static int draw_joints(const tangle *g, kt_random *random, int joint[3]) {
     return found;
 }
 
-/* A formula of three joints, which has mixed derivatives and, of one, a third one; it vanishes where they stand. */
+/* A formula of three joints. It has mixed derivatives and a third derivative by one joint, and it vanishes in the
+ * present state. */
 static void add_formula(tangle *g, kt_loop *loop, const double q[3]) {
     char *text = g->formula[loop - g->loop];
     const kt_term *term = loop->terms;
@@ -330,8 +331,9 @@ bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
 
 /* ---- a rod at its dead centre ------------------------------------------------------------------------------------ */
 
-/* A body on a revolute joint that moves and whose link is in a group, or 0; none where there is a screw or
- * a constant-velocity joint, which is closed at its initial state and would be open if another became that. */
+/* A body on a revolute joint that moves and whose link is in a group, or 0. There is none if there is a screw or a
+ * constant-velocity joint. Such a loop is closed at its initial state. If another state became the initial one, it
+ * would be open. */
 static int revolute_in_a_loop(const tangle *g) {
     const kt_model *model = g->tree.model;
     for (int i = 0; i < g->loops; i++)

@@ -24,8 +24,8 @@ typedef struct tangle_plan {
 /* 14 bodies, 4 loops of all types. */
 tangle_plan tangle_plan_default(void);
 
-/* The same of trees in one oblique plane, and loops that can be closed there: axes along its normal or in it, or where
- * the type allows any. */
+/* The same for trees in one oblique plane, with loops that can be closed there. Their axes are along its normal or in
+ * it, or any if the type allows this. */
 tangle_plan tangle_plan_planar(void);
 
 /* Points into itself: not to be copied. */
@@ -36,7 +36,7 @@ typedef struct tangle {
     char name[TANGLE_LOOPS][16], formula[TANGLE_LOOPS][200];
     int loops, rows;
     double t;
-    double q[KT_TREE_NQ], v[KT_TREE_NV], tau[KT_TREE_NV]; /* a state on the manifold at t, and what acts */
+    double q[KT_TREE_NQ], v[KT_TREE_NV], tau[KT_TREE_NV]; /* a state on the manifold at t, and the forces */
     kt_wrench external[KT_TREE_SLOTS];
 } tangle;
 
@@ -45,10 +45,10 @@ typedef struct tangle {
 bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random);
 void tangle_free(tangle *g);
 
-/* Adds to one that no loop drives a body next to one on a revolute joint in a loop, and a rod between equal arms of
- * both, which is `off` (radians) from its dead centre where the mechanism stands, and if `braced` a second one, at
- * right angles: redundant everywhere, as both bodies turn as one. Compiles the mechanism again, with its state as the
- * initial one; false if it has no such body. */
+/* Adds a body next to one on a revolute joint in a loop, and a rod between equal arms of both. No loop may drive the
+ * mechanism. In its present state, the rod is `off` (radians) from its dead centre. With `braced`, a second rod is at
+ * right angles. This rod is redundant everywhere, as both bodies turn as one. Compiles the mechanism again, with its
+ * state as the initial one; false if it has no such body. */
 bool tangle_add_dead_centre(tangle *g, double off, bool braced, const kt_model_options *options, kt_random *random);
 
 /* The matrices of M a + h = tau + A' lambda, A a = b'' at the state: mass (nv x nv), force = tau + J' external - h
@@ -69,13 +69,14 @@ typedef struct tangle_way {
  * number of independent equations. */
 int tangle_solve(const tangle *g, const tangle_system *s, tangle_way way, double *a, double *moved);
 
-/* The largest move of a coordinate that closes loops which are open by one, if all moves are least in the metric W of
- * masses or of ones. This is the largest row sum of |W^-1 A' (A W^-1 A')^-1|. That of ones tells how near to a singular
- * position the state is: 1 to 100 mostly. */
+/* The largest move of a coordinate that closes loops which are open by one. All moves are least in the metric W of
+ * masses or of ones. This is the largest row sum of
+ *     |W^-1 A' (A W^-1 A')^-1|.
+ * That of ones measures how near the state is to a singular position: 1 to 100 mostly. */
 double tangle_reach(const tangle *g, bool mass);
 
-/* Whether the accelerations that were asked for last are those of a state so near to a singular position that they came
- * from neighbouring states: to h^6 and not to rounding, which is another test's. */
+/* Whether the last requested accelerations came from neighbouring states, because the state is so near to a singular
+ * position. They are then accurate to h^6 and not to rounding, which another test covers. */
 bool tangle_was_near_singular(const kt_model *model, const kt_data *data);
 
 #endif

@@ -92,8 +92,8 @@ static void invert(long double *k, int n) {
     free(order);
 }
 
-/* x <- x + K^-1 (right - K x). Multipliers may be so large that their part of the inverse's rounding is seen in
- * coordinates which the loops hold still; once x is near, what is left of the right side no longer has it. */
+/* x <- x + K^-1 (right - K x). Multipliers may be so large that their part of the inverse's rounding appears in other
+ * coordinates, which the loops hold still. Once x is near, the rest of the right side no longer has this part. */
 static void refine(const long double *k, const long double *inverse, int n, const long double *right, long double *x,
                    long double *left) {
     for (int i = 0; i < n; i++) {
@@ -138,8 +138,9 @@ static long double products(const long double *row, int i, int n, int nv, const 
     return sum;
 }
 
-/* K = [M A'; A 0], x = (a, -lambda), K x = (tau - h, b''); |dx| <= eps |K^-1| (|K| |x| + |right|), with the largest of
- * the last bracket among forces, and among equations: orthogonal factors mix them. */
+/* K = [M A'; A 0], x = (a, -lambda), K x = (tau - h, b''). The error is bounded by
+ *     |dx| <= eps |K^-1| (|K| |x| + |right|).
+ * The last bracket is the largest among forces, and among equations, since orthogonal factors mix them. */
 int tangle_solve(const tangle *g, const tangle_system *s, tangle_way way, double *a, double *moved) {
     const int nv = g->tree.nv;
     int chosen[TANGLE_ROWS];
