@@ -1,4 +1,4 @@
-/* Timing in turns; quartiles, ratios and exponents of what was timed. */
+/* Timing in turns, with quartiles, ratios and exponents of the times. */
 #include "bench.h"
 
 #include <math.h>
@@ -6,7 +6,7 @@
 #include <string.h>
 #include <time.h>
 
-/* Long against what it costs to read the clock (a system call, some 0.3 us), short against the scheduler's turns. */
+/* Long against the cost of reading the clock (a system call, some 0.3 us), short against the scheduler's turns. */
 static const double slice_least = 5e-4;
 
 double kt_bench_clock(void) {
@@ -36,7 +36,7 @@ static long calibrate(const kt_bench_task *task, double slice, double *lasts) {
 
 static double sample(const kt_bench_task *task, long repetitions) {
     if (repetitions > 1)
-        task->run(task->user, 1); /* brings back what the other tasks drove from the cache */
+        task->run(task->user, 1); /* brings back the data that other tasks drove from the cache */
     return seconds_of(task, repetitions) / (double)repetitions;
 }
 

@@ -1,11 +1,12 @@
-/* Timing that stands noise: several tasks are timed in turns, in many short rounds, and compared round by round.
+/* Timing that tolerates noise. Several tasks are timed in turns, in many short rounds, and compared round by round.
  *
  * A sample is the processor time of the calling thread for enough repetitions to last a slice, divided by their number.
  * Rounds visit the tasks forwards and backwards by turns, so that a slow drift strikes all alike.
  *
- * The figure to quote is the lower quartile, not the least: other programs, interrupts and a processor that changes its
- * pace make samples longer, but a virtual machine's accounting also makes some too short (measured: one of 370 at 27 ns
- * where the quartiles were 35 and 37). Two tasks compare by the median of their ratios round by round.
+ * The figure to quote is the lower quartile, not the least. Other programs, interrupts and changes of the processor's
+ * pace make samples longer. A virtual machine's accounting also makes some samples too short. In one measurement the
+ * quartiles were 35 and 37 ns. One of its 370 samples was 27 ns. Two tasks are compared by the median of their ratios
+ * round by round.
  */
 #ifndef KT_BENCH_H
 #define KT_BENCH_H
@@ -42,7 +43,7 @@ void kt_bench_measure(const kt_bench_task *tasks, int count, double seconds, kt_
 /* Fills the sorted figures from the samples. */
 void kt_bench_sort(kt_bench_times *times);
 
-/* Of two tasks timed in the same call of kt_bench_measure. */
+/* Compares two tasks that were timed in the same call of kt_bench_measure. */
 kt_bench_ratio kt_bench_compare(const kt_bench_times *part, const kt_bench_times *whole);
 
 /* The exponent p of y ~ x^p by least squares in the logarithms, over `count` positive pairs; NaN for less than two. */

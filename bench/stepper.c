@@ -1,5 +1,5 @@
-/* (q, v)' = (v, forward dynamics), four evaluations a step. A slice starts anew and its steps are tiny, so that what is
- * timed does not depend on how long it is timed. */
+/* (q, v)' = (v, forward dynamics), four evaluations a step. A slice starts anew and its steps are tiny, so the measured
+ * cost does not depend on the length of the measurement. */
 #include "stepper.h"
 
 #include <stdlib.h>

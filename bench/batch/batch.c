@@ -1,6 +1,7 @@
-/* Many states in lanes against the same states one by one: how many times as many a second, on one core. Both sides
- * compute the same states in turns in one run, and their results are compared first, bit by bit. And a rollout of many
- * states by one thread against two, by the clock on the wall, which asks for a machine that does nothing else. */
+/* Many states in lanes against the same states one by one: the ratio of states per second on one core. Both sides
+ * compute the same states in turns in one run. Their results are compared first, bit by bit. A rollout of many states
+ * on one thread is also compared with two threads, in wall-clock time. This comparison requires an otherwise idle
+ * machine. */
 #include "../bench.h"
 #include "../chain.h"
 #include "../report.h"
@@ -440,7 +441,7 @@ static kt_status make_walker(kt_isa isa, kt_chain *chain, kt_error *error) {
     return compile(&r, isa, chain, error);
 }
 
-/* Effects of a quadruped that stands: contact and friction of its feet, springs and friction in its joints. */
+/* Effects of a quadruped at rest on its feet: contact and friction of the feet, springs and friction in the joints. */
 static kt_status make_quadruped(kt_isa isa, kt_chain *chain, kt_error *error) {
     kt_quadruped r = {.description = kt_description_default()};
     kt_body *trunk = add_body(&r, NULL, KT_JOINT_FREE, (kt_vec3){0.0, 0.0, 0.0});

@@ -1,5 +1,5 @@
-/* The humanoid in lanes and in MuJoCo, without contact: both take steps of rk4 from one state, and what MuJoCo computes
- * besides (collisions, constraints, actuators, passive forces) is switched off. */
+/* The humanoid in lanes and in MuJoCo, without contact. Both take steps of rk4 from one state. All other computations
+ * of MuJoCo (collisions, constraints, actuators, passive forces) are switched off. */
 #include "peer.h"
 
 #include "../chain.h"

@@ -1,9 +1,9 @@
-/* What each type of effect costs: the first of it in a scene, and each further one, in an evaluation of accelerations.
+/* The cost of each type of effect in an evaluation of accelerations: the first one in a scene, and each further one.
  *
- * Eight links in space bear them, each time the same two. Evaluations without effects, with one and with 1 + --max of
- * them are timed in turns. Instructions are counted by callgrind, where valgrind is installed, with the baseline
- * kernels: the program calls itself. A line is trusted if the accelerations are finite and differ from those without
- * effects.
+ * The effects act on eight links in space, each time on the same two. Evaluations without effects, with one and with 1
+ * + --max of them are timed in turns. Instructions are counted by callgrind, where valgrind is installed, with the
+ * baseline kernels: the program calls itself. A line is trusted if the accelerations are finite and differ from those
+ * without effects.
  */
 #include "chain.h"
 #include "kinetree/effect.h"
@@ -123,7 +123,7 @@ static void evaluate(void *user, long repetitions) {
 
 static const char *own_path;
 
-/* Of one evaluation with `count` effects of a type; NaN where they cannot be counted. */
+/* Instructions of one evaluation with `count` effects of a type. NaN if they cannot be counted. */
 static double count_instructions(int type, int count) {
     char command[1200], line[256];
     double found = (double)NAN;
@@ -142,7 +142,7 @@ static double count_instructions(int type, int count) {
     return found;
 }
 
-/* What is run under callgrind. */
+/* The program that callgrind runs. */
 static int run_once(int type, int count) {
     static subject s;
     kt_error error = {0};

@@ -1,8 +1,8 @@
-/* What each form of a constraint group (kt_group_form) is worth: accelerations with the form that the compiler chooses,
- * and without it, that is with the next general one, in turns. Thresholds in lib/compile/form.c rest on these ratios.
+/* The benefit of each form of a constraint group (kt_group_form). Accelerations are timed with the form that the
+ * compiler chooses and with the next general one, in turns. Thresholds in lib/compile/form.c rest on these ratios.
  *
- * A line is trusted if the group has the form that it is about, has another one without it, and the accelerations of
- * both agree.
+ * A line is trusted if the group has the form in question, has another one without it, and the accelerations of both
+ * agree.
  */
 #include "../scaling/bars.h"
 #include "kinetree/mechanism.h"

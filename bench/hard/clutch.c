@@ -1,9 +1,11 @@
-/* The clutch of apps/scenes/clutch.yaml: a motor drives a load through dry friction with Stribeck's curve, which slips,
- * sticks, slips when the motor drives harder, and sticks again.
+/* The clutch of apps/scenes/clutch.yaml: a motor drives a load through dry friction with Stribeck's curve. The clutch
+ * slips, sticks, slips when the motor drives harder, and sticks again.
  *
- * While it slips the rate of the slip r depends on nothing but the slip, r' = P / I1 - f(r) (1 / I1 + 1 / I2), so that
- * the time from one slip to another is the integral of dr / r'; and I1 w1 + I2 w2 grows by the integral of the torque
- * P. It sticks while the plates transmit what the load takes, P I2 / (I1 + I2), and that is within f(0). */
+ * While the clutch slips, the rate of the slip r depends on the slip alone:
+ *     r' = P / I1 - f(r) (1 / I1 + 1 / I2)
+ * So the time from one slip to another is the integral of dr / r'. The sum I1 w1 + I2 w2 grows by the integral of the
+ * torque P. The clutch sticks while the torque that the plates transmit to the load, P I2 / (I1 + I2), is within f(0).
+ */
 #include "clutch.h"
 
 #include "events.h"

@@ -14,7 +14,8 @@ extern const kt_clutch kt_clutch_data;
 /* The torque on the motor from t on, until it changes, N m. */
 double kt_clutch_push(double t);
 
-/* What the plates transmit at a slip, and at most while they stick, N m: C + (S - C) exp(-(slip / vs)^2). */
+/* The torque in N m that the plates transmit at a slip: C + (S - C) exp(-(slip / vs)^2). At slip 0 this is the largest
+ * torque of plates that stick. */
 double kt_clutch_friction(double slip);
 
 #endif

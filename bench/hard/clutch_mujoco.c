@@ -1,7 +1,10 @@
-/* The clutch in MuJoCo, which has no Stribeck curve: the dry friction of a joint is a number of the model, which is set
- * before each step to what the curve has for the slip. The search had Euler's and the Runge-Kutta method, time
- * constants of 2 to 20 steps, and impedances of 0.9 to 0.9999. Euler's method with 2 steps has the least error, and the
- * impedance does not matter there. It goes with the step. */
+/* The clutch in MuJoCo, which has no Stribeck curve. The dry friction of a joint is a number of the model. Before each
+ * step this number is set to the value of the curve at the slip.
+ *
+ * The search covered Euler's and the Runge-Kutta method, and time constants of 2 to 20 steps. Impedances were from 0.9
+ * to 0.9999. Euler's method with 2 steps has the least error, and the impedance does not matter there. The error is in
+ * proportion to the step.
+ */
 #include "clutch.h"
 #include "mujoco.h"
 

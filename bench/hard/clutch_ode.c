@@ -1,6 +1,6 @@
-/* The clutch in ODE, which has no Stribeck curve: dry friction is the motor of a joint that wants no speed, with as
- * much torque as the curve has for the slip before each step. There is no other number to choose; the error goes with
- * the step. */
+/* The clutch in ODE, which has no Stribeck curve. Dry friction is the motor of a joint with a target speed of zero.
+ * Before each step its largest torque is set to the value of the curve at the slip. There is no other number to choose.
+ * The error is in proportion to the step. */
 #include "clutch.h"
 #include "ode.h"
 

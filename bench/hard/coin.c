@@ -1,13 +1,15 @@
 /* A coin that spins on its rim, ever lower and ever faster (Euler's disk), until it is nearly flat.
  *
- * Held to an integration of its own equations, that of a thin disc which rolls without slip, in axes e1 along its
- * horizontal diameter, e2 up the disc, e3 along its axle: w is its angular velocity, w1 = alpha', w2 = Omega
- * sin(alpha); the axes turn with (w1, w2, w2 cot(alpha)). Its rim rests where it touches, so that v = w x r e2. With A
- * = m r^2 / 4 = C / 2 the balance of momentum, with the force at the rim, and that of angular momentum about the centre
- * are
+ * The reference is an integration of the equations of a thin disc that rolls without slip. The axes are e1 along its
+ * horizontal diameter, e2 up the disc, e3 along its axle. The angular velocity w has the components
+ *     w1 = alpha',  w2 = Omega sin(alpha),  w3
+ * The axes turn with (w1, w2, w2 cot(alpha)). The rim is at rest at the point of contact, so v = w x r e2. Let
+ *     A = m r^2 / 4 = C / 2
+ * The balance of momentum, with the force at the rim, and the balance of angular momentum about the centre yield
  *     (A + m r^2) w1' = w2 (A w2 cot(alpha) - (C + m r^2) w3) - m g r cos(alpha)
  *     A w2'           = w1 (C w3 - A w2 cot(alpha)) - c w2 / sin(alpha)^2
- *     (C + m r^2) w3' = m r^2 w1 w2 */
+ *     (C + m r^2) w3' = m r^2 w1 w2
+ */
 #include "coin.h"
 
 #include "events.h"
@@ -40,8 +42,8 @@ static void rates(const double y[], double dy[]) {
     dy[3] = mrr * y[1] * y[2] / (C + mrr);
 }
 
-/* The height of its centre after t, by RK4 in steps of 1/16 ms; goes on from the last one asked for, if that was not
- * later. */
+/* The height of its centre after t, by RK4 in steps of 1/16 ms. The integration continues from the time of the last
+ * call, unless that time was later. */
 static double sinking(const kt_events_problem *p, int body, double t) {
     static double y[STATES];
     static long done = -1;

@@ -1,5 +1,5 @@
-/* One line a measure: a dot for each engine on a logarithmic axis, a tick where the bound is. What is zero, or below
- * the axis, lies on its left edge; an engine that could not run a case is named at the right. */
+/* One line a measure: a dot for each engine on a logarithmic axis, a tick where the bound is. A value of zero, or below
+ * the axis, is drawn on the left edge. An engine that could not run a case is named at the right. */
 #include "draw.h"
 
 #include "../../apps/kinetree/command.h"

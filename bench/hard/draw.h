@@ -6,7 +6,8 @@
 
 enum { KT_HARD_ENGINES = 3, KT_HARD_DOTS_MAX = 128 };
 
-/* One line: a measure of a case, and what each engine makes of it (NaN: nothing, `words` say why, or are empty). */
+/* One line: a measure of a case and its value for each engine. A NaN means no value. Then `words` give the reason, or
+ * are empty. */
 typedef struct kt_hard_dots {
     char label[120];
     double bound, value[KT_HARD_ENGINES];

@@ -1,27 +1,41 @@
-/* Motions with impacts, stick and slip, held to closed forms:
+/* Motions with impacts, stick and slip, compared with closed forms.
  *
- *     creep    a block on a slope of tan(a) = 0.95 mu stays where it lies
- *     bounce   a ball that falls from 1 m bounces with e = 1/2, ever lower, and rests from 3 sqrt(2 / g) on
- *     belt     a block on a spring is carried along by a belt at w0 until k x = mu m g; from then on it swings about
- *     that
- *              place, at w^2 = k / m, by w0 / w: friction of a belt that is always faster is constant
- *     roll     a ball slides, at v = v0 - mu g t, until its spin 5 mu g t / (2 r) is v / r, at t = 2 v0 / (7 mu g);
- *     from then on
- *              it rolls at 5/7 v0
- *     pinch    a block between a wall and a jaw that presses with F, 2 mu F = 95 m g, stays where it is
- *     cradle   of equal balls in a row, a little apart, each hands its speed on to the next one and rests; the last one
- *     leaves
- *     heap     balls above each other fall freely, each until it lies on the one below, which lies by then
- *     rope     a stone that hangs on a rope of length L and is struck at v0, 2 g L < v0^2 < 5 g L, swings up until the
- *     rope is
- *              slack, above the horizontal by an angle a, 3 g L sin(a) = v0^2 - 2 g L; it flies with v^2 = g L sin(a)
- *              for 4 v cos(a) / g, until the rope takes its velocity along itself, and swings on with the rest
- *     rock     a block of half diagonal R that leans on an edge falls back and rocks from edge to edge (G. W. Housner,
- *     Bull. Seism.
- *              Soc. Am. 53, 1963). With f the angle of that diagonal from the vertical, a where the block stands, f'' =
- *              p^2 sin(f), p^2 = 3 g / (4 R); each impact leaves 1 - 3/2 sin(a)^2 of its rate, until it rests
+ * Creep: a block on a slope of tan(a) = 0.95 mu stays at its place.
  *
- * This engine takes the contacts as they are (restitution, friction), with steps of its own to 1e-10. */
+ * Bounce: a ball falls from 1 m and bounces ever lower, with restitution e = 0.5. It rests from 3 sqrt(2 / g) on.
+ *
+ * Belt: a belt at w0 carries along a block on a spring until k x = mu m g. From then on the block swings about that
+ * place, at w^2 = k / m, by w0 / w. The reason is that friction of a belt that is always faster is constant.
+ *
+ * Roll: a ball slides at v = v0 - mu g t until its spin 5 mu g t / (2 r) is v / r, at
+ *     t = 2 v0 / (7 mu g)
+ * From then on it rolls at 5/7 v0.
+ *
+ * Pinch: a jaw presses a block against a wall with the force F,
+ *     2 mu F = 95 m g
+ * The block stays at its place.
+ *
+ * Cradle: equal balls are in a row, a little apart. Each hands its speed on to the next one and rests. The last one
+ * leaves.
+ *
+ * Heap: balls above each other fall freely. Each falls until it lies on the one below, which is at rest by then.
+ *
+ * Rope: a stone hangs on a rope of length L and is struck at v0,
+ *     2 g L < v0^2 < 5 g L
+ * It swings up until the rope is slack, above the horizontal by an angle a,
+ *     3 g L sin(a) = v0^2 - 2 g L
+ * It flies with v^2 = g L sin(a) for 4 v cos(a) / g, until the rope takes its velocity along itself. Then it swings on
+ * with the rest.
+ *
+ * Rock: a block of half diagonal R leans on an edge, falls back and rocks from edge to edge (G. W. Housner, Bull.
+ * Seism. Soc. Am. 53, 1963). The angle of that diagonal from the vertical is f, and f = a if the block is upright. The
+ * motion obeys
+ *     f'' = p^2 sin(f),  p^2 = 3 g / (4 R)
+ * Each impact multiplies its rate by the following factor, until it rests:
+ *     1 - 3/2 sin(a)^2
+ *
+ * This engine takes the contacts as they are (restitution, friction), with steps of its own to 1e-10.
+ */
 #include "events.h"
 
 #include <math.h>
@@ -36,7 +50,8 @@ static double resting(const kt_events_problem *p, int body, double t) {
     return p->body[body].at[p->axis];
 }
 
-/* Bounces at t1 (1 + 2 e + ... + 2 e^k), at e^k of the first speed. */
+/* Bounce k is at the time T(k), with e^k of the first speed:
+ *     T(k) = t1 (1 + 2 e + ... + 2 e^k) */
 static double bouncing(const kt_events_problem *p, int body, double t) {
     const kt_events_body *ball = &p->body[body];
     const double g = p->gravity, low = ball->half[KT_EVENTS_Z], drop = ball->at[KT_EVENTS_Z] - low;
@@ -85,8 +100,8 @@ static double heaped(const kt_events_problem *p, int body, double t) {
     return fmax(lies, p->body[body].at[KT_EVENTS_Z] - 0.5 * p->gravity * t * t);
 }
 
-/* Jacobi's sn(u, k), |k| < 1, and F(phi, k), whose sine is sn(F, k), |phi| < pi / 2, by arithmetic-geometric means
- * (Abramowitz and Stegun, 16.4 and 17.6). */
+/* Jacobi's sn(u, k) for |k| < 1, and F(phi, k) for |phi| < pi / 2, with sn(F, k) = sin(phi). Both use
+ * arithmetic-geometric means (Abramowitz and Stegun, 16.4 and 17.6). */
 enum { MEANS = 8 };
 
 static double jacobi_sn(double u, double k) {
@@ -140,9 +155,13 @@ typedef struct arc {
     double cosine, top, reach; /* cos(f) at the top; s */
 } arc;
 
-/* The arcs of a block, until they are too small to be seen. p^2 cos(f) + f'^2 / 2 is constant between impacts. An
- * impact leaves `keep` of f' at f = a, and therefore keep^2 of d = cos(f) - cos(a) at the top. From the top on sin(f /
- * 2) = sin(f_top / 2) / dn(p t, k), k = cos(f_top / 2), and f = a where sn(p t) = sqrt(d / 2) / (k sin(a / 2)). */
+/* The arcs of a block, until they are too small to be seen. Between impacts,
+ *     p^2 cos(f) + f'^2 / 2 = constant
+ * An impact leaves `keep` of f' at f = a, and therefore keep^2 of d = cos(f) - cos(a) at the top. From the top on, with
+ * k = cos(f_top / 2),
+ *     sin(f / 2) = sin(f_top / 2) / dn(p t, k)
+ * The angle f is a when
+ *     sn(p t) = sqrt(d / 2) / (k sin(a / 2)) */
 enum { ARCS = 64 };
 
 static void find_arcs(double alpha, double top, double p, arc arcs[ARCS]) {
@@ -431,8 +450,8 @@ static kt_effect *add_effect(slides *s, kt_effect_type type) {
     return effect;
 }
 
-/* A sphere in the upper body on a plane of the lower one, normal to the axis: blocks that do not turn touch so, and
- * balls that move there along the axis alone, or on a floor. */
+/* A sphere in the upper body on a plane of the lower one, normal to the axis. This serves for blocks that do not turn,
+ * and for balls that move along the axis alone or on a floor. */
 static kt_effect *add_contact(slides *s, const kt_events_contact *contact) {
     const kt_events_problem *p = s->watch->problem;
     kt_effect *effect = add_effect(s, KT_EFFECT_CONTACT);
@@ -448,7 +467,7 @@ static kt_effect *add_contact(slides *s, const kt_events_contact *contact) {
     return effect;
 }
 
-/* A block that turns stands on a floor, on one of its edges or on both. */
+/* A block that turns touches the floor with one of its edges or with both. */
 static void add_contacts(slides *s, const kt_events_contact *contact) {
     const kt_events_body *body = &s->watch->problem->body[contact->upper];
     const bool on_edges = body->turns && body->shape == KT_EVENTS_BLOCK;

@@ -37,9 +37,9 @@ typedef struct kt_events_watch kt_events_watch;
 typedef bool kt_events_engine(kt_events_watch *watch);
 kt_events_engine kt_events_kinetree, kt_events_mujoco, kt_events_ode;
 
-/* Bodies in the plane of x and z, and their contacts, which all have the same friction and restitution. The first one
- * is perhaps on a spring along x, whose other end moves at -`belt`, as seen from a belt, or on a rope whose other end
- * is the origin. */
+/* Bodies in the plane of x and z, and their contacts, which all have the same friction and restitution. The first body
+ * may be on a spring along x, whose other end moves at -`belt`, as seen from a belt. Or it may be on a rope whose other
+ * end is the origin. */
 typedef struct kt_events_problem kt_events_problem;
 struct kt_events_problem {
     const char *name, *measured;
@@ -53,7 +53,7 @@ struct kt_events_problem {
     int body_count, contact_count;
     kt_events_body body[KT_EVENTS_BODIES];
     kt_events_contact contact[KT_EVENTS_BODIES];
-    kt_events_axis axis;                                             /* of what is measured: */
+    kt_events_axis axis;                                             /* of the measured coordinate: */
     double (*exact)(const kt_events_problem *p, int body, double t); /* where its centre is, m */
 };
 
@@ -68,7 +68,7 @@ kt_events_engine kt_events_trebuchet_mujoco, kt_events_trebuchet_ode;
 kt_events_engine kt_events_whip_mujoco, kt_events_whip_ode;
 kt_events_engine kt_events_woodpecker_mujoco, kt_events_woodpecker_ode;
 
-/* What is watched every millisecond: the centres of all bodies, along one axis; or numbers of a mechanism. */
+/* The quantities watched every millisecond: the centres of all bodies along one axis, or numbers of a mechanism. */
 struct kt_events_watch {
     const kt_events_problem *problem;
     double error, seconds; /* the largest; processor time of the motion */
@@ -76,7 +76,7 @@ struct kt_events_watch {
     char words[KT_EVENTS_WORDS];
 };
 
-/* Where the centre of a body is at t, along the problem's axis; or a number of a mechanism. */
+/* Records the position at t of the centre of a body along the problem's axis, or a number of a mechanism. */
 void kt_events_see(kt_events_watch *watch, int body, double t, double at);
 
 /* The force of the spring on the first body where that is at x, N. */

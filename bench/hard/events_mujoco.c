@@ -1,8 +1,8 @@
-/* Impacts, stick and slip in MuJoCo: bodies on slides, perhaps on a hinge, each a box or a sphere, and planes. Its
- * contacts are soft by design; those without restitution are as stiff as is advised for the step, with the elliptic
- * cone, ten times the impedance along friction, and the solver that removes slip. MuJoCo has no restitution: such a
- * contact is a spring and a damper that do not pull, whose damping ratio gives back e (T. Schwager, T. Poeschel,
- * Granular Matter 9, 2007). */
+/* Impacts, stick and slip in MuJoCo: bodies on slides, perhaps on a hinge, each a box or a sphere, and planes. MuJoCo's
+ * contacts are soft by design. Contacts without restitution have the stiffness that is advised for the step and the
+ * elliptic cone. Their impedance along friction is ten times as large, and the solver that removes slip is on. MuJoCo
+ * has no restitution: such a contact is a spring and a damper that do not pull. The damping ratio yields e (T.
+ * Schwager, T. Poeschel, Granular Matter 9, 2007). */
 #include "mujoco.h"
 
 #include <math.h>
@@ -10,8 +10,9 @@
 
 static const char *const axes[KT_EVENTS_AXES] = {"1 0 0", "0 0 1"};
 
-/* The damping ratio z of e = exp(-z / w (pi - atan2(2 z w, 1 - 2 z^2))), w = sqrt(1 - z^2), which falls with z; 0 for e
- * = 1. */
+/* The damping ratio z with
+ *     e = exp(-z / w (pi - atan2(2 z w, 1 - 2 z^2))), w = sqrt(1 - z^2)
+ * The right-hand side falls with z. The result is 0 for e = 1. */
 double kt_mujoco_damping(double e) {
     const double pi = 3.14159265358979323846;
     double low = 0.0, high = 0.999;
@@ -22,10 +23,10 @@ double kt_mujoco_damping(double e) {
     return low;
 }
 
-/* Contacts with restitution e oscillate at w, the fraction of 1 / step with the least error of the bouncing ball from
- * 0.03 to 1.3. Others take two steps (for the rocking block, two to ten are alike, 4e-5 to 2e-4 m). In a cradle no w
- * helps: contacts that overlap in time are solved together, as one impact of all balls, from which the first one comes
- * back. */
+/* Contacts with restitution e oscillate at w, a fraction of the rate of steps. The search covered fractions from 0.03
+ * to 1.3. The chosen w has the least error of the bouncing ball. Others take two steps (for the rocking block, two to
+ * ten are alike, 4e-5 to 2e-4 m). In a cradle no w helps. Contacts that overlap in time are solved together, as one
+ * impact of all balls, and the first ball comes back. */
 static void write_contacts(FILE *xml, const kt_events_problem *p) {
     const double w = 0.18 / p->step;
     if (p->restitution > 0.0)

@@ -1,7 +1,7 @@
-/* Impacts, stick and slip in ODE: boxes and spheres, those that move along one axis alone on a slider, and planes;
- * contacts by dCollide before each step with Coulomb's pyramid along the slip (dContactApprox1), dWorldStep. ERP and
- * CFM of contacts as ODE sets them. A rope is a contact, too, while it is taut: the first body touches the sphere of
- * its length from inside. */
+/* Impacts, stick and slip in ODE: boxes, spheres and planes. Bodies that move along one axis alone are on a slider.
+ * Contacts come from dCollide before each step, with Coulomb's pyramid along the slip (dContactApprox1). Steps are by
+ * dWorldStep. ERP and CFM of contacts have ODE's defaults. A rope is a contact, too, while it is taut: the first body
+ * touches the sphere of its length from inside. */
 #include "ode.h"
 
 #include <math.h>

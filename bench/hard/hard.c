@@ -1,8 +1,8 @@
 /* The hard cases of test/hard in their full length: the measure, its bound, and the result of MuJoCo and ODE for the
  * same mechanism. A peer is compared if it has the joints and the motion can be compared. All engines take the same
- * fixed step (where this one steps adaptively, the others take the step that the case names), and all are held to the
- * same measures, from the poses and velocities of their bodies. Of motions with impacts, stick and slip (events.h) the
- * time is measured, too. */
+ * fixed step. If this engine steps adaptively, the others take the step that the case names. All use the same measures,
+ * computed from the poses and velocities of their bodies. For motions with impacts, stick and slip (events.h), the time
+ * is measured, too. */
 #include "../report.h"
 #include "draw.h"
 #include "events.h"
@@ -110,7 +110,7 @@ static bool holds(const kt_hard *h, int m) { return h->observed[m] <= h->c->meas
 /* The cell of measure m for a peer. */
 static const char *cell(const row *r, int k, int m, char *text) {
     const kt_hard_motion *motion = r->own.c->motion;
-    if (!motion || motion->alone || (r->own.c->run && m == 2)) /* what it needs two runs for */
+    if (!motion || motion->alone || (r->own.c->run && m == 2)) /* a measure that needs two runs */
         return "-";
     if (r->ran[k] && isfinite(r->peer[k].observed[m]))
         (void)snprintf(text, CELL, "%.1e", r->peer[k].observed[m]);
@@ -159,7 +159,7 @@ static void write_row(kt_csv *csv, const row *r) {
     }
 }
 
-/* What another engine can be compared in. */
+/* Collects the measures that can be compared with another engine. */
 static int gather(kt_hard_dots *dots, int count, const row *r) {
     const kt_hard_case *c = r->own.c;
     if (!c->motion || c->motion->alone)
@@ -187,7 +187,7 @@ static int gather(kt_hard_dots *dots, int count, const row *r) {
 
 static const char why_hard[] = "it rests, bounces, sticks, slips or lets go";
 
-/* What an engine makes of a motion; processor time is the least of so many runs. */
+/* Runs a motion in an engine. The processor time is the least of so many runs. */
 static bool run_events(kt_events_engine *engine, const kt_events_problem *p, int times, kt_events_watch *watch) {
     bool good = true;
     double least = (double)INFINITY;

@@ -1,8 +1,7 @@
-/* A hard case in MuJoCo: its tree as nested bodies, placed as they start, so that all joints start at zero; its loops
- * as `connect` constraints, one for a point, and for a hinge that is not in the plane a second one, 1 m along the axis.
- * The fourth-order Runge-Kutta method with the case's step; constraints, which are soft by design, as stiff as is
- * advised: a time constant of two steps.
- */
+/* A hard case in MuJoCo. Its tree is written as nested bodies, placed at their start, so that all joints start at zero.
+ * Its loops are `connect` constraints, one for a point. A hinge that is not in the plane has a second one, 1 m along
+ * the axis. The integrator is the fourth-order Runge-Kutta method with the case's step. Constraints, which are soft by
+ * design, have the advised stiffness, with a time constant of two steps. */
 #include "mujoco.h"
 
 #include "../peers/principal.h"

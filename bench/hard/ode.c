@@ -1,8 +1,7 @@
-/* A hard case in ODE: every body free, every joint a constraint (as in this engine's absolute formulation),
- * semi-implicit Euler steps of the case's length by dWorldStep, whose exact solver is cubic in the number of
- * constraints; by the iterative dWorldQuickStep where there are more than 50 bodies. Error reduction and mixing as ODE
- * sets them.
- */
+/* A hard case in ODE. Every body is free and every joint is a constraint, as in this engine's absolute formulation.
+ * Semi-implicit Euler steps of the case's length are taken by dWorldStep, whose exact solver is cubic in the number of
+ * constraints. With more than 50 bodies the iterative dWorldQuickStep is used. Error reduction and mixing have ODE's
+ * defaults. */
 #include "peers.h"
 
 #include <ode/ode.h>

@@ -22,7 +22,7 @@ typedef struct kt_ode_motion {
     void (*see)(kt_events_watch *watch, const kt_ode_scene *s, double t); /* each millisecond */
     void (*act)(kt_ode_scene *s, double t);                               /* before each step */
     void (*touch)(const kt_ode_scene *s,
-                  dSurfaceParameters *surface); /* what two bodies that touch are to each other; NULL: none do */
+                  dSurfaceParameters *surface); /* the surface between two bodies that touch; NULL: none do */
 } kt_ode_motion;
 
 /* Runs it by dWorldStep, in the problem's steps. */

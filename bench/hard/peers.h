@@ -4,8 +4,9 @@
 
 #include "../../test/hard/hard.h"
 
-/* Runs the motion of h (opened, with a simulation at its start) with motion->step and writes what was seen to `watch`.
- * False where the engine cannot, or gave up: `words` (KT_HARD_WORDS) say why, shortly. */
+/* Runs the motion of h (opened, with a simulation at its start) with motion->step and writes the observations to
+ * `watch`. Returns false if the engine cannot run the motion or gave up. Then `words` (KT_HARD_WORDS) hold a short
+ * reason. */
 typedef bool kt_hard_peer_run(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch, char *words);
 
 kt_hard_peer_run kt_hard_mujoco, kt_hard_ode;
@@ -20,8 +21,9 @@ const char *kt_hard_ode_version(void);
  * that both engines have. */
 bool kt_hard_peer_begin(kt_hard *h, char *words);
 
-/* Mass properties. Both engines refuse a moment of inertia of zero, as slender bars have it; where all motion is in the
- * plane of x and y, those about x and y are none that it feels, and are raised to a hundredth of m (0.1 m)^2. */
+/* Mass properties. Both engines reject a moment of inertia of zero, which slender bars have. If all motion is in the
+ * plane of x and y, the moments about x and y have no effect on it. They are then raised to a hundredth of m (0.1 m)^2.
+ */
 void kt_hard_peer_mass(const kt_hard *h, int body, kt_vec3 *com, kt_sym3 *inertia);
 
 /* Whether all motion is in the plane of x and y. */

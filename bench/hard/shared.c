@@ -1,4 +1,4 @@
-/* What the twins of a hard case in other engines share: its start, its masses, its views. */
+/* Code shared by the twins of a hard case in other engines: the start, the masses, the views. */
 #include "peers.h"
 
 #include <math.h>

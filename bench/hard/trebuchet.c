@@ -1,7 +1,9 @@
 /* A trebuchet whose sling lets go at a height: the ball's place while it is slung and flies, and where it lands.
  *
- * Held to its own equations (test/scene/trebuchet.c), integrated by RK4 in steps of 1/64 ms up to the release, whose
- * time is that of the last step at whose end the ball is at the height, and to a parabola from there on. */
+ * The reference integrates the trebuchet's own equations (test/scene/trebuchet.c) by RK4 in steps of 1/64 ms up to the
+ * release. The release is at the end of the last step after which the ball is at the height. From there on the
+ * reference is a parabola.
+ */
 #include "trebuchet.h"
 
 #include <math.h>
@@ -14,7 +16,7 @@ enum {
     STEPS = 64,
     SLUNG = 1000,
     RANGE = 2
-}; /* a millisecond; milliseconds; what is seen */
+}; /* a millisecond; milliseconds; the observed quantities */
 
 /* The ball at each millisecond before the release, and at that. */
 typedef struct throw {

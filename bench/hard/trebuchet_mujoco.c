@@ -1,7 +1,7 @@
-/* The trebuchet in MuJoCo: an equality holds the length of a tendon from the beam's tip to the ball, and is switched
- * off in the model after the step in which the ball comes to the height of the release. RK4 is by far the best method
- * (Euler, implicit: 0.3 m). The search had time constants of 2 to 30 steps and damping ratios of 0.5 to 2. A time
- * constant of 2 steps leaves 6e-3 m. */
+/* The trebuchet in MuJoCo. An equality fixes the length of a tendon from the beam's tip to the ball. It is switched off
+ * in the model after the step in which the ball comes to the height of the release. RK4 is by far the best method
+ * (Euler, implicit: 0.3 m). The search covered time constants from 2 to 30 steps. It covered damping ratios from 0.5 to
+ * 2. A time constant of 2 steps leaves 6e-3 m. */
 #include "mujoco.h"
 #include "trebuchet.h"
 

@@ -1,15 +1,18 @@
 /* A whip of 100 links that falls until its end is caught by a rope.
  *
- * Held to an integration of its own equations, in angles against the ground and accelerations of the links' ends. A
- * link of length l, mass m and moment of inertia J about its centre, with e along it and n across, turns at w; a is the
- * acceleration of its first end, F the force there, a+ and F+ those of the next link:
+ * The reference is an integration of its own equations, in angles against the ground and accelerations of the links'
+ * ends. A link has length l, mass m and moment of inertia J about its centre, with e along it and n across. It turns at
+ * w. The acceleration of its first end is a, and the force there is F. The next link has a+ and F+:
  *     a+ = a + l (w' n - w^2 e),  F = F+ + m (a + l/2 (w' n - w^2 e) - g),  J w' = -l/2 n.(F + F+)
  * With F+ = A+ a+ + b+ for the next one, w' = -(h.a + k) / D, with
  *     h = l A+ n + m l/2 n,  c = b+ - l w^2 A+ e,  k = l n.c - m l/2 n.g,  D = J + m l^2/4 + l^2 n.A+ n,
- * and F = A a + b:  A = A+ + m 1 - h h'/D,  b = c - m l/2 w^2 e - m g - h k/D
- * A pull f of the rope along u on the tip is b+ = -f u behind the last link; accelerations are linear in it, and f is
- * such that the tip stays on its circle. Where the rope becomes taut an impulse, to which rates belong as w' do to
- * forces, takes the tip's speed along it. */
+ * and F = A a + b, with
+ *     A = A+ + m 1 - h h'/D,  b = c - m l/2 w^2 e - m g - h k/D
+ *
+ * A pull f of the rope along u on the tip is b+ = -f u behind the last link. Accelerations are linear in f, and f keeps
+ * the tip on its circle. When the rope becomes taut, an impulse removes the tip's speed along the rope. The impulse
+ * determines the changes of the rates in the same way as forces determine w'.
+ */
 #include "../../test/simulation/whip.h"
 
 #include "events.h"
@@ -158,7 +161,8 @@ static void advance(motion *s, double end) {
     }
 }
 
-/* x (0) or y (1) of the tip after t, a multiple of 1 ms, by steps of 1/40 ms; each is found once. */
+/* The coordinate x (`which` 0) or y (`which` 1) of the tip after t, a multiple of 1 ms. The steps have 1/40 ms. Each
+ * value is computed once. */
 static double caught(const kt_events_problem *p, int which, double t) {
     enum { MOST = 140, PARTS = 40 };
     static double at[MOST + 1][2];

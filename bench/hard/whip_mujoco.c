@@ -1,6 +1,7 @@
 /* The whip in MuJoCo: links on hinges, and a tendon with a limit as its rope. Its time constant is two steps, and its
- * damping ratio 1/2. The search had 2, 4 and 8 steps, ratios of 1/2, 1 and 2, and RK4, Euler and implicit. These have
- * the least error; others up to 2e-2. */
+ * damping ratio 1/2. The search covered time constants of two, four and eight steps. It covered damping ratios of 1/2,
+ * one and two. The methods were RK4, Euler and implicit. The chosen values have the least error. Others have errors up
+ * to 2e-2. */
 #include "../../test/simulation/whip.h"
 
 #include "events.h"

@@ -4,7 +4,7 @@
 
 #include "events.h"
 
-/* By steps of 1e-5 s: it is the same for all engines. */
+/* The period for all engines, by steps of 1e-5 s. */
 static double stepped(const kt_events_problem *p, int body, double t) {
     static double period = 0.0;
     (void)p;

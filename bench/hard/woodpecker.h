@@ -1,6 +1,6 @@
-/* The woodpecker toy in engines whose bodies turn by finite angles: its equations are those of small ones. Levers that
- * are N times as long, with N^2 times the moments of inertia and the stiffness, have the same equations in angles N
- * times as small, which are small; edges and the beak are spheres of the radius RHO. */
+/* The woodpecker toy in engines whose bodies turn by finite angles: its equations are those of small ones. Let the
+ * levers be N times as long, with N^2 times the moments of inertia and the stiffness. Then the same equations apply to
+ * angles N times as small, which are small. Edges and the beak are spheres of the radius RHO. */
 #ifndef KT_BENCH_HARD_WOODPECKER_H
 #define KT_BENCH_HARD_WOODPECKER_H
 

@@ -1,8 +1,8 @@
-/* The woodpecker toy in MuJoCo: a sleeve that slides and turns, a bird on it with a spring, spheres at the edges and at
- * the beak, and a plane where each of these meets the pole. The edges' contacts take four steps, and those of the beak
- * oscillate at 0.3 / step. The search had two and four steps, oscillations of 0.05 to 0.6, impedances along friction of
- * 1, 10 and 100 times that along the normal, and Euler and RK4. Errors with 0.3 are 5e-4 to 5e-3 s, which scatter, and
- * those of softer contacts 2e-2 s. */
+/* The woodpecker toy in MuJoCo: a sleeve that slides and turns, and a bird on it with a spring. The edges and the beak
+ * are spheres, and each meets the pole in a plane. The edges' contacts take four steps, and those of the beak oscillate
+ * at 0.3 / step. The search covered two and four steps, and oscillations of 0.05 to 0.6. Impedances along friction were
+ * one, 10 and 100 times those along the normal. The methods were Euler and RK4. With oscillations at 0.3 the errors
+ * scatter, up to 5e-3 s and down to 5e-4 s. Softer contacts have errors of 2e-2 s. */
 #include "events.h"
 #include "mujoco.h"
 #include "woodpecker.h"

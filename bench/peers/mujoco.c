@@ -1,8 +1,8 @@
 /* A tree in MuJoCo.
  *
- * Its own diagonalisation of an inertia given in full stops at an angle of some 1e-6, which the accelerations of a long
- * chain show in the ninth digit. So the principal axes are found here, by Jacobi's rotations (Golub & Van Loan, Matrix
- * Computations, 4th ed., 8.5), and given as a quaternion and three moments.
+ * MuJoCo's own diagonalisation of an inertia given in full stops at an angle of some 1e-6. This changes the ninth digit
+ * of the accelerations of a long chain. So the principal axes are found here, by Jacobi's rotations (Golub & Van Loan,
+ * Matrix Computations, 4th ed., 8.5), and given as a quaternion and three moments.
  */
 #include "mujoco.h"
 #include "principal.h"

@@ -17,9 +17,9 @@ typedef struct kt_mujoco {
 /* The version of the library that runs. */
 const char *kt_mujoco_version(void);
 
-/* The twin of a chain or of another tree, whose description is given again: at its state, under its torques, and for
- * inverse dynamics with the accelerations that the chain's `a` holds when it is called; the chain must outlive it. On
- * failure *error says why. */
+/* Makes the twin of a chain or of another tree, at its state and under its torques. The caller gives the description of
+ * the tree again. Inverse dynamics uses the accelerations in the chain's `a` at the time of the call. The chain must
+ * outlive the twin. On failure *error holds the reason. */
 KT_CHECKED kt_status kt_mujoco_make(const kt_description *description, const kt_chain *chain, kt_mujoco *twin,
                                     kt_error *error);
 void kt_mujoco_free(kt_mujoco *twin);

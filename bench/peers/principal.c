@@ -2,7 +2,8 @@
 #include "principal.h"
 
 /* About axis k the angle |t| <= pi/4 with
- * tan 2t = 2 J_ij / (J_ii - J_jj) clears J_ij; in the end each sweep squares what is left. */
+ *     tan 2t = 2 J_ij / (J_ii - J_jj)
+ * clears J_ij. In the end each sweep squares the remaining off-diagonal terms. */
 kt_quat kt_principal_axes(kt_sym3 inertia, kt_vec3 *moments) {
     enum { SWEEPS = 8 };
     kt_quat r = kt_quat_identity();

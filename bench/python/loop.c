@@ -1,9 +1,15 @@
-/* The C programs (for the arm of seven joints) that bench/python/python holds the package against: loop SCENE PART COUNT [ROUNDS].
+/* The C programs (for the arm of seven joints) that bench/python/python holds the package against: loop SCENE PART
+ * COUNT [ROUNDS].
  *
- * PART is `call`, forward dynamics at one state; `feedback`, a control loop of 1 ms steps by rk4 whose law is a feedback of
- * positions and velocities; `torque`, one by computed torque; or `batch`, forward dynamics of COUNT states, which are set and read.
- * Each round does COUNT turns, or one batch. It prints the least seconds of a turn (of the batch) by the clock of the thread, and a
- * number of the result, which the package must have, too.
+ * PART is one of
+ *
+ *     call      forward dynamics at one state
+ *     feedback  a control loop of 1 ms steps by rk4 whose law is a feedback of positions and velocities
+ *     torque    a control loop of 1 ms steps by rk4 whose law is computed torque
+ *     batch     forward dynamics of COUNT states, which are set and read
+ *
+ * Each round does COUNT turns, or one batch. The program prints the least seconds of a turn (of the batch) by the clock
+ * of the thread. It also prints a number of the result, and the package must have the same number.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "kinetree/batch.h"

@@ -1,5 +1,5 @@
-/* A leg whose knee is bent through a four-bar linkage, as a scene: thigh, crank and rod on it, shank; and one between
- * hard stops, against which its springs press it. */
+/* Two legs as scenes. The knee of the first is bent through a four-bar linkage: thigh, crank and rod on it, shank. The
+ * second is between hard stops, and its springs press it against them. */
 #ifndef KT_BENCH_REALTIME_LEG_H
 #define KT_BENCH_REALTIME_LEG_H
 

@@ -11,8 +11,8 @@ typedef struct kt_realtime_options {
     const char *csv; /* NULL: none */
 } kt_realtime_options;
 
-/* Reads the command line over the values that are in *wish. Returns -1 to go on, or the exit status (--help, or a
- * mistake, which has been told). */
+/* Reads the command line over the values that are in *settings. Returns -1 to go on, or the exit status (after --help,
+ * or after a mistake, which it reports). */
 int kt_realtime_read(int argc, char **argv, kt_realtime_options *settings);
 
 #endif

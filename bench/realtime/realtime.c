@@ -1,16 +1,17 @@
-/* What a step costs inside a control loop: not on average, but at worst.
+/* The worst-case cost of a step inside a control loop, rather than the average.
  *
- * Mechanisms of five kinds are stepped by rk4 in steps of 1 ms, torques set before every one of them, first free
- * running, then paced at 1 kHz by clock_nanosleep on absolute times, where caches are cold and the system interferes.
- * Each step (kt_simulation_set_torque and kt_simulation_advance; with --sensors kt_simulation_sense between them, for
- * accelerations of points and wrenches in all joints and loops) is timed by itself, by the monotonic clock. After the
- * first step allocations and page faults are counted, in a thread whose stack has been painted, to see how deep it is
- * used.
+ * Mechanisms of five kinds are stepped by rk4 in steps of 1 ms, with torques set before every step. First they run
+ * freely. Then clock_nanosleep on absolute times paces them at 1 kHz, so caches are cold and the system interferes.
+ * Each step is timed by itself, by the monotonic clock. A step is kt_simulation_set_torque and kt_simulation_advance.
+ * With --sensors it includes kt_simulation_sense, for accelerations of points and wrenches in all joints and loops.
+ * After the first step, allocations and page faults are counted. The thread's stack has been painted, to measure its
+ * depth of use.
  *
- * The torques are a spring and a damper in every joint and a wave on top, in proportion to its inertia, which keep the
- * mechanism moving near its start however long it runs. A line is trusted if every step succeeded, there were as many
- * as it says (more where hard stops end them), no iteration ended at its cap, and the mechanism is where springs keep
- * it.
+ * The torques are a spring and a damper in every joint and a wave on top, in proportion to its inertia. They keep the
+ * mechanism moving near its start for any length of the run.
+ *
+ * A line is trusted under four conditions. Every step succeeded. The number of steps is as reported, or larger if hard
+ * stops end steps. No iteration ended at its cap. The mechanism is where springs keep it.
  */
 #include "leg.h"
 #include "options.h"
@@ -33,7 +34,7 @@
 enum { STACK = 1 << 20, PAINT = 0xA5, MARGIN = 512 };
 
 static const double step = 1e-3;            /* s */
-static const double pace = 8.0, wave = 5.0; /* of springs, 1/s; of torques, 1/s^2, both times the inertia */
+static const double pace = 8.0, wave = 5.0; /* times the inertia: 1/s of the springs, 1/s^2 of the torques */
 static const double furthest = 100.0;       /* rad or m from the start, where springs would be broken */
 
 /* name; file in apps/scenes, or the scene itself */
@@ -55,7 +56,7 @@ typedef struct plant {
     kt_record seen;
     int nq, nv;
     double *q0, *v0, *weight, *inertia, *away,
-        *torque; /* nq; nv each: start; rest; what bears it; of joints; from the start; set */
+        *torque; /* nq; then nv each: start; rest; load at rest; inertia of joints; displacement; torque set */
 
     bool is_paced, has_sensors;
     long steps;
@@ -83,7 +84,7 @@ static long page_faults(void) {
     return usage.ru_minflt + usage.ru_majflt;
 }
 
-/* Torques from what a controller would measure. */
+/* Computes torques from the quantities that a controller would measure. */
 static void think(plant *p, long k) {
     const double *q = kt_simulation_positions(p->simulation), *v = kt_simulation_velocities(p->simulation);
     kt_position_subtract(p->model, p->q0, q, p->away);
@@ -104,7 +105,7 @@ static void take_step(plant *p, long k) {
         p->status = kt_simulation_advance(p->simulation, (double)(k + 1) * step, &p->error);
 }
 
-/* Fills what lies below this frame, but for the little that it needs itself. */
+/* Fills the stack below this frame, except for the few bytes that the function itself needs. */
 __attribute__((noinline, no_sanitize("address"))) static void paint(void *stack) {
     volatile unsigned char *end = (unsigned char *)__builtin_frame_address(0) - MARGIN;
     for (volatile unsigned char *at = stack; at < end; at++)
@@ -141,7 +142,7 @@ static void *control(void *user) {
     plant *p = user;
     think(p, 0);
     const double start = now();
-    take_step(p, 0); /* resolves symbols, touches pages: what the first step of a program costs besides */
+    take_step(p, 0); /* resolves symbols, touches pages: extra cost of the first step */
     p->seconds[0] = now() - start;
     paint(p->stack);
     const long faults = page_faults();
@@ -185,8 +186,9 @@ static kt_status make_model(const struct scene *which, kt_model **model, kt_erro
     return status;
 }
 
-/* The torques that keep the start at rest; and what a joint has to move there while all others may give way: one over
- * the acceleration by a unit torque. With dampers `rate` times that in n joints, none decays faster than n rate. */
+/* Finds the torques that keep the start at rest. Also finds the inertia that a joint has to move there while all others
+ * may give way. This is one over the acceleration by a unit torque. With dampers `rate` times that in n joints, none
+ * decays faster than n rate. */
 static kt_status find_inertia(plant *p, kt_error *error) {
     const size_t nv = (size_t)p->nv;
     kt_data *data = NULL;
@@ -293,7 +295,7 @@ static void print_head(bool markdown) {
 
 /* Prints and writes a line; false where it is not to be trusted. */
 static bool tell(plant *p, const struct scene *which, bool markdown, kt_csv *csv) {
-    const long count = p->steps - 1; /* the first one is told by itself */
+    const long count = p->steps - 1; /* the first step is reported separately */
     double *rest = p->seconds + 1;
     qsort(rest, (size_t)count, sizeof *rest, compare);
     const double median = quantile(rest, count, 0.5), high = quantile(rest, count, 0.999), most = rest[count - 1];

@@ -58,7 +58,7 @@ static void add_loop(drawing *d, const char *first, kt_vec3 at, const char *seco
 
 static kt_vec3 along(double x, double y) { return kt_vec3_make(x, y, 0.0); }
 
-/* A link of the chain carries a four-bar of 1, 2, 1.8 and 2.2 m. */
+/* A link of the chain carries a four-bar. Its ground and crank have 2.2 and 1 m, its coupler and rocker 2 and 1.8 m. */
 static void draw_separate(drawing *d, int loops, bool open) {
     const char *link = NULL;
     for (int i = 0; i < loops; i++) {
@@ -251,8 +251,7 @@ static void draw_freer(drawing *d, int windows, bool open) {
         close_window(d, d->names[3 * i - 1], along(0.6, 0.0), d->names[3 * i], 1.0);
 }
 
-/* A crank of a row in space as it is at first: the axes of its pivot and of its tip, and the direction to the next
- * pivot. */
+/* A crank of a row in space at its start: the axes of its pivot and tip, and the direction to the next pivot. */
 typedef struct space_crank {
     kt_vec3 pivot, axis, tip, tip_axis, next;
 } space_crank;
@@ -271,9 +270,11 @@ static space_crank spherical_crank(int i) {
     return (space_crank){.pivot = p, .axis = p, .tip = t, .tip_axis = t};
 }
 
-/* Axes that are a apart and turned by alpha on cranks, b and beta on couplers and between pivots, with a / sin(alpha) =
- * b / sin(beta). With g the angle of a crank against the direction to its neighbour, tan(g'/2) = -k tan(g/2) for the
- * neighbour, where k = sin((beta + alpha)/2) / sin((beta - alpha)/2). At tan(g/2) = 1/sqrt(k) both are equally fast. */
+/* The axes of a crank are a apart and turned by alpha. The axes of a coupler, and those of two pivots, are b apart and
+ * turned by beta. They satisfy a / sin(alpha) = b / sin(beta). Let g be the angle of a crank against the direction to
+ * its neighbour, and g' the angle of the neighbour:
+ *     tan(g'/2) = -k tan(g/2),  k = sin((beta + alpha)/2) / sin((beta - alpha)/2)
+ * At tan(g/2) = 1/sqrt(k) both are equally fast. */
 static space_crank bennett_crank(int i, const space_crank *last) {
     const double alpha = 0.5, beta = 1.1, a = 1.0, b = a * sin(beta) / sin(alpha);
     const double k = sin(0.5 * (beta + alpha)) / sin(0.5 * (beta - alpha)), g = 2.0 * atan(1.0 / sqrt(k));

@@ -6,7 +6,7 @@
 
 #include "kinetree/study.h"
 
-/* ROW: rods hung on one another, as many as loops are asked for, and no loop. ROPE: so many rods, held at both ends, in
+/* ROW: rods hung on one another, as many as the number of loops, and no loop. ROPE: so many rods, held at both ends, in
  * a plane, in space, with spherical joints. SCISSORS: a lift of so many stages. LADDER: two chains of so many rods in
  * space, and rods of given length between them. NET: the same of three chains in a plane. GRID: three rows of so many
  * windows above each other. BRANCHES: so many links of a binary tree, each with a row of three windows. FORK: so many
@@ -41,12 +41,12 @@ typedef struct kt_bars {
     const kt_model *stepped; /* which of the two is evaluated */
     kt_data *data;
     double *q, *v, *a; /* nq, nv, nv of `stepped` */
-    double *moved;     /* nq + 2 nv: another state, and what it differs by */
+    double *moved;     /* nq + 2 nv: another state, and the difference */
     double set_up;     /* seconds of processor time to describe and to compile it */
     kt_error error;    /* the first failure of a call below; KT_OK: none */
 } kt_bars;
 
-/* Allocates all of it; open: without the loops. On failure *bars is empty and *error says why. */
+/* Allocates all of it; open: without the loops. On failure *bars is empty and *error holds the reason. */
 KT_CHECKED kt_status kt_bars_make(kt_bars_shape shape, int loops, bool open, kt_formulation formulation,
                                   const kt_model_options *options, kt_bars *bars, kt_error *error);
 void kt_bars_free(kt_bars *bars);
@@ -59,8 +59,8 @@ void kt_bars_accelerate(void *bars, long repetitions);
 void kt_bars_project(void *bars, long repetitions);
 void kt_bars_assemble(void *bars, long repetitions);
 
-/* What loops that rest do, as a part of what moves: |v . tau| / sum |v_i h_i| with tau = RNEA(a); NaN where a call
- * fails. */
+/* Returns the power of the loops at rest as a part of the total power: |v . tau| / sum |v_i h_i| with tau = RNEA(a).
+ * Returns NaN if a call fails. */
 double kt_bars_idle_work(kt_bars *bars);
 
 #endif

@@ -1,8 +1,9 @@
-/* Mechanisms of many loops that share bodies: evaluation, projection after a step, assembly and set-up, how they grow
- * with the size, and what an evaluation costs compared with that of the same bodies without loops.
+/* Mechanisms of many loops that share bodies: the growth of evaluation, projection after a step, assembly and set-up
+ * with the size. An evaluation is also compared with that of the same bodies without loops.
  *
- * A line is trusted if nothing was allocated after set-up, and if the forces of joints and loops do no work: as in
- * loops.c, at most 1e-8 here, because the accelerations of a chain grow with the cube of its length.
+ * A line is trusted if nothing was allocated after set-up, and if the forces of joints and loops do no work. The work
+ * is measured as in loops.c. The bound is 1e-8 here, because the accelerations of a chain grow with the cube of its
+ * length.
  */
 #include "chains.h"
 

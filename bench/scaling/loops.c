@@ -1,10 +1,11 @@
-/* The cost of closed loops: one evaluation of the accelerations. The mechanisms are four-bars hung on a chain
- * (separate: each is a group reduced by itself) and a row of windows that share their cranks (chained: one group, one
- * dense reduction). For comparison, the same bodies run without loops, and all of it in the absolute formulation (every
- * body free, every joint a loop).
+/* The cost of closed loops: one evaluation of the accelerations. There are two kinds of mechanisms. The first are
+ * four-bars hung on a chain (separate: each is a group reduced by itself). The second are windows in a row that share
+ * their cranks (chained: one group, one dense reduction). For comparison, the same bodies run without loops, and all of
+ * it in the absolute formulation (every body free, every joint a loop).
  *
- * A line is trusted if nothing was allocated after set-up, and if the forces of joints and loops do no work: with
- * tau = RNEA(a), error = |v . tau| / sum |v_i h_i|, h the bias force, at most 1e-10 (measured: 1e-13 and less).
+ * A line is trusted if nothing was allocated after set-up, and if the forces of joints and loops do no work. With tau =
+ * RNEA(a) and the bias force h, the relative power |v . tau| / sum |v_i h_i| must be at most 1e-10. The measured values
+ * are 1e-13 and less.
  */
 #include "bars.h"
 #include "chains.h"
@@ -123,7 +124,7 @@ static void write_line(kt_csv *csv, const char *shape, const line *l) {
     }
 }
 
-/* Whether ten separate loops cost about ten times one; of others it tells how the time grows. */
+/* Checks for SEPARATE whether ten loops cost about ten times one. For other shapes it reports how the time grows. */
 static bool conclude(kt_bars_shape shape, const line *lines, int count) {
     double n[COUNTS_MAX], t[COUNTS_MAX], ten = (double)NAN;
     for (int i = 0; i < count; i++) {
@@ -145,7 +146,7 @@ static bool conclude(kt_bars_shape shape, const line *lines, int count) {
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
-/* 1, 2, 5, 10 ... below max, then max. */
+/* The counts are the numbers 1, 2 and 5 times the powers of ten below max, and max. */
 static int loop_counts(int max, int *counts) {
     static const int steps[] = {1, 2, 5};
     int count = 0;

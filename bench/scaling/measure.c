@@ -161,8 +161,8 @@ static void run_column(void *user, long repetitions) {
     }
 }
 
-/* The larger of max |M x - tau| over the largest sum of its terms, and of the difference of J' v from the acceleration
- * at rest of all joint rates. Leaves kinematics and terms. */
+/* The larger of two errors. One is max |M x - tau| over the largest sum of its terms. The other is the difference of J'
+ * v from the acceleration at rest of all joint rates. Leaves kinematics and terms. */
 static double control_error(control *c) {
     kt_chain *chain = &c->chain;
     const int n = chain->n;

@@ -11,7 +11,7 @@
 
 #include <math.h>
 
-/* What a planar evaluation may cost at most, as a part of a spatial one. */
+/* Bounds of the cost of a planar evaluation, as a part of a spatial one. */
 static const struct subject {
     const char *name;
     kt_bars_shape shape;

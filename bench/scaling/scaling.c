@@ -1,11 +1,12 @@
-/* The cost of a chain as it grows. Dynamics: inverse dynamics (RNEA), mass matrix (CRBA), forward dynamics (ABA), a
- * step of RK4, and the derivatives of forward dynamics with respect to positions and velocities (dABA). Operational
+/* The cost of a chain as it grows. Dynamics: inverse dynamics (RNEA), mass matrix (CRBA), forward dynamics (ABA) and a
+ * step of RK4. Also the derivatives of forward dynamics with respect to positions and velocities (dABA). Operational
  * space: J' v of a point (bias), the terms of M^-1, and M^-1 x (column). Also the regressor for identification, the
  * derivatives of a step (A and B), and those of many steps (gradient).
  *
  * A line counts if nothing was allocated after set-up, and if inverse dynamics returns the torques of forward dynamics:
  * error = max |tau' - tau| / max |h|. The bias force h cancels in tau' = M a + h, so the error is at most (4 + n) eps.
- * (Rounding errors of n links add up along the chain; measured, 3e-16 at n = 10 and 5e-15 at n = 1000.)
+ * Rounding errors of n links add up along the chain. The measured error is 3e-16 for ten links. For 1000 links it is
+ * 5e-15.
  */
 #include "scaling.h"
 
@@ -15,11 +16,11 @@
 
 enum {
     LINES_MAX = 40,     /* of the table: 1, 2, 5 in each decade, and the last */
-    EXPONENT_FROM = 10, /* below, what a call costs by itself shows */
+    EXPONENT_FROM = 10, /* below, the cost of the call itself shows */
 };
 
-/* Of the time's growth n^p. Where a chain leaves the processor's cache each link costs more, so p is a little above 1.
- */
+/* Bound of p in the time's growth n^p. If a chain exceeds the processor's cache, each link costs more, so p is a little
+ * above 1. */
 static const double exponent_most = 1.1;
 
 /* Time of both derivatives over that of forward dynamics, 32 links. */
@@ -28,7 +29,7 @@ static const double derivatives_most = 5.0;
 /* Time of J' v after kinematics, and of M^-1 x, over that of forward dynamics, at every length. */
 static const double bias_most = 0.4, column_most = 0.8;
 
-/* Time of the regressor over that of RNEA, 7 links: of n links it has 10 n^2 numbers and more. */
+/* Time of the regressor over that of RNEA, for 7 links. For n links the regressor has 10 n^2 numbers and more. */
 static const double regressor_most = 4.0;
 
 /* A and B of a step over the derivatives of forward dynamics with respect to q, v and tau, for 7 links. For a chain of
@@ -36,7 +37,7 @@ static const double regressor_most = 4.0;
  * all inputs, over the run. */
 static const double matrices_most = 6.0, gradient_most = 5.0;
 
-/* Of A'y in rows of windows, measured: 2e-15 with twelve. */
+/* Bound of the error of A'y in rows of windows. The measured error is 2e-15 with twelve windows. */
 static const double closed_error_most = 1e-13;
 
 static const char about[] =
@@ -127,7 +128,7 @@ static bool conclude(const kt_scaling_line *lines, int count) {
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
-/* 1, 2, 5, 10 ... below max, then max. */
+/* The lengths are the numbers 1, 2 and 5 times the powers of ten below max, and max. */
 static int chain_lengths(int max, int *lengths) {
     static const int steps[] = {1, 2, 5};
     int count = 0;
@@ -161,7 +162,8 @@ static int run_isas(const int *lengths, int count, const kt_bench_options *optio
     return KT_BENCH_DONE;
 }
 
-/* What derivatives cost against what is derived; *cheap: whether that is little enough for 32 links. */
+/* Measures the cost of derivatives against that of the functions themselves. *cheap: whether the cost is within its
+ * bound for 32 links. */
 static int run_derivatives(const kt_bench_options *options, kt_csv *csv, bool *trusted, bool *cheap) {
     static const int lengths[] = {8, 16, 32, 64};
     printf("\nDerivatives da/dq and da/dv together, the accelerations among them (error: M da/dv + dtau/dv):\n\n"
@@ -184,7 +186,7 @@ static int run_derivatives(const kt_bench_options *options, kt_csv *csv, bool *t
     return KT_BENCH_DONE;
 }
 
-/* What operational space takes, as ratios to forward dynamics. */
+/* Measures the time of operational space, as ratios to forward dynamics. */
 static int run_control(const kt_bench_options *options, kt_csv *csv, bool *trusted, bool *cheap) {
     static const int lengths[] = {7, 32, 100, 1000};
     printf("\nOperational space: J' v, the terms of M^-1 and M^-1 x a column, over ABA (error: M x, and J' v):\n\n"

@@ -1,4 +1,4 @@
-/* One line of the table: what a chain of n links costs. */
+/* One line of the table: the cost of a chain of n links. */
 #ifndef KT_BENCH_SCALING_H
 #define KT_BENCH_SCALING_H
 
@@ -40,7 +40,7 @@ typedef struct kt_scaling_line {
     double error;                   /* of the way there and back; see scaling.c */
 } kt_scaling_line;
 
-/* Fills a line; *error says why it could not. */
+/* Fills a line. On failure *error holds the reason. */
 KT_CHECKED kt_status kt_scaling_measure(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
 
 /* Fills one line for each instruction-set level that there is, RNEA and ABA only, timed in turns; *count of them, at
@@ -52,7 +52,7 @@ KT_CHECKED kt_status kt_scaling_compare_isas(int n, const kt_bench_options *opti
 /* Fills a line with ABA and its derivatives, da/dq and da/dv together, timed in turns. */
 KT_CHECKED kt_status kt_scaling_derive(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
 
-/* Fills a line with ABA and what operational space takes of it, timed in turns. */
+/* Fills a line with the time of ABA and the times of operational space relative to it, timed in turns. */
 KT_CHECKED kt_status kt_scaling_control(int n, const kt_bench_options *options, kt_scaling_line *line, kt_error *error);
 
 /* Fills a line with RNEA and the regressor, timed in turns. */

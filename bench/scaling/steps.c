@@ -20,7 +20,7 @@ typedef struct steps {
     kt_rollout rollout;
     size_t size, derived_size;
     void *work, *derived;                      /* of a rollout, and of the derivatives */
-    double *q, *v, *A, *B, *inputs, *gradient; /* n, n, 4 n^2, 2 n^2, n x STEPS, 2 n + n x STEPS */
+    double *q, *v, *A, *B, *inputs, *gradient; /* n; n; 4 n^2; 2 n^2; n x STEPS; 2 n + n x STEPS */
     kt_error error;
 } steps;
 
@@ -82,7 +82,7 @@ static void run_gradient(void *user, long repetitions) {
             return;
 }
 
-/* max |A'y - the adjoint's| over the largest sum of terms, y = (1, -1, 1, ...). */
+/* max |A'y - the adjoint's| over the largest sum of terms, with y of entries 1 and -1 in turn. */
 static double error_of(steps *s) {
     const int rows = 2 * s->n;
     double *y = s->inputs, *by = s->gradient, worst = 0.0, most = 0.0;
