@@ -24,7 +24,7 @@ static int move(double t, const double *y, double *dydt, void *user) {
 
 static const double atol = 1e-8;
 
-/* What is proposed from y = 0 at t = 0, forwards. */
+/* The step that is proposed from y = 0 at t = 0, forwards. */
 static double proposal(motion *m, double limit, kt_integrator **integrator, kt_try *result) {
     kt_error error;
     const kt_integrator_callbacks callbacks = {move, NULL, m};
@@ -38,7 +38,8 @@ static double proposal(motion *m, double limit, kt_integrator **integrator, kt_t
     return h;
 }
 
-/* err ~ |f'| h^2 / atol = 1/100; kt_power is good to 1e-12, the difference of f to eps / (h0 = 1e-6). */
+/* The step satisfies err ~ |f'| h^2 / atol = 1/100. The result of kt_power is good to 1e-12, the difference of f to eps
+ * / (h0 = 1e-6). */
 KT_TEST(where_nothing_moves_yet_the_change_of_the_slope_decides) {
     kt_worst worst = kt_worst_make("first step");
     for (int i = 0; i <= 6; i++) {
@@ -92,7 +93,7 @@ KT_TEST(a_first_step_keeps_to_the_longest_that_is_allowed) {
     options.max_step = 1e-7;
     kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, &options);
     is_ok("step", kt_integrator_step(it, 1.0, &error), &error);
-    kt_check_above("step", kt_integrator_memory_get(it)->last_step, 0.4e-7); /* half of it is looked at */
+    kt_check_above("step", kt_integrator_memory_get(it)->last_step, 0.4e-7); /* half of it is probed */
     kt_check_below("step", kt_integrator_memory_get(it)->last_step, 1e-7);
     integrator_free(it);
 }

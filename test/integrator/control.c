@@ -7,7 +7,7 @@
 #include <float.h>
 #include <math.h>
 
-/* The series leave 1e-12; 2^u with |u| up to 1000 loses what u loses, |u| ln 2 eps. */
+/* The series leave 1e-12. For |u| up to 1000, the power 2^u loses as much as u does, |u| ln 2 eps. */
 KT_TEST(own_power_is_that_of_the_library) {
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("relative error");
@@ -28,7 +28,8 @@ KT_TEST(own_power_saturates) {
                   4e-174);
 }
 
-/* Hairer's formula in his own constants: DOPRI5's fac = err^0.17 / (err_last^0.04 0.9), between 1/0.2 and 1/10. */
+/* Hairer's formula in his own constants, limited to 1/0.2 and 1/10. For DOPRI5 it is
+ *     fac = err^0.17 / (err_last^0.04 0.9) */
 KT_TEST(factors_are_those_of_dopri5) {
     const kt_integrator_options options = kt_integrator_options_default();
     kt_integrator *it = integrator_make(kt_method_find("dopri5"), 1, &options);
@@ -103,7 +104,7 @@ KT_TEST(given_steps_are_kept_to) {
     integrator_free(it);
 }
 
-/* y' = -rate y, and when it was asked for: at 0, and where the first try of kt_control_initial reaches. */
+/* y' = -rate y, and the time of the last call: 0, or the end of the first trial step of kt_control_initial. */
 typedef struct asking {
     double rate, last;
 } asking;
@@ -129,7 +130,7 @@ KT_TEST(first_try_is_a_hundredth_of_the_time_scale_or_half_the_limit) {
         kt_check_true("slope", kt_evaluate(it, 0.0, it->y, 0, &result) == KT_TRY_PASSED);
         const double limit = 2.0 * 0.01 / over[k], h = kt_control_initial(it, 1.0, limit, &result);
         kt_check_near("where it looks, s", a.last, over[k] <= 1.0 ? 0.01 : 0.01 / 3.0, 1e-17);
-        /* err ~ (|f| / scale) h^5 = 0.01, and the rate of change is 1 / s. */
+        /* The step satisfies err ~ (|f| / scale) h^5 = 0.01. The rate of change is 1 / s. */
         kt_check_near("what it proposes, s", h, pow(0.01 * 3e-6 / 2.0, 0.2), 4.0 * DBL_EPSILON);
         integrator_free(it);
     }

@@ -1,5 +1,5 @@
-/* Fixed implicit steps across what the simplified Newton iteration does not bear: friction that sets in, a force out of
- * rest. Steps are held against the solution of the same scalar equation by bisection. */
+/* Fixed implicit steps in cases in which the simplified Newton iteration fails: friction that sets in, a force out of
+ * rest. The reference for a step is the solution of the same scalar equation by bisection. */
 #include "check.h"
 
 #include "problems.h"
@@ -10,8 +10,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* v' = 2 sin(3 t) - 1.5 tanh(v / 1e-6): dry friction, which holds the mass while the force is below it, on any scale
- * that the steps see. */
+/* Dry friction, which holds the mass while the force is below it, on any scale that the steps see:
+ *     v' = 2 sin(3 t) - 1.5 tanh(v / 1e-6) */
 static int rubbed(double t, const double *y, double *dydt, void *user) {
     (void)user;
     dydt[0] = 2.0 * sin(3.0 * t) - 1.5 * tanh(y[0] / 1e-6);
@@ -109,8 +109,8 @@ KT_TEST(damped_steps_resume_to_the_last_bit) {
     }
 }
 
-/* y' = -1000 y, and at t > 10 a force of 1e5: the state has died out by then, to 1e-300 and less. Corrections were
- * weighed by the rounding of that, which those of a state of 100 never meet. */
+/* The equation y' = -1000 y has a force of 1e5 from t = 10 on. The state decays to 1e-300 and less until then.
+ * Corrections were weighed by the rounding of such a state. The corrections of a state of 100 never fell below it. */
 static int pulsed(double t, const double *y, double *dydt, void *user) {
     (void)user;
     dydt[0] = -1000.0 * y[0] + (t > 10.0 ? 1e5 : 0.0);

@@ -48,8 +48,8 @@ KT_TEST(dense_output_has_its_order_within_a_step) {
     }
 }
 
-/* Records at times that steps do not know of are off by as much as the steps are: of the method's own order p, since
- * q + 1 >= p. */
+/* The times of the records are independent of the steps. The records are off by as much as the steps are: of the
+ * method's own order p, since q + 1 >= p. */
 static double worst_record(const kt_method *m, const problem *p, int steps) {
     kt_error error;
     const kt_integrator_options options = fixed_step((p->end - p->start) / steps);
@@ -113,7 +113,7 @@ KT_TEST(values_at_the_ends_are_the_states_to_the_bit) {
     }
 }
 
-/* Near the ends the value is y0 + theta h f and y1 - (1 - theta) h f to the next order; in the middle the two sums
+/* Near the ends the value is y0 + theta h f and y1 - (1 - theta) h f to the next order. In the middle the two sums
  * meet. */
 KT_TEST(dense_output_is_continuous_with_its_slope) {
     kt_error error;
@@ -129,7 +129,7 @@ KT_TEST(dense_output_is_continuous_with_its_slope) {
         kt_worst ends = kt_worst_make(kt_method_at(i)->name), middle = kt_worst_make("in the middle");
         is_ok("value", kt_integrator_interpolate(it, 0.25 + d, y, &error), &error);
         is_ok("value", kt_integrator_interpolate(it, 0.5 - d, z, &error), &error);
-        /* d^2 y'' / 2, y'' up to 7 here, and up to 16 after a step of implicit Euler, which falls inwards */
+        /* d^2 y'' / 2 with y'' up to 7 here. After a step of implicit Euler, which falls inwards, y'' is up to 16. */
         double bound = (strcmp(kt_method_at(i)->name, "implicit-euler") == 0 ? 8.0 : 3.5) * d * d;
         if (kt_method_at(i)->gamma != NULL) /* its slopes are of order 4 in h, and not evaluated; measured: 2.1e-4 */
             bound += 0.1 * pow(0.25, 4) * d;
@@ -250,7 +250,7 @@ KT_TEST(values_are_had_in_steps_that_go_backwards) {
     }
 }
 
-/* A right-hand side that fails while a value is asked for. */
+/* A right-hand side that fails while a value is interpolated. */
 static int failing(double t, const double *y, double *dydt, void *user) {
     const int *code = user;
     return *code != 0 ? *code : problem_kepler.rhs(t, y, dydt, NULL);
@@ -291,7 +291,7 @@ static int stopping(double t, const double *y, double *dydt, void *user) {
     return (*left)-- <= 0 ? -2 : problem_kepler.rhs(t, y, dydt, NULL);
 }
 
-/* dop853 has stages that only its values need, and after a restore all of a step's are asked for again. */
+/* The method dop853 has stages that only its values need. After a restore, all stages of a step are evaluated again. */
 KT_TEST(a_stop_at_any_stage_of_a_value_leaves_the_output_and_the_motion) {
     static const char *const names[] = {"dopri5", "tsit5", "dop853"};
     for (int i = 0; i < 3; i++) {

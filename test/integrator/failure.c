@@ -12,12 +12,12 @@
 static const char *const adaptive[] = {"heun", "rkc2", "bs32", "rkc4", "dopri5", "tsit5", "radau5", "dop853"};
 enum { ADAPTIVE = sizeof adaptive / sizeof *adaptive };
 
-/* A problem that can be told to go wrong: at the call `at` (counted from 1), or beyond a time. */
+/* A problem that can be made to fail: at the call `at` (counted from 1), or beyond a time. */
 typedef struct trap {
     const problem *p;
     int calls, at;
     double beyond; /* infinite: nowhere */
-    int code;      /* what the callback then returns */
+    int code;      /* the code that the callback then returns */
     bool poison;   /* or a value that is not finite */
     bool project;  /* the projection goes wrong, not the right-hand side */
 } trap;
@@ -160,7 +160,7 @@ static void check_stopped_step(const kt_method *m, const kt_integrator_options *
     } while (status == KT_ERROR_CALLBACK && stops < 100);
     kt_check_true(m->name, as_before);
     kt_check_equal_int("status in the end", status, KT_OK);
-    /* With looks the new slope is known before the step; without, one stage more is asked for unless it is fsal. */
+    /* With looks the new slope is computed before the step. Without, one more stage is evaluated unless it is fsal. */
     kt_check_above(
         "stops", stops,
         m->steps > 0
@@ -282,7 +282,7 @@ KT_TEST(a_pole_ends_in_a_step_that_is_too_small) {
     }
 }
 
-/* y0 is driven to 0 from both sides at +-1 and jumps back and forth there; y1' = 1. */
+/* The slope of y0 is negative above 0 and positive below, so y0 jumps back and forth there. Its size and y1' are 1. */
 static int chatter(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)user;
@@ -291,7 +291,7 @@ static int chatter(double t, const double *y, double *dydt, void *user) {
     return 0;
 }
 
-/* Steps are accepted, but no longer than the jump allows: some 1e-13, of which 1 s would take 1e13. */
+/* Steps are accepted, but no longer than the jump allows, some 1e-13 s. A run of 1 s would take 1e13 steps. */
 KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
     const kt_integrator_callbacks callbacks = {chatter, NULL, NULL};
     for (int i = 0; i < ADAPTIVE; i++) {

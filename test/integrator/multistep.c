@@ -1,4 +1,4 @@
-/* What multistep methods do that others do not: past states, how they start, weights, characteristic polynomials. */
+/* Features of multistep methods alone: past states, their start, weights, characteristic polynomials. */
 #include "check.h"
 
 #include "problems.h"
@@ -150,7 +150,8 @@ KT_TEST(the_order_stays_where_steps_are_cut_short) {
     }
 }
 
-/* By the table until there are past slopes, then two evaluations a step; after a jump once more. */
+/* They start by the table until there are past slopes. Then they take two evaluations a step. After a jump they start
+ * once more. */
 KT_TEST(adams_methods_start_by_their_table_and_after_a_jump_again) {
     for (int i = IMPLICIT; i < NAMES; i++) {
         const kt_method *m = kt_method_find(names[i]);
@@ -172,7 +173,8 @@ KT_TEST(adams_methods_start_by_their_table_and_after_a_jump_again) {
     }
 }
 
-/* The first step of the implicit ones is that of the table's method: order 2, and L-stable: it damps what is stiff. */
+/* The first step of the implicit methods is that of the table's method. It has order 2 and is L-stable, so it damps
+ * stiff components. */
 KT_TEST(the_first_step_of_an_implicit_one_has_the_order_and_damps) {
     for (int i = 0; i < IMPLICIT; i++) {
         double h[3], error[3];
@@ -192,9 +194,9 @@ KT_TEST(the_first_step_of_an_implicit_one_has_the_order_and_damps) {
 
 /* y' = lambda (y - sin t) + cos t, y = sin t (Prothero and Robinson). */
 /* A multistep method has no stages of lower order: its error is that of its weights over lambda, some h^2 / |lambda|.
- * The method that starts it has: the error of the first step is some h / |lambda|, and decays by the spectral radius a
- * step; from t = 1 on it has gone. The one-step methods of one implicit stage are alike: their weights' error over
- * lambda. */
+ * The method that starts it has such stages. The error of the first step is some h / |lambda|, and decays by the
+ * spectral radius a step. From t = 1 on this error has gone. The one-step methods of one implicit stage are alike:
+ * their weights' error over lambda. */
 KT_TEST(the_order_does_not_fall_where_the_equation_is_stiff) {
     static const char *const of[] = {"bdf2", "two-step", "crank-nicolson", "implicit-euler"};
     static const int orders[] = {2, 2, 2, 1};
@@ -310,7 +312,7 @@ KT_TEST(modes_grow_as_the_largest_root) {
 }
 
 /* The root of the motion is e^z up to the error of a step, C z^(p + 1). C is the error constant of the method (HNW
- * III.2), -19/720 for Adams-Moulton of order 4. */
+ * III.2). For the fourth-order Adams-Moulton method it is -19/720. */
 KT_TEST(the_principal_root_is_the_motion_to_the_order) {
     for (int i = 0; i < NAMES; i++) {
         const kt_method *m = kt_method_find(names[i]);
@@ -326,10 +328,13 @@ KT_TEST(the_principal_root_is_the_motion_to_the_order) {
     }
 }
 
-/* ab2: xi^2 - (1 + z + 3 z^2 / 4) xi + z^2 / 4 has the root 1 at z = -2. ab4: published in J. D. Lambert, Numerical
- * Methods for Ordinary Differential Systems, 1991, section 4.3, as some -1.25; here by runs on both sides. On the
- * imaginary axis, by the roots in 40 digits: |xi| - 1 is -y^4 / 4 of ab2, and 0.16 y^6 of ab4, which is not stable
- * there. */
+/* At z = -2, the polynomial p of ab2 has the root 1:
+ *     p(xi) = xi^2 - (1 + z + 3 z^2 / 4) xi + z^2 / 4
+ * The limit of ab4 is published as some -1.25 (J. D. Lambert, Numerical Methods for Ordinary Differential Systems,
+ * 1991, section 4.3). Here runs on both sides determine it. On the imaginary axis, |xi| is found from the roots in 40
+ * digits. For ab2,
+ *     |xi| - 1 = -y^4 / 4
+ * For ab4 it is 0.16 y^6, so this method is not stable there. */
 KT_TEST(limits_of_the_adams_methods_are_where_runs_begin_to_grow) {
     static double y[400][2];
     const kt_stability two = stability_of(kt_method_find("ab2")), four = stability_of(kt_method_find("ab4"));
@@ -371,7 +376,7 @@ KT_TEST(two_step_methods_are_a_stable_and_have_their_radius_at_infinity) {
             kt_worst_below(&left, kt_stability_gain(&s, (kt_complex){0.0, size}), bound, "y = %g", size);
         }
         kt_check_worst(&left);
-        /* A double root, which what is left of 1 / z moves by its square root. */
+        /* A double root: the remaining 1 / z moves it by its square root. */
         kt_check_near("radius at infinity", kt_stability_gain(&s, (kt_complex){-1e14, 0.0}), m.rho,
                       i % 4 == 0 ? 1e-6 : 4e-13);
     }

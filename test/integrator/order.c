@@ -65,7 +65,7 @@ KT_TEST(every_built_in_table_fulfils_its_order_conditions) {
     }
 }
 
-/* So that no claim is too modest, and so that the conditions of every order are known to bite. */
+/* Ensures that no claim is too modest, and that the conditions of every order have an effect. */
 KT_TEST(no_built_in_table_fulfils_more_than_it_claims) {
     for (int i = 0; i < kt_method_count(); i++) {
         kt_method m = *kt_method_at(i);
@@ -109,8 +109,8 @@ static double change_that_is_seen(copy *m, double *value) {
     return change;
 }
 
-/* Every coefficient of every table enters some condition. Rounding of the largest coefficients bounds what can be
- * seen: measured, changes of 2 to 50 eps of the largest are. */
+/* Every coefficient of every table enters some condition. Rounding of the largest coefficients bounds the changes that
+ * can be seen. Changes of 2 to 50 eps of the largest were detected. */
 KT_TEST(a_change_of_any_coefficient_is_refused) {
     static copy spoilt;
     for (int i = 0; i < kt_method_count(); i++) {
@@ -126,7 +126,7 @@ KT_TEST(a_change_of_any_coefficient_is_refused) {
     }
 }
 
-/* The eight conditions of order 4 written out by hand (HNW II.1, (1.11)), against what the trees give. */
+/* The eight conditions of order 4 written out by hand (HNW II.1, (1.11)), against the conditions from the trees. */
 KT_TEST(conditions_of_order_4_are_those_of_the_textbook) {
     for (int k = 0; k < kt_method_count(); k++) {
         const kt_method *m = kt_method_at(k);
@@ -167,8 +167,10 @@ KT_TEST(every_tree_is_made_once) {
         kt_check_equal_int("trees", kt_tree_count(nodes), expected[nodes]);
 }
 
-/* sum b = 1, sum b c = 1/2, sum b a c = 1/6, but sum b c^2 = 5/12: all tall trees hold, the bushy one of order 3 does
- * not. */
+/* The table satisfies the conditions of all tall trees,
+ *     sum b = 1, sum b c = 1/2, sum b a c = 1/6
+ * It violates that of the bushy tree of order 3, since
+ *     sum b c^2 = 5/12 */
 KT_TEST(bushy_trees_are_checked_beside_tall_ones) {
     static const double a[] = {0.5, 0.0, 1.0}, b[] = {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, c[] = {0.0, 0.5, 1.0};
     kt_error error;
@@ -186,7 +188,7 @@ KT_TEST(bushy_trees_are_checked_beside_tall_ones) {
     kt_check_equal_int("as order 2", kt_method_check(&m, &error), KT_OK);
 }
 
-/* Shu and Osher's SSP method of order 3 (J. Comput. Phys. 77 (1988) 439): a table that is not built in. */
+/* The SSP method of order 3 by Shu and Osher, a table that is not built in (J. Comput. Phys. 77 (1988) 439). */
 static const double ssp_a[] = {1.0, 1.0 / 4.0, 1.0 / 4.0};
 static const double ssp_b[] = {1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0};
 static const double ssp_c[] = {0.0, 1.0, 1.0 / 2.0};
@@ -275,7 +277,7 @@ KT_TEST(a_malformed_table_is_refused_without_reading_beyond_it) {
 
 /* ---- a caller's table -------------------------------------------------------------------------------------------- */
 
-/* Fehlberg's 4(5), carried on with the lower order: HNW II.5, table 5.1; not built in. */
+/* Fehlberg's 4(5), continued with the lower order. It is not built in. Source: HNW II.5, table 5.1. */
 static const double fehlberg_a[] = {1.0 / 4.0,        3.0 / 32.0,      9.0 / 32.0,    1932.0 / 2197.0,
                                     -7200.0 / 2197.0, 7296.0 / 2197.0, 439.0 / 216.0, -8.0,
                                     3680.0 / 513.0,   -845.0 / 4104.0, -8.0 / 27.0,   2.0,

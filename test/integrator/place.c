@@ -111,7 +111,7 @@ KT_TEST(nothing_is_allocated) {
     free(memory);
 }
 
-/* What is scratch is filled with garbage between all calls. */
+/* Scratch memory is filled with garbage between all calls. */
 KT_TEST(garbage_in_scratch_changes_no_bit) {
     kt_error error;
     static const unsigned char bytes[] = {0xFF, 0x00, 0x7F, 0x55}; /* 0xFF..: NaN; 0x7F7F..: 1.4e306 */
@@ -318,7 +318,7 @@ KT_TEST(a_damaged_checkpoint_is_refused) {
     integrator_free(it);
 }
 
-/* Memories are written to files as they stand: no byte of one is left to chance. */
+/* Memories are written to files byte by byte, so no byte of them may be indeterminate. */
 KT_TEST(a_memory_has_no_padding) {
     const size_t fields = 8 * sizeof(double) + 3 * sizeof(int64_t) + 2 * sizeof(int32_t) + sizeof(kt_integrator_counts);
     kt_check_equal_int("bytes", (long long)sizeof(kt_integrator_memory), (long long)fields);

@@ -1,4 +1,4 @@
-/* Problems with known solutions, and an integrator in memory of its own. */
+/* Problems with exact solutions, and an integrator in memory of its own. */
 #ifndef KT_TEST_PROBLEMS_H
 #define KT_TEST_PROBLEMS_H
 

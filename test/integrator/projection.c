@@ -1,4 +1,4 @@
-/* What a projection after each step does to the motion, the dense output and the slopes that are reused. */
+/* The effect of a projection after each step on the motion, the dense output and the slopes that are reused. */
 #include "check.h"
 
 #include "problems.h"
@@ -161,7 +161,7 @@ KT_TEST(a_slope_is_evaluated_again_if_one_bit_was_moved) {
     }
 }
 
-/* By hand: a step from the moved state, started afresh. */
+/* The reference is a step from the moved state, started afresh. */
 KT_TEST(steps_after_a_projection_begin_at_the_projected_state) {
     kt_error error;
     for (int i = 0; i < kt_method_count(); i++) {
@@ -212,8 +212,9 @@ KT_TEST(dense_output_joins_the_projected_states) {
         turn(0.125, y0, f0, NULL);
         turn(0.25, y1, f1, NULL);
         const double d = 1e-6;
-        /* d^2 y'' / 2: y'' is 6 * 0.01 / 0.125^2 from the jump, 5 of the motion. An implicit method's slope is that of
-         * its own polynomial, of the state before the projection: 1.01 f, f up to 2.5. */
+        /* The bound is d^2 y'' / 2. The jump contributes 6 * 0.01 / 0.125^2 to y'', and the motion contributes 5. An
+         * implicit method's slope is that of its own polynomial, of the state before the projection: 1.01 f, f up to
+         * 2.5. */
         const double bound = 7.0 * d * d + (kt_method_is_implicit(m) ? 0.01 * 2.5 * d : 0.0);
         kt_worst worst = kt_worst_make(m->name);
         is_ok("value", kt_integrator_interpolate(it, 0.125 + d, y, &error), &error);

@@ -1,4 +1,4 @@
-/* What implicit methods do that others do not: Newton's iteration, its Jacobian, who solves, and stiff equations. */
+/* Features of implicit methods alone: Newton's iteration, its Jacobian, its solver, and stiff equations. */
 #include "check.h"
 
 #include "problems.h"
@@ -27,8 +27,8 @@ static double forced_error(double lambda, int steps) {
     return worst;
 }
 
-/* Where h lambda is large the error is that of the stages: h^s / lambda of a stiffly accurate method with s = 3 of them
- * (Hairer and Wanner IV.15). Where it is small, h^5. */
+/* If h lambda is large, the error is that of the stages. It is h^s / lambda for a stiffly accurate method with s = 3 of
+ * them (Hairer and Wanner IV.15). If h lambda is small, the error is h^5. */
 KT_TEST(the_order_falls_to_that_of_the_stages_where_the_equation_is_stiff) {
     static const struct {
         double lambda, order;
@@ -82,7 +82,8 @@ static double error_of_run(const problem *p, double tol) {
     return error;
 }
 
-/* The estimate goes like h^4 and is held at r^(4/5), the error goes like h^5. At 0.1 r^(2/3) the slope would be 5/6. */
+/* The estimate grows as h^4 and is held at r^(4/5), and the error grows as h^5. An estimate held at 0.1 r^(2/3) would
+ * lead to a slope of 5/6. */
 KT_TEST(errors_of_smooth_motions_are_in_proportion_to_the_tolerance) {
     static const problem *const problems[] = {&problem_tangent, &problem_kepler};
     for (size_t i = 0; i < sizeof problems / sizeof *problems; i++) {
@@ -97,8 +98,8 @@ KT_TEST(errors_of_smooth_motions_are_in_proportion_to_the_tolerance) {
     }
 }
 
-/* Eight reactions of a plant's cells to light (HIRES), stiff: F. Mazzia, C. Magherini, Test Set for IVP Solvers,
- * release 2.4, 2008, with its solution at t = 321.8122. */
+/* Eight reactions of a plant's cells to light (HIRES), stiff, with the solution at t = 321.8122. Source: F. Mazzia, C.
+ * Magherini, Test Set for IVP Solvers, release 2.4, 2008. */
 static int light_response(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)user;
@@ -138,7 +139,7 @@ KT_TEST(errors_of_a_published_stiff_problem_stay_at_a_few_tolerances) {
 
 /* ---- who solves -------------------------------------------------------------------------------------------------- */
 
-/* The caller's solution of the same equations, two of them, and what it is made to fail at. */
+/* The caller's solution of the same equations, two of them, and the calls at which it is made to fail. */
 typedef struct solver {
     double jacobian[2][2];
     kt_complex sigma[2];
@@ -239,9 +240,10 @@ KT_TEST(a_jacobian_that_cannot_be_computed_for_a_while_is_done_without) {
     }
 }
 
-/* y' = lambda (y - (sin t, cos t)) + (cos t, -sin t), whose Jacobian is known while `known`. */
+/* The equation has an exact Jacobian while `known` is set:
+ *     y' = lambda (y - (sin t, cos t)) + (cos t, -sin t) */
 typedef struct relaxing {
-    solver solver; /* what its functions are handed */
+    solver solver; /* the argument of its functions */
     double lambda;
     bool known;
 } relaxing;
@@ -267,8 +269,8 @@ static int relaxing_jacobian(double t, const double *y, const double *dydt, void
 
 static const kt_newton relaxing_newton = {relaxing_jacobian, own_factor, own_solve, NULL, NULL};
 
-/* By the Jacobian of the stiff part iterations of the other converge in steps of 1e-5 s alone. Stiff again, they do by
- * that Jacobian. */
+/* With the Jacobian of the stiff part, iterations of the other part converge only in steps of 1e-5 s. If the equation
+ * is stiff again, they converge with that Jacobian. */
 KT_TEST(a_jacobian_by_which_iterations_diverge_is_left_out_where_none_can_be_computed) {
     static const struct {
         double lambda, end;
@@ -294,8 +296,10 @@ KT_TEST(a_jacobian_by_which_iterations_diverge_is_left_out_where_none_can_be_com
     integrator_free(it);
 }
 
-/* y1' = 6 - 5 y1 / y0, y0' = 1: from 0 the motion is y1 = y0, and slopes depend on the direction alone in which 0 is
- * left. Next to it there is no Jacobian. */
+/* The slope of y1 depends on its ratio to y0:
+ *     y1' = 6 - 5 y1 / y0,  y0' = 1
+ * From 0 the motion is y1 = y0, and slopes depend only on the direction in which 0 is left. Next to 0 there is no
+ * Jacobian. */
 static int leaving_rhs(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)user;
@@ -342,7 +346,7 @@ KT_TEST(a_stop_of_any_part_of_the_solution_stops_the_step_and_changes_nothing) {
             is_ok("step", kt_integrator_step(it, 2.0, &error), &error);
             is_ok("step", kt_integrator_step(other, 2.0, &error), &error);
         }
-        it->history[offsetof(kt_newton_memory, wanted) / sizeof(double)] = 1.0; /* so that a Jacobian is asked for */
+        it->history[offsetof(kt_newton_memory, wanted) / sizeof(double)] = 1.0; /* requests a Jacobian */
         other->history[offsetof(kt_newton_memory, wanted) / sizeof(double)] = 1.0;
         if (part == 0)
             s.fail_from = s.jacobians + 1, s.fail_to = s.jacobians + 1, s.code = -4;
@@ -376,7 +380,8 @@ KT_TEST(half_a_solver_is_refused) {
 
 /* ---- the iteration ----------------------------------------------------------------------------------------------- */
 
-/* y' = -sign(y) |y|^(1/3) 1e6: its slope is infinite at 0, on which Newton's iteration does not settle. */
+/* A slope that is infinite at 0, where Newton's iteration does not settle:
+ *     y' = -sign(y) |y|^(1/3) 1e6 */
 static int kinked(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)user;
@@ -399,8 +404,8 @@ KT_TEST(a_fixed_step_whose_iteration_does_not_converge_fails_with_words) {
     integrator_free(it);
 }
 
-/* The Jacobian of the stiff part makes corrections a hundred thousand times too small; judged by the rate of the step
- * before, the first would do. */
+/* The Jacobian of the stiff part makes corrections a hundred thousand times too small. Judged by the rate of the step
+ * before, the first correction would do. */
 KT_TEST(a_stiff_force_that_has_gone_is_noticed_by_the_iteration) {
     kt_error error;
     const kt_integrator_options options = tolerance(1e-6, 1e-6);
@@ -419,8 +424,11 @@ KT_TEST(a_stiff_force_that_has_gone_is_noticed_by_the_iteration) {
     integrator_free(it);
 }
 
-/* A mass of 1 kg on stiff ground, lifted by a force that grows: z'' = 18 t - 10 - 5 z' + N with N = 1e9 (-z)^1.2 max(0,
- * 1 - 150 z') below 0, as of a contact. It bounces a few times, comes to rest, and is let go. */
+/* A mass of 1 kg on stiff ground, lifted by a force that grows:
+ *     z'' = 18 t - 10 - 5 z' + N
+ * Below 0 the ground acts as a contact:
+ *     N = 1e9 (-z)^1.2 max(0, 1 - 150 z')
+ * The mass bounces a few times, comes to rest, and is let go. */
 static int lifted(double t, const double *y, double *dydt, void *user) {
     const double depth = -y[0];
     (void)user;
@@ -468,9 +476,9 @@ static double speed_after(const release *r, const char *name, double tol) {
     return speed;
 }
 
-/* The matrix hides the rest of the force. At 3 to 22 of 81 tolerances, masses stayed in place or were flung away. Their
- * errors were up to 18,000 tolerances. With rodas5p, the same happened at 25 to 30 tolerances, with errors up to
- * 37,000. */
+/* The matrix hides the rest of the force. The test runs 81 tolerances. At 3 to 22 of them, masses stayed in place or
+ * were flung away. Their errors were up to 18,000 tolerances. With rodas5p, the same happened at 25 to 30 tolerances.
+ * Errors were up to 37,000 tolerances. */
 KT_TEST(a_stiff_force_that_lets_go_within_a_step_is_noticed) {
     enum { COUNT = 81 };
     static const char *const names[] = {"radau5", "rodas5p"};
@@ -491,8 +499,10 @@ KT_TEST(a_stiff_force_that_lets_go_within_a_step_is_noticed) {
     }
 }
 
-/* y' = g' - lambda n n' (y - g) with n = (cos 3t, sin 3t): the stiff direction turns, and y stays with g = (cos t, sin
- * 2t). How long a step Newton's iteration bears follows from how far n turns in it, whatever the error. */
+/* The stiff direction n turns, and y stays with g:
+ *     y' = g' - lambda n n' (y - g),  n = (cos 3t, sin 3t),  g = (cos t, sin 2t)
+ * The length of a step in which Newton's iteration converges depends on the angle by which n turns in it. It does not
+ * depend on the error. */
 static int turning(double t, const double *y, double *dydt, void *user) {
     const double n[2] = {cos(3.0 * t), sin(3.0 * t)}, off[2] = {y[0] - cos(t), y[1] - sin(2.0 * t)};
     const double pull = -1e5 * (n[0] * off[0] + n[1] * off[1]);
@@ -521,7 +531,8 @@ KT_TEST(steps_grow_no_further_than_the_iteration_bears) {
     }
 }
 
-/* y' = t and y' = cos t from 0: nothing there tells how large y will be, nor does the slope of the first. */
+/* The equations y' = t and y' = cos t start from 0. Nothing there indicates how large y will be. The slope of the first
+ * does not indicate it either. */
 static int from_rest(double t, const double *y, double *dydt, void *user) {
     (void)y;
     dydt[0] = *(const int *)user == 0 ? t : cos(t);

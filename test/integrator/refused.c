@@ -1,4 +1,4 @@
-/* What an integrator is given and cannot use: each is refused by what is wrong with it. */
+/* Arguments that an integrator cannot use: each is rejected, and the message names the fault. */
 #include "check.h"
 
 #include "problems.h"
@@ -210,7 +210,7 @@ KT_TEST(the_history_of_a_checkpoint_is_checked) {
     integrator_free(it);
 }
 
-/* There is no previous state yet: the state itself stands in, and is not taken for one. */
+/* There is no previous state yet. The state itself is stored in its place, and is not taken for one. */
 KT_TEST(a_checkpoint_before_the_first_step_has_no_past) {
     kt_error error;
     const kt_integrator_options options = fixed_step(0.1);
@@ -255,7 +255,8 @@ static kt_status take_step(const kt_integrator_options *options, double t, doubl
     return status;
 }
 
-/* y is 1 in both components. eps / 1e-30 is 2e14 times the tolerance, and at half a rounding it is not. */
+/* y is 1 in both components. Its rounding eps is 2e14 times a tolerance of 1e-30. A tolerance just above eps is
+ * accepted. */
 KT_TEST(tolerances_below_the_rounding_of_the_state_are_refused) {
     kt_error error;
     kt_integrator_options o = kt_integrator_options_default();

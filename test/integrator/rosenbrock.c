@@ -1,5 +1,5 @@
-/* What Rosenbrock methods do that others do not: their conditions and transformed table, an exact Jacobian, the slope
- * in time, stiff equations, quadratures. */
+/* Features of Rosenbrock methods alone: their conditions and transformed table, an exact Jacobian, the slope in time,
+ * stiff equations, quadratures. */
 #include "check.h"
 
 #include "problems.h"
@@ -164,7 +164,7 @@ KT_TEST(the_stability_function_is_that_of_an_l_stable_method) {
         kt_worst_below(&axis, kt_stability_gain(&s, (kt_complex){0.0, exp(0.02 * k)}), 1.0 + 1e-12, "%d", k);
     kt_check_worst(&axis);
     kt_check_near("at infinity", kt_stability_gain(&s, (kt_complex){-1e14, 0.0}), 0.0, 1e-11);
-    /* Of linear equations the order is 6, one more than of others. */
+    /* For linear equations the order is 6, one more than for others. */
     double h[3], defect[3];
     for (int l = 0; l < 3; l++) {
         h[l] = 0.2 / (1 << l);
@@ -227,7 +227,8 @@ static kt_integrator *solver_begin(solver *s, double step) {
     return it;
 }
 
-/* Prothero and Robinson's equation solved by the caller, who knows its slope in time, or returns `known` instead. */
+/* Prothero and Robinson's equation solved by the caller. The caller supplies its slope in time, or returns `known`
+ * instead. */
 typedef struct driven {
     double lambda, sigma, offset;
     int known;
@@ -285,7 +286,7 @@ static double driven_error(driven *s, int steps, kt_integrator_counts *counts, k
 }
 
 /* A derivative of the caller is used, at the cost of one evaluation. Otherwise a difference is used, at the cost of
- * two. A slope of another equation shows. Where lambda is large the three are the same: the last stages leave the slope
+ * two. A slope of another equation shows. If lambda is large, the three are the same: the last stages leave the slope
  * out. */
 KT_TEST(a_slope_in_time_that_is_known_is_taken) {
     static const struct {
@@ -307,8 +308,8 @@ KT_TEST(a_slope_in_time_that_is_known_is_taken) {
     kt_check_above("wrong", error[2] / error[0], 100.0);
 }
 
-/* Eight evaluations a step, and two more for the slope in time, with which the order is 5; 6 of what is linear and
- * does not depend on time. */
+/* A step takes eight evaluations, and two more for the slope in time. With the slope the order is 5. For a linear
+ * equation that does not depend on time, the order is 6. */
 KT_TEST(the_slope_in_time_is_asked_for_where_there_is_one) {
     for (int k = 0; k < 2; k++) {
         double h[3], error[3];
@@ -347,7 +348,8 @@ KT_TEST(an_old_jacobian_serves_and_is_counted) {
     kt_check_below("error", error[2], 2e-9);
 }
 
-/* Prothero and Robinson's equation, whose lambda changes, and with it the Jacobian, which is known for a while. */
+/* Prothero and Robinson's equation, whose lambda changes, and with it the Jacobian. The Jacobian is available for a
+ * while. */
 typedef struct changing {
     double lambda, jacobian, sigma;
     bool known;
@@ -377,7 +379,8 @@ static int changing_solve(double *re, double *im, void *user) {
     return 0;
 }
 
-/* By the Jacobian of the stiff part the other takes 7e5 evaluations, and ends 0.04 off. Stiff again, it serves. */
+/* With the Jacobian of the stiff part the other part takes 7e5 evaluations, and ends 0.04 off. If the equation is stiff
+ * again, this Jacobian serves. */
 KT_TEST(an_old_jacobian_that_misleads_is_left_out) {
     static const kt_newton newton = {changing_jacobian, changing_factor, changing_solve, NULL, NULL};
     static const struct {
@@ -445,7 +448,7 @@ KT_TEST(quadratures_have_order_4_and_change_nothing) {
         inner[l] = fabs(z[1] - kt_integrator_state(all)[1]);
         integrate_to(all, 2.0);
         defect[l] = fabs(kt_integrator_state(it)[1] - kt_integrator_state(all)[1]);
-        /* Of the Jacobian that both find by differences the column of y alone matters to y. */
+        /* Both find the Jacobian by differences. Only the column of y matters to y. */
         kt_check_near("the other", kt_integrator_state(it)[0], kt_integrator_state(plain)[0], 0.0);
         integrator_free(it);
         integrator_free(all);

@@ -8,7 +8,7 @@
 
 enum { STEPS = 7 };
 
-/* Steps of `method`, with a look at the slope after each, and at values within the step before it, as asked. */
+/* Steps of `method`. On request the slope is evaluated after each, and values within the step before it. */
 typedef struct looks {
     bool slope, within;
 } looks;
@@ -45,7 +45,7 @@ static traced trace(const kt_method *method, const kt_integrator_options *option
     return out;
 }
 
-/* A fixed step and an adaptive one; the counts are compared before the last slope is looked at. */
+/* A fixed step and an adaptive one. The counts are compared before the last slope is evaluated. */
 KT_TEST(slope_is_evaluated_once_and_moves_no_bit) {
     long compared = 0, different = 0, wrong = 0, more = 0;
     for (int m = 0; m < kt_method_count(); m++) {

@@ -1,5 +1,5 @@
-/* rkc2 and rkc4: stabilised methods on problems that decay fast. The tests of all methods are run on them too; here is
- * what they have alone. */
+/* rkc2 and rkc4: stabilised methods on problems that decay fast. The tests of all methods are run on them too. This
+ * file tests the features that only they have. */
 #include "check.h"
 
 #include "problems.h"
@@ -56,7 +56,7 @@ static double decays_worst(kt_integrator *it) {
 
 /* ---- accuracy ---------------------------------------------------------------------------------------------------- */
 
-/* problem_chirp, nonlinear and not autonomous, next to a decay at rest that asks for many stages. */
+/* problem_chirp, nonlinear and not autonomous, next to a decay at rest that requires many stages. */
 static int chirp_and_decay(double t, const double *y, double *dydt, void *user) {
     (void)problem_chirp.rhs(t, y, dydt, user);
     dydt[4] = -3e4 * y[4];
@@ -91,9 +91,9 @@ KT_TEST(orders_hold_with_many_stages_on_a_problem_that_is_not_autonomous) {
     kt_check_near("order of rkc4", measured_order("rkc4", 64), 4.0, 0.2);
 }
 
-/* If a fast decaying component follows a motion, errors at large steps are smaller than h^p predicts and fall more
- * slowly (order reduction). rkc2 keeps its order 2. rkc4 keeps 2.3 over h rate = 400 .. 50, measured from a hundredth
- * of rkc2's error on. */
+/* If a fast decaying component follows a motion, errors at large steps are smaller than predicted by h^p. They also
+ * fall more slowly (order reduction). The method rkc2 keeps its order 2. The method rkc4 has order 2.3. This is
+ * measured for h rate from 400 to 50, from a hundredth of the error of rkc2 on. */
 KT_TEST(errors_on_a_stiff_problem_fall_as_measured) {
     static const struct {
         const char *method;
@@ -114,8 +114,8 @@ KT_TEST(errors_on_a_stiff_problem_fall_as_measured) {
     }
 }
 
-/* An estimate of order 3 held at the tolerance makes h ~ tolerance^(1/3), and the error of a method of order 2 then
- * follows tolerance^(2/3). Measured: 0.65. */
+/* If an estimate of order 3 is held at the tolerance, h grows as the cube root of the tolerance. The error of a
+ * second-order method then grows as the power 2/3 of the tolerance. Measured: 0.65. */
 KT_TEST(errors_follow_the_tolerance) {
     double rate = 2000.0, at[5], error[5];
     for (int i = 0; i < 5; i++) {
@@ -133,8 +133,8 @@ KT_TEST(errors_follow_the_tolerance) {
     kt_check_near("slope", slope_of(at, error, 5), 2.0 / 3.0, 0.05);
 }
 
-/* rkc4: an estimate of order 4 of a method of order 4, so that errors are in proportion to the tolerance. The step is
- * what the error asks for: the estimate of each is near the tolerance, and the number of steps grows as
+/* rkc4: an estimate of order 4 of a method of order 4, so that errors are in proportion to the tolerance. The error
+ * determines the step. The estimate of each step is near the tolerance, and the number of steps grows as
  * tolerance^(-1/4). */
 KT_TEST(errors_of_rkc4_are_in_proportion_to_the_tolerance) {
     double at[5], error[5], steps[5], y[5] = {0.0};
@@ -185,8 +185,9 @@ static int record_times(double t, const double *y, double *dydt, void *user) {
     return 0;
 }
 
-/* Of a fixed step: the slope at the start is the first stage, stage j is at c_j = T_s'/T_s'' T_j''/T_j' at w0, and none
- * is at the end. */
+/* Stages of a fixed step. The slope at the start is the first stage. Stage j is at the following time at w0, and none
+ * is at the end:
+ *     c_j = T_s'/T_s'' T_j''/T_j' */
 KT_TEST(stages_are_as_many_as_needed_and_at_their_own_times) {
     static const double rates[] = {1.0, 20.0, 150.0, 1000.0};
     for (int i = 0; i < 4; i++) {
@@ -302,7 +303,7 @@ KT_TEST(an_adaptive_step_is_kept_within_its_stages) {
     double rate = 1e7;
     const kt_integrator_options options = tolerance(1e-2, 1e-2);
     kt_integrator *it = decays_begin("rkc2", &rate, &options);
-    double longest = 0.0; /* over what the radius then allowed */
+    double longest = 0.0; /* over the length that the radius then allowed */
     for (int i = 0; i < 60; i++) {
         is_ok("step", kt_integrator_step(it, 3.0, &error), &error);
         longest = fmax(longest, (kt_integrator_time(it) - kt_integrator_previous_time(it)) / kt_stabilised_reach(it));
@@ -324,7 +325,7 @@ KT_TEST(a_callers_table_cannot_be_stabilised) {
     kt_check_contains("words", error.message, "'rkc2': a stabilised method must be a built-in one");
 }
 
-/* Longer steps than the stages allow are asked for: there is no way between. */
+/* The least step exceeds the step that the stages allow: there is no way between. */
 KT_TEST(a_least_step_beyond_all_stages_is_refused_in_words) {
     kt_error error;
     double rate = 1e7;
@@ -338,7 +339,8 @@ KT_TEST(a_least_step_beyond_all_stages_is_refused_in_words) {
     integrator_free(it);
 }
 
-/* y' = -1000 (y - sin t) from y = 0: the size of y says nothing of how far to look for differences. */
+/* From y = 0, the size of y gives no hint for the length of differences:
+ *     y' = -1000 (y - sin t) */
 static int lag(double t, const double *y, double *dydt, void *user) {
     (void)user;
     dydt[0] = -1000.0 * (y[0] - sin(t));
@@ -392,8 +394,9 @@ static kt_integrator *before_the_jump(jumping *j) {
     return it;
 }
 
-/* y' = -rate (y - 1): 1e-20 and 0 are one place, and the radius there is the same. Differences over a part of 1e-20
- * would be all rounding. */
+/* The states 1e-20 and 0 are one place, and the radius there is the same:
+ *     y' = -rate (y - 1)
+ * Differences over a part of 1e-20 would be all rounding. */
 static int fall(double t, const double *y, double *dydt, void *user) {
     (void)t;
     const double rate = *(const double *)user;
@@ -414,7 +417,7 @@ KT_TEST(the_radius_beside_zero_is_that_at_zero) {
         is_ok("start", kt_integrator_start(it, 0.0, (double[]){starts[i], starts[i]}, &callbacks, &error), &error);
         kt_check_true("slope", kt_evaluate(it, 0.0, it->y, 0, &result) == KT_TRY_PASSED);
         kt_check_true("radius", kt_need_radius(it, false, &result) == KT_TRY_PASSED);
-        /* differences lose 2 eps 100 over 1.5e-8 of 1e-6, 3 /s */
+        /* differences over 1.5e-8 of 1e-6 have a rounding error of 2 eps 100, hence 3 /s */
         kt_check_near("radius, 1/s", kt_stabilised_radius(it) / KT_RADIUS_MARGIN, 100.0, i ? 3.0 : 1e-5);
         integrator_free(it);
     }

@@ -50,8 +50,8 @@ static double sum_of_terms(const double *c, int degree, double size) {
     return sum;
 }
 
-/* Of an implicit method: that of P and of Q, over |Q|, which is small near a pole. Measured: 20 eps of it, since
- * Newton's iteration ends at 4 eps of y. */
+/* Rounding for an implicit method: that of P and of Q, over |Q|, which is small near a pole. Measured: 20 eps of it,
+ * since Newton's iteration ends at 4 eps of y. */
 static double rounding_of_rational(const kt_method *m, kt_complex z) {
     const kt_stability s = stability_of(m, 2);
     kt_stability q = s;
@@ -62,8 +62,8 @@ static double rounding_of_rational(const kt_method *m, kt_complex z) {
            (sum_of_terms(s.coefficient, s.degree, size) + gain * sum_of_terms(s.denominator, s.poles, size));
 }
 
-/* A Jacobian by central differences has an error of eps^(2/3); it moves R by R', and the stages near the pole,
- * which is one of all eight, by more. */
+/* A Jacobian by central differences has an error of eps^(2/3). This moves R by R'. Near the pole, which all eight
+ * stages share, it moves the stages by more. */
 static double rounding_of_rosenbrock(const kt_method *m, kt_complex z) {
     const kt_stability s = stability_of(m, 2);
     const double pole = hypot(1.0 - m->gamma[0] * z.re, m->gamma[0] * z.im);
@@ -71,9 +71,11 @@ static double rounding_of_rosenbrock(const kt_method *m, kt_complex z) {
            (1.0 + 1.0 / pole) * (1.0 + 1.0 / pole);
 }
 
-/* What rounding makes of a step: a few eps of the sum of all terms, 1 + sum_k |z|^k |b|' |A|^(k-1) 1; of the stabilised
- * methods, whose recurrence adds what each stage rounds of values of the size of 1 + |z|, that times the stages: of
- * rkc4 T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4, T_k being k steps of z / k. */
+/* The rounding error of a step. In general it is a few eps of the sum S of all terms,
+ *     S = 1 + sum_k |z|^k |b|' |A|^(k-1) 1
+ * The recurrence of the stabilised methods adds the rounding of each stage, of values of the size of 1 + |z|. So this
+ * size is multiplied by the number of stages. With T_k for k steps of z / k, the sum of rkc4 is
+ *     T = T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4 */
 static double rounding_of(const kt_method *m, int stages, kt_complex z) {
     const double size = hypot(z.re, z.im);
     if (kt_method_stages_vary(m) && kt_chebyshev_copies(m) == 1)
@@ -171,9 +173,12 @@ KT_TEST(limits_of_the_classical_methods_are_those_of_their_closed_forms) {
     check_limits("rk38", fourth, sqrt(8.0));
 }
 
-/* dopri5: R = 1 + z + ... + z^5/120 + z^6/600 (HW IV.2, (2.13)). Its real limit by bisection of that, and on the
- * imaginary axis |R|^2 - 1 = y^6 (-1/1800 + 1/28800 y^2 ... ): the sum of c_i c_j over i + j = 2k with alternating
- * signs, by hand: e_3 = -2/600 + 2/120 - 1/36 + ... */
+/* The polynomial of dopri5 (HW IV.2, (2.13)) is
+ *     R = 1 + z + ... + z^5/120 + z^6/600
+ * Bisection of R yields its real limit. On the imaginary axis,
+ *     |R|^2 - 1 = y^6 (-1/1800 + 1/28800 y^2 ... )
+ * Each coefficient is the sum of c_i c_j over i + j = 2k with alternating signs. By hand,
+ *     e_3 = -2/600 + 2/120 - 1/36 + ... */
 KT_TEST(limits_of_dopri5_are_those_of_its_published_polynomial) {
     double low = 3.0, high = 3.5;
     while (high - low > 1e-15 * high && 0.5 * (low + high) > low && 0.5 * (low + high) < high) {
@@ -186,8 +191,10 @@ KT_TEST(limits_of_dopri5_are_those_of_its_published_polynomial) {
     const kt_stability s = stability_of(kt_method_find("dopri5"), 2);
     kt_check_near("real", kt_stability_real_limit(&s), low, 1e-14);
     kt_check_near("z^6", s.coefficient[6], 1.0 / 600.0, DBL_EPSILON / 600.0);
-    /* Re = 1 - y^2/2 + y^4/24 - y^6/600, Im = y - y^3/6 + y^5/120: |R|^2 - 1 has
-     *   y^6: -1/300 - 1/24 + 1/60 + 1/36,   y^8: 1/576 + 1/600 - 1/360,   y^10: -1/7200 + 1/14400,   y^12: 1/360000 */
+    /* The coefficients of |R|^2 - 1 follow from the real and the imaginary part:
+     *     Re = 1 - y^2/2 + y^4/24 - y^6/600, Im = y - y^3/6 + y^5/120
+     *     y^6: -1/300 - 1/24 + 1/60 + 1/36,   y^8: 1/576 + 1/600 - 1/360,   y^10: -1/7200 + 1/14400,   y^12: 1/360000
+     */
     const double e3 = -1.0 / 300.0 - 1.0 / 24.0 + 1.0 / 60.0 + 1.0 / 36.0, e4 = 1.0 / 576.0 + 1.0 / 600.0 - 1.0 / 360.0,
                  e5 = -1.0 / 7200.0 + 1.0 / 14400.0, e6 = 1.0 / 360000.0;
     const double y = kt_stability_imaginary_limit(&s), x = y * y;
@@ -195,7 +202,7 @@ KT_TEST(limits_of_dopri5_are_those_of_its_published_polynomial) {
     kt_check_near("e_3 + e_4 y^2 + ...", e3 + x * (e4 + x * (e5 + x * e6)), 0.0, 64.0 * DBL_EPSILON * fabs(e3));
 }
 
-/* Of every method: a mode at the limit keeps its size in a step really taken, one just beyond does not. */
+/* For every method, a mode at the limit keeps its size in a step really taken. A mode just beyond does not. */
 KT_TEST(modes_at_the_limits_neither_grow_nor_decay) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
@@ -243,7 +250,8 @@ KT_TEST(a_grid_holds_the_gain_at_its_points) {
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-/* An undamped mode of Heun's method: |R|^2 = 1 + (h w)^4 / 4. */
+/* An undamped mode of Heun's method:
+ *     |R|^2 = 1 + (h w)^4 / 4 */
 KT_TEST(growth_of_an_undamped_mode_is_that_of_heuns_closed_form) {
     const kt_stability s = stability_of(kt_method_find("heun"), 2);
     const kt_complex lambda = {0.0, 20.0};
@@ -341,7 +349,9 @@ KT_TEST(verdicts_are_those_published) {
 }
 
 /* Three-step BDF grows near the axis (Dahlquist's second barrier: no method of order 3 is A-stable), and damps
- * infinitely stiff modes. R = (1 + z / 2) / (1 + z / 2 - z^2) has a pole on the left, and |R| < 1 on the axis. */
+ * infinitely stiff modes. The function
+ *     R = (1 + z / 2) / (1 + z / 2 - z^2)
+ * has a pole on the left, and |R| < 1 on the axis. */
 KT_TEST(methods_that_are_not_a_stable_are_told_from_those_that_are) {
     kt_stability three = stability_of(kt_method_find("bdf2"), 2), pole = stability_of(kt_method_find("radau5"), 2);
     const double bdf[4][2] = {{11.0 / 6.0, -1.0}, {-3.0, 0.0}, {1.5, 0.0}, {-1.0 / 3.0, 0.0}};
@@ -394,7 +404,7 @@ KT_TEST(implicit_methods_are_stable_on_the_left_and_all_but_one_damp_what_is_inf
     check_a_stable("radau5", 0.0);
 }
 
-/* By hand: 1 / (1 - z), (1 + z/2) / (1 - z/2), and of radau5 that R = e^z + O(z^6). */
+/* The functions are 1 / (1 - z) and (1 + z/2) / (1 - z/2), derived by hand. For radau5, R = e^z + O(z^6). */
 KT_TEST(rational_functions_are_those_of_the_textbook) {
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("R");
@@ -415,8 +425,8 @@ KT_TEST(rational_functions_are_those_of_the_textbook) {
 
 /* ---- the stabilised family --------------------------------------------------------------------------------------- */
 
-/* Order 2: R = 1 + z + z^2/2 + O(z^3); |R| within a + b, and that near 1 - epsilon/3 = 0.949, up to the reach, which is
- * that of the literature. Two stages are all used up by order 2. */
+/* Order 2 means R = 1 + z + z^2/2 + O(z^3). The bound of |R| is a + b, near 1 - epsilon/3 = 0.949, up to the reach. The
+ * reach is that of the literature. Two stages are all used up by order 2. */
 KT_TEST(chebyshev_polynomials_are_damped_up_to_their_reach) {
     static const int stages[] = {2, 3, 4, 5, 7, 10, 20, 50, 100, 250};
     kt_worst damped = kt_worst_make("|R|"), length = kt_worst_make("reach / 0.653 (s^2 - 1)"),
@@ -446,8 +456,8 @@ KT_TEST(chebyshev_polynomials_are_damped_up_to_their_reach) {
     kt_check_worst(&second);
 }
 
-/* The extrapolated ones: R - e^z is no more than a few times the z^5 / 120 that the series leaves; damped below 0.74
- * once e^z is, up to the reach of their members. */
+/* For the extrapolated polynomials, R - e^z is no more than a few times the remainder z^5 / 120 of the series. They are
+ * damped below 0.74 once e^z is, up to the reach of their members. */
 KT_TEST(extrapolated_polynomials_are_of_order_4_and_damped_up_to_their_reach) {
     kt_worst damped = kt_worst_make("|R|"), fourth = kt_worst_make("R - e^z over z^5 / 120");
     for (int s = 2; s <= KT_STABILISED_STAGES_MAX; s += s < 30 ? 1 : 20) {
@@ -490,8 +500,8 @@ KT_TEST(a_stabilised_step_ends_where_its_stages_do) {
     kt_check_equal_int("index", index, 1);
 }
 
-/* Just inside of the imaginary limit a step keeps a mode within rounding of its size, just outside it does not; of what
- * is 0, any mode grows. */
+/* Just inside of the imaginary limit, a step keeps a mode within rounding of its size. Just outside, it does not. If
+ * the limit is 0, any mode grows. */
 KT_TEST(stabilised_methods_have_a_limit_on_the_imaginary_axis_too) {
     static const char *const names[] = {"rkc2", "rkc4"};
     for (int i = 0; i < 2; i++)

@@ -21,9 +21,10 @@ static double worst_error(const kt_method *method, const problem *p, int steps) 
     return worst;
 }
 
-/* Over four numbers of steps, first, 3/2 first, 2 first, 3 first, chosen where the leading term of the error rules
- * and rounding does not yet. Measured: within 0.02 of the order up to order 4, within 0.3 above, where the leading
- * coefficients are so small that the next terms show. A method of four steps begins with half as many steps again. */
+/* The four numbers of steps are the first one and its multiples by 3/2, two and three. They are chosen such that the
+ * leading term of the error dominates and rounding is negligible. Up to order 4, the measured slope is within 0.02 of
+ * the order. Above, it is within 0.3, because the leading coefficients are so small that the next terms show. A method
+ * of four steps begins with half as many steps again. */
 static void check_slope(const kt_method *method, const problem *p, const int first_by_order[9]) {
     enum { COUNT = 4 };
     static const int halves[COUNT] = {2, 3, 4, 6};
@@ -49,7 +50,7 @@ KT_TEST(every_method_has_its_order_on_an_orbit) {
         check_slope(kt_method_at(i), &problem_kepler, first);
 }
 
-/* Of one equation the two lines of the vector loops see only the shorter one. */
+/* With one equation, only the shorter of the two vector loops runs. */
 KT_TEST(low_orders_are_measured_on_one_equation_too) {
     static const int first[9] = {0, 8192, 1024, 512, 512};
     for (int i = 0; i < kt_method_count(); i++)
@@ -97,8 +98,8 @@ KT_TEST(stages_are_evaluated_at_their_own_times) {
     }
 }
 
-/* c = 1 means the end of the step itself, also where t + h is rounded otherwise: only so is a reused last stage what
- * a restarted integrator evaluates. */
+/* c = 1 means the end of the step itself, also if t + h is rounded otherwise. Only then is a reused last stage equal to
+ * the evaluation of a restarted integrator. */
 KT_TEST(the_last_stages_are_at_the_very_end) {
     for (int i = 0; i < kt_method_count(); i++) {
         const kt_method *m = kt_method_at(i);
@@ -144,7 +145,7 @@ KT_TEST(the_first_value_that_is_not_finite_is_found) {
 
 /* ---- sums -------------------------------------------------------------------------------------------------------- */
 
-/* n pendulums that do not know of each other: omega' = -sin(phi) cos(t), phi' = omega. */
+/* n uncoupled pendulums: omega' = -sin(phi) cos(t), phi' = omega. */
 static int pendulums(double t, const double *y, double *dydt, void *user) {
     const size_t n = *(const size_t *)user;
     for (size_t i = 0; i < n; i++) {
@@ -165,7 +166,7 @@ static void swing(const kt_method *m, size_t n, double *y) {
     integrator_free(it);
 }
 
-/* Whatever loop a component falls into. */
+/* The bits do not depend on the loop that computes a component. */
 KT_TEST(a_component_has_the_same_bits_whatever_stands_beside_it) {
     enum { MOST = 13 };
     for (int i = 0; i < kt_method_count(); i++) {
@@ -289,7 +290,8 @@ KT_TEST(the_error_norm_is_that_of_the_textbook) {
     }
 }
 
-/* err ~ h^k, k = 2, 3, 5, 5, 8: what the control divides by. */
+/* The estimate scales as err ~ h^k, and the control divides by k:
+ *     k = 2, 3, 5, 5, 8 */
 KT_TEST(error_estimates_scale_with_their_order) {
     static const char *const names[] = {"heun", "bs32", "dopri5", "tsit5", "dop853"};
     static const double steps[] = {1e-3, 4e-3, 2e-2, 2e-2, 0.06};

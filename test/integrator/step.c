@@ -102,7 +102,7 @@ KT_TEST(steps_go_backwards_over_the_same_times) {
     }
     kt_check_worst(&times);
     integrate_to(it, 5.0);
-    /* Order 8 at h = 0.1: the error of a step is below rounding; 28 steps of 2 eps. */
+    /* A method of order 8 at h = 0.1: the error of a step is below rounding. The 28 steps add 2 eps each. */
     kt_check_near("back at the start", kt_integrator_state(it)[0], 1.0, 28.0 * 2.0 * DBL_EPSILON);
     kt_check_near("at rest", kt_integrator_state(it)[1], 0.0, 28.0 * 2.0 * DBL_EPSILON);
     integrator_free(it);
@@ -137,7 +137,7 @@ KT_TEST(a_fixed_step_below_the_rounding_of_time_is_refused) {
 /* ---- limits ------------------------------------------------------------------------------------------------------ */
 
 typedef struct fence {
-    double low, high; /* of the times asked for */
+    double low, high; /* of the requested times */
     problem under;
 } fence;
 
@@ -228,8 +228,8 @@ static void check_proportional(const char *name, const problem *p, int first, in
     kt_check_below("largest error over tolerance", ratio, ratio_bound);
 }
 
-/* Measured: what the ratio of error to tolerance is at its largest, most often at 1e-3; it grows with the motion, not
- * with the method. heun takes too many steps for the smallest tolerances. */
+/* The bounds are the largest measured ratios of error to tolerance, most often at 1e-3. The ratio grows with the
+ * motion, not with the method. The method heun takes too many steps for the smallest tolerances. */
 KT_TEST(errors_are_proportional_to_the_tolerance) {
     check_proportional("heun", &problem_kepler, 3, 9, 0.1, 70.0);
     check_proportional("bs32", &problem_kepler, 3, 12, 0.1, 120.0);
@@ -243,7 +243,8 @@ KT_TEST(errors_are_proportional_to_the_tolerance) {
     check_proportional("dop853", &problem_chirp, 3, 12, 0.1, 40.0);
 }
 
-/* The restricted three-body problem, HNW II.0 (0.1), (0.2): a closed orbit that passes the moon within 0.006. */
+/* The restricted three-body problem: a closed orbit that passes the moon within 0.006. Source: HNW II.0 (0.1), (0.2).
+ */
 static int arenstorf(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)user;
@@ -258,8 +259,8 @@ static int arenstorf(double t, const double *y, double *dydt, void *user) {
     return 0;
 }
 
-/* Expected: Taylor series of order 36 in 40 digits, with the data as rounded to double here, which alone moves the
- * orbit by 5e-11. */
+/* The expected values are from Taylor series of order 36 in 40 digits. The data are rounded to double as here. This
+ * rounding alone moves the orbit by 5e-11. */
 static const double arenstorf_times[3] = {5.0, 10.0, 17.0652165601579625588917206249};
 static const double arenstorf_expected[3][4] = {
     {0.02268878364799612899453051, 0.8665401401712569019576996, -0.117736478640861169690242,
@@ -301,7 +302,7 @@ KT_TEST(the_arenstorf_orbit_closes) {
 
 /* ---- quadratures ------------------------------------------------------------------------------------------------- */
 
-/* The oscillator, and two integrals that would ask for far smaller steps. */
+/* The oscillator, and two integrals that would require far smaller steps. */
 static int oscillator_with_integrals(double t, const double *y, double *dydt, void *user) {
     dydt[2] = 1e6 * cos(300.0 * t);
     dydt[3] = y[0] * y[0];
@@ -335,7 +336,8 @@ KT_TEST(quadratures_leave_the_other_equations_to_the_bit) {
         kt_note("%s", adaptive[i]);
         kt_check_equal_int("steps that differ", different, 0);
         kt_check_near("time", kt_integrator_time(it), 5.0, 0.0);
-        /* int cos^2 = t / 2 + sin 2 t / 4; measured: 1e-6 to 3e-5, and 4e-4 in the long steps of radau5 */
+        /* The integral of cos^2 is t / 2 + sin 2 t / 4. Measured errors are 1e-6 to 3e-5. In the long steps of radau5
+         * the error is 4e-4. */
         const double bound = kt_method_is_implicit(kt_integrator_method(it)) ? 1e-3 : 1e-4;
         kt_check_near("integral", kt_integrator_state(it)[3], 2.5 + 0.25 * sin(10.0), bound);
         integrator_free(alone);

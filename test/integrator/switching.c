@@ -44,8 +44,9 @@ static double rise(double t, double from, double to) {
     return u * u * (3.0 - 2.0 * u);
 }
 
-/* y' = lambda(t) (y - sin t) + cos t, y = sin t (Prothero and Robinson): lambda goes from -1 to -1e5 between t = 1 and
- * t = 2, and back between t = 3 and t = 4. */
+/* Prothero and Robinson's equation, with the solution y = sin t:
+ *     y' = lambda(t) (y - sin t) + cos t
+ * From t = 1 to t = 2 lambda goes from -1 to -1e5. It goes back between t = 3 and t = 4. */
 static int stiff_for_a_while(double t, const double *y, double *dydt, void *user) {
     (void)user;
     dydt[0] = (-1.0 - 1e5 * (rise(t, 1.0, 2.0) - rise(t, 3.0, 4.0))) * (y[0] - sin(t)) + cos(t);
@@ -96,8 +97,8 @@ static course follow(const kt_method *method, double tol) {
     return c;
 }
 
-/* It goes over once the steps show that it is stiff, and comes back. Dense output is asked for in every step, those at
- * the switches among them: it is not worse than that of radau5, whose order is lower within a stiff step. */
+/* It goes over once the steps show that it is stiff, and comes back. Dense output is evaluated in every step, those at
+ * the switches among them. It is not worse than that of radau5, whose order is lower within a stiff step. */
 KT_TEST(it_goes_over_where_it_is_stiff_and_comes_back) {
     static const double tolerances[] = {1e-6, 1e-7, 1e-8};
     for (int i = 0; i < 3; i++) {
@@ -115,8 +116,8 @@ KT_TEST(it_goes_over_where_it_is_stiff_and_comes_back) {
     }
 }
 
-/* The same at many tolerances. Where the matrix hid that the force had gone, it was stepped over at 6 of 161, with
- * errors of up to 9e6 of them. */
+/* The same at many tolerances. If the matrix hid that the force had gone, the force was stepped over at 6 of 161
+ * tolerances. Errors were up to 9e6 tolerances. */
 KT_TEST(a_stiff_force_that_fades_is_not_stepped_over) {
     enum { COUNT = 161 };
     static const char *const names[] = {"radau5", "auto", "rodas5p"};
@@ -185,8 +186,8 @@ static kt_integrator_counts count_ringing(const kt_method *method, ringing *r, d
     return counts;
 }
 
-/* Rates at which the tolerance alone would allow ten times the step. At most 0.57 of the evaluations were measured,
- * where the damping is 0.05, and 0.08 where it is above 0.3. */
+/* Rates at which the tolerance alone would allow ten times the step. At damping 0.05, at most 0.57 of the evaluations
+ * were measured. At damping above 0.3, at most 0.08 were measured. */
 KT_TEST(modes_that_ring_while_they_decay_are_found) {
     static const double dampings[] = {0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0};
     static const double tolerances[] = {1e-3, 1e-5, 1e-7}, rates[] = {5e3, 3e4, 1e6};
@@ -249,7 +250,7 @@ KT_TEST(a_checkpoint_of_any_step_is_resumed_to_the_last_bit) {
     integrator_free(other);
 }
 
-/* A right-hand side that stops when it is told to. */
+/* A right-hand side that stops on request. */
 typedef struct stopper {
     int calls, stop_at;
 } stopper;
@@ -259,8 +260,8 @@ static int stiff_and_stopped(double t, const double *y, double *dydt, void *user
     return s->calls++ == s->stop_at ? -1 : stiff_for_a_while(t, y, dydt, NULL);
 }
 
-/* Every step is stopped once, in its second evaluation, those at the switches, too: the last one can be interpolated as
- * before, and the motion goes on as if nothing had been. */
+/* Every step is stopped once, in its second evaluation, those at the switches, too. The last step can be interpolated
+ * as before, and the motion goes on as if nothing had happened. */
 KT_TEST(a_stopped_step_changes_nothing_at_a_switch_either) {
     kt_error error;
     stopper s = {0, -1}, free_running = {0, -1};
