@@ -1,4 +1,4 @@
-/* The absolute formulation as a model: what becomes of bodies, joints, loops and effects. */
+/* The absolute formulation as a model: the conversion of bodies, joints, loops and effects. */
 #include "../compile/mechanism.h"
 #include "../dynamics/tree.h"
 #include "../formulation.h"
@@ -31,7 +31,7 @@ static bool is_oblique(const kt_joint *joint) {
     return fabs(kt_vec3_dot(a, kt_vec3_normalize(b))) > 1e-9;
 }
 
-/* What closes each joint. */
+/* The loop type that closes each joint. */
 static kt_loop_type loop_of(const kt_joint *joint) {
     static const kt_loop_type types[KT_JOINT_TYPE_COUNT] = {[KT_JOINT_FIXED] = KT_LOOP_WELD,
                                                             [KT_JOINT_REVOLUTE] = KT_LOOP_REVOLUTE,
@@ -191,8 +191,8 @@ KT_TEST(totals_are_those_of_the_bodies_that_the_tree_moves) {
     kt_check_above("mass that is fixed to the world", fixed, 1.0);
 }
 
-/* The caller's loops come first, as they are; a joint whose position is referred to, however often, has one counter,
- * which starts from the position given, turns included; the description is not touched. */
+/* The caller's loops come first, as they are. A joint whose position is referred to, however often, has one counter.
+ * The counter starts from the position given, turns included. The description is not changed. */
 KT_TEST(positions_that_are_referred_to_are_counted) {
     static mechanism m, before;
     mechanism_fill(&m);

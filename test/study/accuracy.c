@@ -1,8 +1,8 @@
-/* Accuracy studies of mechanisms whose answers are known: a pendulum by elliptic functions, a stiff oscillator by the
- * methods' stability polynomials, a double pendulum that is chaotic.
+/* Accuracy studies of mechanisms with exact answers. These are a pendulum by elliptic functions, a stiff oscillator by
+ * the methods' stability polynomials, and a double pendulum that is chaotic.
  *
- * A pendulum let go at rest from the angle a: u(t) = 2 asin(k cd(w t | k^2)), k = sin(a / 2), w^2 = g / l (Landau and
- * Lifshitz, Mechanics, section 11).
+ * The pendulum is let go at rest from the angle a (Landau and Lifshitz, Mechanics, section 11):
+ *     u(t) = 2 asin(k cd(w t | k^2)),  k = sin(a / 2),  w^2 = g / l
  */
 #include "check.h"
 #include "sanitized.h"
@@ -77,7 +77,7 @@ static void make_stiff(bench *b, double duration) {
     b->description.effect_count = 2;
 }
 
-/* Under sanitizers, which make a study take twenty times as long, those that need many evaluations are not asked: the
+/* Sanitizers make a study take twenty times as long. Under them, studies that need many evaluations are skipped. The
  * others run the same code. */
 static bool takes_a_minute(const char *what) {
     if (KT_ADDRESS_SANITIZER)
@@ -147,8 +147,8 @@ static double true_error(const bench *b, const char *method, bool adaptive, doub
 
 /* ---- what the study says ----------------------------------------------------------------------------------------- */
 
-/* Local errors of an estimate of order q are C h^(q + 1), and held at the tolerance; two estimates of orders q and r,
- * taken together as dop853 does, make C h^(2 q - r + 1). The error of a run is C h^p. */
+/* The local error of an estimate of order q is C h^(q + 1), and it is held at the tolerance. The method dop853 combines
+ * two estimates of orders q and r, with the error C h^(2 q - r + 1). The error of a run is C h^p. */
 static double expected_slope(const kt_accuracy_curve *curve) {
     const kt_method *method = curve->method;
     if (!curve->adaptive)
@@ -159,8 +159,9 @@ static double expected_slope(const kt_accuracy_curve *curve) {
     return (double)method->order / (2 * method->embedded_order - low + 1);
 }
 
-/* Slopes over finite ranges of steps differ from the order by the next term of the error's expansion. Measured: at most
- * 0.02 for fixed steps; for tolerances, whose control is coarser, 0.08, and 0.2 for radau5, whose steps are few. */
+/* Slopes over finite ranges of steps differ from the order by the next term of the error's expansion. For fixed steps,
+ * the measured difference is at most 0.02. For tolerances, whose control is coarser, it is 0.08. For radau5, whose
+ * steps are few, it is 0.2. */
 KT_TEST(measured_slopes_are_the_orders) {
     bench b;
     if (takes_a_minute("orders"))
@@ -178,7 +179,8 @@ KT_TEST(measured_slopes_are_the_orders) {
     kt_accuracy_free(b.study);
 }
 
-/* The errors that the study reports are those against the closed form, and what it recommends keeps its goal there. */
+/* The errors that the study reports are those against the closed form. The settings that it recommends keep its goal
+ * there. */
 KT_TEST(recommended_settings_reach_their_goals) {
     static const double goals[] = {1e-3, 1e-6, 1e-9};
     bench b;
@@ -204,8 +206,8 @@ KT_TEST(recommended_settings_reach_their_goals) {
     kt_accuracy_free(b.study);
 }
 
-/* The difference of two solutions lies between the difference and the sum of their true errors; and what is called the
- * uncertainty is at least the better one's error. */
+/* The difference of two solutions lies between the difference and the sum of their true errors. The reported
+ * uncertainty is at least the better solution's error. */
 KT_TEST(uncertainty_of_the_reference_is_honest) {
     bench b;
     make_pendulum(&b, 1, start_angle, 5.0);
@@ -280,7 +282,7 @@ KT_TEST(given_reference_is_used_and_checked) {
     kt_check_contains("in words", b.error.message, "of this scene");
 }
 
-/* A box of 1 kg that rests until 1000 N push it for 2 ms, from 5 s on: it is 4.999 m away at 10 s. */
+/* A box of 1 kg rests until 5 s. Then 1000 N push it for 2 ms. At 10 s it is 4.999 m away. */
 KT_TEST(reference_is_checked_with_steps_below_the_shortest_feature) {
     static const double rows[] = {0.0, 0.0, 5.0, 0.0, 5.001, 1000.0, 5.002, 0.0};
     static bench b;
@@ -419,7 +421,7 @@ static int tell(double done, const char *what, void *user) {
     return ++ticker->told == ticker->stop_at;
 }
 
-/* A clock that ticks at each look: the study ends by its budget, with what it has. */
+/* A clock that ticks at each reading: the study ends by its budget, with the points that it has. */
 KT_TEST(budget_ends_the_study_and_progress_may_stop_it) {
     bench b;
     ticking ticker = {0.0, 0, -1};

@@ -1,4 +1,4 @@
-/* The norm in which errors are measured, coordinate by coordinate, against differences that are known beforehand. */
+/* The norm in which errors are measured, coordinate by coordinate, against differences that are given beforehand. */
 #include "check.h"
 
 #include "study/accuracy.h"

@@ -1,4 +1,4 @@
-/* What the tests of the coordinate sets share: sets that must be there, and runs with them on their own. */
+/* Code shared by the tests of the coordinate sets: sets that must be there, and runs with them on their own. */
 #ifndef KT_TEST_ANALYSIS_CLOSURE_H
 #define KT_TEST_ANALYSIS_CLOSURE_H
 

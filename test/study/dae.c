@@ -1,4 +1,4 @@
-/* Differential-algebraic baselines: orders of positions, velocities and multipliers, drift, and what goes wrong. */
+/* Differential-algebraic baselines: orders of positions, velocities and multipliers, drift, and failures. */
 #include "../constraint/linkage.h"
 #include "check.h"
 
@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-/* A point mass of 2 kg on two sliders, 1 m from the origin: [MSD 7.13]. */
+/* A point mass of 2 kg on two sliders, 1 m from the origin. Source: [MSD 7.13]. */
 static bool make_pendulum(linkage *l, double angle, double rate) {
     linkage_begin(l);
     kt_body *x = linkage_bar(l, "x", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
@@ -114,9 +114,15 @@ static motion motion_of(const linkage *l, double duration) {
 
 /* ---- the pendulum ------------------------------------------------------------------------------------------------ */
 
-/* Orders of q, v and lambda; of the drift 0 where there is none. Of Radau IIA with three stages: 5, 3, 2 of index 3;
- * 5, 5, 3 of index 2 and so of ggl; 5 of index 1 [Hairer, Lubich, Roche 1989, table 2.3; Hairer and Wanner II, VII.4].
- * The multipliers of Crank-Nicolson with index 3 do not converge at all: 0. */
+/* Orders of q, v and lambda. The order of the drift is 0 if there is none. Radau IIA with three stages has the orders
+ *
+ *     index 3          5, 3, 2
+ *     index 2 and ggl  5, 5, 3
+ *     index 1          5
+ *
+ * Sources: [Hairer, Lubich, Roche 1989, table 2.3; Hairer and Wanner II, VII.4]. The multipliers of Crank-Nicolson with
+ * index 3 do not converge at all: 0.
+ */
 typedef struct expected {
     kt_dae_type type;
     const char *method;
@@ -152,8 +158,8 @@ static const expected table[] = {
     {KT_DAE_STABILISED, "radau5", 5.0, 5.0, 5.0, true, true},
 };
 
-/* Over 1 s orders are within 0.3 of their limits with steps of 5 and 2.5 ms; of Radau IIA with 20 and 10 ms, shorter
- * ones meet rounding. */
+/* Over 1 s, orders are within 0.3 of their limits. The steps are 5 and 2.5 ms. For Radau IIA they are 20 and 10 ms,
+ * since shorter ones meet rounding. */
 typedef struct order_checks {
     kt_worst position, velocity, multiplier, drift, slip, closed, still;
 } order_checks;
@@ -269,8 +275,8 @@ KT_TEST(crank_nicolson_rings_on_index_3_for_ever) {
     kt_check_above("it does not decay", alternating(lambda, 300) / alternating(lambda, 10), 1.0);
 }
 
-/* The curvature of lambda remains, 5e-5 N. With rho = 0.9, after 40 steps, the polynomial of the multiple root is still
- * larger than rho^40 = 0.015. */
+/* The curvature of lambda remains, 5e-5 N. With rho = 0.9, 40 steps multiply by rho^40 = 0.015. After them, the
+ * polynomial of the multiple root is still larger. */
 KT_TEST(damping_at_infinity_ends_the_ringing) {
     static const struct {
         double rho;
@@ -296,7 +302,7 @@ KT_TEST(damping_at_infinity_ends_the_ringing) {
 
 /* ---- linkages ---------------------------------------------------------------------------------------------------- */
 
-/* The orders of Radau IIA on a model, from so many steps and twice as many; an error that happens to cancel at the end
+/* The orders of Radau IIA on a model, from so many steps and twice as many. An error that happens to cancel at the end
  * falls faster. */
 static void check_linkage(motion *m, kt_dae_type type, int steps, const double *orders) {
     const kt_dae_options options = kt_dae_options_default(type);
@@ -310,7 +316,7 @@ static void check_linkage(motion *m, kt_dae_type type, int steps, const double *
 
 static const double index3[] = {5.0, 3.0, 2.0}, index2[] = {5.0, 5.0, 3.0}, index1[] = {5.0, 5.0, 5.0};
 
-/* Of the revolute loop's five equations in space two are independent: the baseline chooses them. */
+/* The revolute loop has five equations in space, and two of them are independent. The baseline chooses them. */
 KT_TEST(four_bars_of_redundant_equations_keep_the_orders) {
     four_bar f = four_bar_default();
     linkage l;
@@ -352,8 +358,8 @@ KT_TEST(absolute_coordinates_keep_the_orders) {
     linkage_free(&l);
 }
 
-/* A body on a ball joint that tumbles while a rod holds its tip: its axis of rotation turns, so that the rate of the
- * rotation vector is not the angular velocity. */
+/* A body on a ball joint tumbles while a rod holds its tip. Its axis of rotation turns, so the rate of the rotation
+ * vector is not the angular velocity. */
 KT_TEST(tumbling_bodies_keep_the_orders) {
     linkage l;
     linkage_begin(&l);
@@ -379,9 +385,9 @@ KT_TEST(tumbling_bodies_keep_the_orders) {
     linkage_free(&l);
 }
 
-/* The N-four-bar, N = 2 [A02], upright at 2 rad/s: away from its singular position the baselines agree with the
- * reduction; at it their equations lose a rank, the chosen ones are dependent, and the errors grow where the reduction
- * passes. */
+/* The N-four-bar, N = 2 [A02], upright at 2 rad/s. Away from its singular position the baselines agree with the
+ * reduction. At the singular position their equations lose a rank, and the chosen ones are dependent. The errors grow
+ * where the reduction passes. */
 KT_TEST(an_n_four_bar_is_followed_to_its_singular_position) {
     linkage l;
     linkage_windows(&l, 2, 0.3, 1.0, KT_LOOP_REVOLUTE);
@@ -433,7 +439,7 @@ KT_TEST(baselines_say_what_is_wrong_with_their_options) {
     linkage_free(&l);
 }
 
-/* A step of twenty times the period cannot be solved; what was there stays. */
+/* A step of twenty times the period cannot be solved. The previous state stays. */
 KT_TEST(a_step_that_fails_leaves_the_state) {
     linkage l;
     kt_dae *dae = NULL;

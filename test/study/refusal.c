@@ -1,4 +1,4 @@
-/* Accuracy studies that cannot be made, or not as far as was asked for: what is said, and what is kept. */
+/* Accuracy studies that are impossible, or possible in part only: the messages, and the results that are kept. */
 #include "bench.h"
 
 #include <math.h>
@@ -111,7 +111,8 @@ static double tick(void *user) {
     return t->time += t->step;
 }
 
-/* Counted in evaluations, as there is no clock; or by a clock, which tells how much would do. */
+/* The limit is counted in evaluations, as there is no clock. Or it is measured by a clock, and the message reports how
+ * much time is needed. */
 KT_TEST(reference_out_of_time_says_how_far_it_came) {
     bench b;
     ticking slow = {0.0, 1.0};
@@ -159,7 +160,7 @@ KT_TEST(study_is_stopped_before_its_reference) {
     refuse(&b, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before the reference");
 }
 
-/* What the reference can be had for is studied. */
+/* Only settings for which there is a reference are studied. */
 KT_TEST(study_ends_where_its_reference_does) {
     bench b;
     make(&b);
@@ -177,7 +178,7 @@ KT_TEST(study_ends_where_its_reference_does) {
     kt_accuracy_free(b.study);
 }
 
-/* Runs longer than run_evaluations say so, and nothing of them is used. */
+/* Runs longer than run_evaluations report this, and none of their results is used. */
 KT_TEST(runs_that_are_too_long_are_points_without_an_error) {
     bench b;
     make(&b);

@@ -1,5 +1,5 @@
-/* Accelerations of the other coordinate sets on random closed mechanisms, where they all ask for the same; and what can
- * be given to them wrong. */
+/* Accelerations of the other coordinate sets on random closed mechanisms, for which all sets agree. Also wrong
+ * arguments. */
 #include "../constraint/tangle.h"
 #include "../interpose.h"
 #include "closure.h"
@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How much larger the errors may be: numbers that the augmented set adds are of the size s |A|^2, those of the others
- * that of M. */
+/* The factor by which the errors may be larger. The numbers that the augmented set adds are of the size s |A|^2. Those
+ * of the others are of the size of M. */
 static double growth(const kt_constraint_formulation *set) {
     double most = 0.0;
     if (set->options.type != KT_CONSTRAINT_FORMULATION_AUGMENTED)
@@ -24,11 +24,11 @@ static double growth(const kt_constraint_formulation *set) {
     return 1.0 + set->penalty * most * most;
 }
 
-/* The set on the mechanism's state, against the dense solution of tangle_solve in long double; `moved` is what a
- * rounding of the matrices does: all sets begin with the accelerations without loops, M^-1 f, and loops take away what
- * is not theirs. Force projection accelerates at the rates that it makes of v: what they are off by
- * (`rates`) is not counted once more. False where nothing was compared, the library holding the position to be near a
- * singular one. */
+/* Compares the set on the mechanism's state with the dense solution of tangle_solve in long double. The array `moved`
+ * is the change due to a rounding of the matrices. All sets begin with the accelerations without loops, M^-1 f. Loops
+ * remove the part that violates them. Force projection computes accelerations at the rates that it derives from v. The
+ * error of these rates (`rates`) is not counted once more. Returns false if nothing was compared, because the library
+ * regards the position as near a singular one. */
 static bool compare(tangle *g, kt_constraint_formulation_type type, double times, kt_worst *worst, kt_worst *rates) {
     static tangle_system s;
     double a[KT_TREE_NV], rate[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV];
@@ -67,7 +67,7 @@ static bool compare(tangle *g, kt_constraint_formulation_type type, double times
     return compared;
 }
 
-/* Rates are those of the state, and of force projection what rounding leaves: 1.2e-13 was measured in 160 mechanisms.
+/* Rates are those of the state. For force projection they differ by rounding: 1.2e-13 was measured in 160 mechanisms.
  */
 static void run(const tangle_plan *plan, kt_random *random, int mechanisms, const double *times) {
     static tangle g;
@@ -109,8 +109,8 @@ KT_TEST(every_set_accelerates_redundant_mechanisms_on_the_manifold) {
 
 /* ---- augmented: iterations --------------------------------------------------------------------------------------- */
 
-/* 1 + s (at least the largest eigenvalue of S): what an error of e is multiplied by. The first pivot of Gauss' set is
- * the largest column of A M^-1/2. */
+/* The factor by which an error of e is multiplied: 1 + s (at least the largest eigenvalue of S). The first pivot of
+ * Gauss' set is the largest column of A M^-1/2. */
 static double gain_of(const tangle *g, const kt_constraint_formulation *set) {
     double a[KT_TREE_NV], gain = 1.0;
     const kt_constraint_formulation_options options =
@@ -126,7 +126,8 @@ static double gain_of(const tangle *g, const kt_constraint_formulation *set) {
     return gain;
 }
 
-/* e_i+1 + s S e_i+1 = e_i with S = A M^-1 A', from matrices that were computed apart. */
+/* Checks the following recursion, from matrices that were computed apart:
+ *     e_i+1 + s S e_i+1 = e_i,  S = A M^-1 A' */
 static void check_contraction(const tangle *g, kt_constraint_formulation *set, double gain, kt_worst *worst) {
     static tangle_system s;
     static double e[3][TANGLE_ROWS];
@@ -219,7 +220,8 @@ static double left_after(const linkage *l, kt_constraint_formulation *set, int i
     return kt_constraint_formulation_statistics_get(set).residual;
 }
 
-/* By 1 + penalty where A M^-1 A' is smallest; the last diagonal of R is at most a few times larger than that. */
+/* An iteration divides by 1 + penalty along the smallest direction of A M^-1 A'. The last diagonal of R is at most a
+ * few times larger than that. */
 KT_TEST(penalty_is_what_an_iteration_divides_by) {
     linkage l;
     if (!make_four_bar(&l))
@@ -269,7 +271,7 @@ KT_TEST(sets_allocate_nothing_after_setting_up) {
     linkage_free(&l);
 }
 
-/* Whatever lies in a set's scratch, the same bits come out. */
+/* The bits of the result do not depend on the contents of a set's scratch. */
 KT_TEST(sets_have_no_memory_of_what_they_evaluated) {
     linkage l;
     double first[8], other[8], again[8];

@@ -1,4 +1,4 @@
-/* Coordinate sets asked for what they cannot do, or where there is nothing to do. */
+/* Coordinate sets with unsupported requests, or with nothing to do. */
 #include "../constraint/linkage.h"
 
 #include "kinetree/study.h"

@@ -1,4 +1,4 @@
-/* What becomes of closure errors: decay at the rate of the gains, drift, and stability of the steps. */
+/* The evolution of closure errors: decay at the rate of the gains, drift, and stability of the steps. */
 #include "closure.h"
 
 #include <float.h>
@@ -58,7 +58,7 @@ static void check_decay(kt_constraint_formulation_type type, double alpha, doubl
     linkage_free(&l);
 }
 
-/* phi begins at 0.09 m and 0.5 m/s. The tolerance is 1e-13; the bounds are four times what was measured. */
+/* phi begins at 0.09 m and 0.5 m/s. The tolerance is 1e-13, and the bounds are four times the measured errors. */
 KT_TEST(closure_errors_decay_as_the_gains_say) {
     static const double gains[][2] = {{0.0, 0.0}, {3.0, 3.0}, {8.0, 8.0}, {2.0, 9.0}, {9.0, 2.0}};
     for (int i = 0; i < 5; i++) {
@@ -153,8 +153,8 @@ static double growth(const char *method, double reach) {
     return times;
 }
 
-/* The real intervals of stability: 2, 2.785 and 3.307. Where |1 + z| of euler is 0.94 and 1.06, its 150th power times
- * the 300 that the double eigenvalue adds is 0.03 and 2e6; rk4 and dopri5 change faster. */
+/* The real intervals of stability are 2, 2.785 and 3.307. For euler, |1 + z| is 0.94 and 1.06. The double eigenvalue
+ * adds a factor of 300 to its 150th power. The products are 0.03 and 2e6. The changes of rk4 and dopri5 are faster. */
 KT_TEST(gains_are_stable_up_to_the_limit_of_the_method_and_no_further) {
     static const struct {
         const char *method;

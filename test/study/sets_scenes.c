@@ -1,5 +1,5 @@
-/* The other coordinate sets on the bundled scenes with loops: what they do as well as the reduction, and what they get
- * wrong. The reference is the reduction with projection, dop853 at 1e-13, which test/reference holds against the
+/* The other coordinate sets on the bundled scenes with loops: the results in which they equal the reduction, and their
+ * failures. The reference is the reduction with projection, dop853 at 1e-13, which test/reference holds against the
  * published motions. */
 #include "../formulation.h"
 #include "../reference/scene.h"
@@ -168,7 +168,7 @@ static void check_verdict(const kt_constraint_formulation *set, kt_status status
         kt_check_contains("verdict", e.message, words);
 }
 
-/* The gains stay what they are while the step is halved. */
+/* The gains do not change while the step is halved. */
 KT_TEST(rk4_keeps_its_order_with_every_set) {
     static motion m;
     kt_case c;
@@ -254,8 +254,8 @@ KT_TEST(every_set_runs_the_absolute_formulation) {
 
 /* ---- what is expected to go wrong -------------------------------------------------------------------------------- */
 
-/* Bricard's five equations of rank four: off the manifold the fifth looks independent. A user who trusts it (as
- * textbooks do) has a structure of no freedom. rk4 then stops or errs by more than a hundred times, and a verdict
+/* Bricard's five equations have rank four, and off the manifold the fifth looks independent. A user who trusts it (as
+ * textbooks do) has a structure of no freedom. Then rk4 stops or errs by more than a hundred times, and a verdict
  * reports it. */
 KT_TEST(trusting_redundant_equations_wrecks_bricard) {
     static motion m;
@@ -282,8 +282,9 @@ KT_TEST(trusting_redundant_equations_wrecks_bricard) {
     kt_case_close(&c);
 }
 
-/* Runs with dopri5 at tolerances from 1e-5 to 1e-9 that do not arrive, or elsewhere, which a verdict says, and of the
- * others the largest error over the reduction's. (These are warned of only where a stage came near to a crossing.) */
+/* Counts runs with dopri5 that do not arrive or arrive elsewhere, at tolerances from 1e-5 to 1e-9. A verdict reports
+ * them. Also returns, for the other runs, the largest error over the reduction's. (The verdict warns of these only if a
+ * stage came near to a crossing.) */
 static int lost_ways(const kt_case *c, motion *m, const kt_constraint_formulation_options *o, double *worst) {
     int lost = 0;
     *worst = 0.0;
@@ -304,7 +305,7 @@ static int lost_ways(const kt_case *c, motion *m, const kt_constraint_formulatio
     return lost;
 }
 
-/* The N-four-bar passes positions where its freedom jumps from 1 to 3 and a closure error, however small, decides the
+/* The N-four-bar passes positions in which its freedom jumps from 1 to 3. A closure error, however small, decides the
  * way on, at some 5 rad/s. Without gains it is lost at every tolerance. It is also lost with gains of 2 / s, although
  * the loops look closed to 1e-9. With 24 / s it passes most times: one of these five was lost, and rounding decides
  * which. */
@@ -327,8 +328,8 @@ KT_TEST(sets_that_drift_lose_the_n_four_bar_at_every_tolerance_and_stiff_gains_o
     kt_case_close(&c);
 }
 
-/* Force projection crosses, being closed to rounding; the augmented set cannot keep its equations there, and says so.
- */
+/* Force projection crosses, being closed to rounding. The augmented set cannot keep its equations there, and reports
+ * this. */
 KT_TEST(force_projection_crosses_the_n_four_bar_and_the_augmented_set_loses_digits) {
     static motion m;
     kt_case c;

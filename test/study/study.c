@@ -1,6 +1,5 @@
-/* Accuracy studies of odd scenes and in odd ways: scales where there is no extent, ladders that end at once, coordinate
- * sets, an effect that fails.
- */
+/* Accuracy studies of unusual scenes and settings: scales without an extent, ladders that end at once, coordinate sets,
+ * an effect that fails. */
 #include "bench.h"
 #include "sanitized.h"
 
@@ -11,7 +10,7 @@
 /* ---- scenes --------------------------------------------------------------------------------------------------------
  */
 
-/* What hangs at rest has no amplitude, against which errors could be small. */
+/* A body that hangs at rest has no amplitude that errors could be compared with. */
 KT_TEST(motion_without_amplitude_is_measured_against_one) {
     bench b;
     make(&b);
@@ -42,7 +41,8 @@ KT_TEST(markers_count_in_the_length_scale) {
     b.body.marker_count = 1;
     if (!kt_check_equal_int("study", create(&b), KT_OK))
         return;
-    /* swinging from 1 rad to -1: 10 sin 1 wide, at records, of which one lies near the turn */
+    /* The swing of 1 rad to both sides is 10 sin 1 wide. It is sampled at records, and one of them lies near the turn.
+     */
     kt_check_near("length", kt_accuracy_get(b.study)->length, 5.0 * without, 1e-9);
     kt_check_near("length", kt_accuracy_get(b.study)->length, 10.0 * sin(1.0), 0.1);
     kt_accuracy_free(b.study);
@@ -101,8 +101,8 @@ KT_TEST(motion_that_any_step_has_ends_the_ladder_at_once) {
     kt_accuracy_free(b.study);
 }
 
-/* From no working point to all requested points: a curve ends by length or by its accuracy, and its points that do not
- * work have no error. */
+/* The limit goes from no working point to all requested points. A curve ends by length or by its accuracy, and its
+ * points that do not work have no error. */
 KT_TEST(curves_end_as_runs_may_be_longer) {
     int studies = 0, strange = 0, refused = 0;
     for (int most = 2; most < 3000; most += 1 + most / 4) {
@@ -167,8 +167,8 @@ static int drive(void *user, double t, double q, double v, double *force, kt_eff
     return ++c->calls >= c->failing && c->failing > 0 ? c->code : 0;
 }
 
-/* From its n-th evaluation on: the study is refused in its words, or has the runs that came before; a run that failed
- * is a point without an error. */
+/* The effect fails from its n-th evaluation on. Either the study is rejected with the effect's message, or it has the
+ * runs that came before. A run that failed is a point without an error. */
 KT_TEST(study_survives_an_effect_that_fails) {
     int refused = 0, wordless = 0, strange = 0, had = 0;
     for (int code = -1; code <= 1; code += 2)
@@ -268,7 +268,7 @@ KT_TEST(sets_are_measured_beside_the_reduction) {
     kt_accuracy_free(b.study);
 }
 
-/* Reduction needs inertia along what loops leave free, sets along every coordinate. */
+/* Reduction needs inertia along the directions that loops leave free, sets along every coordinate. */
 KT_TEST(set_that_cannot_do_a_scene_is_a_point_that_says_so) {
     bench b;
     make_rod(&b);
