@@ -121,7 +121,7 @@ static kt_status read_many(const char *path, const char *text, size_t size, kt_t
     return KT_OK;
 }
 
-/* Bytes of addresses that this process has; 0: the system does not tell. */
+/* Bytes of addresses that this process has. 0: the system does not report them. */
 static rlim_t addresses(void) {
     char line[200] = "";
     FILE *stream = fopen("/proc/self/statm", "r");
@@ -132,7 +132,7 @@ static rlim_t addresses(void) {
     return is_read ? (rlim_t)strtoul(line, NULL, 10) * (rlim_t)sysconf(_SC_PAGESIZE) : 0;
 }
 
-/* The parent cannot take what the child still writes: it must not wait for the child's end. */
+/* The parent has no memory for the mesh that the child still writes: it must not wait for the child's end. */
 KT_TEST(a_mesh_that_the_program_has_no_memory_for_is_refused_at_once) {
     kt_triangles mesh = {.vertex_count = 7};
     kt_error error = {0};

@@ -1,4 +1,4 @@
-/* What hides what: the order of painting, and where solids are cut for it, against rays. */
+/* Hidden surfaces: the order of painting, and the cuts of solids for it, against rays. */
 #include "check.h"
 
 #include "picture/camera.h"
@@ -12,7 +12,8 @@ static kt_solid solid_at(kt_solid_type type, kt_vec3 at, kt_vec3 half) {
     return (kt_solid){.type = type, .half = half, .pose = {.rotation = kt_mat3_identity(), .position = at}};
 }
 
-/* Where the ray through a point of the picture leaves a solid towards the viewer; -DBL_MAX if it misses it. */
+/* The point at which the ray through a point of the picture leaves a solid towards the viewer; -DBL_MAX if it misses
+ * it. */
 static double front_of(const kt_solid *solid, double x, double y) {
     const kt_pose inverse = kt_pose_invert(solid->pose);
     double enter, leave;
@@ -21,8 +22,8 @@ static double front_of(const kt_solid *solid, double x, double y) {
                : -DBL_MAX;
 }
 
-/* How much nearer than what is painted last at a point of the picture something is that lies there. 0: nothing is
- * wrong. */
+/* The distance by which the nearest object at a point of the picture is nearer than the object painted last there. 0:
+ * the picture is correct. */
 static double error_at(const kt_pieces *sorted, double x, double y) {
     double nearest = -DBL_MAX, painted = -DBL_MAX;
     for (int i = 0; i < sorted->count; i++) {
@@ -95,7 +96,7 @@ KT_TEST(bars_that_lie_over_each_other_in_a_circle_are_cut) {
     kt_pieces_free(&sorted);
 }
 
-/* A rod that enters a box at its front and leaves it at its back: from its own end to the box it is in front. */
+/* A rod enters a box at its front and leaves it at its back. It is in front from its own end to the box. */
 KT_TEST(rod_through_a_box_is_cut_where_it_enters) {
     const kt_solid box = solid_at(KT_SOLID_BOX, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.5, 0.5, 0.5));
     const kt_solid rod = kt_solid_rod(kt_vec3_make(-0.45, 0.1, 1.2), kt_vec3_make(1.4, 0.1, -1.0), 0.04);

@@ -1,5 +1,5 @@
-/* What there is to show of a mechanism: of small scenes what it must be, of every bundled one that nothing is
- * missing. */
+/* The list of things to show of a mechanism. For small scenes it is compared with the correct list. For every bundled
+ * scene, nothing must be missing. */
 #include "check.h"
 
 #include "kinetree/dynamics.h"
@@ -198,8 +198,8 @@ static double front_of(const kt_solid *solid, double x, double y) {
                : -1e300;
 }
 
-/* The share of the points where something is at which what is painted last lies behind something else by more than
- * twice the thickness of slender rods. */
+/* The share of painted points that are wrong. A point is wrong if the solid painted last lies behind another one by
+ * more than `least`, twice the thickness of slender rods. */
 static double wrong_share(const kt_pieces *sorted, kt_vec3 middle, double half, double least) {
     int all = 0, wrong = 0;
     for (int i = 0; i < 100 * 100; i++) {

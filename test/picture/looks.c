@@ -18,7 +18,7 @@ static const double pi = 3.14159265358979323846;
 
 enum { SIDES = 48 };
 
-/* A tube of radius 1 and height 3 about z with a lid on top, standing at (2, 0, 0), as OBJ. */
+/* Writes a tube as OBJ, with radius 1 and height 3 about z and a lid on top. Its base is at (2, 0, 0). */
 static bool write_tube(char *path) {
     const int number = mkstemps(path, 4);
     FILE *file = number >= 0 ? fdopen(number, "w") : NULL;
@@ -37,9 +37,9 @@ static bool write_tube(char *path) {
     return kt_check_equal_int("it is written", fclose(file), 0);
 }
 
-/* The box of the tube is 2 x 2 x 3 about (2, 0, 1.5); scaled by (1, 2, 1/2), turned about x by 90 degrees and moved.
- * Points are compared where they are in the body. On the side normals are radial, on the lid along z: the edge stays
- * sharp. */
+/* The box of the tube is 2 x 2 x 3 about (2, 0, 1.5). It is scaled by (1, 2, 1/2), turned about x by 90 degrees and
+ * moved. Points are compared in the frame of the body. On the side normals are radial, on the lid along z: the edge
+ * stays sharp. */
 KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     char path[] = "/tmp/kinetree-tube-XXXXXX.obj";
     if (!write_tube(path))
@@ -64,7 +64,7 @@ KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     for (int i = 0; i < mesh.triangle_count; i++)
         for (int k = 0; k < 3; k++) {
             const kt_vec3 p = mesh.points[3 * i + k], n = mesh.normals[3 * i + k];
-            /* That of x^2 + y^2 / 4 = 1, but for the angle between facets, which the mean of two halves. */
+            /* The normal of x^2 + y^2 / 4 = 1, except for the angle between facets, which the mean of two halves. */
             const kt_vec3 radial = kt_vec3_normalize(kt_vec3_make(p.x, 0.25 * p.y, 0.0));
             kt_worst_near(&length, kt_vec3_norm(n), 1.0, 4.0 * DBL_EPSILON, "triangle %d", i);
             if (n.z > 0.5)
@@ -79,8 +79,8 @@ KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     (void)unlink(path);
 }
 
-/* A tetrahedron in centimetres, whose node is moved by 3 cm along x and doubled in z, in a file that calls y up:
- * lengths are metres then, and axes stay, as robots mean them. */
+/* A tetrahedron in centimetres, whose node is moved by 3 cm along x and doubled in z. The file declares y as up.
+ * Lengths are then converted to metres. Axes stay, as robots use them. */
 static const char collada[] =
     "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">"
     "<asset><unit name=\"centimeter\" meter=\"0.01\"/><up_axis>Y_UP</up_axis></asset>"
@@ -96,9 +96,9 @@ static const char collada[] =
     "<matrix>1 0 0 3 0 1 0 0 0 0 2 0 0 0 0 1</matrix><instance_geometry url=\"#g\"/></node></visual_scene>"
     "</library_visual_scenes><scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
 
-/* The box around it is (3..7, 0..6, 0..16) cm; single-precision numbers are read. */
+/* The box around it in cm is (3..7, 0..6, 0..16). The numbers are read in single precision. */
 #ifdef KT_HAS_ASSIMP
-/* The mesh of a file of this text, or what is said of it. */
+/* The mesh of a file with this text, or the error message. */
 static kt_status load_collada(const char *text, kt_mesh *mesh, kt_solid *solid, kt_error *error) {
     char path[] = "/tmp/kinetree-tetrahedron-XXXXXX.dae";
     const int number = mkstemps(path, 4);
@@ -130,8 +130,8 @@ KT_TEST(collada_stands_in_metres_where_its_nodes_place_it) {
 #endif
 }
 
-/* Found by fuzzing: assimp ends at an empty file and at a list of numbers that does not say how many they are, and
- * takes the gigabytes that a file announces. */
+/* Found by fuzzing: assimp ends the process at an empty file and at a list of numbers without their count. It also
+ * allocates the gigabytes that a file announces. */
 KT_TEST(files_that_end_assimp_do_not_end_the_program) {
 #ifdef KT_HAS_ASSIMP
     char damaged[sizeof collada];
@@ -141,7 +141,7 @@ KT_TEST(files_that_end_assimp_do_not_end_the_program) {
         {"", "the file is empty"},
         {"<COLLADA><float_array count = '900000000'>0</float_array></COLLADA>",
          "the file announces more numbers (count) than it has bytes"},
-        {damaged, "it could not be read: "}, /* up to assimp 5.2; 5.4 does not end, and says what is wrong */
+        {damaged, "it could not be read: "}, /* up to assimp 5.2; 5.4 does not end, and reports the fault */
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         kt_mesh mesh = {0};
@@ -263,8 +263,8 @@ KT_TEST(boxes_have_mass_and_inertia_of_the_bodies) {
     hide(&s);
 }
 
-/* Rigid parts are connected: every solid touches another one of the part, across bodies without mass, here one at the
- * centre of mass, where nothing has to be joined. */
+/* Rigid parts are connected: every solid touches another one of the part, across bodies without mass. One of them is at
+ * the centre of mass, and nothing has to be joined there. */
 KT_TEST(rods_join_what_is_fixed_across_bodies_without_solids) {
     static const char text[] =
         "kinetree: 1\ninertia_check: accept\nbodies:\n  - {name: a, mass: 1, com: [0, 0, 1], joint: {type: revolute}}\n"
@@ -276,7 +276,7 @@ KT_TEST(rods_join_what_is_fixed_across_bodies_without_solids) {
     for (int sweep = 0; p != NULL && sweep < 8; sweep++)
         for (int i = 0; i < p->solid_count && i < 16; i++)
             for (int k = 0; k < p->solid_count && reached[i]; k++) {
-                /* Ends of rods are at the surfaces of what they join. */
+                /* Ends of rods are at the surfaces of the solids that they join. */
                 const kt_pose a = kt_pose_compose(s.poses[p->solids[i].body], p->solids[i].pose),
                               b = kt_pose_compose(s.poses[p->solids[k].body], p->solids[k].pose);
                 for (int end = -1; end <= 1; end++) {

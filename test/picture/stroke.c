@@ -1,4 +1,4 @@
-/* Strokes of curves and surfaces: both their ends lie on what they show. */
+/* Strokes of curves and surfaces: both their ends lie on the curve or surface. */
 #include "check.h"
 
 #include "picture/picture.h"

@@ -60,7 +60,7 @@ KT_TEST(every_edge_belongs_to_two_triangles_in_opposite_directions) {
         }
 }
 
-/* By the divergence theorem: the sum of the tetrahedra that triangles form with a point. */
+/* The volume by the divergence theorem: the sum of the tetrahedra that triangles form with a point. */
 static double volume_of(const kt_mesh *mesh) {
     double sum = 0.0;
     for (int i = 0; i < mesh->triangle_count; i++)
@@ -75,9 +75,10 @@ static double volume_in_closed_form(const kt_solid *solid) {
     return volumes[solid->type];
 }
 
-/* To leading order, a polygon of n corners in a circle lacks 2/3 (pi / n)^2 of its area. Arcs of a meridian lie 1/3 (pi
- * / n)^2 of the radius outside of their chords on average. For the volume of a ball this counts three times, together
- * 5/3 (pi / n)^2. For a rod, it is a mean of that and of 2/3. */
+/* To leading order, a polygon of n corners in a circle lacks 2 s of its area, with
+ *     s = 1/3 (pi / n)^2
+ * Arcs of a meridian lie s of the radius outside of their chords on average. For the volume of a ball, this counts
+ * three times, together 5 s. For a rod, the lack is a mean of 5 s and 2 s. */
 KT_TEST(volume_is_that_of_the_solid) {
     kt_random random = kt_random_of_test();
     for (int type = 0; type < TYPES; type++)
