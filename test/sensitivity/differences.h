@@ -23,9 +23,9 @@ typedef struct step_case {
     double reach; /* of a difference: rad or m, and of their rates */
 } step_case;
 
-/* Compares all columns of A and B: to 1e-9 of a column's largest number (of A at least 1, of B 0.01) and the
- * disagreement of differences over one reach and over half of it, 1e-8 together at most. Returns false if the step
- * cannot be taken or has no derivatives there (a singular position). */
+/* Compares all columns of A and B. The bound is 1e-9 of a column's largest number. This number is taken as at least 1
+ * for A and 0.01 for B. The disagreement of differences over one reach and over half of it is added. Together they are
+ * 1e-8 at most. Returns false if the step cannot be taken or has no derivatives there (a singular position). */
 bool compare_step(const step_case *c, kt_worst *worst, const char *name);
 
 #endif

@@ -132,9 +132,11 @@ static void ball_make(kt_body *ball, kt_effect *floor, kt_description *d) {
     d->effects = floor, d->effect_count = 1;
 }
 
-/* The speed at the first impact is w = sqrt(v^2 + 2 g q). Bounce k is at t_k = (v + w (1 + 2 (e + ... + e^(k-1)))) / g.
- * After it, with s = t - t_k, q = e^k w s - g s^2 / 2 and v = e^k w - g s. Differences of what a bounce does, over
- * 1e-4, are good to some 1e-11. */
+/* The speed at the first impact is w = sqrt(v^2 + 2 g q). Bounce k is at
+ *     t_k = (v + w (1 + 2 (e + ... + e^(k-1)))) / g
+ * After it, with s = t - t_k,
+ *     q = e^k w s - g s^2 / 2,  v = e^k w - g s
+ * Differences of the effect of a bounce, over 1e-4, are good to some 1e-11. */
 KT_TEST(derivatives_of_a_bouncing_ball_are_those_of_its_closed_form) {
     static const char *const methods[] = {"rk4", "dopri5", "radau5", "ab4", "auto"};
     double worst = 0.0;
@@ -166,8 +168,8 @@ KT_TEST(derivatives_of_a_bouncing_ball_are_those_of_its_closed_form) {
     kt_check_below("A of up to three bounces", worst, 1e-9);
 }
 
-/* An auxiliary state, the integral of the height: x = q s + ... behind bounce 1 is that up to it, by its own time, and
- * from there on. */
+/* An auxiliary state is the integral of the height. Behind bounce 1 it is the sum of two parts, x = q s + ... The first
+ * part goes up to the bounce, whose time has its own derivative. The second part goes on from there. */
 KT_TEST(derivatives_of_an_own_state_pass_through_a_bounce) {
     const double e = 0.6, v = 0.3, w = sqrt(v * v + 2.0 * g), at = (v + w) / g, s = 0.5;
     const double by[2] = {g / w, v / w};
@@ -354,8 +356,8 @@ static int bounce(kt_simulation *simulation, const kt_occurrence *what, kt_error
     return kt_simulation_jump(simulation, NULL, &v, error) == KT_OK ? 0 : -1;
 }
 
-/* A table that moves at 0.5, and throws at a speed that depends on the time; of an action that does not say that it may
- * be repeated it is told. */
+/* A table that moves at 0.5, and throws at a speed that depends on the time. An action that is not declared repeatable
+ * is rejected with a message. */
 KT_TEST(derivatives_through_a_programs_own_event_agree_with_differences) {
     for (int repeatable = 0; repeatable < 2; repeatable++) {
         const kt_event table = {.name = "table",
@@ -387,8 +389,8 @@ KT_TEST(derivatives_through_a_programs_own_event_agree_with_differences) {
     }
 }
 
-/* An event at which derivatives were refused takes effect once the simulation goes on, in the bits of one that was not
- * asked. */
+/* Derivatives at an event are rejected. The event then takes effect once the simulation goes on. The bits are those of
+ * a simulation without a request for derivatives. */
 KT_TEST(an_event_without_derivatives_takes_effect_when_the_simulation_goes_on) {
     static const char *const names[] = {"advance", "step"};
     const kt_event table = {

@@ -1,5 +1,5 @@
-/* Steps of implicit methods and their derivatives: against closed forms, against a simulation's steps, and against
- * differences of the steps themselves, on trees, quaternions, loops and contacts. */
+/* Steps of implicit methods and their derivatives on trees, quaternions, loops and contacts. They are compared with
+ * closed forms, with a simulation's steps, and with differences of the steps themselves. */
 #include "../constraint/linkage.h"
 #include "differences.h"
 #include "grown.h"
@@ -63,7 +63,7 @@ static matrix by_eigenvalues(const kt_method *method, matrix z) {
 /* R(h L) = P / Q of the method, a rational function (Hairer, Wanner II, IV.3). */
 static matrix growth(const kt_method *of, matrix z) {
     const char *method = of->name;
-    if (of->steps == 2) { /* the diagonally implicit method that begins: (1 + (1 - 2 g) z) / (1 - g z)^2 */
+    if (of->steps == 2) { /* the starter, diagonally implicit: (1 + (1 - 2 g) z) / (1 - g z)^2 */
         const double g = 1.0 - sqrt(0.5);
         return quotient(combined(1.0, -2.0 * g, z, g * g, 0.0), combined(1.0, 1.0 - 2.0 * g, z, 0.0, 0.0));
     }
@@ -76,8 +76,10 @@ static matrix growth(const kt_method *of, matrix z) {
     return quotient(combined(1.0, -0.6, z, 0.15, -1.0 / 60.0), combined(1.0, 0.4, z, 0.05, 0.0));
 }
 
-/* m q'' = tau - k q - c q', stiff: A = R(h L), B = (R - 1) L^-1 (0, 1 / m). Times are in 1 / w, w^2 = k / m, so that all numbers
- * of A are of one size; rounding is that of the solution of equations whose condition is some hundred. */
+/* A stiff oscillator has a closed form:
+ *     m q'' = tau - k q - c q',  A = R(h L),  B = (R - 1) L^-1 (0, 1 / m)
+ * Times are in 1 / w with w^2 = k / m, so that all numbers of A are of one size. Rounding is that of the solution of
+ * equations whose condition is some hundred. */
 KT_TEST(step_of_an_oscillator_has_the_stability_function_of_its_method) {
     const double mass = 2.0, stiffness = 5e4, damping = 700.0, h = 0.05, tau = 3.0;
     kt_body body = kt_body_default();
@@ -312,7 +314,7 @@ KT_TEST(derivatives_of_implicit_steps_know_contacts) {
     kt_check_equal_int("steps", taken, IMPLICIT_METHODS);
 }
 
-/* All stages but the first are in contact, where the Jacobian of the start knows nothing of it. */
+/* All stages but the first are in contact. The Jacobian of the start contains no contact. */
 KT_TEST(implicit_steps_that_close_a_contact_are_solved) {
     kt_worst worst = kt_worst_make("A and B");
     int taken = 0;

@@ -68,8 +68,9 @@ KT_TEST(derivatives_of_random_closed_mechanisms_hold) {
 
 /* ---- hard contacts ----------------------------------------------------------------------------------------------- */
 
-/* Derivatives and the adjoint of a step of a mass of 1 kg above a hard stop: A is (1 h; 0 1) where it stays open,
- * nothing where it closes or, at rest on it under a force, opens. */
+/* Derivatives and the adjoint of a step of a mass of 1 kg above a hard stop. While the stop stays open,
+ *     A = (1 h; 0 1)
+ * There are no derivatives if the stop closes. There are none either if the mass rests on it and a force opens it. */
 static void check_stop(const char *name, const kt_model *model, double q, double v, double tau, const char *words) {
     const double by_next[2] = {1.0, 0.0}, h = 0.1;
     const kt_step step = {.method = kt_method_find("rk4"), .t = 0.0, .h = h, .tau = &tau};

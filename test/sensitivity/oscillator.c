@@ -1,5 +1,7 @@
-/* A mass on a spring with a damper: x' = L x + g, of which a Runge-Kutta method makes x + (R(h L) - 1) L^-1 (L x + g)
- * with its stability polynomial R. So A = R(h L), and B = (R(h L) - 1) L^-1 (0, 1/m). */
+/* A mass on a spring with a damper: x' = L x + g. A Runge-Kutta method with the stability polynomial R computes
+ *     x + (R(h L) - 1) L^-1 (L x + g)
+ * The derivatives of this step are therefore
+ *     A = R(h L),  B = (R(h L) - 1) L^-1 (0, 1/m) */
 #include "differences.h"
 
 #include <float.h>

@@ -1,5 +1,5 @@
-/* Derivatives of steps by parameters: against central differences of order eight of the step itself, with the parameter
- * set in a copy of the model; and against the closed form of an oscillator. */
+/* Derivatives of steps by parameters. They are compared with central differences of order eight of the step itself,
+ * with the parameter set in a copy of the model. They are also compared with the closed form of an oscillator. */
 #include "differences.h"
 
 #include "kinetree/scene.h"
@@ -137,8 +137,8 @@ static bool step_shifted(mechanism *m, const kt_step *step, const kt_parameter *
     return fine;
 }
 
-/* Column k by differences of order eight. A number that may not be negative and is 0 is seen from one side, by order
- * six: the coefficients of both are those of the polynomial through the points. */
+/* Column k by differences of order eight. A number that may not be negative and is 0 is differenced on one side, by
+ * order six. The coefficients of both are those of the polynomial through the points. */
 static bool difference(mechanism *m, const kt_step *step, const kt_parameter *parameter, const double *now, int k,
                        const double *from, double *column) {
     static const double both[] = {1.0 / 280, -4.0 / 105, 1.0 / 5,   -4.0 / 5,  0.0,

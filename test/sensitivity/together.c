@@ -113,7 +113,8 @@ static bool differ(const double *a, const double *b, size_t n) {
     return !(difference <= 1e-10 * scale);
 }
 
-/* How many motions differ from themselves alone, in a bit, in their status, or in what a failed one leaves. */
+/* Counts the motions that differ from a run on their own, in a bit, in their status, or in the results of a failed run.
+ */
 static int count_different(const kt_model *model, kt_data *data, void *work, size_t size,
                            const kt_rollout_task *tasks) {
     static motion before;
@@ -136,7 +137,7 @@ static int count_different(const kt_model *model, kt_data *data, void *work, siz
     return different;
 }
 
-/* As before every call of count_different: what is not written stays 7. */
+/* Sets all results to 7, as before every call of count_different. Results that are not written stay 7. */
 static void clear_results(void) {
     for (int i = 0; i < MOTIONS; i++) {
         for (int k = 0; k < 2 * NV; k++)
@@ -232,7 +233,8 @@ KT_TEST(v3_instruction_set) {
         kt_skip("v3", KT_NO_ISA);
 }
 
-/* Of a tree with other effects, of other methods, with less memory: alone, and told. */
+/* A tree with other effects, other methods, or less memory: motions are computed one by one, and the reason is
+ * reported. */
 KT_TEST(what_lanes_do_not_compute_is_told) {
     kt_random random = kt_random_of_test();
     static kt_tree tree;
@@ -299,7 +301,7 @@ KT_TEST(models_of_another_shape_are_refused) {
     kt_tree_free(&tree);
 }
 
-/* By several threads: each takes whole groups; the bytes are the same, and nothing is allocated. */
+/* With several threads, each takes whole groups. The bytes are the same, and nothing is allocated. */
 KT_TEST(threads_take_groups_of_motions) {
     kt_random random = kt_random_of_test();
     static kt_tree tree;
