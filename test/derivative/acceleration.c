@@ -1,4 +1,4 @@
-/* Derivatives of the accelerations of closed mechanisms, against differences of these accelerations; and mass,
+/* Derivatives of the accelerations of closed mechanisms, against differences of these accelerations. Also mass,
  * stiffness and damping matrices, against differences of inverse dynamics and against these derivatives. */
 #include "../constraint/tangle.h"
 
@@ -28,10 +28,11 @@ static kt_status derive(const tangle *g, derivatives *d, kt_error *e) {
     return status;
 }
 
-/* What is moved: positions, velocities, forces. */
+/* The input that is varied: positions, velocities, forces. */
 typedef enum input { POSITION, RATE, FORCE } input;
 
-/* Columns that could be compared, and those that were: all but next to what the library holds to be singular. */
+/* Columns that could be compared, and those that were. Columns next to positions that the library regards as singular
+ * are left out. */
 typedef struct census {
     int columns, compared;
 } census;
@@ -80,9 +81,9 @@ static double relative_rounding(const tangle *g) {
     return EPS + kt_tree_largest(moved, g->tree.nv) / kt_tree_largest(a, g->tree.nv);
 }
 
-/* The error of differences is a 255th of the error with twice the step, if both are good (a 32nd is allowed), and
- * rounding of accelerations over the step. The error of the matrix is its own rounding. Next to a singular position
- * steps are shorter. */
+/* The error of differences has two parts. One is a 255th of the error with twice the step, if both are good (a 32nd is
+ * allowed). The other is rounding of accelerations over the step. The error of the matrix is its own rounding. Next to
+ * a singular position steps are shorter. */
 static void compare(const tangle *g, input what, const double *matrix, kt_worst *worst, census *c, int n) {
     const int nv = g->tree.nv;
     double a[KT_TREE_NV] = {0};
@@ -302,7 +303,7 @@ static kt_status evaluate_matrices(const tangle *g, const double *a, matrices *m
     return status;
 }
 
-/* What is left over: inverse dynamics at the accelerations a, less the forces of the effects. */
+/* The residual: inverse dynamics at the accelerations a, less the forces of the effects. */
 static bool leave(const tangle *g, const double *q, const double *v, const double *a, double *r) {
     double f[KT_TREE_NV];
     kt_error e = {0};
@@ -315,7 +316,7 @@ static bool leave(const tangle *g, const double *q, const double *v, const doubl
     return true;
 }
 
-/* Central differences of order eight of what is left over, by q_j, v_j or (FORCE) a_j. */
+/* Central differences of order eight of the residual, by q_j, v_j or (FORCE) a_j. */
 static bool difference_of_inverse(const tangle *g, input what, int j, double h, const double *a, double *out) {
     double up[KT_TREE_NV];
     memset(out, 0, sizeof up);
@@ -335,7 +336,7 @@ static bool difference_of_inverse(const tangle *g, input what, int j, double h, 
     return true;
 }
 
-/* The largest force in it: inertia, gravity, effects, and what is left of them. */
+/* The largest force in the residual: inertia, gravity, effects, and the residual itself. */
 static double largest_force(const tangle *g, const double *a) {
     static const double rest[KT_TREE_NV];
     double r[KT_TREE_NV], largest = 0.0;

@@ -1,7 +1,6 @@
-/* What effects add to derivatives (derivative/effect_derivatives.h), against differences of their joint forces: of
- * every type, on trees in space and in a plane. Differences as in tangent_loop.c; rounding is some eps / H of forces
- * and derivatives (measured over twelve seeds: up to 0.36 of the bounds).
- */
+/* The contributions of effects to derivatives (derivative/effect_derivatives.h), against differences of their joint
+ * forces. Effects of every type are on trees in space and in a plane. Differences as in tangent_loop.c; rounding is
+ * some eps / H of forces and derivatives (measured over twelve seeds: up to 0.36 of the bounds). */
 #include "../constraint/tangle.h"
 
 #include "derivative/effect_derivatives.h"
@@ -41,8 +40,8 @@ static kt_end end_at(stage *s, kt_random *random, int body) {
     return (kt_end){.body = body < 0 ? NULL : s->tree.name[body], .at = kt_tree_vector(random, -0.5, 0.5)};
 }
 
-/* Springs, dampers and stops that are smooth on the scale of a step: in a stop, in contact, at speeds not below those
- * over which friction changes. */
+/* Springs, dampers and stops that are smooth on the scale of a step. A stop is in contact. Friction is at speeds not
+ * below those over which it changes. */
 static void add_in_joint(stage *s, kt_random *random, const char *joint) {
     static const kt_effect_type types[] = {KT_EFFECT_JOINT_SPRING, KT_EFFECT_JOINT_DAMPER, KT_EFFECT_JOINT_FRICTION,
                                            KT_EFFECT_JOINT_LIMIT,  KT_EFFECT_MOTOR,        KT_EFFECT_SERVO};
@@ -275,7 +274,7 @@ static bool is_smooth(const stage *s) {
 
 /* ---- their forces ------------------------------------------------------------------------------------------------ */
 
-/* Of all effects: tau + J' w, from inverse dynamics under w and without. */
+/* The forces of all effects: tau + J' w, from inverse dynamics under w and without. */
 static bool sum_forces(const stage *s, const double *q, const double *v, double *f) {
     const kt_tree *tree = &s->tree;
     kt_dynamic_state at = {.t = 0.3, .q = q, .v = v};
@@ -308,9 +307,9 @@ static bool difference(const stage *s, int j, bool rate, double h, double *out) 
     return true;
 }
 
-/* With the step, of three, whose error is estimated least: forces of bodies that are far out or fast change within less
- * than the first, and next to the limit of a servo, or to where the angle of an open screw is counted anew, there is a
- * kink or a jump. */
+/* Uses the one of three steps whose estimated error is least. Forces of bodies that are far out or fast change within
+ * less than the first step. There is a kink or a jump next to the limit of a servo. The same occurs next to an angle at
+ * which the turns of an open screw are counted anew. */
 static bool best_difference(const stage *s, int j, bool rate, double size, double *best, double *bound) {
     *bound = HUGE_VAL;
     for (double h = H; h > 0.01 * H; h *= 0.2) {
@@ -420,7 +419,7 @@ static void add_end(const kt_tree *tree, const kt_end *end, const kt_wrench *w, 
         }
 }
 
-/* Adds what each effect exerts, transformed to the coordinates by Jacobians of its ends. */
+/* Adds the force of each effect, transformed to the coordinates by Jacobians of its ends. */
 static bool add_all(const stage *s, double *f, double *size) {
     const kt_tree *tree = &s->tree;
     kt_error e = {0};
@@ -461,8 +460,8 @@ static void check_power(const stage *s, kt_worst *worst, int n) {
     }
 }
 
-/* Bounds: rounding of positions, some eps of the mechanism's few metres, changes forces that grow by the stiffnesses,
- * which are near 1; measured over forty seeds: up to 57 eps. */
+/* Bounds: positions are rounded to some eps of the mechanism's few metres. This changes forces by the stiffnesses,
+ * which are near 1. The change over forty seeds was up to 57 eps. */
 KT_TEST(effects_add_up_to_their_generalised_forces) {
     kt_random random = kt_random_of_test();
     const kt_tree_plan plan = kt_tree_plan_default();

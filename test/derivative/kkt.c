@@ -1,5 +1,5 @@
-/* The equations of motion with multipliers for many right-hand sides, and what is made of them: derivatives along the
- * tree against those of dense factors. */
+/* The equations of motion with multipliers for many right-hand sides, and their use: derivatives along the tree against
+ * those of dense factors. */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 
@@ -70,7 +70,7 @@ static void count(const tangle *g, census *c) {
     }
 }
 
-/* Bounds: what rounding of the matrices makes of each right-hand side (tangle_solve), or 1e-12 of scale. */
+/* Bounds: the effect of rounding of the matrices on each right-hand side (tangle_solve), or 1e-12 of scale. */
 static void check(const tangle *g, const tangle_system *s, const right_sides *r, const right_sides *solved,
                   kt_worst *worst) {
     static tangle_system of;
@@ -241,8 +241,8 @@ static bool is_plain(const kt_model *model) {
     return rows == kt_model_mobility(model).rank;
 }
 
-/* With redundant equations positions that violate the loops have the accelerations of those that are chosen: there only
- * the response to forces, or the mass matrix, is compared. */
+/* If equations are redundant, positions that violate the loops have the accelerations of the chosen equations. For such
+ * mechanisms only the response to forces, or the mass matrix, is compared. */
 static void compare_ways(bool reduced, const char *const name[3]) {
     enum { MECHANISMS = 60 };
     static tangle g;

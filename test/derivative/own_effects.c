@@ -1,5 +1,6 @@
-/* A caller's own effects with derivatives and without: friction that changes its sign over a small speed, in a joint of
- * one bar, whose derivatives are known in closed form; what is told of differences; and callbacks that fail. */
+/* A caller's own effects with derivatives and without. The effect is friction in a joint of one bar that changes its
+ * sign over a small speed. Its derivatives have a closed form. The tests cover the reported error of differences, and
+ * callbacks that fail. */
 #include "../constraint/linkage.h"
 
 #include "kinetree/effect.h"
@@ -59,7 +60,7 @@ static int differentiate_rub_on_body(void *user, double t, const kt_effect_end *
     return f->code;
 }
 
-/* A bar of 1 kg and 1 m that hangs, at 0.3 rad and v rad/s, with this effect. */
+/* A bar of 1 kg and 1 m that hangs, with this effect. Its state is 0.3 rad and v rad/s. */
 static bool make_bar(linkage *l, const kt_effect *effect, double v) {
     linkage_begin(l);
     linkage_bar(l, "bar", NULL, none, down, 0.3, v);
@@ -96,8 +97,10 @@ static kt_status derive(const linkage *l, double *by_q, double *by_v, kt_error *
     return status;
 }
 
-/* I = 1/3: da/dv = -3 coulomb / (smoothing cosh^2(v / smoothing)). Differences over 0.002 rad/s are off by a quarter of
- * it; the bound of those that are found is what is told of them. */
+/* With the inertia I = 1/3,
+ *     da/dv = -3 coulomb / (smoothing cosh^2(v / smoothing))
+ * Differences over 0.002 rad/s are off by a quarter of it. The bound of the differences that are found is the reported
+ * error. */
 KT_TEST(derivatives_of_sharp_friction_are_exact_if_given_and_fine_if_not) {
     kt_error e = {0};
     for (int form = 0; form < 4; form++) {
