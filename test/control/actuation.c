@@ -1,9 +1,10 @@
 /* Forces of actuators in mechanisms with loops. Closed forms: a delta robot and a five-bar. Forward dynamics: a Stewart
  * platform and a leg that bends its knee through a four-bar, by dense matrices and by fronts. Also rejected inputs.
  *
- * Closed form of n legs that carry a point mass m at x: leg i has an arm of length L on a pivot p, along
- * e = u cos(th) + w sin(th), and a massless rod of constant length from its end to x + b. With s = x + b - p - L e,
- * e' = de/dth, e'' = -e,
+ * Closed form of n legs that carry a point mass m at x. Leg i has an arm of length L on a pivot p, along
+ *     e = u cos(th) + w sin(th)
+ * A massless rod of constant length connects the end of the arm to x + b. The motion follows from
+ *     s = x + b - p - L e,      e' = de/dth,   e'' = -e
  *     th'  = s.x' / (L s.e'),   th'' = (s.x'' + |x' - L e' th'|^2 - L s.e'' th'^2) / (L s.e')
  *     sum f s = m (x'' - g),    tau = J th'' - m_arm L g.e' / 2 + f L s.e'
  */
@@ -90,7 +91,7 @@ static void *work_of(const kt_model *model, size_t *size) {
     *size = (kt_actuation_work_size(model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
     void *work = aligned_alloc(KT_ALIGNMENT, *size);
     if (work)
-        memset(work, 0xff, *size); /* NaN: what was there must not matter */
+        memset(work, 0xff, *size); /* NaN: previous contents must not matter */
     return work;
 }
 
@@ -253,8 +254,9 @@ static bool build_five_bar(linkage *l, const parallel *p, kt_structure structure
     return linkage_compile(l);
 }
 
-/* How fast the carrier turns against its arm for unit rates of the arms: the end moves so that s_i . x' = L s_i.e_i'
- * th_i', and the carrier turns at s x (x' - L e' th') / rod^2. */
+/* The rates of the carrier against its arm for unit rates of the arms. The end moves such that
+ *     s_i . x' = L s_i.e_i' th_i'
+ * The carrier turns at s x (x' - L e' th') / rod^2. */
 static void carrier_rates(const parallel *p, double c[2]) {
     const kt_vec3 a = p->leg[0].s, b = p->leg[1].s;
     const double all = a.x * b.y - a.y * b.x;

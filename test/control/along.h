@@ -1,5 +1,5 @@
-/* Random trees for the functions of control.h, and the derivative in time of what depends on positions: by differences
- * of order eight along q (+) t v, whose joint rates are v throughout. */
+/* Random trees for the functions of control.h, and the derivative in time of functions of positions. It is computed by
+ * differences of order eight along q (+) t v, whose joint rates are v throughout. */
 #ifndef KT_TEST_CONTROL_ALONG_H
 #define KT_TEST_CONTROL_ALONG_H
 
@@ -16,7 +16,8 @@ typedef bool along_function(const kt_tree *tree, const double *q, const double *
 
 enum { ALONG_MOST = KT_TREE_NV * KT_TREE_NV };
 
-/* Their derivatives: the error is some 1e-13 to 1e-11 of the largest, of rounding 1e-14 over the step. */
+/* Their derivatives. The error is some 1e-13 to 1e-11 of the largest. Its source is a rounding of 1e-14 over the step.
+ */
 bool along_differentiate(const kt_tree *tree, const kt_tree_state *s, along_function *f, int count, double *rate);
 
 #endif

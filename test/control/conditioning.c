@@ -1,8 +1,10 @@
-/* Reciprocal condition numbers that come with results: of a slider-crank near its dead point against its geometry,
- * of feet that a loop holds, and of arms near their stretched position; and what is singular is refused.
+/* Reciprocal condition numbers that come with results. A slider-crank near its dead point is compared with its
+ * geometry. Other cases are feet that a loop holds, and arms near their stretched position. Singular cases must be
+ * rejected.
  *
- * Slider-crank, crank r at the angle a from the line of the slider, rod l at the angle a + b, r sin a + l sin(a + b) =
- * 0. With c = cos(a + b), the slider x = r cos a + l c has
+ * The slider-crank has the crank r at the angle a from the line of the slider and the rod l at the angle a + b,
+ *     r sin a + l sin(a + b) = 0
+ * With c = cos(a + b), the slider x = r cos a + l c has
  *     dx/da = -r sin a - l sin(a + b) (1 + db/da),   (1 + db/da) = -r cos a / (l c)
  * so that near a = 0 one metre of the slider turns the crank by 1 / (dx/da) radians.
  */
@@ -55,8 +57,8 @@ static calls ask(const linkage *l, int coordinate) {
     return c;
 }
 
-/* The extent of the mechanism, its unit of lengths, is the crank's 0.3 m or the rod's half, 0.55 m. What moves most for
- * a slider's unit is the rod against the crank, as 1 + r/l to the crank's 1. */
+/* The extent of the mechanism, its unit of lengths, is the crank's 0.3 m or the rod's half, 0.55 m. For a slider's
+ * unit, the rod's motion against the crank is the largest, as 1 + r/l to the crank's 1. */
 static double expected(double angle) {
     const double sum = asin(-R * sin(angle) / L), rate = -R * cos(angle) / (L * cos(sum));
     const double slope = -R * sin(angle) - L * sin(sum) * rate, extent = 0.5 * L;
@@ -151,7 +153,7 @@ static kt_status feel(const linkage *l, int count, const double *rows, double *i
     return status;
 }
 
-/* Three bars whose end is pinned to the ground, as a foot: it cannot move, whatever rounding says. */
+/* Three bars whose end is pinned to the ground, as a foot. The end cannot move, in spite of rounding. */
 KT_TEST(no_inertia_is_felt_at_a_pinned_foot) {
     for (int n = 0; n < 6; n++) {
         linkage l;
@@ -194,8 +196,9 @@ KT_TEST(no_inertia_is_felt_at_a_pinned_foot) {
     }
 }
 
-/* Two bars of 1 m along x, the second one turned by `bend`. The row of the end along x is (sin(bend), sin(bend)), that
- * across (1 + cos(bend), cos(bend)), up to signs: the first is sin(bend) of a metre, and independent of the second. */
+/* Two bars of 1 m along x, the second one turned by `bend`. Up to signs, the row of the end along x is (sin(bend),
+ * sin(bend)). The row across is (1 + cos(bend), cos(bend)). The first row is sin(bend) of a metre, and independent of
+ * the second. */
 KT_TEST(an_arm_near_its_stretched_position_is_told_how_near) {
     static const double bends[] = {0.5, 1e-3, 1e-6, 0.0};
     for (int n = 0; n < 4; n++) {

@@ -1,6 +1,6 @@
-/* Random closed mechanisms, in space and in planes, reduced by dense matrices and by fronts: independent coordinates,
- * the forces of actuators, and operational-space inertia, against the equations of motion in long double
- * (constraint/tangle.h) and against forward dynamics. */
+/* Random closed mechanisms, in space and in planes, reduced by dense matrices and by fronts. Independent coordinates,
+ * the forces of actuators and operational-space inertia are tested. They are compared with the equations of motion in
+ * long double (constraint/tangle.h) and with forward dynamics. */
 #include "../constraint/tangle.h"
 
 #include "kinetree/control.h"
@@ -74,7 +74,7 @@ static bool draw(subject *u, int n, kt_random *random) {
     u->size = kt_actuation_work_size(u->g.tree.model);
     u->work = aligned_alloc(KT_ALIGNMENT, (u->size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     if (u->work)
-        memset(u->work, 0xff, u->size); /* NaN: what was there must not matter */
+        memset(u->work, 0xff, u->size); /* NaN: previous contents must not matter */
     return u->work != NULL;
 }
 
@@ -235,7 +235,7 @@ KT_TEST(more_actuators_than_freedoms_share_the_least_weighted_forces) {
     for_all("a by forward dynamics, and A W f", actuate_all);
 }
 
-/* Accelerations that unit forces cause, in long double, without drift; and with a Jacobian what a task feels. */
+/* Accelerations that unit forces cause, in long double, without drift. With a Jacobian, also the inertia of a task. */
 static void feel(subject *u, kt_random *random, kt_worst *worst, int n) {
     static double x[KT_TREE_NV], moved[KT_TREE_NV], y[KT_TREE_NV], jacobian[TASK * KT_TREE_NV];
     static double consistent[TASK * KT_TREE_NV];
@@ -246,7 +246,7 @@ static void feel(subject *u, kt_random *random, kt_worst *worst, int n) {
     if (!kt_tree_fine("inverse", kt_mass_inverse_create(u->g.tree.model, TASK, &inverse, &e), &e) ||
         !kt_tree_fine("terms", kt_mass_inverse_compute(inverse, u->g.tree.data, u->g.t, u->g.q, &e), &e))
         return;
-    kt_residual elsewhere; /* what the data hold meanwhile must not matter */
+    kt_residual elsewhere; /* the contents of the data meanwhile must not matter */
     (void)kt_tree_fine("residual",
                        kt_loop_residual(u->g.tree.model, u->g.tree.data, u->g.t + 1.0, u->g.q, u->g.v, &elsewhere, &e),
                        &e);

@@ -1,5 +1,5 @@
-/* M^-1 x and operational-space inertia of trees, against elimination in long double, on every instruction set; and what
- * is refused. */
+/* M^-1 x and operational-space inertia of trees, against elimination in long double, on every instruction set. Also
+ * rejected inputs. */
 #include "along.h"
 
 #include <float.h>
@@ -29,8 +29,9 @@ static kt_mass_inverse *make(const kt_tree *tree, const double *q, int rows) {
     return inverse;
 }
 
-/* Bounds of this file: measured over 20 seeds, the worst of which is about half of the bound. The error of entry i of
- * M^-1 x is held against sum |M^-1| |M| |M^-1 x|, what relative errors of M would cause. */
+/* Bounds of this file were measured over 20 seeds, and the worst seed reaches about half of the bound. The error of
+ * entry i of M^-1 x is compared with s, the effect of relative errors of M:
+ *     s = sum |M^-1| |M| |M^-1 x| */
 static void compare_column(kt_worst *error, const kt_tree *tree, const long double *inverse, const double *mass,
                            const double *x, const double *y, int n) {
     const int nv = tree->nv;

@@ -59,7 +59,7 @@ static void describe(quadruped *r) {
     r->description.body_count = 1 + 3 * LEGS;
 }
 
-/* The feet stand where they are at the start. */
+/* Fixes the feet to the ground at their initial positions. */
 static bool put_down(quadruped *r) {
     kt_error e = {0};
     double q[NQ], v[NV];
