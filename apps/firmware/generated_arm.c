@@ -1,5 +1,6 @@
 /* Computed torque of an arm by generated C alone, on a Cortex-M7 and here. test/apps/generated_arm.py writes arm.c and
- * arm.h by `kinetree export --c`, compiles both programs, and compares their outputs: the bits of the last positions. */
+ * arm.h by `kinetree export --c`, compiles both programs, and compares their outputs: the bits of the last
+ * positions. */
 #include "arm.h"
 
 #include <stdint.h>

@@ -26,7 +26,8 @@ static int kt_python_inverse(const kt_python_data *at, const double *q, const do
 
 /* ---- control loops ----------------------------------------------------------------------------------------------- */
 
-/* Sets the torques of the loop, unless they are those that the simulation has: methods that remember past steps go on. */
+/* Sets the torques of the loop, unless they are those that the simulation has: methods that remember past steps go
+ * on. */
 static kt_status kt_python_apply(kt_python_loop *loop, kt_error *error) {
     const size_t size = loop->nv * sizeof(double);
     if (size == 0 || memcmp(loop->torque, loop->applied, size) == 0)

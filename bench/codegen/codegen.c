@@ -1,7 +1,8 @@
 /* Generated C against the library: forward and inverse dynamics and the mass matrix of trees, in turns.
  *
- * The program writes the files with kt_codegen_write, compiles them with `cc` for this processor, and loads them. A line
- * is trusted if both results agree to 1e-9 of their largest number. Bars are ratios of times, library over generated.
+ * The program writes the files with kt_codegen_write, compiles them with `cc` for this processor, and loads them. A
+ * line is trusted if both results agree to 1e-9 of their largest number. Bars are ratios of times, library over
+ * generated.
  */
 #include "kinetree/codegen.h"
 #include "kinetree/dynamics.h"

@@ -150,11 +150,11 @@ KT_API KT_CHECKED kt_status kt_batch_get_acceleration(const kt_batch *batch, siz
  * KT_ERROR_ARGUMENT if there is no such state. */
 KT_API kt_status kt_batch_status(const kt_batch *batch, size_t state);
 
-/* The numbers of all states in the memory of a batch. With these arrays a caller reads and writes states without a copy.
- * States are in groups. Number i of a state is at
+/* The numbers of all states in the memory of a batch. With these arrays a caller reads and writes states without a
+ * copy. States are in groups. Number i of a state is at
  *     q[state / width * state_stride + i * width + state % width]
- * and likewise in v and x, and with force_stride in tau and a. The last group may have unused lanes, which results never
- * depend on. */
+ * and likewise in v and x, and with force_stride in tau and a. The last group may have unused lanes, which results
+ * never depend on. */
 typedef struct kt_batch_lanes {
     size_t width;        /* states in a group, as in kt_batch_report */
     size_t groups;       /* number of groups */

@@ -159,8 +159,8 @@ KT_API KT_CHECKED kt_status kt_absolute_create(const kt_description *description
 KT_API void kt_absolute_free(kt_absolute *absolute);
 
 /* Returns the model that is integrated. Every body is free. Every joint becomes a loop with the name of its body; these
- * loops follow those of the description. Bodies are in the description's order. Massless bodies, NAME.position and NAME.cross, may
- * follow. Relations, effects and oblique universal joints are attached to them. NULL for NULL. */
+ * loops follow those of the description. Bodies are in the description's order. Massless bodies, NAME.position and
+ * NAME.cross, may follow. Relations, effects and oblique universal joints are attached to them. NULL for NULL. */
 KT_API const kt_model *kt_absolute_model(const kt_absolute *absolute);
 
 /* Makes simulations of the model with these options integrate its absolute formulation, which must outlive them. If

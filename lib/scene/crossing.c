@@ -5,9 +5,9 @@
  * constants. The range of a formula follows from interval arithmetic, with every variable anywhere in [-1e30, 1e30].
  * Parameters count as variables: their values are those of one run, and another run may have others.
  *
- * Intervals forget that two values are the same. Equal operands are therefore replaced first: x*x by x^2, x - x by 0 and
- * x/x by 1. Zeros that follow from other identities, such as (x + 1)^2 - x^2 - 2*x - 1, are not found: deciding whether
- * an expression is zero is undecidable for formulas with sin. A run names such events at its end.
+ * Intervals forget that two values are the same. Equal operands are therefore replaced first: x*x by x^2, x - x by 0
+ * and x/x by 1. Zeros that follow from other identities, such as (x + 1)^2 - x^2 - 2*x - 1, are not found: deciding
+ * whether an expression is zero is undecidable for formulas with sin. A run names such events at its end.
  */
 #include "scene/event.h"
 

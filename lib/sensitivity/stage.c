@@ -43,7 +43,8 @@ static kt_status differentiate(kt_step_work *w, const kt_dynamic_state *at, doub
                                           &(kt_acceleration_matrices){.by = *by}, error);
 }
 
-/* Widens a matrix of n columns of n numbers to n + m columns of n + m. Below them come -`below` (m x n), then columns of
+/* Widens a matrix of n columns of n numbers to n + m columns of n + m. Below them come -`below` (m x n), then columns
+ * of
  * -`right` (m x m). These begin with the columns of `above` (n x m). NULL: zeros. */
 static void join_states(double *matrix, size_t n, size_t m, const double *below, const double *above,
                         const double *right) {
