@@ -18,6 +18,7 @@ FACES = {"status": "base", "description": "model", "descriptor": "model", "impor
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 LONG, TOO_LONG = 600, 800
+WIDE = 120  # columns of a line, as in .clang-format, which leaves comments and strings alone
 NAME_FILES_MOST = 22  # files that have a static function of one name; lower it when a name becomes rare
 LARGEST_PICTURE, LARGEST_MOVING = 60_000, 300_000  # bytes
 
@@ -164,6 +165,11 @@ def main():
             note(f"long: {path} has {length} lines")
     claim(f"no_file_has_more_than_{TOO_LONG}_lines",
           [f"{path}: {length}" for path, length in lengths.items() if length > TOO_LONG])
+    wide = [(path, number, len(line)) for path in everything if path.suffix in (".c", ".h")
+            for number, line in enumerate(path.read_text().splitlines(), 1) if len(line) > 110]
+    note(f"the longest lines: {sorted((width for _, _, width in wide), reverse=True)[:3]}, bound {WIDE}")
+    claim(f"no_line_of_c_has_more_than_{WIDE}_columns",
+          [f"{path.relative_to(root)}:{number}: {width}" for path, number, width in wide if width > WIDE] if len(wide) > 1000 else ["lines are not found"])
     finish()
 
 
