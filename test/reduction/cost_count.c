@@ -1,5 +1,5 @@
-/* cost_count WHAT N [spatial]: calls one thing once, on a mechanism of N parts, for cost.py to count its instructions.
- * WHAT is in the table `scenes`. */
+/* `cost_count TASK N [spatial]` runs one task once, on a mechanism of N parts. cost.py counts its instructions. TASK is
+ * a name in the table `scenes`. */
 #include "kinetree/analysis.h"
 #include "kinetree/control.h"
 #include "kinetree/sensitivity.h"
@@ -256,7 +256,7 @@ int main(int argc, char **argv) {
     d.loop_count = loop_count;
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
-    options.isa = KT_ISA_BASE; /* valgrind knows no AVX-512 */
+    options.isa = KT_ISA_BASE; /* valgrind lacks AVX-512 */
     const bool done = kt_model_compile(&d, &options, &model, &error) == KT_OK &&
                       kt_data_create(model, &data, &error) == KT_OK && call(s, model, data);
     kt_data_free(data);

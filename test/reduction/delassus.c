@@ -1,5 +1,5 @@
-/* Groups of few equations on many links, whose accelerations follow from the Delassus matrix (reduction/delassus.h):
- * against a rope's equations in absolute angles, and against dense matrices on random mechanisms. */
+/* Groups of few equations on many links. Their accelerations follow from the Delassus matrix (reduction/delassus.h).
+ * Ropes are compared with equations in absolute angles, and random mechanisms with dense matrices. */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 
@@ -13,8 +13,8 @@
 
 enum { ROPE = 90, ROPE_ALL = ROPE + 4 };
 
-/* Of a rope's joints: DRIVEN moves as t^2 (against the bar before), COUPLED has twice the rate of the one after it and
- * the opposite sign; each third has armature. */
+/* Joints of a rope. DRIVEN moves as t^2, relative to the bar before. COUPLED has twice the rate of the next joint, with
+ * the opposite sign. Every third joint has armature. */
 enum { DRIVEN = 40, COUPLED = 60 };
 static const double armature = 3.0;
 
@@ -37,7 +37,7 @@ static void relate_rope(linkage *l) {
     gear->offset = -6.0 / ROPE;
 }
 
-/* Bars of 1 m and 1 kg from the origin to (reach ROPE, 0). */
+/* Bars of 1 m and 1 kg from the origin to `(reach * ROPE, 0)`. */
 static bool build_rope(linkage *l, const rope_plan *plan) {
     linkage_begin(l);
     for (int i = 0; i < ROPE; i++) {
@@ -78,9 +78,9 @@ static void add_relations(const rope_plan *plan, long double k[ROPE_ALL][ROPE_AL
     add_joint(k, ROPE + 3, COUPLED + 1, 2.0L);
 }
 
-/* [M A'; A 0] (alpha, -lambda) = (f, b) in the bars' angles against x, in long double, by elimination. With m(i, j) the
- * number of whole bars beyond both, M_ij = (m + 1/2) cos(phi_i - phi_j), or m + 1/3 if i = j, and armature by
- * joints. */
+/* Solves [M A'; A 0] (alpha, -lambda) = (f, b) in the bars' angles against x, in long double, by elimination. Let m(i,
+ * j) be the number of whole bars beyond both i and j. Then `M_ij = (m + 1/2) cos(phi_i - phi_j)`, or `m + 1/3` if i =
+ * j. Armature is added per joint. */
 static void solve_rope(const linkage *l, const rope_plan *plan, double *a) {
     static long double k[ROPE_ALL][ROPE_ALL + 1];
     long double cosine[ROPE], sine[ROPE], rate[ROPE], angle = 0.0L, w = 0.0L, x[ROPE_ALL];
@@ -167,8 +167,8 @@ static void check_ropes(bool relations, bool with_armature, double bound) {
     }
 }
 
-/* Of the largest acceleration. Measured: 8e-12 at most; the fronts have 5e-11 and dense matrices 8e-10 with 100
- * links. */
+/* The bounds are relative to the largest acceleration. Measured: 8e-12 at most with 100 links. The fronts have an error
+ * of 5e-11 and dense matrices of 8e-10. */
 KT_TEST(rope_held_at_both_ends_is_exact) { check_ropes(false, false, 2e-11); }
 KT_TEST(rope_with_armature_is_exact) { check_ropes(false, true, 2e-11); }
 
@@ -179,8 +179,8 @@ KT_TEST(rope_with_a_driven_joint_and_a_gear_is_exact) {
     check_ropes(true, true, 4e-10);
 }
 
-/* Its projections, in positions (least in coordinates or in kinetic energy) and velocities. Measured: 8e-13; a state
- * 1e-4 away is 1e-8 from closed after the first step and 1e-15 after the second. */
+/* The rope's projections of positions (least in coordinates or in kinetic energy) and of velocities. Measured: 8e-13.
+ * The start is 1e-4 away from a closed state. The gap is 1e-8 after the first step and 1e-15 after the second. */
 static double rope_projection_error(const rope_plan *plan, kt_metric metric) {
     static linkage l, dense;
     double error = (double)NAN;
@@ -367,8 +367,9 @@ static void add_effects(tangle *g, kt_effect *effects) {
     d->effect_count = count;
 }
 
-/* What rounding of the matrices makes of a column x of derivatives, which satisfies the same equations as accelerations
- * with other right-hand sides: a unit joint force, or if `unit` is negative those of x itself without multipliers. */
+/* The effect of rounded matrices on a column x of derivatives. Such a column satisfies the equations of accelerations
+ * with other right-hand sides. The right-hand side is a unit force in joint `unit`. If `unit` is negative, it is that
+ * of x itself without multipliers. */
 static void round_column(const tangle *g, const tangle_system *s, const double *x, int unit, double *moved) {
     static tangle_system of;
     const int nv = g->tree.nv;
@@ -387,9 +388,9 @@ static void round_column(const tangle *g, const tangle_system *s, const double *
     (void)tangle_solve(g, &of, (tangle_way){.mixes = true}, solution, moved);
 }
 
-/* The derivatives of the accelerations. Both reductions agree up to 1e-12 of scale, or twice the effect of rounded
- * matrices on a column (measured with 20 seeds: 0.8 of that). Along one direction of v they agree with differences of
- * order four. */
+/* Compares the derivatives of the accelerations. The bound for both reductions is 1e-12 of scale, or twice the effect
+ * of rounded matrices on a column. Measured with 20 seeds: 0.8 of that effect. Along one direction of v the derivatives
+ * agree with differences of order four. */
 static void compare_derivatives(const tangle *g, const tangle_system *s, const few_results *few,
                                 const few_results *dense, kt_worst *both, kt_worst *differences) {
     static double d[2][3][KT_TREE_NV * KT_TREE_NV];

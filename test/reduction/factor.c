@@ -1,4 +1,4 @@
-/* The ways to factor a group's equations: what they have in common, their limits, and what they refuse. */
+/* The ways to factor a group's equations: their common properties, their limits, and the inputs that they refuse. */
 #include "matrix.h"
 
 #include <float.h>
@@ -8,7 +8,7 @@
 static const kt_reduction_kind *const kinds[] = {&kt_reduction_qr_baseline, &kt_reduction_svd_baseline,
                                                  &kt_reduction_partition_baseline};
 
-/* What does not depend on the null space's basis: x0 + N z with z such that it is nearest to y. */
+/* A solution that is independent of the null space's basis: the x0 + N z that is nearest to y. */
 static void nearest(const kt_reduction_kind *kind, const kt_group_work *w, int rank, const double *b, const double *y,
                     double *x) {
     double n[MATRIX_SQUARE];
@@ -33,8 +33,8 @@ static void nearest(const kt_reduction_kind *kind, const kt_group_work *w, int r
     }
 }
 
-/* From 40 coordinates on LAPACK does what the plain loop does below: the two sizes on either side, and what all three
- * ways have in common. */
+/* From 40 coordinates on, LAPACK replaces the plain loop. The test covers the sizes on either side of this limit, and
+ * the common properties of all three ways. */
 KT_TEST(ways_and_sizes_agree_on_solutions) {
     kt_random random = kt_random_of_test();
     kt_worst ways = kt_worst_make("the same solution by each way");
@@ -98,8 +98,9 @@ KT_TEST(large_matrices_are_solved_as_small_ones) {
     kt_check_worst(&solution);
 }
 
-/* Directions end at the tolerance, 1e-10 or 1e-13 of the first, and that counts as `least` at least; below the size
- * where LAPACK factors and from there on. The cases are those of 1e-10: what is of its size is scaled. */
+/* The rank ends at the tolerance, which is 1e-10 or 1e-13 of the first direction. The first direction counts as `least`
+ * at least. The sizes lie on both sides of the limit from which LAPACK factors. The cases are written for 1e-10;
+ * numbers of that size are scaled for 1e-13. */
 KT_TEST(rank_ends_at_the_tolerance_of_what_the_first_direction_counts_as) {
     static const int sizes[] = {2, KT_LARGE};
     static const struct {
@@ -175,7 +176,8 @@ static void weigh(kt_random *random, int m, int k, int rank, double *weight, mat
     given->w.weight = weight;
 }
 
-/* The largest of A x - b and of A' lambda - g, for b and g that have solutions; against what rounding may do. */
+/* Measures the largest errors of A x - b and of A' lambda - g, for right sides b and g that have solutions. The errors
+ * are relative to the possible effect of rounding. */
 static void solve_both(const kt_reduction_kind *kind, const kt_group_work *w, int rank, kt_random *random,
                        kt_worst *x_error, kt_worst *lambda_error) {
     double b[MATRIX_MOST] = {0.0}, g[MATRIX_MOST] = {0.0}, left[MATRIX_MOST], x[MATRIX_MOST], lambda[MATRIX_MOST];
@@ -208,7 +210,7 @@ static void solve_both(const kt_reduction_kind *kind, const kt_group_work *w, in
                    k, rank);
 }
 
-/* By QR, below and from the size on where LAPACK does it, and by partitioning. */
+/* Factors with QR, at sizes below and above the limit for LAPACK, and with partitioning. */
 KT_TEST(weights_choose_the_equations_and_leave_the_solutions) {
     static const int sizes[] = {4, 7, 12, 31, KT_LARGE + 1};
     kt_random random = kt_random_of_test();
@@ -235,7 +237,7 @@ KT_TEST(weights_choose_the_equations_and_leave_the_solutions) {
     kt_check_worst(&balanced);
 }
 
-/* Wherever it stands, whatever is found before it. */
+/* The number is refused at every place, no matter which numbers are found before it. */
 KT_TEST(numbers_that_are_not_finite_are_refused) {
     static const int sizes[][2] = {{1, 1}, {3, 2}, {2, 3}, {7, 6}, {12, 10}, {10, 14}, {39, 5}, {42, 6}, {6, 42}};
     kt_random random = kt_random_of_test();

@@ -59,7 +59,7 @@ static bool branches(const kt_model *model, const kt_group *group) {
     return found;
 }
 
-/* What a mechanism has, of the classes that are compared. */
+/* Counts the properties of a mechanism that are compared. */
 static void count_classes(const kt_model *fronts, const kt_data *data, const kt_model *dense, outcome *o) {
     bool planar = false, spatial = false, branching = false, carried = false, redundant = false, rolls = false;
     for (size_t i = 0; i < fronts->n.group; i++) {
@@ -87,11 +87,11 @@ static void count_classes(const kt_model *fronts, const kt_data *data, const kt_
     o->by_mass += fronts->metric == KT_METRIC_MASS;
 }
 
-/* Accelerations: the bound is what the condition of the mechanism makes of rounding (tangle_solve), or 1e-10 of scale.
- * Next to singular positions both interpolate, from neighbouring states that differ by what projections leave: measured
- * of 20 seeds 5e-7 of scale. If only one does, because the usual size depends on the order, the other's acceleration
- * has the error of its position over the cube of the distance. This is 2 eps / x^3 = 1e-6 at x = 0.8e-3; measured
- * 1.3e-6. */
+/* Compares accelerations. The bound is the rounding error times the mechanism's condition (tangle_solve), or 1e-10 of
+ * scale. Next to singular positions both structures interpolate from neighbouring states. Projections leave these
+ * states different: measured of 20 seeds 5e-7 of scale. Sometimes only one interpolates, because the usual size depends
+ * on the order. The other's acceleration then has the error of its position over the cube of the distance. This is `2
+ * eps / x^3` = 1e-6 at x = 0.8e-3; measured 1.3e-6. */
 static bool compare_accelerations(const tangle *g, const pair *fronts, const pair *dense, const char *of, outcome *o) {
     static tangle_system s;
     double a[KT_TREE_NV], b[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV];
@@ -214,8 +214,8 @@ KT_TEST(fronts_and_dense_matrices_agree_on_crowded_mechanisms) {
     kt_check_above("compared", o.compared, 80 / FEWER);
 }
 
-/* Random mechanisms that stand 1e-1 to 1e-12 from a singular position, and at it; every second time the equation that
- * is lost there is redundant, and positions are regular. */
+/* Random mechanisms at a singular position, and at distances of 1e-1 to 1e-12 from it. In every second mechanism the
+ * equation that is lost there is redundant, and positions are regular. */
 KT_TEST(fronts_and_dense_matrices_agree_next_to_singular_positions) {
     enum { PLACES = 13, ROUNDS = 10 / FEWER };
     static tangle g;
@@ -249,8 +249,8 @@ KT_TEST(fronts_and_dense_matrices_agree_next_to_singular_positions) {
 
 /* ---- wheels joined by rods --------------------------------------------------------------------------------------- */
 
-/* Wheels of radius 1 at equal angles turn as one, whichever pairs of them rods join: rods beyond those of a spanning
- * tree are redundant everywhere on this branch of their positions. a = the sum of torques over that of inertias. */
+/* Wheels of radius 1 at equal angles turn as one, for every choice of pairs that rods join. Rods beyond a spanning tree
+ * are redundant everywhere on this branch of the positions. a = the sum of torques over the sum of inertias. */
 enum { WHEELS_MOST = 8 };
 
 typedef struct wheels {
@@ -341,11 +341,11 @@ static wheels_errors errors_of(wheels *w, kt_random *random) {
     return done ? error : (wheels_errors){(double)NAN, (double)NAN};
 }
 
-/* Bounds: noise of 1e-14 in positions and velocities times the 16 below which a preferred rod is replaced, and its
- * neighbour's 16; or a few times the dense error. Measured of 13 seeds: 1.8e-12 next to 0.01, where fronts prefer
- * another rod than dense matrices do, and 1e-15. Fronts that accepted the first candidate were off by 6e-11 with three
- * wheels, and by 0.4 with five. Fronts that preferred the first candidate were off by 6e-11 with five, and their forces
- * by 2e-13. */
+/* The bound is noise of 1e-14 in positions and velocities times 16 squared, or a few times the dense error. A preferred
+ * rod is replaced below a factor of 16, and its neighbour has another 16. Measured of 13 seeds: 1e-15. Next to 0.01,
+ * fronts prefer another rod than dense matrices do, and 1.8e-12 was measured. Fronts that accepted the first candidate
+ * were off by 6e-11 with three wheels, and by 0.4 with five. Fronts that preferred the first candidate were off by
+ * 6e-11 with five, and their forces by 2e-13. */
 static void compare_wheels(int count, int mechanisms, bool spatial, kt_worst worst[2]) {
     static wheels w;
     kt_random random = kt_random_of_test();
@@ -384,8 +384,9 @@ KT_TEST(equation_that_is_small_next_to_a_dead_centre_does_not_spoil_later_ones) 
 
 /* ---- levers ------------------------------------------------------------------------------------------------------ */
 
-/* Each lever turns the next by three times its angle: a solution that is carried on lever by lever grows to 3^40, as
- * does what turns them all, and they have to cancel. At rest a_i = 3^i sum(3^j tau_j) / sum(9^j I_j). */
+/* Each lever turns the next by three times its angle. A solution that is carried on lever by lever grows to 3^40. The
+ * forces that turn all levers grow as much, and both have to cancel. At rest `a_i = 3^i sum(3^j tau_j) / sum(9^j
+ * I_j)`. */
 enum { LEVERS = 41 };
 
 static double lever_error(kt_structure structure) {
@@ -452,7 +453,7 @@ static double windows_error(kt_structure structure, double theta) {
 }
 
 /* Cranks along the line of their pivots are the singular positions of all windows at once. Next to it accelerations are
- * interpolated from neighbouring states: 1e-9 is what rounding leaves there (measured: 1.2e-10 and 5e-12). */
+ * interpolated from neighbouring states. The rounding error there is below 1e-9. Measured: 1.2e-10 and 5e-12. */
 KT_TEST(row_of_windows_is_exact_up_to_its_singular_position) {
     kt_worst fronts = kt_worst_make("fronts"), dense = kt_worst_make("dense");
     for (int k = 1; k <= 13; k++) {
@@ -464,7 +465,7 @@ KT_TEST(row_of_windows_is_exact_up_to_its_singular_position) {
     kt_check_worst(&dense);
 }
 
-/* Narrow fronts know no held coordinates, and are left to the others then. Measured: 6e-15. */
+/* Narrow fronts do not support held coordinates; other forms then solve the group. Measured: 6e-15. */
 KT_TEST(row_is_assembled_around_a_held_crank_as_by_dense_matrices) {
     static const char *const hold[] = {"crank3"};
     static linkage l, dense;
@@ -494,8 +495,8 @@ KT_TEST(row_is_assembled_around_a_held_crank_as_by_dense_matrices) {
 
 enum { ROW = 30, ROWS = 60 / FEWER };
 
-/* Where the next coupler begins: on this body, which is turned by `angle`, at `tip` in its frame and `point` in the
- * world. */
+/* The start of the next coupler. The body is turned by `angle`. The point is `tip` in the body's frame and `point` in
+ * the world. */
 typedef struct row_end {
     const char *body;
     double angle;
@@ -517,9 +518,9 @@ static void add_crank(linkage *l, int i, double x, bool slides, double rate, row
     body->joint.axis = kt_vec3_make(1.0, 0.3, 0.0);
 }
 
-/* A row of windows of random bars, every fifth crank on a slide; one window is closed by a rod between the two points
- * instead of a pin, which leaves one more freedom. `loaded`: every fourth joint has armature,
- * and others springs with dampers or friction. */
+/* A row of windows of random bars, with every fifth crank on a slide. A rod between the two points closes one window,
+ * instead of a pin. This leaves one more freedom. If `loaded`, every fourth joint has armature, and others have springs
+ * with dampers or friction. */
 static bool build_row(linkage *l, bool loaded, kt_random *random) {
     static kt_effect effects[LINKAGE_BODIES];
     const int rod = kt_random_int(random, 1, ROW);
@@ -558,10 +559,10 @@ static bool build_row(linkage *l, bool loaded, kt_random *random) {
     return linkage_build(l, 0.0);
 }
 
-/* Both close positions up to rounding, eps times the row's length, which moves coordinates by up to 1 / sigma times
- * that, where sigma is the smallest direction of the equations; velocities follow by up to speed / sigma times as much.
- * The last number on R's diagonal is some larger than sigma, and roundings are several: 4 times that (measured of 20
- * seeds: 0.05 to 1.2). */
+/* Both close positions up to rounding, eps times the row's length. Let sigma be the smallest direction of the
+ * equations. The gap moves coordinates by up to 1 / sigma times its size, and velocities by up to speed / sigma times
+ * its size. The last number on R's diagonal is somewhat larger than sigma, and there are several roundings. The bound
+ * is therefore 4 times this. Measured of twenty seeds: 0.05 to 1.2 times. */
 static double projection_bound(const linkage *dense, double fastest) {
     const double reach = 1.0 / dense->data->last[0], moved = 4.0 * DBL_EPSILON * ROW * reach;
     return moved * (1.0 + fastest * reach);
@@ -636,8 +637,8 @@ static double build_fork(linkage *l, double theta) {
     return mass;
 }
 
-/* One branch is ended before the next is begun, so that a link is open for each fork above and two more; where the
- * first links came first it was one for every fourth window, here 12. Error: measured 7e-14. */
+/* One branch ends before the next begins. The number of open links is therefore the number of forks above, plus two. An
+ * order with the first links first opened one for every fourth window, here 12. Error: measured 7e-14. */
 KT_TEST(row_that_forks_opens_as_many_links_as_forks_are_above_each_other) {
     static linkage l;
     const double theta = 0.5, mass = build_fork(&l, theta), cranks = WINDOWS + 1;

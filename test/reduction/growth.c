@@ -1,6 +1,6 @@
-/* Where substitutions one after the other could multiply rounding errors: rows of windows whose cranks turn three times
- * as fast from each to the next, and ropes of heavy links on light ones. The reference is the elimination of [M A'; A
- * 0] in long double. */
+/* Mechanisms in which successive substitutions could multiply rounding errors. In rows of windows, each crank turns
+ * three times as fast as the one before. Ropes have heavy links on light ones. The reference is the elimination of [M
+ * A'; A 0] in long double. */
 #include "../constraint/linkage.h"
 
 #include "kinetree/simulation.h"
@@ -18,8 +18,8 @@ enum { WINDOWS = 20, BARS = 40, COORDINATES = 64, ROWS = 5 * WINDOWS, MOST = 2 *
 
 /* ---- the reference ----------------------------------------------------------------------------------------------- */
 
-/* M (nv x nv), A (rows x nv) and b'' of a state, f = tau - h; independent rows of A; the inverse of [M A'; A 0] with
- * these. */
+/* The matrices of a state: M (nv x nv), A (rows x nv), b'' and f = tau - h. Further, independent rows of A, and the
+ * inverse of [M A'; A 0] with these rows. */
 typedef struct matrices {
     int nv, rows, rank, chosen[COORDINATES];
     double mass[COORDINATES * COORDINATES], jacobian[ROWS * COORDINATES], force[COORDINATES], drift[ROWS];
@@ -124,8 +124,8 @@ static bool find_matrices(const linkage *l, const double *tau, matrices *m) {
     return true;
 }
 
-/* [M A'; A 0] (x, -lambda) = (f, b), refined; |dx| <= eps |inverse| (|matrix| |x| + |right|), with the largest of the
- * last bracket among forces and among equations. */
+/* Solves [M A'; A 0] (x, -lambda) = (f, b) with refinement. The error bound is
+ * dx| <= eps |inverse| (|matrix| |x| + |right|). Its last bracket is the largest among forces and among equations. */
 static void solve(const matrices *m, const double *f, const double *b, solution *s) {
     const int n = m->nv + m->rank;
     long double x[MOST] = {0.0L}, left[MOST], most[2] = {0.0L, 0.0L};
@@ -173,8 +173,9 @@ static void conclude(const errors *e) {
     kt_check_worst(&e->velocity);
 }
 
-/* A a = b up to the rounding of orthogonal factors, 16 eps |row| max|a|, or of few equations 256: measured of 7 seeds 6
- * and 40. A' lambda is unique where equations depend on each other, too. */
+/* Compares accelerations with the exact ones. A a = b holds up to the rounding of orthogonal factors, 16 eps |row|
+ * max|a|, or 256 times for few equations. Measured of seven seeds: 6 and 40. A' lambda is unique even if equations
+ * depend on each other. */
 static void compare_accelerations(const linkage *l, const double *tau, const matrices *m, const char *of, errors *e) {
     static solution exact;
     double a[COORDINATES], lambda[ROWS], fastest = 0.0;
@@ -305,7 +306,8 @@ static void scale_mass(kt_body *b, double by) {
     b->inertia = kt_sym3_make(by * j.xx, by * j.yy, by * j.zz, by * j.xy, by * j.xz, by * j.yz);
 }
 
-/* A coupler from `tip` on the last body, `at` in the world, to the next crank's, and what closes the window. */
+/* Adds a coupler from `tip` on the last body, `at` in the world, to the next crank's, and the loop that closes the
+ * window. */
 static void add_coupler(linkage *l, int i, bool loose, kt_vec3 tip, kt_vec3 d, double turn) {
     const int last = l->description.body_count - 1;
     const double length = kt_vec3_norm(d);
@@ -406,7 +408,7 @@ static bool build_rope(linkage *l, double heavy, kt_plan plan, kt_random *random
     return linkage_compile(l);
 }
 
-/* Whether the plan tells that a group is left to the fronts for its digits. */
+/* Whether the plan reports that a group is left to the fronts for its digits. */
 static bool is_told(const kt_model *model) {
     kt_plan_step step[KT_PLAN_STEPS_MAX];
     const kt_run run = kt_run_default();
@@ -417,8 +419,9 @@ static bool is_told(const kt_model *model) {
     return told;
 }
 
-/* Ropes that are solved by their few equations had them off by 7e-12 with masses 1 and 1e6, by 6e-9 with 1e9, and the
- * forces in them by 3e-9 and 2e-6: these are left to the fronts. */
+/* Ropes solved by their few equations had large errors if heavy links had a mass of 1e6 or 1e9. Accelerations were off
+ * by 7e-12 and 6e-9, respectively. Forces in the ropes were off by 3e-9 and 2e-6. These ropes are left to the
+ * fronts. */
 KT_TEST(ropes_of_heavy_links_on_light_ones_are_left_to_the_fronts) {
     static linkage l;
     kt_random random = kt_random_of_test();

@@ -15,13 +15,13 @@
 
 /* ---- equations of rounding alone --------------------------------------------------------------------------------- */
 
-/* How a body stands whose point on its own axis is pulled at. */
+/* The support of a body that a rope pulls at a point on the body's own axis. */
 typedef enum stand { ALONE, ON_ANOTHER, GEARED, STANDS } stand;
 
 static const char *const stand_names[STANDS] = {"alone", "on a body that is free", "geared to another"};
 
-/* All lengths times `size`; the rope ends on the arm's axis but for a rounding, on a point that stands still against
- * what bears the arm, and its length grows by `rate`. In space the axis is oblique. */
+/* Ties a rope to the arm's axis, up to a rounding. This point is at rest relative to the body that carries the arm. All
+ * lengths are multiplied by `size`, and the rope's length grows by `rate`. In space the axis is oblique. */
 static void string_up(linkage *l, stand how, bool oblique, double size, double rate) {
     static double length[2];
     static kt_term term[2];
@@ -60,7 +60,7 @@ static void check_refusal(const linkage *l, const char *call, kt_status status, 
     kt_check_equal_bits("velocities", v, l->v, (size_t)l->nv);
 }
 
-/* Bodies whose rope asks for nothing move as they do without it. */
+/* A rope that requires no motion leaves its bodies to move as they do without it. */
 static void check_motion(linkage *l, double rate) {
     double with[LINKAGE_NQ], without[LINKAGE_NQ], q[LINKAGE_NQ], v[LINKAGE_NQ];
     kt_error e = {0};
@@ -142,7 +142,7 @@ KT_TEST(assembly_tells_a_gap_that_rounding_alone_could_close) {
 
 /* ---- speeds of rounding alone ------------------------------------------------------------------------------------ */
 
-/* A four-bar whose crank is held by a motion, with a pendulum on its coupler or without: each projection leaves 1e-16
+/* A four-bar whose crank is held by a motion, with or without a pendulum on its coupler. Each projection leaves 1e-16
  * of the velocity that the last one left. */
 KT_TEST(mechanisms_at_rest_are_projected_for_ever) {
     static const kt_reduction ways[] = {KT_REDUCTION_QR, KT_REDUCTION_SVD, KT_REDUCTION_PARTITION};
@@ -191,7 +191,7 @@ static bool hold_twice(linkage *l, double apart) {
     return linkage_compile(l);
 }
 
-/* Where nothing is open that could be told, the loops are. */
+/* If no loop has a gap to report, the message names the loops. */
 KT_TEST(an_error_about_loops_always_names_one) {
     static linkage l;
     for (int moving = 0; moving < 2; moving++) {
@@ -244,8 +244,8 @@ KT_TEST(positions_closed_to_a_rounding_keep_their_bits) {
     linkage_free(&l);
 }
 
-/* The gap that no position closes passes for closed up to 1e-12 after a step, where the first motion is met, and up to
- * 1e-9 in assembly, where the two share it. */
+/* No position closes the gap. It counts as closed up to 1e-12 after a step, where the first motion is met. In assembly
+ * the two motions share it, and it counts as closed up to 1e-9. */
 KT_TEST(contradictions_are_told_from_their_bounds_on) {
     static linkage l;
     static const double apart[] = {0.9e-12, 1.1e-12, 1.9e-9, 2.1e-9};

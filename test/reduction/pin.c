@@ -1,6 +1,7 @@
-/* Groups of three links in a plane that one pin closes, which forward dynamics takes at one go, against the spatial
- * kernels, which factor and solve: on the manifold and off it, on the ground and on a link in motion, with every number
- * of links on the first end's path, turns about n and -n, slides, and bars that hang on them. */
+/* Groups of three links in a plane that one pin closes. Forward dynamics solves them at once. The reference is the
+ * spatial kernels, which factor and solve. The states are on the manifold and off it. The groups are on the ground and
+ * on a moving link. The number of links on the first end's path takes every value. There are turns about n and -n,
+ * slides, and bars that hang on the group. */
 #include "../constraint/linkage.h"
 
 #include "../constraint/tangle.h"
@@ -47,7 +48,7 @@ static kt_body *draw_bar(linkage *l, const char *name, const char *parent, bool 
     return b;
 }
 
-/* Where a point of the plane is in a body (NULL: the world), as the mechanism stands without the pin. */
+/* The position of a point of the plane in a body's frame (NULL: the world), in the mechanism without the pin. */
 static kt_vec3 seen_from(const linkage *l, const char *body, kt_vec3 point) {
     if (!body)
         return point;
@@ -114,7 +115,7 @@ static void compare(const linkage *l, kt_model *const model[WAYS], kt_data *cons
                             kt_acceleration_evaluate(model[k], data[k], 0.0, q, v, tau, external, a[k], &e), &e);
     if (!fine || data[1]->near[0])
         return;
-    /* what rounding is made larger by, twice: of the equations, and of the freedom that they leave */
+    /* the growth of rounding errors, twice: in the equations, and in the freedom that they leave */
     const double size = kt_tree_largest(a[1], l->nv), worse = model[1]->group[0].usual[KT_ROWS_ALL] / data[1]->last[0];
     for (int i = 0; i < l->nv; i++)
         kt_worst_near(worst, a[0][i], a[1][i], 4e-13 * worse * worse * size, "%d: %d", *compared, i);

@@ -176,9 +176,9 @@ static bool round_step(const tangle *g, bool positions, bool mass, double *moved
     return true;
 }
 
-/* Each leaves loops open by some roundings; closing these moves positions by `reach` (tangle_reach) times as much, and
- * velocities besides by what A changes with the positions; and steps are rounded. Of redundant equations those that are
- * left out stay open to second order in the first step, so that another choice of them is seen in the second by the
+/* Each projection leaves gaps of some roundings. Closing these gaps moves positions by `reach` (tangle_reach) times as
+ * much. Velocities change with them, as A depends on the positions, and steps are rounded too. The first step leaves
+ * the dropped redundant equations open to second order. Another choice of them appears in the second step, with the
  * square of that. */
 KT_TEST(projection_in_a_plane_is_that_of_space) {
     static pair p;
@@ -230,7 +230,7 @@ KT_TEST(projection_in_a_plane_is_that_of_space) {
     kt_check_above("compared", compared, 70.0);
 }
 
-/* Two searches go the same way, but for rounding: 2e-15 was measured. Where one takes a step more than the other, both
+/* Two searches take the same path, but for rounding: 2e-15 was measured. If one takes a step more than the other, both
  * are within 1e-11 of a unit, some metres, of the end. */
 KT_TEST(assembly_in_a_plane_is_that_of_space) {
     static pair p;
@@ -277,8 +277,8 @@ static double apart(const kt_wrench *a, const kt_wrench *b) {
     return fmax(kt_vec3_norm(kt_vec3_sub(a->moment, b->moment)), kt_vec3_norm(kt_vec3_sub(a->force, b->force)));
 }
 
-/* What rounding of accelerations and of forces lets reactions be off by: A' lambda = M a + h - tau, so that lambda has
- * `reach` times the error of the right side. */
+/* The effect of rounded accelerations and forces on reactions. They follow from A' lambda = M a + h - tau, so that
+ * lambda has `reach` times the error of the right side. */
 static double round_reactions(const tangle *g) {
     static tangle_system s;
     double a[KT_TREE_NV], moved[KT_TREE_NV], most = 0.0;
@@ -306,8 +306,9 @@ static bool react(const tangle *g, const kt_model *model, kt_data *data, reactio
                         &e);
 }
 
-/* With what acts out of the plane. Loops that could share a reaction in many ways share it the same way, but for a few:
- * which equations depend on others is decided by sizes, and may be as well the one as the other. */
+/* The forces include components out of the plane. If loops can share a reaction in many ways, both share it the same
+ * way, with a few exceptions. The sizes of equations decide which of them count as dependent, and either choice can be
+ * valid. */
 KT_TEST(reactions_in_a_plane_are_those_of_space) {
     static pair p;
     static reactions flat, space;
@@ -321,7 +322,7 @@ KT_TEST(reactions_in_a_plane_are_those_of_space) {
         if (pair_grow(&p, &plan, &random) && react(g, g->tree.model, g->tree.data, &flat) &&
             react(g, p.space, p.data, &space)) {
             const double bound = round_reactions(g);
-            const double arm = 1.0 + g->tree.model->length; /* a joint bears the moments of loops' forces, too */
+            const double arm = 1.0 + g->tree.model->length; /* a joint carries the moments of loops' forces, too */
             double most = 0.0;
             for (int k = 0; k < g->loops; k++)
                 most = fmax(most, apart(&flat.loop[k], &space.loop[k]));

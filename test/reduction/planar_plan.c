@@ -1,4 +1,4 @@
-/* Which mechanisms are computed in their plane, and what is refused there. */
+/* Which mechanisms are computed in their plane, and which inputs are refused there. */
 #include "../constraint/linkage.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ static const char *plan_of(linkage *l) {
     return text;
 }
 
-/* A four-bar in the plane of x and y, closed at (2, 0, 0) of the coupler and the rocker's tip. */
+/* A four-bar in the plane of x and y, closed at `(2, 0, 0)` of the coupler and the rocker's tip. */
 static kt_loop *begin(linkage *l) {
     const four_bar f = four_bar_default();
     linkage_four_bar(l, &f);
@@ -76,7 +76,7 @@ KT_TEST(what_loops_connect_is_planar_together_or_not_at_all) {
 
 /* ---- wrenches that are no numbers -------------------------------------------------------------------------------- */
 
-/* Across the plane, where its recursions do not look: powers and reactions would be NaN, and said to be right. */
+/* The planar recursions ignore wrenches across the plane. Powers and reactions would be NaN, and reported as right. */
 KT_TEST(wrench_across_the_plane_that_is_not_finite_is_refused) {
     static linkage l;
     const four_bar f = four_bar_default();

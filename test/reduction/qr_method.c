@@ -1,7 +1,8 @@
 /* The ways to factor a group's equations, against LAPACKE's dgeqp3 on every size and rank.
  *
- * A' = B C with B (m x r) and C (r x k) of normal numbers has rank r. Bounds are multiples of eps times what errors are
- * proportional to: |A| max(m, k) for factors, and 1 / R_rr more for solutions (kappa). The multiples were measured.
+ * A' = B C with B (m x r) and C (r x k) of normal numbers has rank r. Errors are proportional to |A| max(m, k) for
+ * factors, and to another 1 / R_rr for solutions (kappa). The bounds are multiples of eps times these. The multiples
+ * were measured.
  */
 #include "matrix.h"
 
@@ -55,7 +56,7 @@ static double basis_error(const kt_group_work *w, int rank, bool orthonormal) {
     return worst;
 }
 
-/* A x - b, or what of x lies in the null space. */
+/* The error A x - b, or the part of x in the null space. */
 static double solution_error(const kt_group_work *w, int rank, const double *x, const double *b, bool least) {
     double worst = 0.0;
     for (int r = 0; r < (least ? w->m - rank : w->k); r++) {
@@ -169,7 +170,7 @@ static void check_tally(const tally *t, bool least) {
 
 /* ---- tests ------------------------------------------------------------------------------------------------------- */
 
-/* 45 x 45 sizes and all their ranks: 31395 matrices. */
+/* All sizes up to `45 x 45` and all their ranks: 31395 matrices. */
 KT_TEST(householder_solves_every_size_and_rank) {
     kt_random random = kt_random_of_test();
     tally t = make_tally();

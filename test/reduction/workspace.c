@@ -1,8 +1,8 @@
-/* Mechanisms with loops: equal inputs give equal bits, whatever lies in the workspace and on every instruction
- * set; nothing is allocated on the way, and OpenBLAS's threads are left alone.
+/* Mechanisms with loops: equal inputs give equal bits, for every content of the workspace and every instruction set. No
+ * call allocates memory, and OpenBLAS's threads are left alone.
  *
- * From 40 coordinates of a group on LAPACK factors, whose bits are those of its kernels for this processor: the same on
- * every level of this library, and not promised between processors.
+ * From 40 coordinates of a group on, LAPACK factors. Its bits are those of its kernels for this processor. They are
+ * equal on every level of this library, but are not promised to be equal between processors.
  */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
@@ -16,7 +16,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Everything that a closed mechanism can be asked for. */
+/* The results of all calls for a closed mechanism. */
 typedef struct results {
     double a[KT_TREE_NV], q[3][KT_TREE_NQ], v[3][KT_TREE_NV];
     double jacobian[TANGLE_ROWS * KT_TREE_NV], residual[TANGLE_ROWS], rate[TANGLE_ROWS], drift[TANGLE_ROWS];
@@ -25,7 +25,7 @@ typedef struct results {
     int failed; /* calls */
 } results;
 
-/* A state to ask at: on the manifold, and a step off it. */
+/* The state of a call: on the manifold, and a step off it. */
 typedef struct question {
     const kt_model *model;
     kt_data *data;
@@ -35,7 +35,7 @@ typedef struct question {
     bool small; /* the matrices fit */
 } question;
 
-/* What is done to the workspace before each call. */
+/* A change to the workspace before each call. */
 typedef void disturb(const question *ask);
 
 static void leave(const question *ask) { (void)ask; }
@@ -233,7 +233,8 @@ static void accelerate_with(int threads, int windows, double theta, double *a) {
     openblas_set_num_threads(before);
 }
 
-/* 41 to 95 coordinates in one group: beyond that OpenBLAS shares out what it does, and rounds accordingly. */
+/* 41 to 95 coordinates in one group. For larger groups OpenBLAS divides the work between threads, which changes
+ * rounding. */
 KT_TEST(threads_of_openblas_change_no_bit_of_groups_below_96_coordinates) {
     static const int windows[] = {20, 33, 40, 47};
     for (size_t i = 0; i < sizeof windows / sizeof *windows; i++) {
