@@ -1,4 +1,4 @@
-/* Linearisations, modes and spectra asked for what they cannot do, or for nothing: words, and nothing touched. */
+/* Linearisations, modes and spectra with impossible or empty requests: the calls return messages and change nothing. */
 #include "../constraint/linkage.h"
 #include "small.h"
 
@@ -87,7 +87,7 @@ KT_TEST(indices_below_zero_and_memory_that_is_none_are_refused) {
 /* ---- linearisations ------------------------------------------------------------------------------------------------
  */
 
-/* A spring in a joint that can be told within `reach` of the angle 0.3 alone. */
+/* A spring in a joint that can be evaluated only within `reach` of the angle 0.3. */
 typedef struct elastic {
     double reach;
     int code;
@@ -119,7 +119,7 @@ static void elastic_bar(linkage *l, kt_effect *effect, elastic *spring) {
     l->description.effect_count = 1;
 }
 
-/* q'' = -50 q / I, I = 1/3 of a bar of 1 kg and 1 m about its end. */
+/* q'' = -50 q / I for a uniform bar of 1 kg and 1 m that turns about its end. */
 KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
     static linkage l;
     elastic spring = {0.01, 1};
@@ -147,7 +147,7 @@ KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
         check_words("torque", kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, &tau, &e), &e,
                     KT_ERROR_NOT_FINITE, "force or torque");
         double q = 0.3;
-        spring.reach = 0.01; /* rest is at zero, which cannot be told */
+        spring.reach = 0.01; /* rest is at zero, outside the reach */
         kt_equilibrium found;
         kt_check_true("no equilibrium", kt_equilibrium_find(s.linearization, NULL, 0.0, &q, NULL, &found, &e) != KT_OK);
         kt_note("%s: %s", e.where, e.message);
@@ -213,7 +213,7 @@ KT_TEST(free_body_sinks_into_its_bushing) {
     linkage_free(&l);
 }
 
-/* At t = 0 the crank stands still, but is being accelerated: 1 + t^2. */
+/* At t = 0 the crank is at rest, but it accelerates: `1 + t^2`. */
 KT_TEST(loop_that_is_about_to_move_has_no_equilibrium) {
     static linkage l;
     static const double numbers[3] = {1.0, 0.0, 1.0};
@@ -317,7 +317,7 @@ KT_TEST(mechanism_without_freedoms_has_no_modes) {
 /* ---- spectra along a motion -----------------------------------------------------------------------------------------
  */
 
-/* A bar that swings by little: cos-like with frequency w = sqrt(3 g / 2 l) / (2 pi), at every state. */
+/* A bar with a small swing: a cosine of frequency `w = sqrt(3 g / 2 l) / (2 pi)`, at every state. */
 static void check_along(kt_spectrum *spectrum, const kt_run *run, const char *what) {
     kt_error e = {KT_OK, "", ""};
     if (!linkage_fine(what, kt_spectrum_along(spectrum, run, &e), &e))
@@ -337,7 +337,7 @@ KT_TEST(motion_is_looked_at_adaptively_whatever_the_run_asks_for) {
     run.duration = 0.5;
     check_along(spectrum, &run, "adaptive");
     run.integrator = "rk4";
-    run.step = 0.4; /* far too long for a look at the motion */
+    run.step = 0.4; /* far too long for following the motion */
     check_along(spectrum, &run, "fixed");
     run.step = 0.0;
     check_along(spectrum, &run, "a method that needs a step");
@@ -355,7 +355,8 @@ KT_TEST(motion_is_looked_at_adaptively_whatever_the_run_asks_for) {
     check_words("nowhere", kt_spectrum_add(spectrum, 0.0, &q, l.v, NULL, &e), &e, KT_ERROR_NOT_FINITE, "position");
     kt_check_equal_int("nothing is kept", kt_spectrum_count(spectrum), 0);
 
-    /* of rk4 an undamped mode may grow by no more than it is told to; at a step that is too long the mode is named */
+    /* with rk4 an undamped mode may grow by the given limit at most; a message names the mode if the step is too
+     * long */
     run = kt_run_default();
     run.duration = 0.5;
     check_along(spectrum, &run, "again");
@@ -366,7 +367,7 @@ KT_TEST(motion_is_looked_at_adaptively_whatever_the_run_asks_for) {
     linkage_free(&l);
 }
 
-/* The spring cannot be told once the bar has left its reach: the states up to there are kept. */
+/* The spring cannot be evaluated once the bar has left its reach. The states up to there are kept. */
 KT_TEST(motion_that_ends_leaves_the_modes_up_to_there) {
     static linkage l;
     elastic spring = {0.2, -1};

@@ -1,13 +1,12 @@
-/* Chains of many links on springs, as beams are: the lowest frequencies are 1e-6 of the largest and follow from the
- * cancellation of numbers of all sizes. Against (K - omega^2 M) x = 0 in closed form:
+/* Chains of many links on springs, as beams are. The lowest frequencies are 1e-6 of the largest, and follow from the
+ * cancellation of numbers of all sizes. The reference is (K - omega^2 M) x = 0 in closed form:
  *
  *     M_ij = sum over k >= max(i, j) of m_k (X_k - x_i) (X_k - x_j) + I_k
  *     K_ij = stiffness_i delta_ij + g sum over k >= max(i, j) of (m_k c_k + l_k (masses beyond k))
  *
- * with hinges x_i, mass centres X_k = x_k + c_k and lengths l_k of a straight chain of relative angles, which hangs if
- * g
- * > 0. All terms are positive, so 1/omega^2, the eigenvalues of L^-1 M L^-T, K = L L', are good to some eps of the
- * largest. They are computed by Jacobi's rotations, which share nothing with LAPACK's method.
+ * with hinges x_i, mass centres X_k = x_k + c_k and lengths l_k of a straight chain of relative angles. The chain hangs
+ * if g > 0. With K = L L', 1 / omega^2 are the eigenvalues of `L^-1 M L^-T`. All terms are positive, so these are good
+ * to some eps of the largest. They are computed by Jacobi's rotations, which share nothing with LAPACK's method.
  */
 #include "small.h"
 
@@ -247,7 +246,7 @@ KT_TEST(frequencies_of_a_cantilever_tend_to_those_of_euler_and_bernoulli) {
         if (beam_compile(&b) && small_open(&s, b.model, NULL, 0.0, rest, rest, NULL))
             for (int j = 0; j < 3; j++) {
                 const double omega = beta[j] * beta[j] / (length * length) * sqrt(bending / mass);
-                /* measured: 0.13, 0.072, 0.042 of beta^2 / N^2 at each N */
+                /* measured: `0.13, 0.072, 0.042` of beta^2 / N^2 at each N */
                 kt_check_near("frequency, Hz", kt_modes_at(s.modes, j).frequency, omega / (2.0 * pi),
                               0.14 * beta[j] * beta[j] / (b.links * b.links) * omega / (2.0 * pi));
             }

@@ -1,6 +1,6 @@
-/* The benchmark bicycle (Meijaard, Papadopoulos, Ruina & Schwab, Proc. R. Soc. A 463, 2007, 1955-1982), upright and
- * straight at the speeds of table 2 and one more: eigenvalues of lean and steer. Figures to 16 digits from
- * quadratic eigenproblems of the published matrices. */
+/* The benchmark bicycle (Meijaard, Papadopoulos, Ruina & Schwab, Proc. R. Soc. A `463, 2007, 1955-1982`). It is upright
+ * and straight, at the speeds of table 2 and at one more. The test compares the eigenvalues of lean and steer. Figures
+ * to 16 digits are from quadratic eigenproblems of the published matrices. */
 #include "../reference/scene.h"
 #include "small.h"
 

@@ -12,7 +12,7 @@ static const kt_vec3 none = {0.0, 0.0, 0.0};
 
 /* ---- springs ----------------------------------------------------------------------------------------------------- */
 
-/* n masses m on a line between two walls, n + 1 springs k: omega_j = 2 sqrt(k/m) sin(j pi / (2 (n + 1))). */
+/* n masses m on a line between two walls, with n + 1 springs k: `omega_j = 2 sqrt(k/m) sin(j pi / (2 (n + 1)))`. */
 KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
     enum { N = 12 };
     const double k = 70.0, m = 0.4, distance = 0.3;
@@ -49,7 +49,7 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
             kt_worst_near(&worst, mode.real, 0.0, 2e-12, "mode %d", j);
         }
         kt_check_worst(&worst);
-        const double *shape = kt_modes_positions(s.modes, 2); /* sin(3 pi i / (N + 1)), largest made 1 */
+        const double *shape = kt_modes_positions(s.modes, 2); /* `sin(3 pi i / (N + 1))`, largest made 1 */
         kt_worst form = kt_worst_make("shape");
         double largest = 0.0;
         for (int i = 1; i <= N; i++)
@@ -66,9 +66,9 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
 
 /* ---- stop -------------------------------------------------------------------------------------------------------- */
 
-/* A door with a spring and a damper, J q'' = -k q - c q', and a hard stop at q = -0.013 rad that it does not touch.
- * lambda^2 + c/J lambda + k/J = 0 holds as without the stop. Where it just touches there is no derivative, and the
- * estimated error is no less than half the jump of the stiffness. */
+/* A door with a spring and a damper, `J q'' = -k q - c q'`. A hard stop is at q = -0.013 rad, and the door does not
+ * touch it. `lambda^2 + c/J lambda + k/J = 0` holds as without the stop. If the door just touches the stop, there is no
+ * derivative. The estimated error is then at least half the jump of the stiffness. */
 KT_TEST(stop_that_is_near_does_not_enter_and_one_that_touches_shows) {
     const double inertia = 0.8, stiffness = 50.0, damping = 3.4, wall = 1e6, rest[] = {0.0, -0.013};
     linkage l;
@@ -134,8 +134,9 @@ static void expect_shapes(const small *s, kt_worst *worst) {
     }
 }
 
-/* A top that sleeps: spin w about the upright axis, C about it, A across at the fixed point. Seen from space the axis
- * goes as exp(i p t), A p^2 - C w p + m g l = 0; in the top's own axes, p - w. Stable from C w = 2 sqrt(A m g l) on. */
+/* A sleeping top: spin w about the upright axis, moment C about this axis, and A across at the fixed point. In an
+ * inertial frame the axis moves as exp(i p t), `A p^2 - C w p + m g l = 0`. In the top's own axes the rate is p - w.
+ * The top is stable from C w = 2 sqrt(A m g l) on. */
 KT_TEST(sleeping_top_whirls_at_the_roots_of_its_quadratic) {
     const double m = 0.5, l = 0.12, c = 0.003, across = 0.002, a = across + m * l * l;
     const double least = 2.0 * sqrt(a * m * 9.81 * l) / c, spins[] = {1.6, 1.01, 0.7, 0.0};
@@ -175,8 +176,9 @@ KT_TEST(sleeping_top_whirls_at_the_roots_of_its_quadratic) {
 
 /* ---- cart and pole ----------------------------------------------------------------------------------------------- */
 
-/* The textbook's: cart M with friction b and force u along x, point mass m at l on a rod, upright; q counts from
- * upright about z, so that the tip is at x - l sin q: M x'' = u - b x' + m g q,   M l q'' = (M + m) g q + u - b x'. */
+/* The textbook's model. The cart has mass M, friction b and force u along x. A point mass m is at l on an upright rod.
+ * The angle q counts from upright about z, so that the tip is at x - l sin q. The equations are `M x'' = u - b x' + m g
+ * q` and `M l q'' = (M + m) g q + u - b x'`. */
 KT_TEST(cart_and_pole_have_the_matrices_of_the_textbook) {
     const double big = 2.0, m = 0.3, len = 0.6, b = 0.7, g = 9.81;
     linkage l;
@@ -361,8 +363,8 @@ KT_TEST(place_in_the_world_does_not_matter) {
 
 /* ---- a loop of rounding alone ------------------------------------------------------------------------------------ */
 
-/* Two bars geared to each other, one with a rope to its axis, an equation of 1e-16, that begins to be pulled later: as
- * without the rope. */
+/* Two bars geared to each other. One has a rope to its axis, which is an equation of 1e-16. The rope begins to pull
+ * later. The result must be that without the rope. */
 KT_TEST(equation_of_rounding_alone_leaves_the_linearisation) {
     static const kt_term term[] = {{.joint = "other", .coefficient = -2.0}, {.joint = "arm", .coefficient = 1.0}};
     const kt_vec3 far = {2.1, 0.7, 0.0}, down = {0.0, -1.0, 0.0}, end = {0.0, 0.0, 0.0};
@@ -389,7 +391,7 @@ KT_TEST(equation_of_rounding_alone_leaves_the_linearisation) {
         small_free(&s);
         linkage_free(&l);
     }
-    /* I = 1/3 and a quarter of it, stiffness g/2 and a quarter of it: sqrt(3 g / 2) */
+    /* `I = 1/3`, stiffness g/2, and a quarter of both: `sqrt(3 g / 2)` */
     kt_check_near("without the rope, rad/s", rate[0], sqrt(1.5 * 9.81), 1e-13);
     kt_check_near("with it", rate[1], rate[0], 1e-12);
 }

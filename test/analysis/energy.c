@@ -1,4 +1,4 @@
-/* What effects and loops can do to the energy, and what the watch on it makes of a run's records. */
+/* The effects of forces and loops on the energy, and the judgement of the energy watch on a run's records. */
 #include "check.h"
 
 #include "kinetree/analysis.h"
@@ -9,7 +9,7 @@
 
 /* ---- what a scene can do to its energy --------------------------------------------------------------------------- */
 
-/* Two blocks on slides, one above the other, and what is attached to them. */
+/* Two blocks on slides, one above the other, and the parts attached to them. */
 typedef struct scene {
     kt_description description;
     kt_body body[2];
@@ -160,7 +160,7 @@ static void add(kt_energy_watch *watch, double time, double kinetic, double pote
 
 static const double none = (double)NAN;
 
-/* 10 J of which 4 J are supplied and 6 J dissipated, as estimated to 0.5 J: what is missing beyond that is an error. */
+/* The supply is 4 J of 10 J. The rest is dissipated, as estimated to 0.5 J. A larger gap in the balance is an error. */
 KT_TEST(estimated_works_are_believed_up_to_their_uncertainty) {
     static const double missing[] = {0.0, 0.4, 0.6}, error[] = {0.0, 0.0, 0.1};
     for (int i = 0; i < 3; i++) {
@@ -205,7 +205,7 @@ KT_TEST(loss_counts_like_gain) {
     }
 }
 
-/* What is large against the little that has moved so far may be small against all. */
+/* An excess may be large compared with the little that has moved so far, and small compared with the whole. */
 KT_TEST(excess_of_a_beginning_is_forgotten) {
     kt_energy_watch watch = watch_of(KT_ENERGY_CONSERVED);
     add(&watch, 0.0, 0.0, 10.0, none, none);
@@ -265,7 +265,7 @@ KT_TEST(blow_up_is_a_thousandfold_gain) {
 KT_TEST(records_without_energy_say_nothing) {
     kt_energy_watch watch = watch_of(KT_ENERGY_CONSERVED);
     add(&watch, 0.0, none, none, none, none);
-    add(&watch, 1.0, 1.0, none, none, none); /* an effect of the caller's that does not tell its potential */
+    add(&watch, 1.0, 1.0, none, none, none); /* an effect of the caller's without a potential */
     kt_check_equal_int("none taken", (long long)watch.records, 0);
     kt_check_near("no error", kt_energy_watch_error(&watch), 0.0, 0.0);
     add(&watch, 2.0, 0.0, 0.0, none, none);

@@ -79,8 +79,8 @@ KT_TEST(motor_torque_lifts_a_pendulum_to_its_angle_or_turns_it_for_ever) {
     linkage_free(&l);
 }
 
-/* A motor of 1.7 m g l / 2, which no position balances, next to a soft stop: the search stalls where the stop begins,
- * which is no end. */
+/* A motor of 1.7 m g l / 2, which no position balances, next to a soft stop. The search stalls at the stop's edge,
+ * which is no solution. */
 KT_TEST(search_that_stalls_at_a_stop_has_found_nothing) {
     kt_effect stop = kt_effect_default();
     linkage l;
@@ -137,9 +137,10 @@ KT_TEST(force_that_saturates_leads_to_rest_from_afar) {
     kt_check_worst(&worst);
 }
 
-/* Torques within r = 4 eps of the stiffest joint's, g N^2 / 2 (links of 1 kg and 1 m), are none. Link i, turned by
- * theta_i from straight, loads its joint with g (N - i - 1/2) theta_i more than the next joint. theta_i is the
- * difference of two torques over this factor, and a joint's angle is the difference of two links' theta. */
+/* Torques within r = 4 eps of the stiffest joint's torque count as none. That torque is `g N^2 / 2` with links of 1 kg
+ * and 1 m. Link i is turned by theta_i from straight. It loads its joint with `g (N - i - 1/2) theta_i` more than the
+ * next joint. Thus theta_i is the difference of two torques over this factor. A joint's angle is the difference of two
+ * links' theta. */
 static double straight(int n, int i) {
     const double g = 9.81, r = 4.0 * DBL_EPSILON * g * n * n / 2.0;
     const double own = 2.0 * r / (g * (n - i - 0.5)), before = i ? 2.0 * r / (g * (n - i + 0.5)) : 0.0;
@@ -170,7 +171,7 @@ KT_TEST(hanging_chain_straightens_from_anywhere) {
     linkage_free(&l);
 }
 
-/* From nearly horizontal; what it costs is asked in reduction/cost. */
+/* The search starts nearly horizontal. reduction/cost measures its cost. */
 KT_TEST(long_chain_comes_to_hang) {
     enum { N = 96 };
     static linkage l;
@@ -193,8 +194,8 @@ KT_TEST(long_chain_comes_to_hang) {
     linkage_free(&l);
 }
 
-/* Height of the centre of mass of a four-bar by its crank's angle, from the geometry of two circles: coupler's end and
- * rocker's end meet on the same side as in four_bar_default. */
+/* Height of a four-bar's centre of mass over its crank's angle, from the geometry of two circles. The ends of coupler
+ * and rocker meet on the same side as in four_bar_default. */
 static double four_bar_height(const four_bar *f, double crank) {
     const double x = f->crank * cos(crank), y = f->crank * sin(crank);
     const double dx = f->ground - x, dy = -y, d = hypot(dx, dy);
@@ -235,8 +236,8 @@ KT_TEST(four_bar_rests_where_its_energy_is_least) {
     linkage_free(&l);
 }
 
-/* A slider on a spring of 5 N/m sinks by m g / k, many lengths of its own; its neighbour on a level rail is not moved,
- * and pushed by a constant force runs away. */
+/* A slider on a spring of 5 N/m sinks by m g / k, many lengths of its own. Its neighbour on a level rail does not move.
+ * If a constant force pushes the neighbour, it runs away. */
 KT_TEST(spring_stretches_and_neutral_freedoms_stay) {
     linkage l;
     linkage_begin(&l);

@@ -27,9 +27,8 @@ static kt_floquet *multipliers(const linkage *l, double period, int steps) {
 
 /* ---- Mathieu ----------------------------------------------------------------------------------------------------- */
 
-/* A point mass 1 m below a pivot that is at A cos 2 t: theta'' + (g - 4 A cos 2 t) theta = 0 is y'' + (a - 2 q cos 2 t)
- * y
- * = 0 with a = g, q = 2 A. */
+/* A point mass 1 m below a pivot that moves as A cos 2 t. Its equation is `theta'' + (g - 4 A cos 2 t) theta = 0`. This
+ * is `y'' + (a - 2 q cos 2 t) y = 0` with a = g, q = 2 A. */
 static bool make_mathieu(linkage *l, double a, double q) {
     linkage_begin(l);
     l->description.gravity = kt_vec3_make(0.0, -a, 0.0);
@@ -73,8 +72,9 @@ static double trace(double a, double q) {
     return sum;
 }
 
-/* Abramowitz and Stegun, table 20.1: at a_0, b_2, a_2 there is a solution of period pi, both multipliers are 1; at b_1,
- * a_1 one of period 2 pi, they are -1. Eight digits are given; d trace / d a is up to some 10. */
+/* Abramowitz and Stegun, table 20.1. At a_0, b_2 and a_2 there is a solution of period pi, and both multipliers are 1.
+ * At b_1 and a_1 there is a solution of period 2 pi, and both are -1. Eight digits are given; d trace / d a is up to
+ * some 10. */
 KT_TEST(mathieus_pendulum_is_neutral_at_the_published_characteristic_values) {
     static const struct {
         double a, q, trace;
@@ -97,7 +97,7 @@ KT_TEST(mathieus_pendulum_is_stable_between_the_right_values) {
 
 /* ---- ground resonance -------------------------------------------------------------------------------------------- */
 
-/* C. E. Hammond, J. American Helicopter Society 19 (1974) 14, in SI units. */
+/* C. E. Hammond, J. American Helicopter Society `19 (1974) 14`, in SI units. */
 typedef struct rotor {
     double speed, offset, blade, moment, inertia, hub, support; /* rad/s, m, kg, kg m, kg m^2, kg, N/m */
     double lag_damping, support_damping;                        /* N m s, N s/m */

@@ -2,8 +2,8 @@
  *
  * States at +-s, +-2s, +-3s, +-4s along a direction y of the manifold (from positions_of and velocities_of) are
  * projected. Differences of the eighth order of their coordinates and accelerations give y and da. Differences with
- * another step give the error. Then state y must be S (dv + C dq, da), C from the joints' exponential maps: d/dt of
- * log(p^-1 p') for two motions p, p' by differencing.
+ * another step give the error. Then state y must be S (dv + C dq, da). C follows from the joints' exponential maps, by
+ * differencing d/dt of log(p^-1 p') for two motions p, p'.
  */
 #include "../constraint/tangle.h"
 #include "small.h"
@@ -36,7 +36,7 @@ static int see(const kt_tree *tree, double *seen) {
     return count;
 }
 
-/* A neighbouring state, and what it is away. */
+/* A neighbouring state, and its distance. */
 static bool look(const tangle *g, const double *dq, const double *dv, double s, derivative *out) {
     const kt_tree *tree = &g->tree;
     double q[KT_TREE_NQ], v[KT_TREE_NV], step[KT_TREE_NV];
@@ -131,8 +131,8 @@ static void choose_direction(const kt_linear_system *x, kt_random *random, doubl
     }
 }
 
-/* How far the way that was gone is from (dq, dv), which near a singular position is not closed to the last digits, so
- * that projection leaves it: in m or m/s of a marker at 1 m. */
+/* The distance of the actual displacement from (dq, dv), in m or m/s of a marker at 1 m. Near a singular position (dq,
+ * dv) is not closed to the last digits, so that projection changes it. */
 static double astray(const kt_linear_system *x, const derivative *d, const double *dq, const double *dv) {
     double sum = 0.0;
     for (int i = 0; i < x->coordinates; i++)
@@ -140,8 +140,9 @@ static double astray(const kt_linear_system *x, const derivative *d, const doubl
     return sum;
 }
 
-/* Differences with several steps, the shortest first: what they are apart is their error. Two are not enough: their
- * rounding errors, which next to a singular position are all of it, are equal to a tenth for one number in ten. */
+/* Differences with several steps, the shortest first. The distance between them is their error. Two steps are not
+ * enough. Next to a singular position the error is rounding alone. For one number in ten, two rounding errors are equal
+ * to a tenth. */
 enum { STEPS = 5 };
 
 static double apart_at(const derivative d[STEPS], size_t offset) {
@@ -156,7 +157,7 @@ static double apart_at(const derivative d[STEPS], size_t offset) {
 
 #define APART(d, member) apart_at(d, offsetof(derivative, member))
 
-/* Markers: their estimates and what the differences themselves are off by. */
+/* Markers: their estimates and the errors of the differences themselves. */
 static void compare_outputs(const kt_linear_system *x, const double *y, const derivative d[STEPS], double gone_astray,
                             census *c) {
     for (int i = 0; i < x->outputs; i++) {
@@ -172,7 +173,8 @@ static void compare_outputs(const kt_linear_system *x, const double *y, const de
     }
 }
 
-/* With shorter steps for a mechanism so stiff that the first tell nothing; *whole is the largest acceleration's. */
+/* Takes shorter steps if a mechanism is so stiff that the first steps are useless. *whole is the largest
+ * acceleration's. */
 static bool differentiate_well(const tangle *g, const double *dq, const double *dv, derivative d[STEPS],
                                double *whole) {
     static const double share[STEPS] = {0.6, 0.7, 0.8, 0.9, 1.0};
@@ -219,11 +221,11 @@ static void compare(const tangle *g, const small *s, kt_random *random, census *
         }
         const int k = x->velocity_coordinate[i - x->positions];
         const double own = APART(d, da[k]) + 1e-13 * whole;
-        if (own > 1e-9 * whole) { /* a mechanism so stiff that these steps tell nothing */
+        if (own > 1e-9 * whole) { /* the mechanism is too stiff for these steps */
             c->is_stiff = true;
             continue;
         }
-        /* 3.7 was measured on 320 x 48 mechanisms */
+        /* 3.7 was measured on `320 x 48` mechanisms */
         kt_worst_near(&c->state, sum, d[0].da[k], 4.0 * (error + own), "mechanism %d, velocity %d", c->mechanisms, k);
         c->numbers++;
         c->decided += own < error;
@@ -325,7 +327,7 @@ KT_TEST(eigenvalues_of_neighbouring_states_differ_by_no_more_than_their_errors) 
     kt_check_above("eigenvalues with six digits", known, 400.0);
 }
 
-/* Of this mechanism, one in 15,000, two rows of the tableau agree by chance to 2e-10 where both are off by 2e-8. */
+/* This mechanism is one in 15,000. Two rows of its tableau agree by chance to 2e-10, although both are off by 2e-8. */
 KT_TEST(agreement_by_chance_is_not_taken_for_accuracy) {
     kt_random random = {{0xb1212e5b1ea929cc, 0xdec44b65d48e5af6, 0xd0e5b1770ca0637f, 0xf822dfc0f196b1fc}};
     tangle_plan plan = tangle_plan_default();

@@ -64,7 +64,7 @@ static void close_stand(stand *d) {
     linkage_free(&d->l);
 }
 
-/* What came of n = 1, 2, ... */
+/* The outcome of the calls with n = 1, 2, ... */
 typedef struct outcome {
     int tried, refused, wordless, touched, wrong;
 } outcome;

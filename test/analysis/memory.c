@@ -1,4 +1,5 @@
-/* Every allocation of setting up an analysis fails once: the call says so, nothing leaks, and nothing is handed out. */
+/* Every allocation in the set-up of an analysis fails once. The call reports the failure, leaks nothing, and returns no
+ * object. */
 #include "../constraint/linkage.h"
 #include "interpose.h"
 
@@ -56,7 +57,8 @@ static kt_status look_along(bool *handed_out, kt_error *error) {
     return status;
 }
 
-/* Without a failure it succeeds; with one it says KT_ERROR_MEMORY. As many frees as allocations that were had. */
+/* Without a failure the call succeeds. With a failure it returns KT_ERROR_MEMORY. There are as many frees as successful
+ * allocations. */
 static void check_each(const char *what, attempt *call, int least) {
     int tried = 0, wrong = 0, silent = 0, leaks = 0, kept = 0;
     kt_note("%s", what);
@@ -98,8 +100,7 @@ KT_TEST(each_failing_allocation_is_an_error_of_setting_up) {
 /* ---- a study --------------------------------------------------------------------------------------------------------
  */
 
-/* One run of rk4, or two curves whose settings are found. What a failure costs may be its growth alone, which is then
- * unknown. */
+/* One run of rk4, or two curves whose settings are found. A failure may only cost the growth, which is then unknown. */
 static kt_status study(bool finds, bool has_set, bool *is_whole, kt_error *error) {
     kt_run run = kt_run_default();
     kt_accuracy_options options = kt_accuracy_options_default();

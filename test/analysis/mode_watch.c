@@ -1,4 +1,4 @@
-/* The watch on the fastest mode, and steps a period of what oscillates, against closed forms and runs. */
+/* The watch on the fastest mode, and the steps per period of oscillations, against closed forms and runs. */
 #include "train.h"
 
 #include <float.h>
@@ -139,7 +139,7 @@ KT_TEST(watch_refuses_memory_that_is_too_small) {
 
 /* ---- excitation -------------------------------------------------------------------------------------------------- */
 
-/* A state in one shape is in one mode, with the amplitude of its velocities whatever the phase: |v| at the middle,
+/* A state in one shape is in one mode. The amplitude of its velocities is independent of the phase: |v| at the middle,
  * omega |q| at the turn. */
 KT_TEST(excitation_is_the_amplitude_of_velocities) {
     train t;
@@ -178,7 +178,7 @@ KT_TEST(excitation_is_the_amplitude_of_velocities) {
 
 /* ---- steps a period ---------------------------------------------------------------------------------------------- */
 
-/* What a run of one period really leaves, in q and v / omega over the amplitude. */
+/* The true error of a run of one period, in q and v / omega over the amplitude. */
 static double error_of_run(const train *t, const kt_method *method, double omega, int samples) {
     kt_error error = {0};
     kt_simulation *simulation = NULL;
@@ -241,7 +241,7 @@ KT_TEST(few_steps_a_period_are_told_with_the_step_that_is_enough) {
             kt_check_equal_int("not enough", sampling_of(&t, methods[i], &q, &v, 1.01 * few.step).mode, 0);
             kt_check_equal_int("enough", sampling_of(&t, methods[i], &q, &v, 0.99 * few.step).mode, -1);
         }
-        /* 2 pi y^4 / 120 of rk4's phase, up to y^6 */
+        /* `2 pi y^4 / 120` of rk4's phase, up to y^6 */
         kt_check_near("of rk4", period / sampling_of(&t, "rk4", &q, &v, 0.3).step,
                       2.0 * pi / pow(0.01 * 120.0 / (2.0 * pi), 0.25), 0.5);
     }

@@ -91,7 +91,7 @@ KT_TEST(matrices_of_a_controller_with_memory_are_its_closed_form) {
     end(&m);
 }
 
-/* lambda^3 + D/J lambda^2 + k/J lambda + I/J = 0 at the equilibrium, and -4 of the state that nothing reads. */
+/* `lambda^3 + D/J lambda^2 + k/J lambda + I/J = 0` at the equilibrium, and -4 for the state that nothing reads. */
 KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
     made m;
     kt_error error;
@@ -130,9 +130,9 @@ KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
 
 /* ---- at limits and where nothing holds a state ------------------------------------------------------------------- */
 
-/* A mass that hangs between two chambers that a valve fills: x' of both is the valve's opening, and at rest that is
- * shut, so that only their difference is known: m g = a - b. And a controller at its limit, whose slope is zero there;
- * and one whose force lags, and swings through zero on the way. */
+/* A mass hangs between two chambers that a valve fills. The rate x' of both is the valve's opening. At rest the valve
+ * is shut, so that only their difference is determined: m g = a - b. The second case is a controller at its limit, with
+ * slope zero there. In the third, the force lags, and swings through zero on the way. */
 KT_TEST(motion_leads_to_rest_where_newton_s_method_does_not) {
     static const struct {
         const char *text;
@@ -194,7 +194,7 @@ KT_TEST(motion_leads_to_rest_where_newton_s_method_does_not) {
     "  - {type: expression, at: ball, force: [charge^2, 0, lag], torque: [0, lag, 0]}\n"
 #define LOOP "loops:\n  - {name: rod, type: distance, between: [arm.tip, {body: world, at: [1.2, 0.4, 0.3]}]}\n"
 
-/* Differences along the manifold know nothing of the Jacobians. */
+/* The differences along the manifold do not use the Jacobians. */
 static void compare(const char *text) {
     made m;
     kt_error error;
@@ -242,8 +242,8 @@ KT_TEST(equilibrium_in_space_with_a_loop_rests) {
     end(&m);
 }
 
-/* A flywheel that a motor drives against friction alone has no place where it rests: said by words, with the states as
- * they were. */
+/* A motor drives a flywheel against friction alone, so that it has no position of rest. The call returns a message and
+ * leaves the states as they were. */
 KT_TEST(what_has_no_equilibrium_is_refused_and_keeps_its_states) {
     made m;
     kt_error error;

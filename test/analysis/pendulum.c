@@ -1,8 +1,9 @@
 /* Pendulums and chains of them against closed forms.
  *
- * A pendulum of point mass on length l: lambda = +- i sqrt(g/l) hanging, +- sqrt(g/l) upright, and with a damper c
- * lambda^2 + c/(m l^2) lambda + g/l = 0. n equal point masses on equal links l: omega^2 = (g/l) x with x the roots of
- * the Laguerre polynomial L_n (D. Bernoulli 1733; here from L_n's own three-term recurrence, by bisection).
+ * A pendulum of point mass on length l has lambda = +- i sqrt(g/l) hanging, and +- sqrt(g/l) upright. With a damper c
+ * it has `lambda^2 + c/(m l^2) lambda + g/l = 0`. A chain of n equal point masses on equal links l has omega^2 = (g/l)
+ * x. The numbers x are the roots of the Laguerre polynomial L_n (D. Bernoulli, 1733). They follow from L_n's own
+ * three-term recurrence, by bisection.
  */
 #include "small.h"
 
@@ -122,7 +123,7 @@ static double laguerre(int n, double x) {
     return now;
 }
 
-/* Roots in (0, 4 n), found on a grid fine enough for n = 40 and bisected. */
+/* Roots in `(0, 4 n)`, found on a grid fine enough for n = 40 and bisected. */
 static int laguerre_roots(int n, double *root) {
     const int grid = 200000;
     int count = 0;

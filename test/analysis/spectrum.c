@@ -73,7 +73,7 @@ KT_TEST(motion_is_looked_at_without_the_step_that_is_in_doubt) {
     if (kt_check_equal_int("model", kt_model_compile(&description, NULL, &model, &error), KT_OK)) {
         const kt_run fine = run_of(2.0);
         kt_run coarse = fine;
-        coarse.integrator = "heun"; /* which has an error estimate, but it is not asked */
+        coarse.integrator = "heun"; /* the error estimate of heun is not used */
         coarse.step = 0.4;
         kt_spectrum *one = spectrum_of(model, &fine, 6), *two = spectrum_of(model, &coarse, 6);
         kt_worst lambda = kt_worst_make("lambda");
@@ -147,7 +147,7 @@ static bool eigenvalues(kt_modes *modes, kt_linear_system system, const matrix *
     system.state = m->state;
     system.state_error = m->error;
     system.force_error = NULL; /* none of these are errors of forces */
-    system.error = 1e-3;       /* what bounds an estimate where eigenvalues meet is far */
+    system.error = 1e-3;       /* the bound of estimates where eigenvalues meet is far */
     const bool fine = kt_modes_evaluate(modes, &system, &error) == KT_OK;
     for (int i = 0; fine && i < kt_modes_count(modes); i++)
         mode[i] = kt_modes_at(modes, i);
@@ -175,8 +175,8 @@ static bool first_order(kt_modes *modes, const kt_linear_system *system, const m
 }
 
 /* True errors of numbers are within four estimated ones (honest.c), and so are those of eigenvalues. The differences
- * are good to h^2 times what eigenvalues close to each other make of it: a third of what those of twice the step are
- * off by. What a decomposition rounds, some eps, comes on top of errors of 1e-9. */
+ * are good to h^2 times a factor that grows where eigenvalues are close. This is a third of the error with twice the
+ * step. The decomposition adds a rounding of some eps to errors of 1e-9. */
 KT_TEST(estimated_errors_of_modes_are_what_errors_of_numbers_do_to_first_order) {
     train t;
     kt_error error = {0};
@@ -249,8 +249,8 @@ static void check_train(int count, double stiffness, double damping, double dura
     train_free(&t);
 }
 
-/* A decay, a damped swing, an undamped one. What remains is the step of the bisection, 0.3%, and of undamped swings
- * what the other modes add to the energy. */
+/* A decay, a damped swing and an undamped one. One error that remains is the step of the bisection, 0.3%. In undamped
+ * swings, the other modes also add to the energy. */
 KT_TEST(linear_scenes_blow_up_within_a_tenth_of_the_predicted_step) {
     check_train(1, 100.0, 400.0, 10.0, 0.03);
     check_train(1, 1000.0, 4.0, 10.0, 0.03);
@@ -260,7 +260,7 @@ KT_TEST(linear_scenes_blow_up_within_a_tenth_of_the_predicted_step) {
     check_train(5, 2000.0, 0.0, 4.0, 0.1);
 }
 
-/* Within the limit a run decays, whatever its stages. */
+/* Within the limit a run decays, for every number of stages. */
 KT_TEST(stabilised_steps_within_the_limit_decay) {
     train t;
     const kt_run run = run_of(2.0);

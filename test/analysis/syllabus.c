@@ -52,8 +52,8 @@ static int modes_of(const opened *o, kt_mode *mode, int most) {
 
 /* ---- landing gear ------------------------------------------------------------------------------------------------ */
 
-/* With y of the pin, theta of the fork, trail a, mass m at l behind the pin and I about it, and no slip, y' = a theta'
- * + V theta, the multiplier of the ground eliminated:
+/* Let y be the pin's position, theta the fork's angle, and a the trail. The mass m is at l behind the pin, with I about
+ * it. There is no slip: `y' = a theta' + V theta`. The ground's multiplier is eliminated:
  *
  *     (I + m (a - l)^2) s^3 + m (a - l) V s^2 + k a^2 s + k a V = 0
  *
@@ -97,8 +97,8 @@ KT_TEST(nose_wheels_shimmy_by_the_cubic_of_a_towed_wheel) {
 
 /* ---- helicopters ------------------------------------------------------------------------------------------------- */
 
-/* The height of the horn follows from the circle about the blade's axis and the sphere about the link's lower end:
- * found by bisection, as neither the tree nor its loops are known to it. */
+/* The height of the horn follows from the circle about the blade's axis and the sphere about the link's lower end. It
+ * is found by bisection, without the tree or its loops. */
 typedef struct plate {
     double tilt, rise, height, horn, out, link, ring;
 } plate;

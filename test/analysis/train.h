@@ -27,8 +27,8 @@ void train_free(train *t);
 kt_complex train_eigenvalue(const train *t, int j);
 void train_shape(const train *t, int j, double *q);
 
-/* Largest sqrt(energy / energy at the start) of a run that starts with velocities in shape j, and in all others a tenth
- * as fast; HUGE_VAL where the run fails. */
+/* Largest sqrt(energy / energy at the start) of a run. The run starts with velocities in shape j, and in all other
+ * shapes a tenth as fast. HUGE_VAL if the run fails. */
 double train_growth(const train *t, const kt_method *method, double step, double duration, int j);
 
 #endif
