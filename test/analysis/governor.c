@@ -129,8 +129,9 @@ KT_TEST(the_governor_blows_up_within_three_tenths_of_the_predicted_step) {
 
 /* ---- what a stabilised method costs ------------------------------------------------------------------------------ */
 
-/* Evaluations and errors over the whole run. The stabilised methods take their records from the dense output. rkc2 is
- * of order two and follows a swing of 7.3 rad/s over 73 rad. rk4 runs with steps of 1e-4 s, and at its limit.
+/* Evaluations and errors over the whole run. The stabilised methods take their records from the dense output. The
+ * method rkc2 has order two and follows a swing of 7.3 rad/s over 73 rad. The method rk4 runs with steps of 1e-4 s, and
+ * at its limit.
  *
  * | method | evaluations  | error |
  * | rk4    | 400000       | 3e-10 |

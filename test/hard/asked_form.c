@@ -1,5 +1,5 @@
-/* Preloaded into the command (band.py --forms): models are compiled with the structure and without the forms of groups
- * that the environment names, for which the command has no option. */
+/* A library to preload into the command (band.py --forms). Models are compiled with the structure that the environment
+ * names, and without the forms of groups that it names. The command has no option for these. */
 #include "kinetree/kinetree.h"
 
 #include <dlfcn.h>

@@ -1,9 +1,9 @@
 /* Kinds 13 and 14: next to nothing, and far too much.
  *
- * A Runge-Kutta method of order 2 or more finds free fall, y = -g t^2 / 2, but for rounding. Over n steps the sum
+ * A Runge-Kutta method of order 2 or more finds free fall, `y = -g t^2 / 2`, but for rounding. Over n steps the sum
  * rounds by at most n eps of its end. A body that turns about a principal axis turns evenly. A pendulum's motion does
- * not depend on its mass, nor on its length if gravity grows with it: over all numbers that a double has, it must be
- * that motion, or be refused.
+ * not depend on its mass, nor on its length if gravity grows with it. For all numbers that a double has, the result
+ * must be this motion or a refusal.
  */
 #include "hard.h"
 
@@ -51,7 +51,7 @@ static void fall(kt_hard *h, double g) {
 static void run_fall(kt_hard *h) { fall(h, 9.81); }
 static void run_weightless(kt_hard *h) { fall(h, 0.0); }
 
-/* A massless body at the end of a massive one: nothing says how it accelerates. */
+/* A massless body at the end of a massive one: its acceleration is undetermined. */
 static void run_massless(kt_hard *h) {
     kt_error error = {KT_OK, "", ""};
     double a[1];
@@ -129,7 +129,7 @@ static bool pendulum(kt_hard *h) {
     return true;
 }
 
-/* What a value is put into. The first two leave the motion as it is: all masses, all lengths with gravity. */
+/* The quantity that a value replaces. The first two leave the motion as it is: all masses, all lengths with gravity. */
 typedef enum place {
     MASSES,
     LENGTHS,
@@ -193,8 +193,8 @@ static bool swing(kt_hard *h, double *state) {
     return done;
 }
 
-/* Numbers always, and the right ones where they are known: the motion of ones, to what ten steps of four evaluations
- * round, some 100 operations each. */
+/* The results are always numbers. If `known` gives the motion for ones, they must agree with it, up to the rounding of
+ * ten steps of four evaluations. Each evaluation has some 100 operations. */
 static void try_value(kt_hard *h, place where, double x, const double *known, tally *t) {
     double state[4] = {0.0, 0.0, 0.0, 0.0};
     if (!pendulum(h))

@@ -1,7 +1,7 @@
-/* Hard cases: mechanisms on which engines break, each with what is measured and how large it may be.
+/* Hard cases: mechanisms on which engines break, each with its measures and their bounds.
  *
- * A case is a row of a table (kt_hard_at). The tests run it and hold it to its bounds; bench/hard prints it, in its
- * full length, and what other engines make of the same mechanism. Nothing here knows of the tests.
+ * A case is a row of a table (kt_hard_at). The tests run it and check its bounds. The program bench/hard prints it in
+ * its full length, with the results of other engines for the same mechanism. Nothing here depends on the tests.
  */
 #ifndef KT_TEST_HARD_H
 #define KT_TEST_HARD_H
@@ -12,7 +12,7 @@
 
 enum { KT_HARD_MEASURES = 3, KT_HARD_KINDS = 15, KT_HARD_WORDS = 400 };
 
-/* What must stay small. A bound of 0 counts claims that do not hold. `what` is NULL behind the last one. */
+/* A quantity that must stay small. A bound of 0 counts claims that do not hold. `what` is NULL behind the last one. */
 typedef struct kt_hard_measure {
     const char *what, *unit;
     double bound;
@@ -28,7 +28,7 @@ typedef struct kt_hard_view {
     double t;
 } kt_hard_view;
 
-/* What has been seen of a motion: the worst of each measure, and what it is measured against. Starts as zeros. */
+/* The observations of a motion: the worst of each measure, and the reference values. Starts as zeros. */
 typedef struct kt_hard_watch {
     double observed[KT_HARD_MEASURES];
     int count; /* views before this one */
@@ -52,7 +52,7 @@ typedef struct kt_hard_motion {
     double interval;  /* s between views */
     kt_reduction reduction;
     kt_plan plan;
-    int rank;                                                  /* of the loops, which must be found; 0: not asked */
+    int rank;                                                  /* of the loops, to be checked; 0: no check */
     bool (*change)(kt_hard *h);                                /* of the description; NULL: none */
     void (*watch)(kt_hard_watch *w, const kt_hard_view *view); /* raises w->observed */
     bool alone;                                                /* peers have nothing like it */
@@ -63,7 +63,7 @@ typedef struct kt_hard_case {
     const char *name, *why;
     kt_hard_measure measures[KT_HARD_MEASURES];
     const kt_hard_motion *motion;
-    void (*run)(kt_hard *h); /* what only this engine is asked; NULL: the motion */
+    void (*run)(kt_hard *h); /* a run for this engine only; NULL: the motion */
 } kt_hard_case;
 
 /* One run of a case. */
@@ -82,22 +82,22 @@ struct kt_hard {
     kt_model *model;
     kt_simulation *simulation;
     double observed[KT_HARD_MEASURES]; /* NaN: it did not get so far */
-    char words[KT_HARD_WORDS];         /* what there is to say; may be empty */
+    char words[KT_HARD_WORDS];         /* remarks; may be empty */
 };
 
 int kt_hard_count(void);
 const kt_hard_case *kt_hard_at(int index);
 
-/* Runs a case: h->observed and h->words are what came of it. */
+/* Runs a case and stores the outcome in h->observed and h->words. */
 void kt_hard_run(kt_hard *h, const kt_hard_case *c, bool full);
 
 /* ---- for the cases ----------------------------------------------------------------------------------------------- */
 
-/* printf into h->words, behind what stands there. */
+/* printf into h->words, after their present text. */
 void kt_hard_say(kt_hard *h, const char *format, ...) KT_PRINTF(2, 3);
-/* Whether it was done; else its words are said. */
+/* Whether the status is KT_OK; otherwise its message is appended to the words. */
 bool kt_hard_fine(kt_hard *h, kt_status status, const kt_error *error);
-/* For runs that count: says what does not hold, and adds one to observed[measure]. */
+/* For runs that count: if a claim does not hold, reports it and adds one to observed[measure]. */
 void kt_hard_claim(kt_hard *h, int measure, bool holds, const char *what);
 
 /* The description of a motion; to be closed in any case. Without memory, false. */

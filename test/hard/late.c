@@ -1,11 +1,11 @@
-/* Mechanisms that rest until something begins late, is short, or happens again and again: ramps, tables, pulses, and
- * contacts and stops that are reached after a rest. Adaptive steps grow where nothing moves, and none of this may be
- * stepped over.
+/* Mechanisms that rest until something begins late, is short, or happens again and again. Examples are ramps, tables,
+ * pulses, and contacts and stops that are reached after a rest. Adaptive steps grow while nothing moves, and must not
+ * step over any of these.
  *
- * Each scene has one degree of freedom, so that its equation of motion is written down here, x'' = a(t, x, x'), with
- * functions of time of its own; the oracle is Kutta's method with small fixed steps that end at the corners.
+ * Each scene has one degree of freedom. This file writes down its equation of motion, x'' = a(t, x, x'), with its own
+ * functions of time. The oracle is Kutta's method with small fixed steps that end at the corners.
  *
- * Some of the scenes are run here; KT_LATE_SCENES=300 runs as many as it says.
+ * The tests run some of the scenes. KT_LATE_SCENES=300 runs 300 scenes.
  */
 #include "check.h"
 
@@ -22,7 +22,7 @@ enum { ROWS = 20, PARTS = 3 };
 
 typedef enum shape { RAMP, LINES, SPLINE } shape;
 
-/* A ramp from y[0] to y[1] between t[0] and t[1], or a table. */
+/* A ramp from `y[0]` to `y[1]` between `t[0]` and `t[1]`, or a table. */
 typedef struct course {
     shape shape;
     int count;
@@ -399,9 +399,9 @@ static bool run(const kt_model *model, const char *method, double duration, cons
     return status == KT_OK;
 }
 
-/* What a method may be off, as a share of the largest position and velocity, at the tolerance 1e-9. Measured on all 300
- * scenes: 2e-6 at most where nothing is hit (7e-5 by rkc2, of order 2), 1.7e-3 after dozens of impacts. What is stepped
- * over is off by the whole. */
+/* A method's error bound, as a share of the largest position and velocity, at the tolerance 1e-9. Measured on all 300
+ * scenes. Without impacts: 2e-6 at most, and 7e-5 by rkc2, of second order. After dozens of impacts: 1.7e-3. An event
+ * that is stepped over leads to an error of the whole. */
 static double bound_of(scene_kind kind, const kt_method *method) {
     const bool hits = kind == WALL || kind == STOP || kind == KICKED;
     return hits ? 2e-3 : method->order == 2 ? 1e-4 : 1e-5;

@@ -1,8 +1,8 @@
-/* Kinds 2, 4 and 7: loops with more equations than they need, coordinates that cannot be kept, and long runs.
+/* Kinds `2, 4 and 7`: loops with more equations than they need, coordinates that cannot be kept, and long runs.
  *
- * Of the overconstrained linkages energy and gaps are watched, and the rank must be that of the mechanism: where
+ * For the overconstrained linkages, energy and gaps are watched, and the rank must be that of the mechanism. If
  * rounding makes a superfluous equation look independent, the linkage locks. The particle's angle from upright is that
- * of a pendulum, theta'' = g sin(theta), to be had exactly (upright.h).
+ * of a pendulum, theta'' = g sin(theta), and has an exact solution (upright.h).
  */
 #include "hard.h"
 
@@ -63,7 +63,8 @@ static void watch_particle(kt_hard_watch *w, const kt_hard_view *view) {
     kt_hard_raise(w, 1, fabs(hypot(p.x, p.y) - 1.0));
 }
 
-/* Below the centre at 7 m/s: over the top at sqrt(49 - 4 g) = 3.1 m/s, all round and round. */
+/* The pendulum starts below the centre at 7 m/s. It passes the top at `sqrt(49 - 4 g) = 3.1` m/s, and goes round and
+ * round. */
 static bool start_below(kt_hard *h) {
     h->bodies[0].joint.position[0] = 0.0;
     h->bodies[1].joint.position[0] = -1.0;
@@ -81,8 +82,9 @@ static const kt_hard_motion below_qr = {PARTICLE, .change = start_below};
 
 /* ---- a million steps --------------------------------------------------------------------------------------------- */
 
-/* number[0], [1]: the end of the first tenth, and of the whole. The error of a fixed step may grow as t: from the tenth
- * to the whole by one power of ten. What turns in between is the largest error at any view. */
+/* number[0] and number[1]: the end of the first tenth, and of the whole. The error of a fixed step may grow as t: from
+ * the tenth to the whole by one power of ten. A quantity that oscillates in between is measured by its largest error at
+ * any view. */
 static void watch_long(kt_hard_watch *w, const kt_hard_view *view) {
     kt_hard_watch_energy(w, view, 0);
     kt_hard_watch_gap(w, view, 1);

@@ -1,10 +1,10 @@
 /* Kinds 5 and 6: very unequal masses, very long chains, very far away.
  *
- * Round trip: torques tau, accelerations a by the articulated-body algorithm, torques again by Newton and Euler. The
- * algorithm is backward stable: what comes back is off by a few eps of the largest torque for each link (4 + n, as in
- * bench/peers), however badly the mass matrix is conditioned.
+ * Round trip: from torques tau to accelerations a by the articulated-body algorithm, and back to torques by Newton and
+ * Euler. The algorithm is backward stable. The torques that come back are off by a few eps of the largest torque for
+ * each link (4 + n, as in bench/peers). This is independent of the mass matrix's condition.
  *
- * A free chain with neither gravity nor torques keeps linear and angular momentum to rounding: every step of a
+ * A free chain with neither gravity nor torques keeps linear and angular momentum to rounding. Every step of a
  * Runge-Kutta method keeps linear invariants, and angular momentum to its order. Sums of n terms round by sqrt(n) eps.
  */
 #include "hard.h"
@@ -159,7 +159,7 @@ static const kt_hard_motion near_by = {.scene = "four-bar",
                                        .rank = 2,
                                        .watch = watch_energy};
 
-/* Everything that stands on the world moves with it: joints, and ends of loops. */
+/* Everything on the world moves with it: joints, and ends of loops. */
 static bool move_away(kt_hard *h) {
     const kt_vec3 far = kt_vec3_make(1e6, -1e6, 1e6);
     for (int i = 0; i < h->description.body_count; i++)
@@ -195,8 +195,9 @@ static void run_far_of(kt_hard *h, const char *scene, int rank) {
 static void run_far(kt_hard *h) { run_far_of(h, "four-bar", 2); }
 static void run_far_ring(kt_hard *h) { run_far_of(h, "bricard", 4); }
 
-/* Energies and momenta: three times what was measured over the full length. The far mechanisms' places are whole
- * metres, exact there too, and all is counted from one of their joints: their runs are the same to the bit. */
+/* Energies and momenta: three times the values measured over the full length. The far mechanisms are placed at whole
+ * metres, which are exact there too. All positions are counted from one of their joints. Their runs are therefore equal
+ * to the bit. */
 const kt_hard_case kt_hard_masses[] = {
     {.number = 5,
      .name = "mass ratios of 1e6 and 1e-6",

@@ -217,7 +217,7 @@ int kt_hard_count(void) {
 const kt_hard_case *kt_hard_at(int index) {
     static const kt_hard_case *const lists[] = {kt_hard_windows, kt_hard_loops,   kt_hard_masses,  kt_hard_turning,
                                                 kt_hard_stiff,   kt_hard_trouble, kt_hard_extremes};
-    /* By kinds, whatever file they are in. */
+    /* Sorted by kinds, over all files. */
     for (int kind = 1, seen = 0; kind <= KT_HARD_KINDS; kind++)
         for (size_t l = 0; l < sizeof lists / sizeof *lists; l++)
             for (const kt_hard_case *c = lists[l]; c->name; c++)

@@ -1,10 +1,10 @@
-/* Kinds 9 and 10: what is fast next to what is slow.
+/* Kinds 9 and 10: fast motion next to slow motion.
  *
- * Two blocks in a row, the second on the first: masses M, m, springs K, k, u = place of the first, s = of the second on
- * it: (M + m) u'' + m s'' = -K u, m (u'' + s'') = -k s. In modes u = A cos(w t + ...), s = rho u with
- * rho = w^2 / (k/m - w^2), w^2 from (K - (M + m) w^2)(k - m w^2) = m^2 w^4; from rest,
- *   u = sum_i A_i cos(w_i t),  s = sum_i rho_i A_i cos(w_i t),  sum A_i = u0, sum rho_i A_i = s0.
- * The larger root by the formula for a sum, the smaller by their product, so that neither cancels.
+ * Two blocks in a row, with masses M and m and springs K and k. Let u be the place of the first block, and s that of
+ * the second on the first. The equations are `(M + m) u'' + m s'' = -K u` and `m (u'' + s'') = -k s`. The modes are `u
+ * = A cos(w t + ...)` and s = rho u with rho = w^2 / (k/m - w^2). w^2 follows from `(K - (M + m) w^2)(k - m w^2) = m^2
+ * w^4`. From rest, u = sum_i A_i cos(w_i t),  s = sum_i rho_i A_i cos(w_i t),  sum A_i = u0, sum rho_i A_i = s0. The
+ * larger root follows from the formula for a sum, the smaller from their product, so that neither cancels.
  */
 #include "hard.h"
 
@@ -16,8 +16,8 @@ static void watch_energy(kt_hard_watch *w, const kt_hard_view *view) { kt_hard_w
 
 /* ---- announced --------------------------------------------------------------------------------------------------- */
 
-/* Beyond the limit, the analysis reports it before the run. A run that starts all the same ends with a message and a
- * state of numbers. `step`: beyond; `limit_least` and `most`: where the limit must lie. */
+/* Beyond the limit, the analysis reports it before the run. A run that starts nevertheless ends with a message and a
+ * finite state. `step` is beyond the limit. The limit must lie between `least` and `most`. */
 static void announce(kt_hard *h, const kt_hard_motion *motion, double step, double least, double most) {
     kt_hard_motion fixed = *motion;
     kt_spectrum *spectrum = NULL;
@@ -61,7 +61,7 @@ static int keep_balance(const kt_record *record, void *user) {
     return 0;
 }
 
-/* The adaptive run gets through, and its balance is kept; then what is announced. */
+/* The adaptive run reaches its end, and its balance is kept. The announcement of the limit follows. */
 static void run_stiff(kt_hard *h, double step, double least, double most) {
     balance b = {0.0, 0.0, 0.0, 0};
     kt_error error;
@@ -80,7 +80,7 @@ static void run_stiff(kt_hard *h, double step, double least, double most) {
     announce(h, motion, step, least, most);
 }
 
-/* The governor's fastest decay is 8117 /s at the start: RK4 to 2.785 / 8117 = 3.4e-4 s. */
+/* The governor's fastest decay is 8117 /s at the start. RK4 is stable to `2.785 / 8117` = 3.4e-4 s. */
 static const kt_hard_motion governor = {.scene = "flyball-governor",
                                         .duration = 10.0,
                                         .shorter = 1.0,
@@ -93,8 +93,8 @@ static const kt_hard_motion governor = {.scene = "flyball-governor",
 static void run_governor(kt_hard *h) { run_stiff(h, 1e-3, 3e-4, 4e-4); }
 
 /* The spring's arms of 0.5 m at right angles pull with a lever of 0.35 m. Two bars of 1 m (and their neighbours) have
- * an inertia of some 0.05 kg m^2. The frequency is 4e4 to 1e5 rad/s. RK4, stable to 2.83 / w, is therefore stable to
- * 3e-5 to 7e-5 s. */
+ * an inertia of some `0.05 kg m^2`. The frequency w is 4e4 to 1e5 rad/s. RK4 is stable to `2.83 / w`, which is 3e-5 to
+ * 7e-5 s. */
 static const kt_hard_motion spring = {.scene = "stiff-spring",
                                       .duration = 1.0,
                                       .shorter = 0.1,
@@ -154,7 +154,7 @@ static const kt_hard_motion flywheel = {.scene = "flywheel",
                                         .interval = 0.01,
                                         .watch = watch_flywheel};
 
-/* Three times what was measured over the full length. */
+/* Three times the values measured over the full length. */
 const kt_hard_case kt_hard_stiff[] = {
     {.number = 9,
      .name = "flyball governor",

@@ -1,8 +1,9 @@
-/* Kinds 11, 12 and 15: impossible states and motions that cannot go on are reported, with the loop, its gap and the
+/* Kinds `11, 12 and 15`: impossible states and impossible continuations are reported, with the loop, its gap and the
  * time. No records are lost.
  *
- * Out of reach: two bars of 1 m whose ends a distance loop holds 1.4 m + 0.2 m/s t apart are straight at t = 3 s. Near
- * there the rates grow as (3 s - t)^-1/2: a step of 1e-3 s fails where the stretch is a few steps ahead at most.
+ * Out of reach: a distance loop holds the ends of two bars of 1 m apart, at a distance of `1.4 m + 0.2 m/s t`. The bars
+ * are straight at t = 3 s. Close to this time the rates grow as `(3 s - t)^-1/2`. A step of 1e-3 s fails only if the
+ * stretch is a few steps ahead at most.
  */
 #include "hard.h"
 
@@ -10,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The gap that an error's words tell, "... 'LOOP' by X ..."; NaN where they do not. */
+/* The gap in the message of an error, "... 'LOOP' by X ..."; NaN if there is none. */
 static double told_gap(const kt_error *error) {
     const char *at = strstr(error->message, "' by ");
     char *end = NULL;
@@ -22,9 +23,10 @@ static double told_gap(const kt_error *error) {
 
 static const kt_hard_motion four_bar = {.scene = "four-bar", .integrator = "rk4", .duration = 1.0, .step = 1e-3};
 
-/* The crank points away from the rocker's pivot, which is then 1.3 m from its tip: the coupler lies 30.8 degrees to one
- * side or to the other of the line between them (cosine theorem: 0.9, 0.7 and 1.3 m). Coupler and rocker start off by
- * up to 30 degrees: as good as halfway to the other branch. Either will do; what is refused must say the gap. */
+/* The crank points away from the rocker's pivot, which is then 1.3 m from its tip. The coupler lies 30.8 degrees to one
+ * side or to the other of the line between them. This follows from the cosine theorem with `0.9, 0.7 and 1.3 m`.
+ * Coupler and rocker start off by up to 30 degrees, almost halfway to the other branch. Either branch is valid. A
+ * refusal must report the gap. */
 static void assemble_from(kt_hard *h, kt_data *data, double coupler, double rocker, int *branch) {
     const double pi = acos(-1.0), off = pi / 6.0;
     double q[3], v[3], held[2];
@@ -63,7 +65,7 @@ static void run_assembly(kt_hard *h) {
     kt_data_free(data);
 }
 
-/* Pivots 3 m apart, bars of 0.3, 0.9 and 0.7 m: the least gap is 1.1 m. */
+/* Pivots 3 m apart, with bars of `0.3, 0.9 and 0.7 m`: the least gap is 1.1 m. */
 static void run_far_pivots(kt_hard *h) {
     kt_data *data = NULL;
     kt_error error = {KT_OK, "", ""};
@@ -163,9 +165,9 @@ static void run_out_of_reach(kt_hard *h) {
     kt_hard_say(h, "%s: %s", error.where, error.message);
 }
 
-/* A length is driven, and at 0.0160174 s the mechanism of a wheel, a plane and that length loses the direction along
- * which it would have to follow, though positions that close it remain: velocities grow like 1 / sqrt(t* - t). The
- * report may be later by the length of a step near that position. */
+/* A mechanism of a wheel, a plane and a driven length. At 0.0160174 s it loses the direction along which it would have
+ * to follow the length. Positions that close it still exist. Velocities grow like 1 / sqrt(t* - t). The report may be
+ * later by the length of a step near that position. */
 static void run_dead_point(kt_hard *h) {
     static const char *const names[] = {"qr", "partition", "svd"};
     h->observed[0] = h->observed[1] = 0.0;
@@ -220,7 +222,7 @@ static void run_leap(kt_hard *h) {
 
 /* ---- 15: torques that are no numbers ----------------------------------------------------------------------------- */
 
-/* What the callback exerts from t = 0.5 s on for one instant. */
+/* The value that the callback exerts from t = 0.5 s on for one instant. */
 typedef struct burst {
     double value;
     bool off;

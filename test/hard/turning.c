@@ -1,8 +1,9 @@
 /* Kind 8: fast and awkward rotations.
  *
- * Kept: energy; angular momentum (all of it in free flight, that about the vertical under gravity); the spin of a body
- * of revolution about its own axis. A body that spins about its intermediate axis turns over at regular times; how long
- * that takes is known by elliptic integrals (apps/scenes/flip.yaml: every 5.0259 s), so the number of turns is, too.
+ * Three quantities are kept. The first is energy. The second is angular momentum: all of it in free flight, and that
+ * about the vertical under gravity. The third is the spin of a body of revolution about its own axis. A body that spins
+ * about its intermediate axis turns over at regular times. Elliptic integrals give the period (apps/scenes/flip.yaml:
+ * every 5.0259 s), and thus the number of turns.
  */
 #include "hard.h"
 
@@ -47,7 +48,8 @@ static void watch_flips(kt_hard_watch *w, const kt_hard_view *view) {
     w->observed[2] = fabs(w->number[0] - floor(view->t / 5.0259 + 0.5));
 }
 
-/* 1256.4 s: 250 times 5.0259 s are 1256.475 s, so 249.985: half a period away from the next turn. */
+/* The duration is 1256.4 s, and 250 periods are 1256.475 s. The run has 249.985 periods, half a period away from the
+ * next turn. */
 static const kt_hard_motion flips = {.scene = "flip",
                                      .duration = 1256.4,
                                      .shorter = 100.518,
@@ -59,7 +61,7 @@ static const kt_hard_motion flips = {.scene = "flip",
 
 /* ---- tops -------------------------------------------------------------------------------------------------------- */
 
-/* Of each top: the angular momentum about the vertical through its point, and its spin. */
+/* Watches each top: the angular momentum about the vertical through its point, and its spin. */
 static void watch_tops(kt_hard_watch *w, const kt_hard_view *view) {
     kt_hard_watch_energy(w, view, 0);
     for (int i = 0; i < 2; i++) {
@@ -97,7 +99,7 @@ static void watch_pair(kt_hard_watch *w, const kt_hard_view *view) {
 static const kt_hard_motion lock = {
     .scene = "gimbal-lock", .duration = 10.0, .integrator = "rk4", .step = 1e-3, .interval = 0.1, .watch = watch_pair};
 
-/* Three times what was measured over the full length, but for the turns, which are counted. */
+/* Three times the values measured over the full length, except for the turns, which are counted. */
 const kt_hard_case kt_hard_turning[] = {
     {.number = 8,
      .name = "rotor at 1e4 rad/s in gimbals",

@@ -95,7 +95,7 @@ double kt_hard_potential(const kt_hard_view *view) {
 
 static double distance(kt_vec3 a, kt_vec3 b) { return kt_vec3_norm(kt_vec3_sub(a, b)); }
 
-/* Of the joint that carries body i: origins coincide, and of a hinge the axes. */
+/* The gap of the joint that carries body i: origins coincide, and so do the axes of a hinge. */
 static double joint_gap(const kt_hard_view *view, int i) {
     const kt_joint *joint = &view->description->bodies[i].joint;
     const bool slides = joint->type == KT_JOINT_PRISMATIC || joint->type == KT_JOINT_CYLINDRICAL ||

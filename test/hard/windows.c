@@ -1,8 +1,8 @@
 /* Kinds 1 and 3: linkages through positions where the freedom jumps or the drive is dead.
  *
- * N windows turn as one, theta'' = c sin(theta) (upright.h): the error is the largest distance of a crank's tip to
- * where it should be. One window is a parallelogram; its change point is where all its bars lie on a line, and from
- * there it could go on crossed: then the coupler no longer stays parallel to itself.
+ * N windows turn as one, theta'' = c sin(theta) (upright.h). The error is the largest distance of a crank's tip from
+ * its exact place. One window is a parallelogram. At its change point all bars lie on a line, and it could continue
+ * crossed. The coupler would then no longer stay parallel to itself.
  */
 #include "hard.h"
 
@@ -30,7 +30,7 @@ static bool make_windows(kt_hard *h, int n) {
         return false;
     const kt_vec3 up = kt_vec3_make(0.0, 1.0, 0.0), along = kt_vec3_make(1.0, 0.0, 0.0);
     h->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    for (int i = 0; i < 2 * n + 1; i++) { /* crank 0, coupler 1, crank 1 and so on */
+    for (int i = 0; i < 2 * n + 1; i++) { /* alternates: crank, coupler, crank and so on */
         const bool couples = i % 2 == 1;
         kt_body *b = &h->bodies[i];
         char *name = h->names + (size_t)i * NAME;
@@ -63,7 +63,7 @@ static bool make_windows(kt_hard *h, int n) {
 static bool make_hundred(kt_hard *h) { return make_windows(h, 100); }
 static bool make_four_hundred(kt_hard *h) { return make_windows(h, 400); }
 
-/* Two windows 0.1 s before they lie flat, at 4.887 rad/s: the hundredth step of 1e-3 s ends there. */
+/* Two windows start `0.1 s` before they lie flat, at 4.887 rad/s. The hundredth step of 1e-3 s ends there. */
 static bool keep_two_before_flat(kt_hard *h) {
     kt_upright m = {(long double)kt_upright_windows(2), 0.0L, 1.570796326794896619231321691639751442L, 4.887L};
     kt_upright_move(&m, -0.1L);
@@ -126,9 +126,9 @@ static const kt_hard_motion forty = {.scene = "n-four-bar-40",
                                      .interval = 0.01,
                                      .rank = 80,
                                      .watch = watch_tips};
-/* Longer rows, reduced link by link; the suite takes the beginning, `bench/run hard` all. The longest takes fixed
- * steps: tolerances below 1e-10 place ever more steps next to singular positions, where rounding errors enter the
- * motion (measured with tsit5: tips off by 1.3e-8 m at 1e-10, 6.7e-6 m at 1e-11). */
+/* Longer rows, reduced link by link. The suite runs the beginning, and `bench/run hard` all. The longest row takes
+ * fixed steps. Tolerances below 1e-10 place ever more steps next to singular positions, and rounding errors enter the
+ * motion there. Measured with tsit5: tips are off by 1.3e-8 m at 1e-10. At 1e-11 they are off by 6.7e-6 m. */
 static const kt_hard_motion hundred = {.duration = 20.0,
                                        .shorter = 1.0,
                                        .integrator = "tsit5",
@@ -165,7 +165,8 @@ static const kt_hard_motion one = {.scene = "n-four-bar-40",
 
 /* ---- the slider-crank -------------------------------------------------------------------------------------------- */
 
-/* The piston is where the crank's angle puts it, x = r cos + sqrt(l^2 - r^2 sin^2), on the side where it started. */
+/* The piston's place follows from the crank's angle, `x = r cos + sqrt(l^2 - r^2 sin^2)`, on the side where it
+ * started. */
 static void watch_piston(kt_hard_watch *w, const kt_hard_view *view) {
     const double r = 0.08, l = 0.25;
     const kt_vec3 crank = view->pose[0].rotation.x;
@@ -184,8 +185,8 @@ static const kt_hard_motion slider = {.scene = "slider-crank",
                                       .rank = 2,
                                       .watch = watch_piston};
 
-/* Bounds that are not derived are three times what was measured over the full length. Gaps are rounding, of coordinates
- * up to 40 m: 1e-12 is promised, of longer rows 1e-11. */
+/* Bounds that are not derived are three times the values measured over the full length. Gaps are rounding of
+ * coordinates up to 40 m. The promised bound is 1e-12, or 1e-11 for longer rows. */
 const kt_hard_case kt_hard_windows[] = {
     {.number = 1,
      .name = "two four-bar windows",
