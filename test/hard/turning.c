@@ -48,8 +48,8 @@ static void watch_flips(kt_hard_watch *w, const kt_hard_view *view) {
     w->observed[2] = fabs(w->number[0] - floor(view->t / 5.0259 + 0.5));
 }
 
-/* The duration is 1256.4 s, and 250 periods are 1256.475 s. The run has 249.985 periods, half a period away from the
- * next turn. */
+/* The duration of 1256.4 s is 249.985 periods. It ends half a period away from the next turn, as `250 times 5.0259` s
+ * are 1256.475 s. */
 static const kt_hard_motion flips = {.scene = "flip",
                                      .duration = 1256.4,
                                      .shorter = 100.518,

@@ -30,7 +30,7 @@ static bool make_windows(kt_hard *h, int n) {
         return false;
     const kt_vec3 up = kt_vec3_make(0.0, 1.0, 0.0), along = kt_vec3_make(1.0, 0.0, 0.0);
     h->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    for (int i = 0; i < 2 * n + 1; i++) { /* alternates: crank, coupler, crank and so on */
+    for (int i = 0; i < 2 * n + 1; i++) { /* `crank 0, coupler 1, crank 1` and so on */
         const bool couples = i % 2 == 1;
         kt_body *b = &h->bodies[i];
         char *name = h->names + (size_t)i * NAME;
