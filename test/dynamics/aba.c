@@ -9,8 +9,9 @@
 #define EPS DBL_EPSILON
 enum { TREES = 150 };
 
-/* Bounds are c EPS times the sensitivity of each acceleration (oracle.h: the error of a backward-stable solution for
- * any condition of M). c is measured: the worst over 20 seeds is 0.2 to 0.5 of it. */
+/* Bounds are c EPS times the sensitivity of each acceleration. The sensitivity is the error of a backward-stable
+ * solution for any condition of M (oracle.h). The factor c is measured: the worst over 20 seeds is `0.2 to 0.5` of
+ * it. */
 
 KT_TEST(aba_inverts_rnea_on_random_trees) {
     kt_random random = kt_random_of_test();

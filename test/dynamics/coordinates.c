@@ -123,7 +123,7 @@ KT_TEST(mass_of_a_screw_is_that_of_a_slide_that_follows_a_turn) {
  * w = G rates, tau_turns = G' tau; and w' follows from  alpha = alpha_p + w_p x (w - w_p) + R w'. */
 
 typedef struct ball {
-    int body, parent, v; /* in the tree of turns: the body, what its ball hangs on, the first rate */
+    int body, parent, v; /* in the tree of turns: the body, the ball's parent, the first rate */
     double g[3][3];
 } ball;
 

@@ -1,4 +1,4 @@
-/* The mass matrix against sum J' m J in long double, and what every mass matrix is. */
+/* The mass matrix against sum J' m J in long double, and the properties of every mass matrix. */
 #include "oracle.h"
 
 #include "model/model.h"
@@ -177,7 +177,7 @@ static bool sort_by_link(const kt_tree *from, kt_tree *to) {
     return kt_tree_compile(to, NULL);
 }
 
-/* Where the coordinates of `a` are in `b`. */
+/* The indices in `b` of the coordinates of `a`. */
 static void find_coordinates(const kt_tree *a, const kt_tree *b, const double *qa, double *qb, int *v) {
     for (int i = 1; i < a->count; i++) {
         const kt_coordinates x = kt_body_coordinates(a->model, i);

@@ -81,9 +81,9 @@ static bool difference(const slope *p, double *out) {
     return true;
 }
 
-/* Against the largest in the column; 1e-8 where accelerations are large next to a singular position, and differences
- * are not that exact; 1e-12 for forces. Where a column vanishes, rounding errors are left: of the positions that are
- * moved (matrix), and of the sums of forces (f). */
+/* Compares with the largest in the column. The bound is 1e-8 for large accelerations next to a singular position, as
+ * differences are less exact there. It is 1e-12 for forces. If a column vanishes, rounding errors remain: those of the
+ * moved positions (matrix) and those of the sums of forces (f). */
 static void compare(const slope *shape, const double *matrix, const double *f, kt_worst *worst, int n) {
     const int nv = shape->tree->nv;
     const double relative = shape->forward ? 1e-8 : 1e-12;
@@ -292,7 +292,7 @@ static bool grow_whip(kt_tree *tree, kt_isa isa, double unit) {
     return kt_tree_compile(tree, &options);
 }
 
-/* Where motions and forces are finite still, and what they change by is not. */
+/* The motions and forces are still finite, but their derivatives overflow. */
 KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
     double out[3 * 4], before[3 * 4], tau[2], a[2];
     const double q[2] = {0.3, 0.1}, rest[2] = {2e307, 5e307}, fast[2] = {1e153, 1e153};
@@ -331,7 +331,7 @@ KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
     kt_check_equal_bits("outputs", out, before, 3 * 4);
 }
 
-/* Where all joints are fixed there is nothing to tell, and nothing to write: neither numbers nor outside the memory. */
+/* If all joints are fixed, there is nothing to return and nothing to write, neither numbers nor outside the memory. */
 KT_TEST(derivatives_of_what_cannot_move_touch_nothing) {
     enum { AROUND = 8192 };
     kt_tree tree;

@@ -132,8 +132,8 @@ KT_TEST(composite_joints_are_chains_of_turns_and_slides) {
     kt_check_worst(&error);
 }
 
-/* An axis n in the joint frame is the axis z of a frame turned by a triad T with T z = n; a body fixed to that one,
- * turned back by T', is the body. */
+/* An axis n in the joint frame is the axis z of a frame turned by a triad T with T z = n. The body is fixed to this
+ * frame and turned back by T'. */
 static void describe_turned(kt_tree *out, const kt_tree *tree) {
     kt_rewrite_begin(out, tree);
     for (int i = 0; i < tree->description.body_count; i++) {

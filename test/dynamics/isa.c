@@ -1,5 +1,5 @@
-/* Equal inputs give equal bits: on every instruction set, and whatever lies in the workspace;
- * and nothing is allocated on the way. */
+/* Equal inputs give equal bits, on every instruction set and for every content of the workspace. No call allocates
+ * memory. */
 #include "interpose.h"
 #include "tree.h"
 
@@ -10,7 +10,7 @@
 
 enum { TREES = 40, WORK = 1 << 21 };
 
-/* Everything that the dynamics can be asked for. */
+/* The results of all calls of the dynamics. */
 typedef struct results {
     double a[KT_TREE_NV], tau[KT_TREE_NV], h[KT_TREE_NV], mass[KT_TREE_NV * KT_TREE_NV], jacobian[6 * KT_TREE_NV];
     double derivative[5][KT_TREE_NV * KT_TREE_NV];
@@ -21,7 +21,7 @@ typedef struct results {
     kt_vec3 center;
 } results;
 
-/* Called before each step that may not depend on what lies in the workspace. */
+/* Called before each step that must not depend on the content of the workspace. */
 typedef void disturb(const kt_model *model, kt_data *data, void *user);
 
 static void leave(const kt_model *model, kt_data *data, void *user) {

@@ -19,7 +19,7 @@ static int finite(const double *x, size_t n) {
     return count;
 }
 
-/* Of a Jacobian only the zero columns are known. */
+/* Only the zero columns of a Jacobian are numbers. */
 KT_TEST(queries_before_the_first_update_are_not_numbers) {
     kt_random random = kt_random_of_test();
     int known = 0, zeros_only = 0;
@@ -57,8 +57,8 @@ KT_TEST(queries_before_the_first_update_are_not_numbers) {
     kt_check_equal_int("Jacobians without a NaN", zeros_only, 0);
 }
 
-/* Lengths of the longest path and sums of rates along it are of the order of the number of bodies; c is measured over
- * 20 seeds, whose worst is half of the bound. */
+/* Lengths of the longest path and sums of rates along it are of the order of the number of bodies. The factor c is
+ * measured over 20 seeds, whose worst is half of the bound. */
 KT_TEST(bodies_move_as_their_joints_compose) {
     kt_random random = kt_random_of_test();
     kt_worst place = kt_worst_make("poses"), speed = kt_worst_make("twists"), change = kt_worst_make("accelerations");
@@ -105,7 +105,7 @@ KT_TEST(bodies_move_as_their_joints_compose) {
     kt_check_worst(&change);
 }
 
-/* The state at q (+) (v h + a h^2 / 2), v + a h: a motion whose velocity at h = 0 is v and whose acceleration is a. */
+/* The state `q (+) (v h + a h^2 / 2), v + a h`: a motion whose velocity at h = 0 is v and whose acceleration is a. */
 static bool advance(const kt_tree *tree, const kt_tree_state *s, double h) {
     kt_tree_state moved = *s;
     double step[KT_TREE_NV];
@@ -135,8 +135,8 @@ static double difference(const kt_vec3 *x[4], int b, int i, double h) {
     return (8.0 * near - far) / (12.0 * h);
 }
 
-/* Fourth-order differences, h = 1e-3: truncation h^4 / 30 times fifth derivatives (arm rate^5: several m, up to
- * 6 rad/s), rounding EPS / h. */
+/* Fourth-order differences, h = 1e-3. The truncation is `h^4 / 30` times fifth derivatives (arm rate^5: several m, up
+ * to 6 rad/s). The rounding is EPS / h. */
 KT_TEST(velocities_and_accelerations_of_points_are_derivatives_along_motions) {
     kt_random random = kt_random_of_test();
     kt_worst speed = kt_worst_make("velocities of markers"), change = kt_worst_make("accelerations of markers");
@@ -210,8 +210,8 @@ KT_TEST(jacobian_times_velocity_is_twist_at_the_point) {
     kt_check_worst(&error);
 }
 
-/* Column by column, against fourth-order differences of the point along q (+) h e_k: h = 2e-3, truncation h^4 / 30
- * times the arm (a few m), rounding EPS |p| / h. */
+/* Compares each column with fourth-order differences of the point along q (+) h e_k, with h = 2e-3. The truncation is
+ * `h^4 / 30` times the arm (a few m). The rounding is EPS |p| / h. */
 KT_TEST(columns_of_jacobian_are_displacements_of_the_point) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("dp / dq_k");

@@ -1,4 +1,5 @@
-/* What the dynamics refuse, in which words, and that nothing is touched then; and the smallest mechanisms. */
+/* The inputs that the dynamics refuse, and the messages. Refused calls leave everything untouched. The smallest
+ * mechanisms are here, too. */
 #include "tree.h"
 
 #include <float.h>
@@ -129,7 +130,7 @@ static bool grow_rods(kt_tree *tree, kt_plan plan) {
     return kt_tree_compile(tree, &options);
 }
 
-/* What a joint does not feel, and what is across a plane, leaves no trace in the numbers. */
+/* Components that a joint does not feel, or that are across a plane, leave no trace in the numbers. */
 KT_TEST(wrenches_that_are_not_finite_are_refused_wherever_they_point) {
     static const char *const where[] = {"", "body 'post'", "body 'upper'", "body 'lower'"};
     const kt_plan plans[] = {KT_PLAN_AUTO, KT_PLAN_SPATIAL};
@@ -213,8 +214,8 @@ KT_TEST(the_entry_of_the_world_among_wrenches_is_ignored) {
 
 /* ---- singular positions -------------------------------------------------------------------------------------- */
 
-/* Gimbals: two massless rings that turn about z and x, and a body that turns about y: at a quarter turn of the second
- * ring its axis and the first one's fall together, and nothing opposes the two turning against each other. */
+/* Gimbals: two massless rings that turn about z and x, and a body that turns about y. At a quarter turn of the second
+ * ring its axis coincides with the first one's. The two can then turn against each other without resistance. */
 static bool grow_gimbals(kt_tree *tree) {
     static const char *names[3] = {"outer", "inner", "wheel"};
     memset(tree, 0, sizeof *tree);
@@ -234,7 +235,7 @@ static bool grow_gimbals(kt_tree *tree) {
     return kt_tree_compile(tree, NULL);
 }
 
-/* a_z falls as 1 / cos^2 of the second angle rises: J_z cos^2. */
+/* The inertia about z is `J_z cos^2` of the second angle, so that a_z grows as `1 / cos^2`. */
 KT_TEST(singular_positions_are_refused_and_those_beside_them_are_not) {
     kt_tree tree;
     kt_error error;
@@ -256,8 +257,7 @@ KT_TEST(singular_positions_are_refused_and_those_beside_them_are_not) {
     kt_tree_free(&tree);
 }
 
-/* Wherever the other rings stand and however the whole is mounted, what is left of the inertia is rounding of one sign
- * or the other. */
+/* The inertia that remains is rounding of either sign, for all angles of the other rings and every mounting. */
 KT_TEST(gimbal_lock_is_refused_at_every_angle) {
     kt_random random = kt_random_of_test();
     kt_worst refusals = kt_worst_make("status");
@@ -313,7 +313,7 @@ KT_TEST(a_mechanism_without_freedoms_has_dynamics_of_no_numbers) {
         kt_check_equal_bits("outputs", &nothing, (double[]){0.5}, 1);
         kt_check_equal_bits("moving mass", (double[]){kt_mass_center(m, d, &center)}, (double[]){0.0}, 1);
         kt_joint_reactions(m, d, NULL, w);
-        for (int i = 1; i <= bodies; i++) { /* weights: each bears itself and what it carries */
+        for (int i = 1; i <= bodies; i++) { /* weights: each carries its own and those above */
             kt_check_near("place", kt_body_pose(m, d, i).position.x, i, 0.0);
             kt_check_near("weight", w[i].force.y, 6.0 * (bodies + 1 - i), 0.0);
             kt_check_near("moment", w[i].moment.z, i == 1 && bodies == 2 ? 6.0 : 0.0, 0.0);

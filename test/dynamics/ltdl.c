@@ -79,7 +79,7 @@ KT_TEST(product_of_factors_is_that_of_the_mass_matrix) {
     kt_check_worst(&error);
 }
 
-/* At rest without gravity a = M^-1 tau; what is compared is M a, in which no condition number stands. */
+/* At rest without gravity a = M^-1 tau. The test compares M a, which does not depend on a condition number. */
 KT_TEST(solution_by_factors_is_forward_dynamics_at_rest) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("M (M^-1 tau) against tau"), same = kt_worst_make("M a - tau of both");

@@ -38,7 +38,7 @@ static void inertia_times(const kt_body *body, const kt_oracle_body *m, const lo
         out[i] = m->r[i][0] * turned[0] + m->r[i][1] * turned[1] + m->r[i][2] * turned[2];
 }
 
-/* Of a point at `arm` from the origin: velocity, and acceleration. */
+/* Velocity and acceleration of a point at `arm` from the origin. */
 static void velocity_at(const kt_oracle_body *m, const long double arm[3], long double out[3]) {
     cross(m->w, arm, out);
     for (int i = 0; i < 3; i++)
@@ -131,7 +131,7 @@ static long double norm_of(kt_vec3 a) {
     return sqrtl((long double)a.x * a.x + (long double)a.y * a.y + (long double)a.z * a.z);
 }
 
-/* What rounds in a body's demand: the magnitudes of its terms, moment first. */
+/* The terms of a body's demand that round: their magnitudes, moment first. */
 static void magnitude(const kt_tree *tree, int b, const kt_oracle_body *m, const kt_wrench *external,
                       long double size[2]) {
     const kt_body *body = described(tree, b);

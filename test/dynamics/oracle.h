@@ -1,7 +1,7 @@
 /* The dynamics of a mechanism computed apart from the library, slowly, in long double.
  *
  * Poses are composed along each body's path from the description alone, with axes as given. Every coordinate is a
- * Taylor series in time, q + v t + a t^2 / 2 (rotations: exp of w t + w' t^2 / 2 in the body frame). Twists and
+ * Taylor series in time, `q + v t + a t^2 / 2`. Rotations are `exp(w t + w' t^2 / 2)` in the body frame. Twists and
  * accelerations are therefore coefficients of the product, and no velocity recursion is needed. Then Kane: J from unit
  * velocities, M = sum J' m J, tau = sum J' (inertial wrench - gravity - external), M a = tau by Gaussian elimination.
  */
@@ -27,7 +27,7 @@ void kt_oracle_motion(const kt_tree *tree, const double *q, const double *v, con
 /* M, row by row: nv * nv numbers. */
 void kt_oracle_mass(const kt_tree *tree, const double *q, long double *mass);
 
-/* tau, and the magnitude of the terms that it is the sum of, which is what rounding errors are proportional to. */
+/* tau, and the magnitude of the terms in its sum. Rounding errors are proportional to this magnitude. */
 void kt_oracle_inverse(const kt_tree *tree, const kt_tree_state *s, const double *a, long double *tau,
                        long double *size);
 
@@ -35,7 +35,8 @@ void kt_oracle_inverse(const kt_tree *tree, const kt_tree_state *s, const double
  *   sensitivity = |M^-1| (|M| |a| + |tau| + size of h).  False where M is singular. */
 bool kt_oracle_forward(const kt_tree *tree, const kt_tree_state *s, long double *a, double *sensitivity);
 
-/* What each joint exerts on its body about the origin of the joint frame, world axes: sums over what it carries. */
+/* The wrench of each joint on its body about the origin of the joint frame, in world axes, as a sum over the carried
+ * bodies. */
 void kt_oracle_reactions(const kt_tree *tree, const kt_tree_state *s, kt_oracle_wrench *wrenches);
 
 /* T; V = -sum m g . c over the bodies that move; linear and angular momentum about the world's origin. */

@@ -63,7 +63,7 @@ static void cross_matrix(const long double n[3], long double m[3][3]) {
     memcpy(m, skew, sizeof skew);
 }
 
-/* 1 + sin [n] + (1 - cos) [n]^2 */
+/* `1 + sin [n] + (1 - cos) [n]^2` */
 static frame turn(unit axis, series angle) {
     const long double x = angle.c[0];
     const series s = chain(angle, sinl(x), cosl(x), -sinl(x)), c = chain(angle, 1 - cosl(x), sinl(x), cosl(x));

@@ -1,5 +1,5 @@
-/* Trees that move in planes: the planar kernels against the slow equations of oracle.c and against the spatial kernels,
- * whatever lies out of the plane; and which trees are taken for planar. */
+/* Trees that move in planes: the planar kernels against the slow equations of oracle.c and against the spatial kernels.
+ * Masses and forces may lie out of the plane. The tests also check which trees count as planar. */
 #include "oracle.h"
 
 #include <float.h>
@@ -117,8 +117,9 @@ static int ask_all(const kt_tree *tree, const kt_tree_state *s, double *x) {
     return n;
 }
 
-/* The two differ by rounding of rotations and sums along paths of up to 16 bodies; the largest number of a tree, a
- * moment or a momentum, is a sum over its bodies. c is measured over 20 seeds, whose worst is half of the bound. */
+/* The two differ by rounding of rotations and sums along paths of up to 16 bodies. The largest number of a tree, a
+ * moment or a momentum, is a sum over its bodies. The factor c is measured over 20 seeds, whose worst is half of the
+ * bound. */
 static void check_queries(bool is_mixed) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("all queries");
@@ -158,8 +159,8 @@ enum { LONG = 1000 };
 
 typedef char text[16];
 
-/* Rods of 1 m about one axis, almost straight and swinging; every link in a frame turned about the axis when `turned`.
- * `frame`: world axes of a mechanism that turns about z, lies along x, and has gravity along -y. */
+/* Rods of 1 m about one axis, almost straight and swinging. If `turned`, every link has a frame turned about the axis.
+ * The argument `frame` has the world axes of a mechanism that turns about z and lies along x, with gravity along -y. */
 static bool accelerate_chain(kt_mat3 frame, bool turned, kt_plan plan, const char *expected, double *a) {
     static kt_body body[LONG];
     static text name[LONG];

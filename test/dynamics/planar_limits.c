@@ -1,13 +1,13 @@
-/* What the planar recursions refuse, alone and next to spatial ones, in the words of the others; and that nothing is
- * touched then. */
+/* The inputs that the planar recursions refuse, alone and next to spatial ones, with the messages of the others.
+ * Refused calls leave everything untouched. */
 #include "tree.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-/* An arm about z on the ground, a plate fixed to it, and a slider along x on the plate; where it is mixed, a ball joint
- * of its own on the ground comes first. q: (quaternion), angle, place; v: (angular velocity), rates. */
+/* An arm about z on the ground, a plate fixed to it, and a slider along x on the plate. If `mixed`, a ball joint of its
+ * own on the ground comes first. q: (quaternion), angle, place. v: (angular velocity), rates. */
 static bool grow(kt_tree *tree, bool mixed, double mass) {
     static const char *const names[] = {"ball", "arm", "plate", "slider"};
     static const kt_joint_type types[] = {KT_JOINT_SPHERICAL, KT_JOINT_REVOLUTE, KT_JOINT_FIXED, KT_JOINT_PRISMATIC};
@@ -120,7 +120,7 @@ KT_TEST(a_spatial_motion_that_overflows_beside_a_plane_is_refused) {
     kt_tree_free(&tree);
 }
 
-/* All coordinates are plain numbers here, and are looked at together before one by one. */
+/* All coordinates are plain numbers here. They are checked together before each of them is checked. */
 KT_TEST(numbers_in_planes_that_are_not_finite_are_refused_by_the_name_of_their_joint) {
     kt_tree tree;
     if (!grow(&tree, false, 1.0))
@@ -142,7 +142,7 @@ KT_TEST(numbers_in_planes_that_are_not_finite_are_refused_by_the_name_of_their_j
     kt_tree_free(&tree);
 }
 
-/* A massless arm turns a point mass m at the distance r: m r^2 a = tau - 2 m r r' w, and nothing at r = 0. */
+/* A massless arm turns a point mass m at the distance r: `m r^2 a = tau - 2 m r r' w`, and nothing at r = 0. */
 KT_TEST(a_singular_position_in_a_plane_is_refused_and_those_beside_it_are_not) {
     for (int mixed = 0; mixed <= 1; mixed++) {
         kt_tree tree;

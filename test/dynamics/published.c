@@ -29,7 +29,8 @@ static const kt_vec3 ex = {1.0, 0.0, 0.0}, ey = {0.0, 1.0, 0.0}, ez = {0.0, 0.0,
 
 /* ---- autoTree ------------------------------------------------------------------------------------------------ */
 
-/* Body i (from 0) hangs at the end of body i - 1, turned by 1 rad about x; lengths 0.95^i, masses 0.95^(3 i). */
+/* Body i (from 0) hangs at the end of body `i - 1`, turned by 1 rad about x. Lengths are `0.95^i` and masses `0.95^(3
+ * i)`. */
 static bool grow_auto_tree(kt_tree *tree) {
     begin(tree, kt_vec3_make(0.0, 0.0, -9.81));
     double length = 1.0, mass = 1.0;
@@ -60,7 +61,7 @@ static void auto_tree_state(kt_tree_state *s) {
     }
 }
 
-/* The numbers are printed to 16 or 17 digits; forces of up to 30 N m are sums of about a hundred terms. */
+/* The numbers are printed to 16 or 17 digits. Forces of up to 30 N m are sums of about a hundred terms. */
 KT_TEST(auto_tree_has_its_published_forces_and_accelerations) {
     kt_tree tree;
     kt_tree_state s;
@@ -111,7 +112,8 @@ KT_TEST(auto_tree_has_its_published_mass_matrix_and_energy) {
 
 /* ---- RBDL ---------------------------------------------------------------------------------------------------- */
 
-/* All bodies of mass 1 and inertia 1 about their centre; from the angle q of the first joint, all others 0, at rest. */
+/* All bodies have mass 1 and inertia 1 about their centre. The first joint has the angle q, all others zero, at
+ * rest. */
 static void check_rbdl(kt_tree *tree, double q, const double *expected, int count, double bound) {
     double angles[5] = {q}, a[5];
     kt_error e = {0};

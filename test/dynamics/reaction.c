@@ -1,5 +1,5 @@
-/* Wrenches across joints: against sums over what each joint carries, against the joint forces, against a tree that is
- * cut, and far from the world's origin. */
+/* Wrenches across joints. The references are sums over the bodies that each joint carries, the joint forces, and a cut
+ * tree. Some trees are far from the world's origin. */
 #include "oracle.h"
 
 #include <float.h>
@@ -52,8 +52,9 @@ KT_TEST(reactions_carry_inertia_weight_and_external_wrenches_of_the_subtree) {
     kt_check_worst(&error);
 }
 
-/* The work of a joint's wrench, about the origin of its frame on the parent, on a unit velocity of each coordinate:
- * with the Jacobians of the body and of its parent at that point. */
+/* Compares the work of a joint's wrench on a unit velocity of each coordinate with the joint forces. The wrench is
+ * about the origin of the joint's frame on the parent. The Jacobians are those of the body and of its parent at that
+ * point. */
 KT_TEST(reactions_along_the_freedoms_are_the_joint_forces) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("S' wrench against tau");
@@ -93,8 +94,8 @@ KT_TEST(reactions_along_the_freedoms_are_the_joint_forces) {
     kt_check_worst(&error);
 }
 
-/* Cut a fixed joint: the part that comes free moves as before on a free joint, where the reaction acts on it instead;
- * what it leaves behind moves as before, where its opposite acts on that. */
+/* The test cuts a fixed joint. The free part moves as before on a free joint if the reaction acts on it. The remaining
+ * part moves as before if the opposite reaction acts there. */
 KT_TEST(reaction_of_a_fixed_joint_stands_in_for_what_is_cut_off) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("accelerations of the tree that is left");
@@ -156,8 +157,9 @@ KT_TEST(reaction_of_a_fixed_joint_stands_in_for_what_is_cut_off) {
     kt_check_worst(&error);
 }
 
-/* A free body with its joint's wrench is in balance: m (a_c - g) = f + f_ext - sum of what it exerts on its children,
- * and so for the moments about its centre of mass; every body, by finite rotations' own equations of Euler. */
+/* A free body with its joint's wrench is in balance. Thus m (a_c - g) = f + f_ext - sum of the forces on its children.
+ * The moments about its centre of mass follow the same rule. The test covers every body, with Euler's own equations of
+ * finite rotations. */
 KT_TEST(every_body_is_in_balance_with_the_joints_around_it) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("inertia - weight - wrenches");
@@ -215,8 +217,8 @@ KT_TEST(every_body_is_in_balance_with_the_joints_around_it) {
     kt_check_worst(&error);
 }
 
-/* The joints that slide from the world measure how far from a place that is rounded; what is fixed to the world bears
- * them. */
+/* Joints that slide from the world measure the distance from a place that is rounded. Parts fixed to the world carry
+ * these joints. */
 static bool is_rounded_far_away(const kt_tree *tree, int body) {
     if (!kt_oracle_moves(tree, body))
         return true;

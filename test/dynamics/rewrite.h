@@ -13,7 +13,7 @@ kt_body *kt_rewrite_helper(kt_tree *out, const char *parent, kt_joint_type type,
 /* Adds a body as it is. */
 kt_body *kt_rewrite_copy(kt_tree *out, const kt_body *body);
 
-/* The same state: coordinates as they stand, external wrenches by name. */
+/* The same state: coordinates unchanged, external wrenches by name. */
 void kt_rewrite_state(const kt_tree *tree, const kt_tree_state *s, const kt_tree *other, kt_tree_state *out);
 
 #endif

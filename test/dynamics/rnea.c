@@ -1,4 +1,4 @@
-/* Inverse dynamics against the slow equations of oracle.c, gravity against the potential, and what NULL stands for. */
+/* Inverse dynamics against the slow equations of oracle.c, gravity against the potential, and the defaults of NULL. */
 #include "oracle.h"
 
 #include <float.h>
@@ -73,8 +73,8 @@ static double potential(const kt_tree *tree, const double *q, const double *dq, 
     return kt_potential_energy(tree->model, tree->data);
 }
 
-/* Fourth-order differences with h = 2e-3: truncation h^4 / 30 times the fifth derivative (of the order of V: positions
- * are sines and cosines), rounding EPS V / h; both near 1e-12 of V. */
+/* Fourth-order differences with h = 2e-3. The truncation is `h^4 / 30` times the fifth derivative. This is of the order
+ * of V, as positions are sines and cosines. The rounding is EPS V / h. Both are near 1e-12 of V. */
 KT_TEST(gravity_force_is_gradient_of_potential_energy) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("dV along each coordinate");

@@ -84,7 +84,7 @@ KT_TEST(mass_center_bears_weight_and_momentum_of_the_moving_bodies) {
         for (int i = 0; have && i < 3; i++) {
             const double near = components(&c[2])[i] - components(&c[1])[i],
                          far = components(&c[3])[i] - components(&c[0])[i];
-            /* h^4 / 30 of fifth derivatives (several m rad^5/s^5), rounding EPS / h; measured 0.3 */
+            /* `h^4 / 30` of fifth derivatives (several `m rad^5/s^5`), rounding EPS / h; measured 0.3 */
             kt_worst_near(&motion, mass * (8.0 * near - far) / (12.0 * h), components(&p)[i], 2e-11 * mass, "tree %d",
                           n);
         }
@@ -132,8 +132,9 @@ static bool rates(const kt_tree *tree, const kt_tree_state *s, double h, totals 
     return true;
 }
 
-/* With the forces that inverse dynamics finds for any acceleration. h = 1e-3: h^4 / 30 of fifth derivatives of T + V,
- * and EPS (T + V) / h; c measured: the worst of 31 seeds is half of the bound. */
+/* The forces are those that inverse dynamics finds for any acceleration. The errors with h = 1e-3 are `h^4 / 30` of
+ * fifth derivatives of T + V, and EPS (T + V) / h. The factor c is measured: the worst of 31 seeds is half of the
+ * bound. */
 KT_TEST(power_of_forces_is_rate_of_energy) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("d(T + V)/dt - tau.v - external power");
@@ -162,8 +163,8 @@ KT_TEST(power_of_forces_is_rate_of_energy) {
     kt_check_worst(&error);
 }
 
-/* Everything that acts on the tree as a whole, about the world's origin: external wrenches, weight, and what the world
- * exerts across the joints that hang on it. */
+/* Everything that acts on the tree as a whole, about the world's origin: external wrenches, weight, and the world's
+ * reactions in the joints to it. */
 static void acting(const kt_tree *tree, const kt_tree_state *s, double out[6]) {
     kt_wrench reactions[KT_TREE_SLOTS];
     kt_vec3 center, moment, force;
@@ -237,7 +238,7 @@ static bool step(const kt_tree *tree, kt_tree_state *s, double h) {
     return kt_position_normalize(tree->model, s->q);
 }
 
-/* Internal torques do work but move no momentum. The drift is the method's: fourth order, so that a step half as long
+/* Internal torques do work but move no momentum. The drift is that of the method, of fourth order. A step half as long
  * leaves a sixteenth, until rounding (EPS times a thousand steps) is reached. */
 KT_TEST(floating_trees_keep_their_momentum_along_motions) {
     kt_random random = kt_random_of_test();

@@ -126,8 +126,8 @@ static void draw_types(const kt_tree_plan *plan, kt_random *random, kt_joint_typ
         types[0] = KT_JOINT_FREE;
 }
 
-/* A body of one freedom may lack mass where it carries another with mass across a joint of one or two freedoms whose
- * axes are generic; and a body that turns or slides about one axis may be a point. */
+/* A body of one freedom may lack mass if it carries another body with mass. The joint between them must have one or two
+ * freedoms whose axes are generic. A body that turns or slides about one axis may be a point. */
 static void take_mass(kt_tree *tree, const int *parent, int count, kt_random *random) {
     bool bears[KT_TREE_BODIES] = {false};
     for (int i = count - 1; i >= 0; i--) {

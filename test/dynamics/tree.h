@@ -1,5 +1,5 @@
-/* Random mechanisms for the tests of the recursions: every joint type, branches, massless bodies inside chains, oblique
- * axes of any length, turned and shifted joint frames, markers; with a model, data and random states. */
+/* Random mechanisms for the tests of the recursions, with a model, data and random states. They have every joint type,
+ * branches, massless bodies inside chains, oblique axes of any length, turned and shifted joint frames, and markers. */
 #ifndef KT_TEST_DYNAMICS_TREE_H
 #define KT_TEST_DYNAMICS_TREE_H
 
@@ -17,15 +17,16 @@ enum {
 /* What to grow. A tree with as many bodies as there are joint types in the set, or more, has each of them. */
 typedef struct kt_tree_plan {
     int bodies;
-    unsigned types;    /* joint types: bits 1 << KT_JOINT_... */
-    bool massless;     /* some bodies have no mass, some are points; the mechanism is regular nevertheless */
-    bool weightless;   /* no gravity */
-    bool floats;       /* the first body is free and carries all others */
-    bool is_shuffled;  /* the description lists children before their parents */
-    double from_world; /* chance that a body hangs on the world */
-    int planar;     /* 1: every tree moves in an oblique plane; 2: every second; and so on. 0: none is made to. Of types
-                     * KT_TREE_PLANAR_TYPES alone; masses and forces lie anywhere. Not with massless or shuffled. */
-    bool one_plane; /* all of them in the same plane, or in parallel ones */
+    unsigned types;       /* joint types: bits 1 << KT_JOINT_... */
+    bool massless;        /* some bodies have no mass, some are points; the mechanism is regular nevertheless */
+    bool weightless;      /* no gravity */
+    bool floats;          /* the first body is free and carries all others */
+    bool is_shuffled;     /* the description lists children before their parents */
+    double from_world;    /* chance that a body hangs on the world */
+    int planar;           /* N: every N-th tree moves in an oblique plane; 0: no tree is forced into one. Only types of
+                           * KT_TREE_PLANAR_TYPES occur; masses and forces lie anywhere. Not with massless or
+                           * shuffled. */
+    bool one_plane;       /* all of them in the same plane, or in parallel ones */
     double with_armature; /* chance that a joint has armature, which differs between its degrees of freedom */
 } kt_tree_plan;
 
