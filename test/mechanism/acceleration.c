@@ -10,7 +10,7 @@
 #include <float.h>
 #include <math.h>
 
-/* What the mechanisms had, so that a test that has lost its object is seen. */
+/* The features of the mechanisms, so that a test without its object is detected. */
 typedef struct census {
     int grown, groups, carried, nested, planar, mixed, both, joint[KT_JOINT_TYPE_COUNT], loop[KT_LOOP_TYPE_COUNT],
         redundant, several;
@@ -39,8 +39,9 @@ static void count(const tangle *g, census *c) {
         c->loop[g->loop[i].type]++;
 }
 
-/* Against the dense solution; the bound is what rounding of the matrices may do times a number: 1.4 was measured in 30
- * x 200 mechanisms. False where nothing was compared, the library holding the position to be near a singular one. */
+/* Compares with the dense solution. The bound is the possible effect of rounded matrices times a number: 1.4 was
+ * measured in `30 x 200` mechanisms. Returns false if nothing was compared because the library treats the position as
+ * near a singular one. */
 static bool compare(const tangle *g, double times, kt_worst *worst, kt_worst *closed, kt_worst *rank) {
     static tangle_system s;
     double a[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV];
@@ -64,7 +65,7 @@ static bool compare(const tangle *g, double times, kt_worst *worst, kt_worst *cl
             sum += s.jacobian[i * g->rows + r] * a[i];
             size += fabs(s.jacobian[i * g->rows + r]) * kt_tree_largest(a, g->tree.nv);
         }
-        size += kt_tree_largest(a, g->tree.nv); /* an axis almost along the normal is known to eps all the same */
+        size += kt_tree_largest(a, g->tree.nv); /* an axis almost along the normal also has an error of eps */
         kt_worst_below(closed, fabs(sum), 8.0 * DBL_EPSILON * share * size, "nv %d, row %d", g->tree.nv, r);
     }
     return true;

@@ -1,5 +1,5 @@
-/* Loops from C against the library's own: a distance that changes with time and a knife edge, written once more as
- * callbacks that give all, rows alone, or residuals alone; and callbacks that refuse. */
+/* Loops from C against the library's own: a distance that changes with time, and a knife edge. Both are written once
+ * more as callbacks that give everything, rows alone, or residuals alone. Some callbacks refuse. */
 #include "check.h"
 
 #include "kinetree/kinetree.h"
@@ -199,8 +199,8 @@ static void evaluate(mechanism *m, const result *at, result *r) {
                &e);
 }
 
-/* Assemblies close to 1e-12. At one state, rounding where all is given; first differences leave 1e-12, second ones
- * 1e-10 of numbers up to 20. */
+/* Assemblies close to 1e-12. At one state, a callback that gives everything has an error of rounding. First differences
+ * leave 1e-12 of numbers up to 20. Second ones leave 1e-10. */
 KT_TEST(loops_written_once_more_do_the_same) {
     static const double bounds[3] = {2e-10, 4e-12, 2e-14};
     for (int planar = 0; planar < 2; planar++) {
@@ -236,9 +236,9 @@ KT_TEST(loops_written_once_more_do_the_same) {
     }
 }
 
-/* A moment between ends that turn about different axes, the arm about its own, the sled about all: seen from the arm,
- * the rate of w is w2' - w1' - w1 x w2, and the last term is 10 to 20 % of accelerations here. Against `orthogonal`,
- * whose equation has the same slope where it is closed; bounds as above. */
+/* A moment between ends that turn about different axes: the arm about its own, the sled about all. Seen from the arm,
+ * the rate of w is w2' - w1' - w1 x w2. The last term is 10 to 20 % of accelerations here. The reference is
+ * `orthogonal`, whose equation has the same slope in closed states; bounds as above. */
 KT_TEST(moments_between_turning_ends_are_those_of_orthogonal) {
     mechanism own;
     result expected;

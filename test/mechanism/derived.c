@@ -1,4 +1,4 @@
-/* Effects in derivatives, powers and at singular positions: against closed forms, and what cannot be computed is
+/* Effects in derivatives, powers and at singular positions, against closed forms. Impossible computations are
  * reported. */
 #include "../constraint/linkage.h"
 
@@ -55,7 +55,7 @@ static kt_effect own_effect(owner *o, bool on_body) {
     return effect;
 }
 
-/* A bar of 1 kg and 1 m that hangs at 0.3 rad and turns at 2 rad/s, with these effects. */
+/* A bar of 1 kg and 1 m with these effects. It hangs at `0.3 rad` and turns at `2 rad/s`. */
 static bool make_bar(linkage *l, const kt_effect *effects, int count) {
     linkage_begin(l);
     linkage_bar(l, "bar", NULL, none, down, 0.3, 2.0);
@@ -77,8 +77,8 @@ static kt_status derive(const linkage *l, derivatives *d, bool with_tau, const d
     return status;
 }
 
-/* I q'' = tau - k (q - r) - c q' - m g / 2 sin q - d q', I = 1/3, d of the drag at the end of the bar. Differences of
- * effects are good to some 1e-9. */
+/* `I q'' = tau - k (q - r) - c q' - m g / 2 sin q - d q'`, with `I = 1/3` and d of the drag at the end of the bar.
+ * Differences of effects are good to some 1e-9. */
 KT_TEST(springs_dampers_and_drag_have_their_derivatives) {
     static linkage l;
     kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
@@ -186,7 +186,8 @@ KT_TEST(power_that_is_not_finite_is_its_effect_s) {
     }
 }
 
-/* A spring's force is not finite where its joint's position is not: the position is told, not the spring. */
+/* A spring's force is not finite if its joint's position is not finite. The message names the position, not the
+ * spring. */
 KT_TEST(state_that_is_not_finite_is_told_before_its_effects) {
     static linkage l;
     kt_effect spring = kt_effect_default();

@@ -292,7 +292,7 @@ KT_TEST(callback_that_cannot_tell_is_retried_with_smaller_steps) {
     run_into(&s, "dopri5", 0.0, KT_ERROR_EFFECT, "effect 'mine' (custom) on joint 'b'", "smaller steps did not help");
 }
 
-/* Refuses every other time that it is asked far from where it was. */
+/* Refuses every other call that is far from the last one. */
 static int refuse_jumps(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
     own *o = user;
     (void)q, (void)balance;
@@ -439,8 +439,8 @@ KT_TEST(effects_lie_in_batches_of_one_type_and_only_what_bears_them_moves) {
     stage_close(&s);
 }
 
-/* Two balls on a spring, near to each other and a million metres from the world's origin: the motion is that of two
- * balls at the origin to rounding of the difference of their positions, which is exact. */
+/* Two balls on a spring, near to each other and a million metres from the world's origin. They move as two balls at the
+ * origin do, to rounding of the difference of their positions, which is exact. */
 KT_TEST(spring_far_from_the_origin_loses_no_digits) {
     double a[2][NUMBERS] = {{0.0}};
     for (int k = 0; k < 2; k++) {

@@ -1,6 +1,6 @@
-/* Gravity forces as variables of formulas (gravity.JOINT): on random trees of every joint, against differences of the
- * potential energy and against inverse dynamics at rest; their derivatives against differences of accelerations; arms
- * that they hold still. */
+/* Gravity forces as variables of formulas (gravity.JOINT), on random trees of every joint. They are compared with
+ * differences of the potential energy and with inverse dynamics at rest. Their derivatives are compared with
+ * differences of accelerations. Some arms are held still by these forces. */
 #include "../dynamics/tree.h"
 
 #include "kinetree/kinetree.h"
@@ -102,7 +102,7 @@ static double potential_slope(const kt_tree *tree, const double *q, int v, doubl
     return sum;
 }
 
-/* At h = 0.02 the truncation is some h^6 / 140 = 5e-13 of m g r, and rounding some 1e-16 / h of the energies. */
+/* At h = 0.02 the truncation is some `h^6 / 140` = 5e-13 of m g r, and rounding some `1e-16 / h` of the energies. */
 KT_TEST(gravity_forces_are_the_slopes_of_the_potential_energy) {
     kt_random random = kt_random_of_test();
     kt_worst slope = kt_worst_make("slope of the potential energy"), rest = kt_worst_make("inverse dynamics at rest");
@@ -128,7 +128,7 @@ KT_TEST(gravity_forces_are_the_slopes_of_the_potential_energy) {
                            &error);
         for (int v = 0; v < tree.nv; v++)
             scale = fmax(scale, fabs(tau[v]));
-        for (int i = 0; i < tree.description.body_count; i++) /* of what may cancel: weights on arms of a metre */
+        for (int i = 0; i < tree.description.body_count; i++) /* possible cancellation: weights on arms of 1 m */
             scale += 9.81 * tree.body[i].mass;
         (void)kt_tree_fine("kinematics", kt_kinematics_update(tree.model, tree.data, s.q, s.v, NULL, &error), &error);
         (void)kt_tree_fine("query", kt_effect_evaluate(tree.model, tree.data, 0.0, s.q, s.v, 0, &load, &error), &error);
@@ -289,7 +289,7 @@ static void end(mechanism *m) {
     kt_scene_free(&m->scene);
 }
 
-/* An arm in space with oblique axes and a slider. The targets are 0.3, -0.7, 1.1 and 0.2. */
+/* An arm in space with oblique axes and a slider. The targets are `0.3, -0.7, 1.1 and 0.2`. */
 #define ARM                                                                                                            \
     "kinetree: 1\ngravity: [1.5, 0, -9.81]\nbodies:\n"                                                                 \
     "  - {name: base, joint: {type: revolute, axis: [0, 1, 0.2], position: 0.3}, mass: 3, com: [0.4, 0, 0.1],\n"       \

@@ -18,8 +18,8 @@ static kt_pose pose_of(const tangle *g, int i, int k, int *body) {
     return kt_pose_compose(kt_body_pose(g->tree.model, g->tree.data, *body), pose);
 }
 
-/* Along the axis the second point is as far as in the world, its distance and its speed are the world's, and the angle
- * between both ends' axes. Rounding of some 20 m. */
+/* The second point is as far along the axis as in the world. The distance and the speed are the world's, and so is the
+ * angle between both ends' axes. Rounding of some 20 m. */
 KT_TEST(relative_coordinates_are_those_of_the_bodies) {
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
@@ -65,7 +65,7 @@ KT_TEST(relative_coordinates_are_those_of_the_bodies) {
     kt_check_true("relations have none", relations > 0);
 }
 
-/* At 3.5 turns of a helix of radius 0.6 and 0.2 m a radian. */
+/* A helix of radius `0.6` and `0.2 m` a radian, after 3.5 turns. */
 KT_TEST(arc_length_counts_the_turns_of_a_helix) {
     const double angle = 7.0 * acos(-1.0), length = angle * hypot(0.6, 0.2);
     kt_body bead = kt_body_default();

@@ -1,4 +1,5 @@
-/* Multipliers of the loops' equations, the null space that these leave, and what effects exert along the coordinates.
+/* Multipliers of the loops' equations, the null space of these equations, and the forces of effects along the
+ * coordinates.
  */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
@@ -69,8 +70,8 @@ KT_TEST(multipliers_balance_the_equations_of_motion_in_planes) { check_balance(t
 
 /* ---- redundant equations ----------------------------------------------------------------------------------------- */
 
-/* A bar of 1 kg and 2 m that two equal stops hold level. The moment about its hinge is m g l / 2 = 9.81 N m. By QR and
- * partitioning, one stop carries all of it. By SVD, each carries half. */
+/* A bar of 1 kg and 2 m that two equal stops hold level. The moment about its hinge is m g l / 2 = 9.81 N m. With QR
+ * and partitioning, one stop carries all of it. With SVD, each stop carries half. */
 KT_TEST(two_equal_stops_share_as_their_reduction_says) {
     for (int way = 0; way < 3; way++) {
         linkage l;

@@ -1,5 +1,5 @@
-/* Queries of kinematics answer for the state of the last kt_kinematics_update, whatever has been computed since with
- * the same data: every public call that takes data, at the same state and at another, before every query. */
+/* Queries of kinematics return the state of the last kt_kinematics_update. Later computations with the same data do not
+ * change it. The test makes every public call that takes data before every query, at the same state and at another. */
 #include "../constraint/tangle.h"
 
 #include "kinetree/effect.h"
@@ -12,7 +12,7 @@ enum { MOST = KT_TREE_NV * KT_TREE_NV, EFFECTS = 3 };
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */
 
-/* All that queries tell. */
+/* The results of all queries. */
 typedef struct answers {
     kt_pose pose[KT_TREE_SLOTS];
     kt_twist twist[KT_TREE_SLOTS], change[KT_TREE_SLOTS];
@@ -46,7 +46,7 @@ static void ask(const tangle *g, answers *x) {
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-/* What a call is given; its results are of no interest here. */
+/* The inputs of a call; its results are of no interest here. */
 typedef struct given {
     const tangle *g;
     double q[KT_TREE_NQ], v[KT_TREE_NV];

@@ -1,5 +1,5 @@
-/* Reactions: each body in balance under its joints, loops and what pushes it; loops that push only against what they
- * forbid; a prescribed motion's torque; a closed form. */
+/* Reactions. Each body is in balance under its joints, its loops and the external forces. Loops push only along
+ * forbidden directions. The torque of a prescribed motion and a closed form are checked as well. */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 
@@ -45,7 +45,7 @@ static kt_vec3 loop_point(const tangle *g, int i, int body[2]) {
     return kt_point_position(g->tree.model, g->tree.data, body[0], g->loop[i].between[0].at);
 }
 
-/* Adds a wrench at a point to what a body feels about its frame's origin. */
+/* Adds a wrench at a point to a body's total about the origin of its frame. */
 static void push(const tangle *g, int body, kt_wrench w, kt_vec3 point, double sign, kt_wrench *on) {
     const kt_vec3 arm = kt_vec3_sub(point, kt_body_pose(g->tree.model, g->tree.data, body).position);
     const kt_vec3 moment = kt_vec3_add(w.moment, kt_vec3_cross(arm, w.force));
@@ -116,7 +116,8 @@ static double force_size(const tangle *g, const reactions *r) {
     return most;
 }
 
-/* What joints need, with the loops' wrenches as external ones, is what drives them: tau, and relations between joints.
+/* The joint forces, with the loops' wrenches as external ones, are equal to the drives: tau, and relations between
+ * joints.
  */
 static void check_joints(const tangle *g, const reactions *r, kt_worst *worst) {
     const double size = force_size(g, r);
@@ -176,7 +177,7 @@ static bool draw_allowed(const tangle *g, int i, kt_random *random, double *w) {
                 norm += row[c][k] * row[c][k];
                 along += row[c][k] * w[k];
             }
-            for (int k = 0; k < nv; k++) { /* a row that depends on those before it asks for nothing more */
+            for (int k = 0; k < nv; k++) { /* a row that depends on those before it requires nothing more */
                 w[k] -= norm > 1e-20 ? along / norm * row[c][k] : 0.0;
                 row[c][k] /= norm > 1e-20 ? sqrt(norm) : (double)INFINITY;
             }
@@ -184,7 +185,7 @@ static bool draw_allowed(const tangle *g, int i, kt_random *random, double *w) {
     return true;
 }
 
-/* What a loop exerts has no power in what it allows. */
+/* The forces of a loop have no power in the motions that it allows. */
 static void check_power(const tangle *g, const reactions *r, kt_random *random, kt_worst *worst) {
     double w[KT_TREE_NV];
     kt_error e = {0};
@@ -274,8 +275,9 @@ KT_TEST(prescribed_motion_needs_the_torque_of_inverse_dynamics) {
 
 /* Three windows in a row, flat and nearly flat: their equations (almost) depend on each other. The ground gives the
  * cranks the force that all bars together need, m (c'' - g), and no joint about z resists. (If they lie flat, the
- * reactions inside are unbounded.) theta'' is from the closed form. The bound has two parts: the interpolation's 4e-11
- * rad/s^2, and the rounding at the neighbouring positions, times masses and lengths, over the distance 1e-3.
+ * reactions inside are unbounded.) theta'' is from the closed form. The bound has two parts. The first is the error of
+ * the interpolation, `4e-11 rad/s^2`. The second is the rounding at the neighbouring positions, times masses and
+ * lengths, over the distance 1e-3.
  */
 KT_TEST(ground_carries_a_row_of_windows_at_a_singular_position) {
     static linkage l;
@@ -289,7 +291,7 @@ KT_TEST(ground_carries_a_row_of_windows_at_a_singular_position) {
             linkage_fine("reactions", kt_reaction_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, joint, loop, &e),
                          &e)) {
             const double a = windows_acceleration(n, theta), bound = k == 2 ? 1e-12 : 1e-9;
-            /* a crank's centre moves on a circle of 1/2 m, a coupler's on one of 1 m */
+            /* the circle of a crank's centre is `1/2 m`, that of a coupler's `1 m` */
             const double length = 0.5 * (n + 1) + n, mass = 2 * n + 1;
             double x = 0.0, y = 0.0, resistance = 0.0;
             for (int b = 1; b < kt_model_body_count(l.model); b++) {

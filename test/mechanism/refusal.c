@@ -1,6 +1,6 @@
-/* Inputs that closed mechanisms reject, in every way of reduction, in the plane and in space: numbers that are not
- * finite or too large, freedoms without inertia, states too far from closed. Nothing is written then, and the words say
- * what is wrong.
+/* Inputs that closed mechanisms reject, in every way of reduction, in the plane and in space. They are numbers that are
+ * not finite or too large, freedoms without inertia, and states too far from closed. Refused calls write nothing, and
+ * their messages describe the fault.
  */
 #include "../constraint/linkage.h"
 
@@ -148,7 +148,7 @@ KT_TEST(numbers_that_are_not_finite_are_named_and_nothing_is_written) {
     }
 }
 
-/* Finite, but not their squares, or what they give. */
+/* The numbers are finite, but their squares or the results are not. */
 KT_TEST(numbers_that_overflow_are_refused) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
@@ -209,8 +209,8 @@ static const char no_inertia[] =
     "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave: give the "
     "bodies that move there mass or inertia";
 
-/* A four-bar of nothing; one that is carried by a slider; and one that carries a link of nothing, which no loop holds,
- * so that it is refused before anything moves. */
+/* A four-bar without mass. In the second case a slider carries it. In the third it carries a link without mass that no
+ * loop holds. This case is refused before anything moves. */
 KT_TEST(freedoms_without_inertia_are_refused) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
@@ -287,9 +287,9 @@ KT_TEST(what_is_not_finite_is_refused_without_loops) {
     linkage_free(&l);
 }
 
-/* A rocker so short that it can hardly be reached: from far off Newton's steps may go past it again and again, while
- * damped ones close it. Told is then how far the two ends are apart where it began, along the
- * coupler or across. */
+/* A rocker so short that it can hardly be reached. From far off, Newton's steps may go past it again and again, while
+ * damped ones close it. The message then reports the distance of the two ends at the start, along the coupler or
+ * across. */
 KT_TEST(state_too_far_from_closed_is_told_apart_from_one_out_of_reach) {
     static linkage l;
     four_bar f = four_bar_default();

@@ -1,8 +1,7 @@
-/* Effects in coordinates of loops against the same effects in joints of the tree. One mechanism represents three trees:
- *     joint   body a on the world by the joint, b on a
- *     loop    a free on the world and closed by a loop of the joint's type, b on a
- *     far     b free on the world, a free on b; two loops
- * held at b by a rod of constant length. Accelerations, powers, energies and coordinates must agree.
+/* Effects in coordinates of loops against the same effects in joints of the tree. Three trees represent one mechanism.
+ * In the tree `joint`, body a is on the world by the joint, and b on a. In `loop`, a is free on the world and closed by
+ * a loop of the joint's type, and b is on a. In `far`, b is free on the world, and a is free on b, with two loops. A
+ * rod of constant length holds b. Accelerations, powers, energies and coordinates must agree.
  */
 #include "../constraint/tangle.h"
 
@@ -227,8 +226,8 @@ static double apart(kt_twist x, kt_twist y) {
 
 static double size_of(kt_twist x) { return 1.0 + kt_vec3_norm(x.angular) + kt_vec3_norm(x.linear); }
 
-/* Bounds: some hundred eps of what is summed, more where inertias and rods are badly conditioned; measured over eleven
- * seeds: up to 0.1 of that of accelerations, 0.2 of the others. */
+/* The bounds are some hundred eps of the summed terms. They are larger if inertias and rods are badly conditioned. Over
+ * eleven seeds, 0.1 of the bound was measured for accelerations, and 0.2 for the others. */
 KT_TEST(effects_in_loops_are_those_in_joints) {
     kt_random random = kt_random_of_test();
     kt_worst motion = kt_worst_make("accelerations"), power = kt_worst_make("powers"),
@@ -270,9 +269,10 @@ KT_TEST(effects_in_loops_are_those_in_joints) {
 
 /* ---- turns ------------------------------------------------------------------------------------------------------- */
 
-/* One spring acts on the rocker's angle, one between coupler and rocker, the other way round in the other tree. A drag
- * link, whose bars all turn: cut between coupler and rocker, where the rocker's angle is that of a joint, or where
- * the rocker is on the ground, where it is that of a loop. Angles p of the bars against the world. */
+/* One spring acts on the rocker's angle, one between coupler and rocker, the other way round in the other tree. The
+ * mechanism is a drag link, whose bars all turn. If it is cut between coupler and rocker, the rocker's angle is that of
+ * a joint. If it is cut at the rocker's pivot on the ground, the angle is that of a loop. Angles p of the bars against
+ * the world. */
 enum { BARS = 3, STEPS = 400 };
 typedef struct drag_link {
     scene s;

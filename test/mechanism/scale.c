@@ -1,4 +1,4 @@
-/* Millimetres and kilometres: what is small is said by the mechanism, not by the unit.
+/* Millimetres and kilometres: the mechanism decides which quantities are small, not the unit.
  *
  * With all lengths and gravity times s, inertias times s^2 and masses as they are, every angle is the same function of
  * time.
@@ -106,8 +106,8 @@ KT_TEST(windows_pass_singular_positions_at_every_size) {
 }
 
 /* Metres and radians in one loop: a crank and a rod of one length, the rod's end on a slider through the crank's pivot.
- * At 90 degrees the slider stands on the pivot and could stay there; it goes on, x = 2 cos(angle) and -angle between
- * the bars twice. */
+ * At 90 degrees the slider is at the pivot and could stay there. It continues with x = 2 cos(angle), and the angle
+ * between the bars is twice -angle. */
 KT_TEST(isosceles_slider_crank_passes_its_pivot_at_every_size) {
     static linkage l;
     kt_worst rod = kt_worst_make("rod"), place = kt_worst_make("slider");

@@ -29,7 +29,7 @@ static void exact_advance(exact *e, double duration) {
     }
 }
 
-/* Where the first crank's tip is, against where it should be; over `duration`. */
+/* The distance of the first crank's tip from its exact place, over `duration`. */
 static double worst_distance(linkage *l, int n, exact e, const char *method, double step, double tolerance,
                              double duration, long *evaluations) {
     linkage_run r;
@@ -64,10 +64,10 @@ KT_TEST(two_windows_follow_the_exact_motion) {
     }
 }
 
-/* A step that ends at the singular position, and stages that meet it: the start lies there, or before it by a whole
- * number of steps, or by half a step more. If five windows start there, rounding alone decides the branch of each of
- * them. Differences from 6e-11 to 1.4e-6 m were measured at twelve rates from 3 to 3.4 rad/s, in the plane and in
- * space. The worst of these rates is among those below. */
+/* Steps end at the singular position, or stages meet it. The start lies there, or before it by a whole number of steps,
+ * or by half a step more. If five windows start there, rounding alone decides the branch of each of them. Measured
+ * differences are 6e-11 to 1.4e-6 m. There were twelve rates from `3 to 3.4` rad/s, in the plane and in space. The
+ * worst of these rates is among those below. */
 KT_TEST(steps_and_stages_may_land_on_a_singular_position) {
     static linkage l;
     static const struct {
@@ -92,8 +92,8 @@ KT_TEST(steps_and_stages_may_land_on_a_singular_position) {
     }
 }
 
-/* Error control must not be led astray by what rounding does near such positions: forty windows at 1e-11. How many
- * steps are refused depends on where they happen to end: evaluations are the mean of runs at five tolerances. */
+/* The effects of rounding near such positions must not mislead the error control: forty windows at 1e-11. The number of
+ * refused steps depends on where they happen to end. Evaluations are therefore the mean of runs at five tolerances. */
 KT_TEST(adaptive_steps_pass_singular_positions) {
     static linkage l;
     static const struct {
@@ -153,11 +153,11 @@ KT_TEST(accelerations_near_a_singular_position_are_those_of_the_motion) {
         check_near_crossing(n, 0.0, 0.0);
 }
 
-/* A window of cranks of 1 m whose first tip, at (sin(theta), cos(theta)), moves a slide along the line x = X by a rod
- * of 1 m, drawn so that the rod lies across the slide, but for `slack`, where the window is singular, theta = pi / 2:
+/* A window of cranks of 1 m. Its first tip is at `(sin(theta), cos(theta))`, and a rod of 1 m connects it to a slide on
+ * the line x = X. The rod lies across the slide but for `slack` in the window's singular position, `theta = pi / 2`:
  *     y = cos(theta) + r,   r^2 = 1 - (X - sin(theta))^2,   X = 2 - slack
  *     (5/3 + m y'^2) theta'' = tau - m y' y'' theta'^2
- * The slide's motion y(theta) varies within sqrt(2 slack), whatever the joints' units. */
+ * The slide's motion y(theta) varies within sqrt(2 slack), for all units of the joints. */
 static double slide_error(double slack, double off, double rate) {
     static linkage l;
     const double m = 2.0, tau = 1.5, theta = pi / 2.0 + off, x = 2.0 - slack - sin(theta);
@@ -206,9 +206,9 @@ KT_TEST(models_given_near_a_singular_position_know_it_as_one) {
 
 /* Two cranks of length a on pivots b apart, a coupler of length b that crosses the ground: |AB| = b is
  *     sin((r - c) / 2) (a sin((r - c) / 2) - b sin((r + c) / 2)) = 0
- * in the angles c of the crank and r of the rocker; the first factor is the parallelogram, the second the crossed
- * branch, (b - a) sin(r / 2) cos(c / 2) + (b + a) cos(r / 2) sin(c / 2) = 0. They meet where all lies in one line,
- * twice in a turn: the motion stays crossed, and keeps its energy. */
+ * in the angles c of the crank and r of the rocker. The first factor is the parallelogram. The second is the crossed
+ * branch, `(b - a) sin(r / 2) cos(c / 2) + (b + a) cos(r / 2) sin(c / 2) = 0`. They meet if all lies in one line, twice
+ * in a turn. The motion stays crossed, and keeps its energy. */
 KT_TEST(crossed_cranks_stay_crossed) {
     static linkage l;
     const double a = 1.0, b = 2.0, start = 1.2, other = 2.0 * atan(-(b + a) / (b - a) * tan(start / 2.0));
@@ -318,7 +318,7 @@ KT_TEST(driven_parallelogram_accelerates_with_its_drive_where_it_lies_flat) {
     kt_check_worst(&worst);
 }
 
-/* What is outside the loops, however fast, changes nothing in how they cross. */
+/* Parts outside the loops change nothing in the way they cross, for all speeds. */
 KT_TEST(fast_rotor_beside_does_not_disturb_a_crossing) {
     static linkage l;
     double a[LINKAGE_BODIES], alone[LINKAGE_BODIES];

@@ -1,5 +1,5 @@
-/* Loops and effects that are switched on and off: against models that were compiled without what is off, to the last
- * bit; and plastic impacts against their conditions and a closed form. */
+/* Loops and effects that are switched on and off. The results equal those of models compiled without the parts that are
+ * off, to the last bit. Plastic impacts are compared with their conditions and a closed form. */
 #include "../constraint/tangle.h"
 
 #include "interpose.h"
@@ -67,7 +67,7 @@ static void finish(switched *s) {
     tangle_free(&s->g);
 }
 
-/* The model of a description that has what is on in the set, and nothing else. index: of its loops, in the whole. */
+/* The model of a description that has only the parts that are on in the set. index: of its loops, in the whole. */
 static kt_model *compile_alone(const switched *s, uint64_t set, int *index, kt_data **data) {
     kt_description d = s->g.tree.description;
     kt_loop loop[TANGLE_LOOPS];
@@ -197,8 +197,8 @@ KT_TEST(each_set_is_the_model_that_never_had_the_others) {
     kt_check_equal_int("sets whose model is another", unequal, 0);
 }
 
-/* v+ fits the loops, and M (v+ - v) is a combination of their rows: it has no component along what they leave. These
- * conditions have one solution. The loss is d'M d / 2. */
+/* The velocities v+ fit the loops, and M (v+ - v) is a combination of the loops' rows. It has no component along the
+ * remaining freedoms. These conditions have one solution. The loss is d'M d / 2. */
 KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
     kt_random random = kt_random_of_test();
     kt_worst fits = kt_worst_make("A v+ - b'"), normal = kt_worst_make("N' M (v+ - v)"),
@@ -262,7 +262,7 @@ KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
     kt_check_worst(&loss);
 }
 
-/* A uniform rod that flies across its length at v, whose end is caught by a pin: it turns at 3 v / 2 L, and loses a
+/* A uniform rod flies across its length at v, and a pin catches its end. It then turns at `3 v / 2 L`, and loses a
  * quarter of its energy. */
 KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
     const double m = 1.3, l = 0.8, speed = 2.5;
@@ -338,7 +338,7 @@ KT_TEST(a_loop_that_is_off_keeps_nothing_out_of_its_plane) {
     kt_model_free(model);
 }
 
-/* What a caller may get wrong, and what then stays as it was. */
+/* Mistakes of a caller, and the state that they leave unchanged. */
 KT_TEST(switching_refuses_what_is_no_switch) {
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
