@@ -134,7 +134,7 @@ KT_TEST(lengths_stay_greater_than_zero) {
     passes("polynomial that starts above zero", ROD, kt_function_polynomial(rows + 1, 2));
 }
 
-/* Whether a function is positive is asked only of one that can be evaluated: each of these would fall below zero. */
+/* The sign of a function is checked only if the function can be evaluated. Each of these would fall below zero. */
 KT_TEST(a_wrong_function_has_no_least_value) {
     static const double coefficients[] = {-1.0, (double)NAN}, rows[] = {0.0, -1.0, 0.0, -2.0, 1.0};
     const kt_function functions[] = {

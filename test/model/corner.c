@@ -1,4 +1,4 @@
-/* Functions of time know their corners: held against one-sided differences of their values. */
+/* The corners of functions of time, compared with one-sided differences of the functions' values. */
 #include "check.h"
 
 #include "model/function.h"
@@ -19,8 +19,9 @@ static curve compiled(kt_function function) {
     return c;
 }
 
-/* The jump of the value (0), first (1) or second (2) derivative from just before t to just after. rounding: the largest
- * jump of a continuous value, from the next derivative over that time and from rounding of the terms. */
+/* The jump of a derivative from just before t to just after. The `order` is 0 for the value, and at most 2. The value
+ * of `rounding` is the largest jump of a continuous value. It follows from the next derivative over that time, and from
+ * the rounding of the terms. */
 static double jump(const curve *c, double t, int order, double *rounding) {
     double left[3], right[3], largest = 1.0;
     kt_curve_evaluate(&c->of, c->numbers, t - 4.0 * DBL_EPSILON * fabs(t), left);
@@ -79,7 +80,7 @@ KT_TEST(corners_of_functions_are_where_derivatives_jump) {
     KT_CORNERS("spline", kt_function_table(bell, 8, KT_INTERPOLATION_CUBIC), {1.0, 1}, {2.0, 3}, {3.5, 3}, {4.0, 1});
     KT_CORNERS("monotone", kt_function_table(bell, 8, KT_INTERPOLATION_MONOTONE), {1.0, 1}, {2.0, 2}, {3.5, 2},
                {4.0, 1});
-    /* Rows on one line are none: 0 to 2 rests, as before the table, and 2 to 4 is one line. */
+    /* Rows on one line are no corners: `0 to 2` rests, as before the table, and `2 to 4` is one line. */
     KT_CORNERS("rows on lines", kt_function_table(kinked, 10, KT_INTERPOLATION_LINEAR), {2.0, 1}, {4.0, 1});
 }
 

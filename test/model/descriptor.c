@@ -1,4 +1,4 @@
-/* Descriptors: every type has one, and what it states agrees with what is stated elsewhere. */
+/* Descriptors: every type has one, and its contents agree with the other definitions. */
 #include "kinetree/descriptor.h"
 
 #include <stddef.h>
@@ -25,7 +25,7 @@ static const struct family {
     describe *describe;
     const char *(*name)(int type); /* NULL: functions have none */
     int first, count;
-    size_t size; /* of the struct that its keys stand for */
+    size_t size; /* of the struct that its keys describe */
 } families[] = {
     {joint, joint_name, 0, KT_JOINT_TYPE_COUNT, sizeof(kt_joint)},
     {loop, loop_name, 0, KT_LOOP_TYPE_COUNT, sizeof(kt_loop)},
@@ -94,7 +94,7 @@ KT_TEST(numbers_of_effects_are_in_the_model_s_record) {
     }
 }
 
-/* As many velocity coordinates as KT_JOINT_LIST says, and a quaternion where there is one position more. */
+/* There are as many velocity coordinates as in KT_JOINT_LIST, and a quaternion if there is one position more. */
 KT_TEST(coordinates_of_joints_are_those_of_the_list) {
     for (int type = 0; type < KT_JOINT_TYPE_COUNT; type++) {
         const kt_joint_size size = kt_joint_sizes[type];

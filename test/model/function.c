@@ -38,8 +38,8 @@ static double value_at(const ready *r, double t, int derivative) {
 
 /* Both derivatives against the five-point formula of the order before,
  *   f'(t) = (f(t-2h) - 8 f(t-h) + 8 f(t+h) - f(t+2h)) / (12 h) - h^4 f''''' / 30.
- * scale bounds |f^(k)| / rate^k for all k. With h = 1e-3 / rate, the formula is off by scale rate 1e-12 / 30. Rounding
- * of f adds 1.5 eps |f| / h = 1.5e3 eps rate scale, if each value is wrong by an ulp of scale at most. */
+ * scale bounds |f^(k)| / rate^k for all k. With h = 1e-3 / rate, the formula is off by `scale rate 1e-12 / 30`.
+ * Rounding of f adds `1.5 eps |f| / h = 1.5e3 eps rate scale`, if each value is wrong by an ulp of scale at most. */
 static void check_derivatives(const char *what, const ready *r, const double *times, int count, double scale,
                               double rate) {
     const double h = 1e-3 / rate;
@@ -68,7 +68,7 @@ KT_TEST(constant_and_missing_functions_do_not_move) {
 }
 
 KT_TEST(sine_is_in_hertz_and_radians) {
-    /* 3 + 2 sin(2 pi t / 4 + pi/6): at t = 0 the sine is 1/2, a third of a period later 4/3 s on it is 1/2 again. */
+    /* `3 + 2 sin(2 pi t / 4 + pi/6)`: the sine is `1/2` at t = 0, and again a third of a period later, at `4/3 s`. */
     const ready r = make_ready(kt_function_sine(2.0, 0.25, 0.52359877559829887, 3.0));
     const double w = 1.5707963267948966;
     kt_check_near("value at 0", value_at(&r, 0.0, 0), 4.0, 4.0 * DBL_EPSILON);
@@ -95,7 +95,8 @@ KT_TEST(ramp_has_a_continuous_slope) {
     kt_check_near("curvature in the middle", value_at(&r, 3.0, 2), 0.0, 0.0);
     /* s = 1/4: s^2 (3 - 2 s) = 5/32 */
     kt_check_near("first quarter", value_at(&r, 2.5, 0), 1.0 + 4.0 * 5.0 / 32.0, 4.0 * DBL_EPSILON);
-    /* Next to the ends the slope is 6 s (to - from) / length = 6 e and the curvature 6 (to - from) / length^2 = 6. */
+    /* Next to the ends the slope is `6 s (to - from) / length = 6 e`, and the curvature `6 (to - from) / length^2 =
+     * 6`. */
     const double e = 1e-7;
     kt_check_near("slope at the start", value_at(&r, 2.0 + e, 1), 6.0 * e, 1e-13 + 16.0 * DBL_EPSILON);
     kt_check_near("slope at the end", value_at(&r, 4.0 - e, 1), 6.0 * e, 1e-13 + 16.0 * DBL_EPSILON);
@@ -183,8 +184,8 @@ KT_TEST(cubic_table_is_the_natural_spline) {
     kt_check_worst(&worst);
 }
 
-/* From either side of a row: |f(t+e) - f(t-e)| <= 2 e |f'|, with e = 1e-9 and |f^(k)| <= 60, k = 1, 2, 3, for these
- * rows. */
+/* From either side of a row: `|f(t+e) - f(t-e)| <= 2 e |f'|`, with e = 1e-9. For these rows |f^(k)| <= 60 with k up to
+ * 3. */
 KT_TEST(cubic_table_is_twice_continuously_differentiable) {
     static const double rows[] = {-1.0, 0.5, -0.3, 1.2, 0.4, -0.7, 1.5, 0.1, 2.1, 0.9, 2.6, -1.1, 4.0, 0.3};
     enum { ROWS = sizeof rows / sizeof *rows / 2 };

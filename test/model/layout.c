@@ -156,8 +156,8 @@ static bytes bytes_a_link(int n, bool planar) {
     return link;
 }
 
-/* Of the model, 312 and 232 bytes are a body and a link, and 184 more where it is planar. Memory for links with several
- * children, joints of several degrees of freedom, or loops is not there: it was 500 more. Neither is memory for
+/* In the model, a body takes 312 bytes and a link 232 bytes. A planar link takes 184 more. Memory for links with
+ * several children, joints of several degrees of freedom, or loops is not there: it was 500 more. Neither is memory for
  * kinematics of a reaction or a power: 216 more. */
 KT_TEST(data_of_a_link_of_a_chain_take_no_more_than_1100_bytes) {
     for (int i = 0; i < 4; i++) {

@@ -60,7 +60,7 @@ KT_TEST(bodies_are_found_by_name_and_named_by_index) {
     kt_tree_free(&tree);
 }
 
-/* Fixed bodies, which have none, stand between them, before them and behind. */
+/* Fixed bodies, which have no coordinates, are between them, before them and behind. */
 static kt_status find(const kt_model *m, const char *name, int *body, kt_error *error) {
     *error = (kt_error){0};
     *body = -7;
@@ -155,7 +155,7 @@ KT_TEST(the_initial_state_is_that_of_the_description) {
     kt_check_equal_int("positions", kt_model_nq(tree.model), 5);
     kt_check_equal_int("velocities", kt_model_nv(tree.model), 4);
     kt_model_initial(tree.model, q, v);
-    kt_check_equal_bits("q", q, (double[]){0.75, 1.0, 0.0, 0.0, 0.0}, 5); /* zeros stand for no rotation */
+    kt_check_equal_bits("q", q, (double[]){0.75, 1.0, 0.0, 0.0, 0.0}, 5); /* zeros mean no rotation */
     kt_check_equal_bits("v", v, (double[]){-2.0, 0.0, 0.5, 0.0}, 4);
     kt_tree_free(&tree);
     double unit[4];
