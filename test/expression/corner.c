@@ -1,4 +1,4 @@
-/* Corners and features of formulas of time, held against dense samples of the formula and against known times. */
+/* Corners and features of formulas of time, compared with dense samples of the formula and with exact times. */
 #include "check.h"
 
 #include "expression/corner.h"
@@ -79,7 +79,8 @@ KT_TEST(bounds_hold_values_and_derivatives) {
     kt_check_below("without a finite bound, of 156,000", wide, 100);
 }
 
-/* A formula that may be NaN is marked, and so is the result of a part that may be NaN: NaN < 1 is 0, NaN != 1 is 1. */
+/* A formula that may be NaN is marked. The result of a part that may be NaN is marked, too: `NaN < 1` is 0, and `NaN !=
+ * 1` is 1. */
 KT_TEST(bounds_hold_where_there_is_no_value) {
     static const struct {
         const char *text;
@@ -176,7 +177,8 @@ KT_TEST(corners_are_where_branches_change) {
     }
 }
 
-/* The first interval that is looked at ends at 1/1024 s, the next at 3/1024 s; this branch changes after the last. */
+/* The first searched interval ends at `1/1024` s, the next at `3/1024` s. This branch changes after the last
+ * interval. */
 KT_TEST(corners_are_found_at_ends_of_intervals) {
     double memory[MEMORY];
     int order = 4;
@@ -223,7 +225,7 @@ KT_TEST(formulas_are_monotone_between_features) {
     }
 }
 
-/* A pulse, u = (t - c)/w: its formula, and the u at which f', f'' or f''' change their sign, u >= 0; those below 0 are
+/* A pulse, u = (t - c)/w: its formula, and the u >= 0 at which f', f'' or f''' change their sign. The negative u are
  * their mirror images. */
 typedef struct pulse {
     const char *before, *behind; /* HEIGHT before u behind */
@@ -266,8 +268,8 @@ KT_TEST(features_of_random_pulses_are_found) {
     kt_check_worst(&worst);
 }
 
-/* The first where a function is constant but for rounding though its argument is beyond the largest number; the others
- * are no numbers for the most part, and each search of them is cut. */
+/* The first function is constant but for rounding, though its argument is beyond the largest number. The others are
+ * mostly undefined, and each search of them is cut. */
 KT_TEST(searches_have_an_end) {
     static const struct {
         const char *text;
@@ -291,8 +293,8 @@ KT_TEST(searches_have_an_end) {
 }
 
 /* If exp overflows or underflows, and if the root of 0 stays 0, the search finds the first feature. It does not find
- * the end of the searched interval. f''' of 1 / (1 + e^-u) is 0 at u = -log(2 + sqrt(3)), that of tanh u at half of it,
- * that of log(1 + e^u) at 0, that of exp(-u^2) at -sqrt(3/2). */
+ * the end of the searched interval. The zero of f''' of `1 / (1 + e^-u)` is `u = -log(2 + sqrt(3))`. For tanh u it is
+ * half of this. For `log(1 + e^u)` it is 0, and for `exp(-u^2)` it is `-sqrt(3/2)`. */
 KT_TEST(features_are_found_behind_numbers_that_are_too_large) {
     static const struct {
         const char *text;

@@ -99,8 +99,8 @@ static real along(int k, const double *a, real s) {
     return compiled(k, (real)a[0] + 0.7L * s - 0.15L * s * s, (real)a[1] - 0.4L * s + 0.45L * s * s);
 }
 
-/* Differences of the eighth order in long double: of step 2e-3 they err by some 1e-18 / 2e-3^2 = 3e-13 in the second
- * derivative by rounding, and by less by their order where no jump lies within. */
+/* Differences of the eighth order in long double. With a step of 2e-3, rounding leaves an error of some `1e-18 /
+ * 2e-3^2` = 3e-13 in the second derivative. The truncation error is less if there is no jump within. */
 static void differences(int k, const double *a, real out[3]) {
     static const real first[] = {4.0L / 5.0L, -1.0L / 5.0L, 4.0L / 105.0L, -1.0L / 280.0L};
     static const real second[] = {8.0L / 5.0L, -1.0L / 5.0L, 8.0L / 315.0L, -1.0L / 560.0L};
@@ -160,7 +160,7 @@ KT_TEST(third_derivatives_are_differences_of_the_second) {
     kt_check_worst(&worst);
 }
 
-/* What does not change passes nothing on, however steep the function is there. */
+/* Constants pass no derivative on, however steep the function is there. */
 KT_TEST(steep_functions_of_constants_have_no_derivative) {
     static const char *const steep[] = {"sqrt(0) + x", "0^0.5 + x",    "x*x^0 + 0^x*0",
                                         "acos(1) + x", "log(0)*0 + x", "hypot(0, 0) + x"};
@@ -294,8 +294,8 @@ static double third_difference(const kt_expression *formula, const double *at, c
     return (8.0 * (g[3] - g[1]) - (g[4] - g[0])) / (12.0 * h);
 }
 
-/* An exponential of y has a relative error of y units of rounding: in long double 5e-16, and differences with steps of
- * 2e-2 err by some 5e-12. */
+/* An exponential of y has a relative error of y units of rounding: 5e-16 in long double. Differences with steps of 2e-2
+ * have errors of some 5e-12. */
 KT_TEST(values_are_numbers_where_numbers_within_overflow) {
     static const double range[] = {700.0, 9000.0};
     kt_random random = kt_random_of_test();
@@ -320,8 +320,8 @@ KT_TEST(values_are_numbers_where_numbers_within_overflow) {
     kt_check_worst(&three);
 }
 
-/* The first operation that has no number, with its arguments; what only exceeds the largest one is named if there is
- * none. */
+/* The message names the first operation without a result, with its arguments. If there is none, it names the one that
+ * exceeds the largest number. */
 KT_TEST(operation_that_makes_a_value_infinite_is_named) {
     static const struct {
         const char *text, *fault;
@@ -377,7 +377,7 @@ enum { SUM = 1, PRODUCT, SIGN, POWER, PRIMARY };
 
 static double invent(kt_random *random, int depth, int strength, const double *at, written *w);
 
-/* One operator of two values, with parentheses only where its place asks for them, or now and then. */
+/* One operator of two values, with parentheses where its place requires them, or now and then. */
 static double invent_pair(kt_random *random, int depth, int strength, const double *at, written *w) {
     static const char signs[] = "+-*/^";
     const int which = kt_random_int(random, 0, 4);
