@@ -1,4 +1,4 @@
-/* Programs of version 0.1 compile with -DKT_COMPAT_0_1 and run: their calls give what those of this version give. */
+/* Programs of version 0.1 compile with -DKT_COMPAT_0_1 and run. Their calls give the results of this version. */
 #define KT_COMPAT_0_1
 #include "check.h"
 

@@ -1,7 +1,7 @@
-/* Every public function with hostile arguments, one wrong at a time (hostile.py writes the calls): it does not crash,
- * no call succeeds with a number that is not finite, and a call that fails leaves its outputs as they were. Each
- * function runs in a process of its own, on a tree, on a four-bar that is driven, and on a model without a joint; the
- * sanitizers see what does not crash. */
+/* Every public function with hostile arguments, one wrong at a time (hostile.py writes the calls). The function does
+ * not crash. No call succeeds with a number that is not finite, and a call that fails leaves its outputs as they were.
+ * Each function runs in a process of its own, on a tree, on a driven four-bar, and on a model without a joint. The
+ * sanitizers find the faults that do not crash. */
 #include "check.h"
 #include "sanitized.h"
 
@@ -157,8 +157,8 @@ static bool all_finite(const double *x, size_t n) {
     return true;
 }
 
-/* Later results of the same objects: a short run of the simulation, which is undone, the accelerations, the states of
- * the batch and that of the integrator. A call that is refused changes none of it. */
+/* Later results of the same objects: a short run of the simulation, which is undone, and the accelerations. The states
+ * of the batch and of the integrator are results, too. A refused call changes none of these. */
 static void find_later(fixture *f, double *out) {
     const size_t nq = (size_t)kt_model_nq(f->model), nv = (size_t)kt_model_nv(f->model);
     double *at = out;
@@ -326,7 +326,7 @@ static void describe(kt_description *d, int which) {
         body[2].parent = "b";
         return;
     }
-    body[0].joint.position[0] = 1.2; /* crank 1, coupler 2, rocker 1.8, ground 2.2 */
+    body[0].joint.position[0] = 1.2; /* crank, coupler, rocker, ground: `1, 2, 1.8, 2.2` */
     body[1].joint.position[0] = -0.7;
     body[2].joint.position[0] = 1.6;
     for (int i = 0; i < 2; i++) {
@@ -484,7 +484,7 @@ static fixture *make(int which) {
 /* ---- tests ------------------------------------------------------------------------------------------------------- */
 
 #if KT_ADDRESS_SANITIZER
-/* Sizes beyond all memory are asked for: malloc says no, as it does without the sanitizer. */
+/* Some calls request sizes beyond all memory. malloc returns NULL, as without the sanitizer. */
 const char *__asan_default_options(void);
 const char *__asan_default_options(void) { return "allocator_may_return_null=1"; }
 #endif
@@ -493,7 +493,7 @@ const char *__asan_default_options(void) { return "allocator_may_return_null=1";
 extern void openblas_set_num_threads(int count) __attribute__((weak));
 
 static void run_all(int which) {
-    static fixture *kept[3]; /* for the life of the program: what lies in it is never released */
+    static fixture *kept[3]; /* for the life of the program: never released */
     if (openblas_set_num_threads != NULL)
         openblas_set_num_threads(1);
     fixture *f = kept[which] = make(which);

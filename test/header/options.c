@@ -1,4 +1,4 @@
-/* Every member of every options struct with every wrong value (options.py writes the table from the headers): the call
+/* Every member of every options struct with every wrong value (options.py writes the table from the headers). The call
  * that reads the struct rejects it, with a message that names the member, and leaves its outputs. With right options it
  * succeeds. */
 #include "check.h"
@@ -16,7 +16,7 @@
 
 enum { NUMBERS = 64 };
 
-/* What the options apply to. */
+/* The objects that the options apply to. */
 static struct fixture {
     kt_model *model;
     kt_data *data;
@@ -147,7 +147,7 @@ static kt_status try_kt_batch_options(const kt_batch_options *options, kt_error 
     kt_batch *made = NULL;
     const kt_status status = kt_batch_create(f.model, options, &made, error);
     if (status != KT_OK && kt_batch_size(f.model, options) != 0)
-        return KT_OK; /* the size of what cannot be is 0 */
+        return KT_OK; /* an impossible object has size 0 */
     kt_batch_free(made);
     return status;
 }
@@ -358,7 +358,7 @@ static bool names(const kt_error *error, const char *member) {
 
 OPTIONS_LIST(TEST_OPTIONS)
 
-/* Sizes: those that the library tells are those of the headers, and options begin with their own. */
+/* The library reports the same sizes as the headers, and options begin with their own size. */
 KT_TEST(sizes_of_structs_are_those_of_the_library) {
     int count = 0, wrong = 0;
 #define CHECK_SIZE(type)                                                                                               \
