@@ -1,4 +1,4 @@
-/* Surfaces with fewer triangles: shared vertices, bounds of their number, and what remains of a ball. */
+/* Surfaces with fewer triangles: shared vertices, bounds of their number, and the remains of a ball. */
 #include "check.h"
 
 #include "mesh/mesh.h"
@@ -28,7 +28,7 @@ static kt_triangles make_ball(int n, double r) {
     return mesh;
 }
 
-/* n rings have 2 n (n - 1) + 2 vertices, and triangles at the poles without area vanish: 2 n of each. */
+/* n rings have `2 n (n - 1) + 2` vertices. Triangles at the poles without area vanish: `2 n` of each. */
 KT_TEST(vertices_become_shared_and_nothing_else_changes) {
     kt_triangles ball = make_ball(12, 0.3);
     const double volume = kt_triangles_enclosed(&ball, KT_VOLUME_SIGNED).volume;
@@ -40,9 +40,9 @@ KT_TEST(vertices_become_shared_and_nothing_else_changes) {
     kt_triangles_free(&ball);
 }
 
-/* Vertices are means of vertices in a cube of edge e: their distance from the surface is at most e^2 / 2 r times 3. The
- * number of triangles is within the bound, and not below a quarter of it: cubes of an edge shorter by one in n leave
- * fewer than four times as many. */
+/* Vertices are means of vertices in a cube of edge e. Their distance from the surface is at most three times `e^2 / 2
+ * r`. The number of triangles is within the bound, and not below a quarter of it. Cubes of an edge shorter by one in n
+ * leave fewer than four times as many. */
 KT_TEST(no_more_triangles_remain_than_are_asked_for) {
     static const int most[] = {3000, 700, 100};
     for (int i = 0; i < 3; i++) {
@@ -57,7 +57,7 @@ KT_TEST(no_more_triangles_remain_than_are_asked_for) {
             farthest = fmax(farthest, kt_vec3_norm(ball.vertices[k]));
         }
         const double edge =
-            4.0 / sqrt(ball.triangle_count / (2.0 * pi)); /* about: pi (2 r / e)^2 / 2 cubes, two triangles each */
+            4.0 / sqrt(ball.triangle_count / (2.0 * pi)); /* about: `pi (2 r / e)^2 / 2` cubes, two triangles each */
         kt_check_below("no vertex outside", farthest, 2.0 * (1.0 + 4.0 * DBL_EPSILON));
         kt_check_above("none far inside", nearest, 2.0 - 3.0 * edge * edge / 4.0);
         kt_triangles_free(&ball);

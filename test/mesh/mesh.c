@@ -1,4 +1,5 @@
-/* Files of triangles, and what surfaces enclose: closed forms of a box and a tetrahedron, in each of the formats. */
+/* Files of triangles, and the volumes that surfaces enclose: closed forms of a box and a tetrahedron, in each of the
+ * formats. */
 #include "check.h"
 
 #include "mesh/mesh.h"
@@ -14,8 +15,8 @@
 static const double corners[4][3] = {{0.5, 0.25, 1.0}, {2.5, 0.25, 1.0}, {0.5, 3.25, 1.0}, {0.5, 0.25, 5.0}};
 static const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
 
-/* The tetrahedron with edges a, b, c along the axes from the first corner: V = a b c / 6, its centroid a quarter of
- * each edge away, and Ixx = V (3/80) (b^2 + c^2), Ixy = V a b / 80 about it. */
+/* The tetrahedron has edges a, b, c along the axes from the first corner. Its volume is `V = a b c / 6`, and its
+ * centroid is a quarter of each edge away. About the centroid, `Ixx = V (3/80) (b^2 + c^2)` and `Ixy = V a b / 80`. */
 static void check_tetrahedron(const char *what, const kt_triangles *mesh, kt_volume_rule rule) {
     const double a = 2.0, b = 3.0, c = 4.0, v = 4.0;
     const kt_enclosed e = kt_triangles_enclosed(mesh, rule);
@@ -103,7 +104,7 @@ KT_TEST(every_format_gives_the_same_tetrahedron) {
     }
 }
 
-/* A box of polygons: I = m (b^2 + c^2) / 12; turned inside out it encloses nothing. */
+/* A box of polygons: `I = m (b^2 + c^2) / 12`; turned inside out it encloses nothing. */
 KT_TEST(polygons_are_divided_and_inside_out_encloses_nothing) {
     static const char box[] = "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nv 0 0 4\nv 2 0 4\nv 2 3 4\nv 0 3 4\n"
                               "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
@@ -315,7 +316,7 @@ static size_t mutate(kt_random *random, char *text, size_t size) {
     return kt_random_int(random, 0, 9) > 0 ? size : (size_t)kt_random_int(random, 0, (int)size);
 }
 
-/* What is done with a surface that a file names; its triangles name its vertices, whatever the bytes were. */
+/* The use of a surface that a file names. Its triangles name its vertices, for all bytes of the file. */
 static bool use(kt_triangles *mesh) {
     kt_error error = {0};
     bool sound = mesh->triangle_count > 0;
@@ -329,7 +330,7 @@ static bool use(kt_triangles *mesh) {
     return sound;
 }
 
-/* The sanitizers' builds see what memory a wrong length would reach; KT_MESHES asks for more. */
+/* The sanitizers' builds detect reads at wrong lengths. KT_MESHES sets a larger number of cases. */
 KT_TEST(any_bytes_are_a_surface_or_refused_in_words) {
     static size_t (*const writers[])(char *) = {write_binary_stl, write_text_stl, write_msh};
     static char text[4000];
