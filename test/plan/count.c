@@ -1,7 +1,7 @@
-/* count WHAT SCENE...: does one thing once with each scene in turn, with the kernels of the baseline, for callgrind to
- * count its instructions. WHAT: evaluate accelerations (acceleration), with powers (power), in the initial state,
- * assembled; or run it (run). Or, with the kernels of x86-64-v3, accelerations, and mass, stiffness and damping
- * matrices (stiffness). */
+/* `count TASK SCENE...` does one task once with each scene in turn, for callgrind to count its instructions. With the
+ * kernels of the baseline, the tasks work in the assembled initial state. They evaluate accelerations (acceleration),
+ * with powers (power), or run the scene (run). With the kernels of x86-64-v3, the task evaluates accelerations, and
+ * mass, stiffness and damping matrices (stiffness). */
 #include "kinetree/scene.h"
 #include "kinetree/study.h"
 
@@ -21,7 +21,7 @@ static bool has_matrices(const char *what) { return strcmp(what, "stiffness") ==
 static int open_subject(subject *s, const char *what, const char *path) {
     kt_error error = {0};
     kt_model_options options = kt_model_options_default();
-    options.isa = has_matrices(what) ? KT_ISA_V3 : KT_ISA_BASE; /* valgrind knows no AVX-512 */
+    options.isa = has_matrices(what) ? KT_ISA_V3 : KT_ISA_BASE; /* valgrind lacks AVX-512 */
     if (kt_scene_read(path, &s->scene, NULL, NULL, &error) != KT_OK)
         return fprintf(stderr, "%s: %s\n", error.where, error.message);
     options.reduction = kt_reduction_method_of(s->scene.reduction);
@@ -56,7 +56,7 @@ static kt_status run(const subject *s, kt_error *error) {
     return status;
 }
 
-/* Of a tree the basis is the identity, and not asked for. */
+/* For a tree the basis is the identity, and is not requested. */
 static kt_status find_matrices(const subject *s, kt_error *error) {
     const size_t size = kt_stiffness_work_size(s->model), nv = (size_t)kt_model_nv(s->model);
     void *scratch = aligned_alloc(KT_ALIGNMENT, size);

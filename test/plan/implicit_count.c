@@ -1,6 +1,6 @@
-/* implicit-count WHAT METHOD SCENE: after twenty steps of a simulation one call, for callgrind to count its
- * instructions: `simulate`, a further step; `step`, kt_step_evaluate from the same state; `derivatives` and `adjoint`.
- * The kernels are those of the baseline. */
+/* `implicit-count TASK METHOD SCENE` makes one call after twenty steps of a simulation, for callgrind to count its
+ * instructions. The tasks are `simulate`, a further step; `step`, kt_step_evaluate from the same state; `derivatives`
+ * and `adjoint`. The kernels are those of the baseline. */
 #include "subject.h"
 
 #include "kinetree/sensitivity.h"

@@ -1,6 +1,7 @@
-/* sense-count WHAT METHOD SCENE: twenty fixed steps (take_steps), for callgrind to count their instructions. After each
- * but the last WHAT is done: nothing; `points`, sensors with accelerations; `wrenches`, with reactions, too; `anew`,
- * the same as `wrenches` by kt_reaction_evaluate, with data of its own. The kernels are those of the baseline. */
+/* `sense-count TASK METHOD SCENE` takes twenty fixed steps (take_steps), for callgrind to count their instructions. The
+ * task follows each step but the last. It is nothing, or `points`: sensors with accelerations. `wrenches` adds
+ * reactions. The task `anew` does the same as `wrenches` with kt_reaction_evaluate, with data of its own. The kernels
+ * are those of the baseline. */
 #include "subject.h"
 
 #include <stdlib.h>

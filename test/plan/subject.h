@@ -1,5 +1,5 @@
-/* What a program steps whose instructions are counted: a scene's model with the kernels of the baseline, data, and a
- * simulation with fixed steps. */
+/* The subject of a program whose instructions are counted: a scene's model with the kernels of the baseline, data, and
+ * a simulation with fixed steps. */
 #ifndef KT_PLAN_SUBJECT_H
 #define KT_PLAN_SUBJECT_H
 
@@ -22,7 +22,7 @@ typedef struct subject {
 /* Reads the scene and compiles its model; the run has steps of 1e-4 of the scene's duration. */
 static kt_status open_subject(subject *s, const char *method, const char *path, kt_error *error) {
     kt_model_options options = kt_model_options_default();
-    options.isa = KT_ISA_BASE; /* valgrind knows no AVX-512 */
+    options.isa = KT_ISA_BASE; /* valgrind lacks AVX-512 */
     kt_status status = kt_scene_read(path, &s->scene, NULL, NULL, error);
     if (status == KT_OK)
         status = kt_model_compile(&s->scene.description, &options, &s->model, error);
