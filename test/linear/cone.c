@@ -242,8 +242,8 @@ static double distance_of(const kt_coulomb *c, const double *a, const double *b)
     return most / c->size;
 }
 
-/* Whatever enumeration solves is solved, and the motion is the same unless a problem has several; half of them have
- * least impulses. */
+/* Every problem that enumeration solves is solved. The motion is the same unless a problem has several solutions. Half
+ * of the problems have least impulses. */
 KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
     kt_random random = kt_random_of_test();
     room r = room_make();
@@ -309,9 +309,8 @@ KT_TEST(dry_friction_agrees_with_enumeration) {
     room_free(&r);
 }
 
-/* A rod whose end slides on a plane (Painleve 1895). A = 1 / m of the normal force with its friction, b the
- * acceleration without it:
- * A > 0 has one solution; A < 0 has two where b > 0, and none where b < 0. */
+/* A rod whose end slides on a plane (Painleve 1895). A is `1 / m` of the normal force with its friction, and b the
+ * acceleration without it. A > 0 has one solution. A < 0 has two solutions if b > 0, and none if b < 0. */
 KT_TEST(painleves_rod_has_the_solutions_of_its_regime) {
     kt_random random = kt_random_of_test();
     room r = room_make();

@@ -1,5 +1,5 @@
 /* All combinations of modes of a problem with Coulomb's friction, one after another: at most 4^items, or 6^items with
- * least impulses. What the cone solver is compared with. */
+ * least impulses. They are the reference for the cone solver. */
 #ifndef KT_TEST_LINEAR_ENUMERATION_H
 #define KT_TEST_LINEAR_ENUMERATION_H
 
@@ -94,8 +94,8 @@ static inline void enumeration_search(const kt_coulomb *c, double turned, kt_cou
     }
 }
 
-/* Writes the first solution and how many there are, or returns false: there is none. Where none is found, directions
- * are looked for from others, too. Adds the combinations that were tried to *trials. */
+/* Writes the first solution and how many there are, or returns false: there is none. If none is found, the search for
+ * directions starts from others, too. Adds the combinations that were tried to *trials. */
 static inline bool enumeration_solve(const kt_coulomb *c, kt_coulomb_solution *scratch[2],
                                      kt_coulomb_solution *solution, uint64_t *trials) {
     solution->count = 0;

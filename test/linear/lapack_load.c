@@ -88,7 +88,7 @@ static void run(const kt_model *model, double *a) {
     kt_simulation_free(simulation);
 }
 
-/* The tests run in this order: what is loaded stays. */
+/* The tests run in this order, as a loaded library stays. */
 KT_TEST(program_that_needs_no_lapack_has_one_thread) {
     double a[LINKS_MOST];
     kt_check_true("version", kt_version() != NULL);

@@ -1,6 +1,7 @@
-/* without-lapack: a quadruped whose legs are closed by four-bars, on contacts, and a rope of one large group, by a
- * library without LAPACK or with it. Prints the coordinates of the groups, the quadruped's last state in hexadecimal
- * digits, and what compiling the rope says (without_lapack.py compares them). */
+/* without-lapack computes two mechanisms, with a library that has LAPACK or not. The first is a quadruped on contacts,
+ * whose legs are closed by four-bars. The second is a rope of one large group. The program prints the coordinates of
+ * the groups and the quadruped's last state in hexadecimal digits. It also prints the message from compiling the rope
+ * (without_lapack.py compares them). */
 #include "kinetree/kinetree.h"
 
 #include <math.h>
@@ -39,8 +40,8 @@ static kt_effect hold(const char *joint) {
     return spring;
 }
 
-/* A hip about x; on it a thigh and a crank about y at one place, on the thigh the shank, on the crank a rod parallel to
- * the thigh, which is closed on the shank's lever. */
+/* A hip about x carries a thigh and a crank about y at one place. The thigh carries the shank. The crank carries a rod
+ * parallel to the thigh, which is closed on the shank's lever. */
 static void add_leg(quadruped *r, int k) {
     static const char *const part[] = {"hip", "thigh", "shank", "crank", "rod"};
     const kt_vec3 none = {0.0, 0.0, 0.0}, x = {1.0, 0.0, 0.0}, y = {0.0, 1.0, 0.0}, down = {0.0, 0.0, -0.3};
