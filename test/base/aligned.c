@@ -1,4 +1,4 @@
-/* Aligned memory: every address is a multiple of the alignment, whatever malloc gives, and each block is released
+/* Aligned memory: every address is a multiple of the alignment, for every result of malloc, and each block is released
  * once. */
 #include "check.h"
 #include "interpose.h"

@@ -1,5 +1,5 @@
-/* Numbers in decimal: as the C library rounds them in the C locale, whatever the locale is, and no more than the
- * grammar. */
+/* Numbers in decimal: rounded as by the C library in the C locale, for every current locale. Only the grammar is
+ * accepted. */
 #include "base/decimal.h"
 
 #include <float.h>
@@ -19,7 +19,8 @@ static double read_all(const char *text) {
     return value;
 }
 
-/* Of all magnitudes, with any number of digits, and midpoints of neighbouring doubles with a digit after them. */
+/* Numbers of all magnitudes, with any number of digits, and midpoints of neighbouring doubles with a digit after
+ * them. */
 KT_TEST(numbers_are_rounded_as_the_c_library_does) {
     kt_random random = kt_random_of_test();
     long different = 0;

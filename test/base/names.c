@@ -38,9 +38,9 @@ KT_TEST(table_finds_every_name_in_its_scope) {
     free(memory);
 }
 
-/* Linear probing at a load a takes (1 + 1 / (1 - a)^2) / 2 probes for an absent name if the hash is even: 5 at a = 2/3
- * (Knuth, The Art of Computer Programming, volume 3, section 6.4). Names that count up, as those of chains do, must not
- * do worse than 1.5 times that. */
+/* Linear probing at a load a takes `(1 + 1 / (1 - a)^2) / 2` probes for an absent name if the hash is even. This is 5
+ * at `a = 2/3` (Knuth, The Art of Computer Programming, volume `3, section 6.4`). Names that count up, as those of
+ * chains do, must not do worse than 1.5 times that. */
 KT_TEST(table_spreads_names_that_count_up) {
     static char names[MANY][16];
     kt_names table;
@@ -155,7 +155,7 @@ KT_TEST(slips_of_the_pen_are_understood) {
     kt_check_text("of equally near ones the first", nearest("leg9", twins, 3), "leg3");
 }
 
-/* The distance by its recursion, written as it stands, without a table. */
+/* The distance by its recursion, without a table. */
 static int plain_distance(const char *a, int m, const char *b, int n) {
     if (m == 0 || n == 0)
         return m + n;
