@@ -1,4 +1,4 @@
-/* Every test here must fail: selftest.py sees to it. What it names holds where the check named by the test fails. */
+/* Every test here must fail: selftest.py checks this. The condition in a test's name holds if the check in it fails. */
 #include "check.h"
 
 #include <math.h>

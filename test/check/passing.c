@@ -1,4 +1,4 @@
-/* What must hold for checks, random numbers and counts of allocations to be worth anything. */
+/* The conditions that checks, random numbers and counts of allocations must meet. */
 #include "check.h"
 #include "interpose.h"
 
@@ -19,7 +19,7 @@ KT_TEST(bounds_are_reached_but_not_passed) {
     kt_check_equal_bits("one NaN", &(double){(double)NAN}, &(double){(double)NAN}, 1);
 }
 
-/* The first outputs from the state (1, 2, 3, 4), worked out by hand from the definition rotl(5 s1, 7) 9:
+/* The first outputs from the state `(1, 2, 3, 4)`, worked out by hand from the definition `rotl(5 s1, 7) 9`:
  *   s1 = 2:                                       10 * 2^7 * 9 = 11520
  *   s1 = 2 ^ (3 ^ 1) = 0:                         0
  *   s1 = (3 ^ 1 ^ 2 * 2^17) ^ (1 ^ 4 ^ 2) = 2^18 + 5:  5 (2^18 + 5) * 2^7 * 9 = 1509978240 */
@@ -39,7 +39,8 @@ KT_TEST(streams_depend_on_their_name_alone) {
     kt_check_true("the test's own", kt_random_bits(&own) == kt_random_bits(&named));
 }
 
-/* Of N samples, the mean of x has the deviation s / sqrt(N) and that of x^2 the deviation s2 / sqrt(N): 4 of them. */
+/* The mean of x over N samples has the deviation s / sqrt(N), and that of x^2 has s2 / sqrt(N). The bound is four of
+ * them. */
 KT_TEST(random_numbers_have_their_moments) {
     enum { N = 100000 };
     kt_random random = kt_random_of_test();
@@ -65,7 +66,7 @@ KT_TEST(random_numbers_have_their_moments) {
     kt_check_below("uniform: 1 - highest", 1.0 - highest, 10.0 / N);
     kt_check_near("normal: mean", normal, 0.0, deviation);
     kt_check_near("normal: mean square", normal2, 1.0, deviation * sqrt(2.0));
-    /* z of a uniform direction is uniform in -1 .. 1: the mean square is 1/3, its variance 1/5 - 1/9. */
+    /* z of a uniform direction is uniform in `-1 .. 1`: the mean square is `1/3`, its variance `1/5 - 1/9`. */
     kt_check_near("direction: mean square of z", axis2, 1.0 / 3.0, deviation * sqrt(1.0 / 5.0 - 1.0 / 9.0));
     for (int i = 0; i < 6; i++)
         kt_check_near("int: share", counts[i] / (double)N, 1.0 / 6.0, deviation * sqrt(5.0 / 36.0));
