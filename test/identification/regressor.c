@@ -216,8 +216,8 @@ static void free_arm(arm *x) {
     kt_model_free(x->model);
 }
 
-/* Those of inertia: the others are viscous and Coulomb friction of all joints, and armatures of all that do not show in
- * an inertia of the first bodies. */
+/* The number of parameters of inertia. The others are viscous and Coulomb friction of all joints. The armatures of some
+ * joints are parameters too, if they do not appear in an inertia of the first bodies. */
 static int inertial(const arm *x, const base_set *b) {
     int count = 0;
     for (int i = 0; i < b->rank; i++)
@@ -243,9 +243,9 @@ static void check_count(const char *what, int count, const kt_vec3 *axis, const 
 #define Z_AXIS                                                                                                         \
     { 0.0, 0.0, 1.0 }
 
-/* For revolute joints that are each parallel or perpendicular to the one before, the number is 7 n - 4 b - 2 l. Here b
- * is the number of links in the first run of parallel axes, and l = 1 if the first axis is along gravity (Mayeda,
- * Yoshida & Osuka 1990). This gives 36 for a PUMA 560, and 43 for an arm with seven axes. */
+/* If each revolute joint is parallel or perpendicular to the one before, the number is `7 n - 4 b - 2 l`. Here b is the
+ * number of links in the first run of parallel axes. If the first axis is along gravity, l = 1 (Mayeda, Yoshida & Osuka
+ * 1990). This gives 36 for a `PUMA 560`, and 43 for an arm with seven axes. */
 KT_TEST(base_parameters_are_as_many_as_published) {
     static const kt_vec3 planar[] = {Z_AXIS, Z_AXIS}, puma[] = {Z_AXIS, Y_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS},
                          seven[] = {Z_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS, Y_AXIS, Z_AXIS};
@@ -260,8 +260,8 @@ KT_TEST(base_parameters_are_as_many_as_published) {
     check_count("seven axes", 7, seven, seven_at, kt_vec3_make(0.0, 0.0, -9.81), 43);
 }
 
-/* Of two rods in a vertical plane, the first of 0.7 m: Izz1 + l^2 m2 with the first rotor, mcx1 + l m2, and all others
- * alone. */
+/* Two rods in a vertical plane, the first of 0.7 m. The parameters are Izz1 + l^2 m2 with the first rotor, mcx1 + l m2,
+ * and all others alone. */
 KT_TEST(base_parameters_of_two_links_have_their_known_names) {
     static const kt_vec3 axis[] = {Z_AXIS, Z_AXIS}, at[] = {{0.0, 0.0, 0.0}, {0.7, 0.0, 0.0}};
     static const char *const wanted[] = {"Izz(one) + 0.49 m(two) + armature(one)",
