@@ -165,7 +165,7 @@ KT_TEST(forward_returns_the_body_whose_joint_has_no_inertia) {
     kt_model_free(t.model);
 }
 
-/* x = cos q, y = sin q of a marker on a hinge. Bounds: 1 unit in the last place of 1, and 2^-82 absolutely. */
+/* x = cos q, y = sin q of a marker on a hinge. Bounds: one unit in the last place of 1, and `2^-82` absolutely. */
 KT_TEST(sines_are_those_of_long_double_at_all_sizes_of_angles) {
     static kt_generated g;
     kt_random random = kt_random_of_test();
@@ -221,7 +221,7 @@ static int count_words(const char *text, const char *word) {
     return count;
 }
 
-/* The operations of the functions of a chain are no more than the bars: what this version needs. */
+/* A function of a chain needs at most as many operations as the bar, which is the count for this version. */
 static void check_operations(int bodies, const char *equation, const int bar[5]) {
     static const char *const function[5] = {"forward", "inverse", "bias", "mass", "energy"};
     small_tree t;

@@ -37,7 +37,7 @@ bool kt_generated_has(const char *compiler);
 bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile);
 void kt_generated_free(kt_generated *g);
 
-/* The number of a description that a parameter stands for; NULL fails the test. */
+/* The number of a description that a parameter represents; NULL fails the test. */
 double *kt_generated_number(kt_tree *tree, const char *name);
 
 #endif
