@@ -88,7 +88,7 @@ KT_TEST(coordinates_of_a_joint_type_are_those_of_its_motions) {
     }
 }
 
-/* What each test does to random trees of all joint types. */
+/* A trial on random trees of all joint types. */
 typedef void trial(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n);
 
 static void try_all(const char *what, trial *one) {
@@ -108,7 +108,7 @@ static void try_all(const char *what, trial *one) {
     kt_check_worst(&error);
 }
 
-/* Second-order differences of q (+) h v: h^2 / 6 |v|^3 / 8 of the exponential, EPS / h of rounding. */
+/* Second-order differences of q (+) h v: `h^2 / 6 |v|^3 / 8` of the exponential, EPS / h of rounding. */
 static void rates(const kt_tree *tree, kt_random *random, const kt_tree_state *s, kt_worst *error, int n) {
     double rate[KT_TREE_NQ], there[KT_TREE_NQ], back[KT_TREE_NQ], step[KT_TREE_NV];
     const double h = 1e-5;
@@ -198,7 +198,7 @@ static void shorter(const kt_tree *tree, kt_random *random, const kt_tree_state 
 
 KT_TEST(differences_go_the_shorter_way_and_arrive) { try_all("q (+) (p (-) q)", shorter); }
 
-/* Of numbers that differ by one bit or more. */
+/* Compares numbers that must be equal in every bit. */
 static void same(kt_worst *error, const double *x, const double *expected, int count, const char *what, int n) {
     for (int i = 0; i < count; i++)
         kt_worst_near(error, memcmp(&x[i], &expected[i], sizeof *x) == 0 ? 0.0 : 1.0, 0.0, 0.0, "%s: tree %d number %d",
