@@ -15,7 +15,7 @@ KT_TEST(quartiles_are_those_of_the_sorted_samples) {
     kt_check_near("median", t.median, 5.0, 0.0);
     kt_check_near("high", t.high, 7.0, 0.0);
     kt_check_near("samples keep their rounds", t.sample[2], 9.0, 0.0);
-    t.rounds = 6; /* 2 4 5 6 7 9: between two samples, in proportion */
+    t.rounds = 6; /* `2 4 5 6 7 9`: between two samples, in proportion */
     kt_bench_sort(&t);
     kt_check_near("low of six", t.low, 4.25, 0.0);
     kt_check_near("median of six", t.median, 5.5, 0.0);
@@ -77,7 +77,7 @@ KT_TEST(samples_are_processor_time_a_call) {
     kt_bench_times times[2];
     kt_bench_measure(tasks, 2, 0.05, times);
     for (int i = 0; i < 2; i++) {
-        /* No less than it spins; what else it costs, the clock, is a small part. */
+        /* The time is at least that of spinning. The clock adds a small part. */
         kt_check_above("least", times[i].least, spinners[i].seconds);
         kt_check_below("least", times[i].least, 1.5 * spinners[i].seconds);
         kt_check_above("rounds", times[i].rounds, KT_BENCH_ROUNDS_LEAST);
