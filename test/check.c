@@ -35,7 +35,7 @@ static bool report(bool holds, const char *what, const char *format, ...) {
     return holds;
 }
 
-/* x / bound; a bound of zero asks for exactly zero, and one that is not finite or below zero is met by nothing. */
+/* The ratio x / bound. A bound of zero requires exactly zero. No x meets a bound that is not finite or below zero. */
 static double ratio_of(double x, double bound) {
     if (bound > 0.0 && isfinite(bound))
         return x / bound;

@@ -6,13 +6,13 @@
  *         kt_check_near("angle", observed, expected, 4.0 * DBL_EPSILON);
  *     }
  *
- * A check prints what it saw, its bound and their ratio, and goes on; the test fails at its end if any check did, or if
- * there was none. NaN fails every check.
+ * A check prints its observed value, its bound and their ratio, and goes on. The test fails at its end if any check
+ * failed, or if there was none. NaN fails every check.
  *
- * A check that would hardly fail is marked "slack". Its ratio is below 1e-3: the bound would let a thousandfold error
- * pass, or a value that must not be small could fall to a thousandth. A number of failures is slack if more than 2 are
- * allowed and none occurs. Slack fails no test. test/count.py counts it at the end of the suite, and a comment at each
- * place gives the reason for its bound.
+ * A check that would hardly fail is marked "slack". Its ratio is below 1e-3. The bound would then let a thousandfold
+ * error pass, or a value that must not be small could fall to a thousandth. A number of failures is slack if more than
+ * 2 are allowed and none occurs. Slack fails no test. The script test/count.py counts it at the end of the suite. A
+ * comment at each place gives the reason for its bound.
  *
  * An argument of the program is a pattern ('aba_*') that chooses tests.
  */
@@ -49,7 +49,7 @@ bool kt_check_near(const char *what, double observed, double expected, double bo
 /* observed <= bound; meant for errors, other magnitudes, and numbers of failures: a negative value fails. */
 bool kt_check_below(const char *what, double observed, double bound);
 
-/* observed >= bound, for what must not be small: a rejected value, a condition, an observed order. */
+/* observed >= bound, for quantities that must not be small: a rejected value, a condition, an observed order. */
 bool kt_check_above(const char *what, double observed, double bound);
 
 bool kt_check_equal_int(const char *what, long long observed, long long expected);
@@ -86,8 +86,8 @@ void kt_worst_below(kt_worst *worst, double observed, double bound, const char *
     __attribute__((format(printf, 4, 5)));
 bool kt_check_worst(const kt_worst *worst);
 
-/* States what this machine cannot show (an instruction set that it has not), and why. It is counted as skipped, and the
- * test goes on; one that makes no check at all is skipped itself. */
+/* Reports a feature that this machine lacks (such as an instruction set), and why. It is counted as skipped, and the
+ * test goes on. A test that makes no check at all is skipped itself. */
 void kt_skip(const char *what, const char *why);
 #define KT_NO_ISA "this processor or build does not have this level of the instruction set"
 

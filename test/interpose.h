@@ -1,7 +1,7 @@
 /* Counts the allocations of a program, whichever library makes them, and can make one fail.
  *
  *     kt_interpose_start();
- *     ... what must not allocate ...
+ *     ... code that must not allocate ...
  *     kt_check_equal_int("allocations", kt_interpose_stop(), 0);
  *
  * For a test program with 'interpose': true in its entry (see meson.build). Not for several threads.

@@ -15,8 +15,8 @@
 
 #include <stdbool.h>
 
-/* Sanitizers look at memory and not at figures, and a program takes some thirty times as long with them: there each
- * `share`th of many like cases is enough. `count` counts the calls. */
+/* Sanitizers check memory and not figures, and a program takes some thirty times as long with them. Each `share`th of
+ * many similar cases is then enough. `count` counts the calls. */
 static inline bool kt_is_asked(int *count, int share) { return (*count)++ % (KT_ADDRESS_SANITIZER ? share : 1) == 0; }
 
 #endif
