@@ -119,7 +119,7 @@ static void elastic_bar(linkage *l, kt_effect *effect, elastic *spring) {
     l->description.effect_count = 1;
 }
 
-/* A uniform bar of 1 kg and 1 m turns about its end: `q'' = -50 q / I`. */
+/* A uniform bar of 1 kg and 1 m turns about its end: `q'' = -50 q / I`, `I = 1/3`. */
 KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
     static linkage l;
     elastic spring = {0.01, 1};
