@@ -4,7 +4,7 @@
 
 enum { BODIES = 5, JOINTS = 2 * BODIES, TENDONS = 2, ACTUATORS = 6, MESHES = 3 };
 
-/* What has been written: the scalar joints and tendons that others refer to. */
+/* The elements written so far: the scalar joints and tendons that others refer to. */
 typedef struct drawing {
     FILE *to;
     kt_random *random;
@@ -38,8 +38,8 @@ static void put_vector(drawing *d, const char *name, int first, int last) {
     fprintf(d->to, "\"");
 }
 
-/* Vertices alone, whose faces are those of their hull; or a cube with corners at random distances, a star that encloses
- * less than its hull does. */
+/* A mesh of vertices alone, whose faces are those of their hull. Or a cube with corners at random distances, a star
+ * that encloses less than its hull does. */
 static void write_mesh(drawing *d, int index) {
     static const char *const rules[] = {"legacy", "exact", "convex", "shell"};
     const bool is_cloud = chance(d, 2);
@@ -215,7 +215,8 @@ static int any_tendon(drawing *d) {
     return d->tendon_count > 0 && chance(d, 2) ? kt_random_int(d->random, 0, d->tendon_count - 1) : -1;
 }
 
-/* A motor of a site, with a force and a moment. Bounds of joints hold for these, too, which is told, and left out. */
+/* A motor of a site, with a force and a moment. The bounds of joints apply to these, too; the reader reports this and
+ * leaves the bounds out. */
 static void write_thruster(drawing *d) {
     const int body = kt_random_int(d->random, 0, d->body_count - 1);
     for (int i = body; i >= 0; i = d->parent[i])

@@ -17,8 +17,8 @@ static inline kt_pose pose_of_end(kt_pose body, const kt_end *end) {
     return kt_pose_compose(body, own);
 }
 
-/* The distance of both points along the world's axes; of a weld also MuJoCo's vector part of the quaternion between
- * both orientations, whose norm is the sine of half the angle. */
+/* The distance of both points along the world's axes. For a weld, also MuJoCo's vector part of the quaternion between
+ * both orientations. Its norm is the sine of half the angle. */
 static inline void compare_ends(const kt_loop *loop, kt_pose a, kt_pose b, const double *theirs, kt_worst *worst) {
     const kt_vec3 d = kt_vec3_sub(a.position, b.position);
     const double apart[3] = {d.x, d.y, d.z}, scale = fmax(1.0, kt_vec3_norm(d));

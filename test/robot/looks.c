@@ -1,5 +1,5 @@
-/* What robots look like: which solids and meshes of a file become shapes and meshes of a scene, and where files of
- * meshes are found. */
+/* The looks of robots: which solids and meshes of a file become shapes and meshes of a scene, and where files of meshes
+ * are found. */
 #define ROBOT "m"
 #include "robot.h"
 
@@ -85,7 +85,7 @@ KT_TEST(all_visuals_are_seen_and_collisions_only_without_them) {
     "</link><link name='b'/><joint name='j' type='fixed'><parent link='a'/><child link='b'/>"                          \
     "<origin xyz='0.5 0 0'/></joint></robot>"
 
-/* The robot reaches 0.5 m; a cube's corners are sqrt(3) / 2 of its edge away. */
+/* The robot reaches 0.5 m; a cube's corners are `sqrt(3) / 2` of its edge away. */
 KT_TEST(collision_far_larger_than_the_robot_is_not_seen) {
     static const struct {
         const char *text;
@@ -244,8 +244,8 @@ KT_TEST(link_that_has_the_name_of_a_package_is_the_package) {
     remove_folders(base);
 }
 
-/* A mesh at `refpos`, turned by `refquat` and scaled, in a geom that is moved and turned itself: two of its points are
- * where the compiler of the format says, p + R s R0' (x - x0). */
+/* A mesh at `refpos`, turned by `refquat` and scaled, in a geom that is moved and turned itself. Two of its points are
+ * at the places that the format's compiler gives, p + R s R0' (x - x0). */
 KT_TEST(meshes_of_mjcf_stand_where_their_geoms_do) {
     char base[] = "/tmp/kinetree-looks-XXXXXX", path[400];
     kt_scene scene;

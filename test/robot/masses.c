@@ -1,5 +1,5 @@
 /* Masses that options give to robots: in every format they act, or are refused by name. Closed forms: a box of edges a,
- * b, c has m (b^2 + c^2) / 12 about its x, a ball 2/5 m r^2. */
+ * b, c has `m (b^2 + c^2) / 12` about its x, a ball `2/5 m r^2`. */
 #define ROBOT "m"
 #include "robot.h"
 
@@ -9,8 +9,8 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* A link with a box of 0.1 x 0.2 x 0.3 m at (0, 0, 1) and a ball of 0.1 m at the origin, which has no mass, and one of
- * 2 kg. */
+/* The first link has no mass. It has a box of `0.1 x 0.2 x 0.3` m at `(0, 0, 1)` and a ball of 0.1 m at the origin. The
+ * second link has 2 kg. */
 #define URDF                                                                                                           \
     "<robot name='r'><link name='base'/><link name='a'><visual><origin xyz='0 0 1'/><geometry><box size='0.1 0.2 0.3'" \
     "/></geometry></visual><visual><geometry><sphere radius='0.1'/></geometry></visual></link><link name='b'>"         \

@@ -4,7 +4,7 @@
 
 #include "kinetree/kinetree.h"
 
-/* Ours have '_' for what names of scenes cannot have. */
+/* Our names have '_' for characters that names of scenes cannot have. */
 static inline bool same_name(const char *ours, const char *theirs) {
     for (; *theirs != '\0' && (*theirs == *ours || *ours == '_'); theirs++)
         ours++;

@@ -1,5 +1,5 @@
-/* Models in MJCF: what each element becomes, files that are included, copies, what is told, and faults at their places.
- * Numbers of trees, forces and equalities are held against MuJoCo in mjcf_mujoco.c. */
+/* Models in MJCF: the result of each element, included files, copies, warnings, and faults at their places. Numbers of
+ * trees, forces and equalities are compared with MuJoCo in mjcf_mujoco.c. */
 #define ROBOT "m.xml"
 #include "robot.h"
 
@@ -166,8 +166,9 @@ KT_TEST(keyframe_is_the_start_and_gives_controls) {
     kt_scene_free(&scene);
 }
 
-/* A ball of 3 kg and radius 0.1 m, 0.5 m below its hinge: I = 0.1 + 2/5 3 0.1^2 + 3 0.5^2. Along g q the inertia is
- * I / g^2, and the damping in the joint g^2 2 zeta sqrt(kp I / g^2). The control 0 is moved into half of 0.2 to 1. */
+/* A ball of 3 kg and radius `0.1 m`, 0.5 m below its hinge: `I = 0.1 + 2/5 3 0.1^2 + 3 0.5^2`. Along g q the inertia is
+ * `I / g^2`, and the damping in the joint `g^2 2 zeta sqrt(kp I / g^2)`. The control 0 is moved into half of `0.2 to
+ * 1`. */
 KT_TEST(servo_has_a_ratio_of_the_critical_damping_and_the_range_of_its_joint) {
     static const char text[] =
         "<mujoco><compiler angle='radian'/><worldbody><body name='a'><joint name='a' axis='0 1 0' armature='0.1' "
@@ -261,7 +262,7 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
     kt_scene_free(&scene);
 }
 
-/* What makes the motion another one is a warning of its own; what flags turn off is obeyed. */
+/* Elements that change the motion have a warning of their own. Flags that turn elements off are obeyed. */
 KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
     static const char text[] =
         "<mujoco><option density='1'><flag actuation='disable' equality='disable' spring='disable'/></option>"
@@ -289,7 +290,7 @@ KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
     kt_scene_free(&scene);
 }
 
-/* Such an element has no class whose number could be asked for. */
+/* Such an element has no class with a number to look up. */
 KT_TEST(default_that_is_not_at_the_root_is_no_class) {
     static const char text[] = "<mujoco><worldbody><body name='a'><joint name='j'/>" BALL
                                "</body></worldbody><actuator><default joint='j'/></actuator></mujoco>";
@@ -363,8 +364,8 @@ static char *repeat(const char *before, const char *part, size_t count, const ch
     return text;
 }
 
-/* A model that is too large for its copies must not lose them without a message, and names that copies make longer and
- * longer must not take all memory. */
+/* A model that is too large for its copies must not lose them without a message. Names that grow with every copy must
+ * not take all memory. */
 KT_TEST(large_models_are_refused_and_lose_nothing) {
     static const struct {
         const char *before, *part, *after, *fault;
@@ -694,7 +695,7 @@ KT_TEST(long_prefixes_are_refused) {
     free(text);
 }
 
-/* Of such joints there are only copies: a keyframe has no number for each, and their class is that of the attached
+/* Such joints exist only as copies. A keyframe has no number for each, and their class is that of the attached
  * model. */
 KT_TEST(keyframes_of_models_in_replicates_are_refused_at_their_place) {
     static const char within[] = "<mujoco><default><joint type='ball'/></default><asset>" MODEL(
@@ -714,7 +715,7 @@ KT_TEST(keyframes_of_models_in_replicates_are_refused_at_their_place) {
     remove_attached(folder);
 }
 
-/* The whole world of a model that is asked for twice; a joint of a body that stays behind keeps its numbers. */
+/* The whole world of a model that is attached twice. A joint of a body that stays behind keeps its numbers. */
 KT_TEST(a_model_is_attached_whole_and_more_than_once) {
     char folder[] = "/tmp/kinetree-mjcf-XXXXXX";
     const kt_robot_options options = {.keyframe = "b_up"};

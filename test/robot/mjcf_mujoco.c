@@ -1,9 +1,9 @@
-/* Models in MJCF, read here and by MuJoCo itself: the same mass matrix, bias force, places of bodies, forces of
- * springs, dampers, motors and servos, and accelerations, at random states; and equalities that have the same
- * residuals.
+/* Models in MJCF, read here and by MuJoCo itself. At random states they have the same mass matrix, bias force, places
+ * of bodies and accelerations. The forces of springs, dampers, motors and servos agree as well. Equalities have the
+ * same residuals.
  *
- * Positions are the same numbers in both: joints differ in their order alone. KT_MJCF_FILES names more files, apart by
- * blanks, of which those that both read are compared. */
+ * Positions are the same numbers in both: joints differ in their order alone. KT_MJCF_FILES names more files, separated
+ * by blanks. Those that both can read are compared. */
 #include "check.h"
 #include "equality.h"
 #include "match.h"
@@ -33,7 +33,7 @@ typedef struct pair {
     double *q, *v, *a, *tau, *matrix, *theirs;
 } pair;
 
-/* The bodies of ours that have MuJoCo's joints: both are in the order of the file. What moves beyond them are lengths
+/* The bodies of ours that have MuJoCo's joints: both are in the order of the file. The other moving bodies are lengths
  * of tendons. */
 static bool find_carriers(pair *p) {
     static const int dofs[] = {[mjJNT_FREE] = 6, [mjJNT_BALL] = 3, [mjJNT_SLIDE] = 1, [mjJNT_HINGE] = 1};
@@ -144,8 +144,8 @@ typedef struct findings {
     kt_worst mass, bias, place, turn, force, acceleration;
 } findings;
 
-/* Positions and velocities of ours that MuJoCo does not have: lengths of tendons. They do not concern what trees have.
- * */
+/* Positions and velocities of ours that MuJoCo does not have: lengths of tendons. They do not affect the quantities of
+ * trees. */
 static void compare_vector(kt_worst *worst, const pair *p, const double *ours, const double *theirs, double bound) {
     double most = 1e-9;
     for (int i = 0; i < p->nv; i++)
@@ -172,9 +172,9 @@ static void compare_places(pair *p, findings *f) {
     }
 }
 
-/* MuJoCo turns inertias to principal axes, by rotations that stop when the cosine of the next is above 1 - 1e-12. Axes
- * may be off by 1.4e-6 rad, and an inertia by that times the difference of two principal moments. 1.6e-10 of the
- * largest entry was measured. Places do not depend on it. */
+/* MuJoCo turns inertias to principal axes, by rotations that stop when the cosine of the next is above `1 - 1e-12`.
+ * Axes may be off by 1.4e-6 rad. An inertia may be off by this times the difference of two principal moments. 1.6e-10
+ * of the largest entry was measured. Places do not depend on it. */
 static void compare_mass(pair *p, findings *f, double bound) {
     double most = 0.0;
     kt_error error = {0};
@@ -191,7 +191,7 @@ static void compare_mass(pair *p, findings *f, double bound) {
     compare_vector(&f->bias, p, p->tau, p->d->qfrc_bias, bound);
 }
 
-/* Forces of springs, dampers and actuators, and what follows. */
+/* Compares forces of springs, dampers and actuators, and the resulting accelerations. */
 static void compare_forces(pair *p, findings *f, double bound) {
     kt_error error = {0};
     mjtNum *sum = p->theirs;
@@ -213,9 +213,9 @@ static int compare_numbers(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Quantities that do not depend on axes agree to rounding: mass, centre of mass, and principal moments, whose error is
- * of second order in that of the axes. The whole inertia agrees to 1.5e-6, the largest error of MuJoCo's rotations. Its
- * axes and moments are then replaced by those that belong to the same inertia to rounding. */
+/* Quantities that do not depend on axes agree to rounding: mass, centre of mass, and principal moments. The error of
+ * these moments is of second order in that of the axes. The whole inertia agrees to 1.5e-6, the largest error of
+ * MuJoCo's rotations. Its axes and moments are then replaced by those that belong to the same inertia to rounding. */
 static void compare_inertia(pair *p, int ours, int theirs, kt_worst *invariant, kt_worst *whole) {
     const kt_body *body = &p->scene.description.bodies[kt_body_source(p->model, ours)];
     const mjModel *m = p->m;
@@ -289,8 +289,8 @@ static void compare_tree(const char *path, const kt_robot_options *options, bool
     compare_tree_with(path, options, forces, false, bound);
 }
 
-/* All elements together: inertias by what does not depend on axes, all else with the axes of these inertias, to
- * rounding. */
+/* All elements together. Inertias are compared by quantities that do not depend on axes, all else with the axes of
+ * these inertias, to rounding. */
 KT_TEST(tree_of_every_element_is_that_of_mujoco_to_rounding_but_for_its_principal_axes) {
     compare_tree_with(MODELS "/tree.xml", NULL, true, true, 1e-13);
 }
@@ -316,8 +316,8 @@ static void compare_exported(const kt_description *d, double bound) {
     (void)remove(path);
 }
 
-/* The tree of every element with inertias along the axes of their bodies, which MuJoCo does not turn. Of joints that
- * stand on bodies without mass, which it refuses, these have one. */
+/* The tree of every element with inertias along the axes of their bodies, which MuJoCo does not turn. MuJoCo refuses
+ * joints on bodies without mass, so these bodies have mass here. */
 KT_TEST(tree_of_every_element_without_principal_axes_is_that_of_mujoco_to_rounding) {
     kt_scene scene;
     kt_error error = {0};

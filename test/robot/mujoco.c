@@ -1,5 +1,5 @@
-/* A robot in URDF, read here and by MuJoCo, which has a reader of its own: the same mass matrix, bias force and places
- * of links. MuJoCo 2.2 leaves `mimic` out and names bodies as links; joints are found by their bodies. */
+/* A robot in URDF, read here and by MuJoCo, which has a reader of its own. Mass matrix, bias force and places of links
+ * are the same. MuJoCo 2.2 leaves `mimic` out and names bodies as links; joints are found by their bodies. */
 #include "check.h"
 #include "match.h"
 

@@ -1,11 +1,11 @@
-/* Models in MJCF and URDF, read here and by today's MuJoCo (mujoco_wasm.mjs, by npm's @mujoco/mujoco; KT_MUJOCO_WASM
- * names its folder): the same mass matrix, bias force, places of bodies, forces of springs, dampers, motors and servos,
- * and accelerations, at random states; and the residuals of equalities.
+/* Models in MJCF and URDF, read here and by today's MuJoCo (mujoco_wasm.mjs, by npm's @mujoco/mujoco). KT_MUJOCO_WASM
+ * names its folder. At random states, mass matrix, bias force, places of bodies and accelerations are the same. The
+ * forces of springs, dampers, motors and servos agree as well, and so do the residuals of equalities.
  *
- * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. Lengths of tendons, which
- * are coordinates here alone, follow from the joints: ours are compared as v = T v', M' = T' M T, f' = T' f.
- * KT_ROBOT_FILES names more files, apart by blanks, and KT_ROBOT_KEYFRAME=k has the controls of their only keyframe
- * act, if that is `k`; what one of both refuses is said. */
+ * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. Lengths of tendons are
+ * coordinates here alone and follow from the joints. Ours are compared as `v = T v'`, `M' = T' M T`, `f' = T' f`.
+ * KT_ROBOT_FILES names more files, separated by blanks. With KT_ROBOT_KEYFRAME=k, the controls of their only keyframe
+ * act, if its name is `k`. A file that either reader refuses is reported. */
 #include "../scene_files.h"
 #include "check.h"
 #include "draw.h"
@@ -36,7 +36,7 @@ typedef struct joint {
     int type, q, v, body, carrier; /* carrier: our body that it moves */
 } joint;
 
-/* A model of theirs, and ours of the same file. Of vectors ours and theirs, theirs in their order. */
+/* A model of theirs, and ours of the same file. The vectors of both are in the order of theirs. */
 typedef struct pair {
     kt_scene scene;
     kt_model *model;
@@ -124,7 +124,7 @@ static bool read_header(FILE *from, pair *p) {
     return true;
 }
 
-/* All of a state stands in the order of the array. */
+/* A whole state is in the order of the array. */
 static bool read_state(FILE *from, pair *p) { return read_numbers(from, p->qpos, state_size(p)); }
 
 static bool is_theirs(const pair *p, const char *name) {
@@ -140,8 +140,8 @@ static bool is_length(const pair *p, const kt_loop *loop) {
            !is_theirs(p, loop->terms[0].joint) && is_theirs(p, loop->terms[1].joint);
 }
 
-/* Compiles the tree, without loops but for the lengths of tendons; what only other loops move needs them. Dry friction
- * is a constraint of MuJoCo's. */
+/* Compiles the tree without loops, except for those of tendon lengths. Parts that only other loops move need these
+ * loops. Dry friction is a constraint of MuJoCo's. */
 static kt_status compile(pair *p, kt_error *error) {
     kt_description d = p->scene.description;
     kt_effect *effects = calloc((size_t)d.effect_count + 1, sizeof *effects);
@@ -208,8 +208,8 @@ static void release(pair *p) {
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
-/* Our body that a joint of theirs moves: the one whose joint has its name, else the next one after `last`, since both
- * are in the order of the file. */
+/* Our body that a joint of theirs moves: the one whose joint has its name. If there is none, it is the next one after
+ * `last`, since both are in the order of the file. */
 static int find_carrier(const pair *p, const joint *theirs, int last) {
     const kt_description *d = &p->scene.description;
     int next = -1;
@@ -317,7 +317,8 @@ static const double *reduce(const pair *p, const double *ours) {
     return p->along;
 }
 
-/* Relative to the largest of theirs, and to what is nothing but rounding beside `terms`. */
+/* The error is relative to the largest of theirs. If that is only rounding beside `terms`, the error is relative to a
+ * share of `terms`. */
 static void compare_vector(kt_worst *worst, const pair *p, const double *ours, const double *theirs, double terms,
                            double bound) {
     /* where all forces of an export cancel, rounding is that of forces of the size of the mass matrix */
@@ -408,7 +409,7 @@ static int compare_equalities(const pair *p, kt_worst *worst) {
     return compared;
 }
 
-/* Masses stand in the file; of links of URDF that are fixed to each other MuJoCo makes one. */
+/* The file gives the masses. MuJoCo merges links of URDF that are fixed to each other. */
 static void compare_masses(const pair *p, findings *f, double bound) {
     for (int i = 1; i < p->body_count; i++)
         if (p->bodies[i].ours >= 0) {
@@ -482,7 +483,7 @@ typedef struct model_file {
     bool is_ours, is_only_read; /* an export of a scene; one of which MuJoCo makes other bodies and joints (URDF) */
 } model_file;
 
-/* Returns whether both read the next file. One that either refuses is told. */
+/* Returns whether both read the next file. If either refuses it, the test reports this. */
 static bool compare_next(FILE *from, const model_file *file) {
     const kt_robot_options options = {.keyframe = file->keyframe};
     const char *path = file->path;
@@ -528,8 +529,8 @@ static int compare_files(const model_file *files, int count) {
     return read;
 }
 
-/* Of meshes MuJoCo has the vertices as single-precision numbers: 6e-8 of their size, several of which make an
- * inertia. */
+/* MuJoCo stores the vertices of meshes as single-precision numbers. The error is 6e-8 of their size, and an inertia has
+ * several of them. */
 KT_TEST(models_are_those_that_mujoco_of_today_reads) {
     static const model_file files[] = {
         {MODELS "/mjcf/tree.xml", 4e-14, NULL, false, false},    {MODELS "/mjcf/masses.xml", 4e-14, NULL, false, false},
@@ -593,8 +594,8 @@ static void compare_random(int count, bool has_meshes, double bound) {
 
 /* Random models of all features that decide forces and accelerations. They have bounds of actuators, joints and tendons
  * (for one or several), springs, dampers, tendons with armature, flags, masses by shells, and frames of inertia. Forces
- * and masses to rounding (the masses of small geoms within large ones lose digits), accelerations, which lose what the
- * mass matrix does, to 1e-7. */
+ * and masses agree to rounding, although the masses of small geoms within large ones lose digits. Accelerations lose as
+ * many digits as the mass matrix, and agree to 1e-7. */
 KT_TEST(random_models_have_the_accelerations_that_mujoco_of_today_computes) { compare_random(150, false, 2.5e-10); }
 
 /* Meshes of each rule, of faces or of vertices alone. MuJoCo's axes of their inertia are off by up to 1e-8, and a light
@@ -620,7 +621,7 @@ static bool write_export(const kt_scene *scene, kt_robot_format format, const ch
     return false;
 }
 
-/* Every export of a bundled scene is read by MuJoCo, which finds in it what is read here. */
+/* MuJoCo reads every export of a bundled scene, and finds the same model as our reader. */
 KT_TEST(exports_of_bundled_scenes_are_read_by_mujoco_of_today) {
     static char names[EXPORTS_MOST][EXPORT_NAME];
     static model_file files[EXPORTS_MOST];

@@ -1,4 +1,4 @@
-/* What tests of the readers of robots share. ROBOT is the file's name in messages. */
+/* Shared helpers for the tests of the readers of robots. ROBOT is the file's name in messages. */
 #ifndef KT_TEST_IMPORT_ROBOT_H
 #define KT_TEST_IMPORT_ROBOT_H
 

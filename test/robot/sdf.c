@@ -1,5 +1,5 @@
-/* Models in SDF: what each element becomes, files that are included, what is told, and faults at their places. Places,
- * inertias and axes are held against another reading in sdf_oracle.py. */
+/* Models in SDF: the result of each element, included files, warnings, and faults at their places. The script
+ * sdf_oracle.py compares places, inertias and axes with another reader. */
 #define ROBOT "m.sdf"
 #include "robot.h"
 
@@ -49,7 +49,7 @@ KT_TEST(link_without_joint_moves_freely_and_weighs_what_the_format_says) {
     kt_scene_free(&scene);
 }
 
-/* The name is the world's, whatever else has it. */
+/* The name is the world's, even if others have it. */
 KT_TEST(parent_world_is_the_world_and_no_link_or_joint_of_that_name) {
     static const char *const texts[] = {
         SDF(LINK("world")
@@ -70,7 +70,7 @@ KT_TEST(parent_world_is_the_world_and_no_link_or_joint_of_that_name) {
     }
 }
 
-/* What the format has for forces, and is not read, is a warning. */
+/* Unread elements of the format for forces cause a warning. */
 KT_TEST(decay_and_added_mass_are_warnings) {
     kt_scene scene;
     int warnings = 0;
@@ -115,8 +115,8 @@ KT_TEST(joint_types_are_ours) {
     }
 }
 
-/* The link is turned by 90 degrees about z: the model's x is its -y. Until 1.4 an axis is the model's, then the
- * joint's, but for what until 1.6 says otherwise. */
+/* The link is turned by 90 degrees about z: the model's x is its -y. Until 1.4 an axis is in the model's frame, then in
+ * the joint's. Until 1.6 the file may choose the model's frame. */
 KT_TEST(axes_are_in_the_frame_that_the_version_says) {
     static const struct {
         const char *version, *within;
@@ -357,7 +357,7 @@ static char *written(const char *text) {
     return buffer;
 }
 
-/* One model in the words of 1.0, of 1.3, and of 1.4, where it is written in our order of elements. */
+/* One model in the words of three versions: `1.0, 1.3, and 1.4`. The last is written in our order of elements. */
 KT_TEST(versions_before_1_4_are_the_same_models) {
     static const char *const texts[] = {
         "<gazebo version='1.0'><model name='m' static='false'><origin pose='1 2 3 0.1 0.2 0.3'/>"

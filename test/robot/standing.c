@@ -1,6 +1,6 @@
-/* Robots that stand on the ground of their file: four legs with servos, contacts of random stiffness, damping, friction
- * and cone, dropped from a small height. After 3 s they stand where today's MuJoCo has them (mujoco_wasm.mjs;
- * KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco). */
+/* Robots on the ground of their file: four legs with servos, dropped from a small height. The contacts have random
+ * stiffness, damping, friction and cone. After 3 s the robots rest at the places that today's MuJoCo computes
+ * (mujoco_wasm.mjs). KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
 #include "check.h"
 #include "random.h"
 
@@ -130,7 +130,7 @@ KT_TEST(planes_touch_the_points_of_solids_that_masks_pairs_and_excludes_allow) {
         {"<mujoco><worldbody><geom type='plane' size='1 1 1'/><body><geom size='.1'/><body name='b'><joint/><geom "
          "size='.1'/>"
          "</body></body></worldbody></mujoco>",
-         1}, /* what does not move touches nothing */
+         1}, /* bodies that do not move touch nothing */
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene scene;

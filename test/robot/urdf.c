@@ -1,4 +1,4 @@
-/* Robots in URDF: what each element becomes, what is left out and told, and faults at their places. */
+/* Robots in URDF: the result of each element, omissions and their warnings, and faults at their places. */
 #define ROBOT "r.urdf"
 #include "robot.h"
 
@@ -385,7 +385,7 @@ KT_TEST(robot_that_is_written_as_a_scene_reads_back_the_same) {
     kt_scene_free(&robot);
 }
 
-/* Time and memory in proportion: the second half of the links costs what the first did. */
+/* Time and memory in proportion: the second half of the links costs as much as the first. */
 KT_TEST(robot_of_many_links_is_read) {
     enum { LINKS = 20000 };
     char *text = malloc((size_t)LINKS * 400);
@@ -415,7 +415,7 @@ static double time_to_read(bool is_one_name, int count) {
         kt_scene scene;
         char *at = text + sprintf(text, "<robot name='r'><link name='base'/>");
         for (int i = 0; i < count; i++) {
-            char name[20] = "a"; /* 17 places that are neither letter nor digit, as the bits of i say */
+            char name[20] = "a"; /* 17 characters, neither letter nor digit, from the bits of i */
             for (int k = 0; k < 17 && !is_one_name; k++)
                 name[k] = i >> k & 1 ? '.' : '/';
             at += sprintf(
@@ -477,7 +477,7 @@ static int count_notes(const kt_scene *scene, const char *part) {
 #define HINGE(name, parent, child, rest)                                                                               \
     "<joint name='" name "' type='revolute'><parent link='" parent "'/><child link='" child "'/>" rest "</joint>"
 
-/* q = multiplier q' + offset, along a chain of followers in any order: c = 2 b + 0.5, b = -3 a + 0.25, a = 0.1. */
+/* q = multiplier q' + offset, along a chain of followers in any order: `c = 2 b + 0.5, b = -3 a + 0.25, a = 0.1`. */
 KT_TEST(joints_that_follow_start_where_their_masters_put_them) {
     kt_scene scene;
     if (!parse_right("<robot name='r'><link name='base'/>" LINK("a") LINK("b") LINK("c")
@@ -514,7 +514,7 @@ KT_TEST(joints_that_follow_start_where_their_masters_put_them) {
     kt_scene_free(&scene);
 }
 
-/* Of fixed joints, whose rigid parts are walked through before the check of the description. */
+/* Circles of fixed joints. Their rigid parts are traversed before the check of the description. */
 KT_TEST(links_fixed_to_each_other_in_a_circle_are_refused) {
     static const char *const robots[] = {
         "<robot name='r'><link name='a'/><joint name='1' type='fixed'><parent link='a'/><child "
@@ -670,8 +670,8 @@ KT_TEST(inertias_are_judged_by_rigid_parts) {
         }
 }
 
-/* 1 kg at 0.5 m from the link's origin has 0.25 kg m^2 about it, whose rounding is some 1e-16; a moment of 1e-12 that
- * is alone is none. */
+/* A mass of 1 kg at 0.5 m from the link's origin has `0.25 kg m^2` about it. Its rounding is some 1e-16. A moment of
+ * 1e-12 without other moments is refused. */
 KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
     static const struct {
         const char *inertia;
@@ -697,9 +697,9 @@ KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
     }
 }
 
-/* The part is a dumbbell: two points of 1 kg, 1 m apart along x, whose links have an odd inertia each, 0.1 along x
- * and -0.1 along y. Together: 0.2 - 0.2 + 0.5 about y. That of one link alone, or with the parallel axes the wrong way
- * round, is refused. */
+/* The part is a dumbbell: two points of `1 kg`, `1 m` apart along x. Each of its links has an odd inertia: 0.1 along x
+ * and -0.1 along y. Together they have `0.2 - 0.2 + 0.5` about y. The inertia of one link alone, or with the parallel
+ * axes the wrong way round, is refused. */
 KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
     for (int tenths = 0; tenths < 10; tenths++) {
         /* x: 0.4; y: -0.2 + d^2 / 2; z: 0.2 + d^2 / 2. z <= x + y always; x <= y + z: 0.4 <= d^2; y >= 0: d^2 >=

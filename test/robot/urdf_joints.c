@@ -54,9 +54,9 @@ static void close_askew(askew *r) {
     kt_scene_free(&r->scene);
 }
 
-/* With the velocity V_i of the link's origin and the angular velocity W_i of each unit rate, in the world, and the
- * centre of mass at r from the origin:  M_ij = m (V_i + W_i x r) . (V_j + W_j x r) + W_i . I W_j,  h_i = -m g . (V_i +
- * W_i x r).
+/* Each unit rate gives the link's origin the velocity V_i and the link the angular velocity W_i, in the world. The
+ * centre of mass is at r from the origin. Then `M_ij = m (V_i + W_i x r) . (V_j + W_j x r) + W_i . I W_j`, and `h_i =
+ * -m g . (V_i + W_i x r)`.
  */
 static void check_askew(const askew *r, const kt_vec3 *linear, const kt_vec3 *angular) {
     const kt_mat3 turn = kt_mat3_multiply(r->pose.rotation, kt_matrix_from_rpy(kt_vec3_make(0.2, 0.1, -0.4)));

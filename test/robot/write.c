@@ -1,4 +1,5 @@
-/* Mechanisms written as robots: read back, they have the same mass matrix, places and loops; what is lost is told. */
+/* Mechanisms written as robots. Read back, they have the same mass matrix, places and loops. The writer reports all
+ * losses. */
 #include "../scene_files.h"
 #include "check.h"
 #include "random.h"
@@ -142,7 +143,7 @@ static kt_status compute(const compiled *c, kt_error *error) {
     return status == KT_OK ? kt_kinematics_update(c->model, c->data, c->q, c->v, NULL, error) : status;
 }
 
-/* Where bodies of one name stand. */
+/* Compares the places of bodies of the same name. */
 static void compare_places(const compiled *ours, const compiled *theirs, kt_worst *worst) {
     double most = 1.0;
     for (int b = 1; b < kt_model_body_count(ours->model); b++)
@@ -157,8 +158,9 @@ static void compare_places(const compiled *ours, const compiled *theirs, kt_wors
             }
 }
 
-/* Moments and masses that MuJoCo rejects are raised to 1.5e-14 in URDF. 64 eps: some ten rotations and products of
- * numbers that rounding has met on the way into text and back, and rpy of URDF close to a pitch of a quarter turn. */
+/* Moments and masses that MuJoCo rejects are raised to 1.5e-14 in URDF. The bound is 64 eps. It covers some ten
+ * rotations and products of numbers that are rounded on the way into text and back. It also covers rpy of URDF close to
+ * a pitch of a quarter turn. */
 static void compare(const compiled *ours, const compiled *theirs, kt_random *random, findings *f) {
     enum { COORDINATES = 256 };
     int positions[COORDINATES], velocities[COORDINATES];
@@ -178,7 +180,7 @@ static void compare(const compiled *ours, const compiled *theirs, kt_random *ran
         return;
     }
     compare_places(ours, theirs, &f->place);
-    double most = 0.0, fastest = 1.0; /* what balances gravity is rounding of some 9 m/s^2 */
+    double most = 0.0, fastest = 1.0; /* the balance of gravity leaves rounding of some 9 m/s^2 */
     for (int i = 0; i < nv; i++)
         fastest = fmax(fastest, fabs(ours->a[i]));
     for (int i = 0; i < nv; i++)
@@ -491,7 +493,7 @@ KT_TEST(names_of_scenes_are_escaped) {
 
 /* ---- the start --------------------------------------------------------------------------------------------------- */
 
-/* Where bodies are, and how they move, at the start of a description, which is assembled. */
+/* The places and velocities of bodies at the start of an assembled description. */
 typedef struct start {
     kt_model *model;
     kt_data *data;
@@ -652,7 +654,8 @@ KT_TEST(imported_robots_come_back_with_their_drives_and_tendons) {
     kt_check_worst(&worst);
 }
 
-/* A slider that stands for 2 a - 3 b + 0.5, with a spring and a servo in it, and a body without mass before another. */
+/* A slider that represents `2 a - 3 b + 0.5`, with a spring and a servo in it, and a body without mass before
+ * another. */
 KT_TEST(sums_of_joints_become_tendons_and_joints_without_mass_those_of_one_body) {
     kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", "a", KT_JOINT_REVOLUTE),
                         make_body("sum", NULL, KT_JOINT_PRISMATIC), make_body("c", "b", KT_JOINT_PRISMATIC),
