@@ -175,8 +175,8 @@ static bool first_order(kt_modes *modes, const kt_linear_system *system, const m
 }
 
 /* True errors of numbers are within four estimated ones (honest.c), and so are those of eigenvalues. The differences
- * are good to h^2 times a factor that grows where eigenvalues are close. This is a third of the error with twice the
- * step. The decomposition adds a rounding of some eps to errors of 1e-9. */
+ * are good to h^2 times a factor that grows where eigenvalues are close. Their error is a third of their distance to
+ * those with twice the step. The decomposition adds a rounding of some eps to errors of 1e-9. */
 KT_TEST(estimated_errors_of_modes_are_what_errors_of_numbers_do_to_first_order) {
     train t;
     kt_error error = {0};

@@ -120,7 +120,7 @@ KT_TEST(a_spatial_motion_that_overflows_beside_a_plane_is_refused) {
     kt_tree_free(&tree);
 }
 
-/* All coordinates are plain numbers here. They are checked together before each of them is checked. */
+/* All coordinates are plain numbers here. They are checked together first, and then one by one. */
 KT_TEST(numbers_in_planes_that_are_not_finite_are_refused_by_the_name_of_their_joint) {
     kt_tree tree;
     if (!grow(&tree, false, 1.0))

@@ -29,8 +29,8 @@ static const kt_vec3 ex = {1.0, 0.0, 0.0}, ey = {0.0, 1.0, 0.0}, ez = {0.0, 0.0,
 
 /* ---- autoTree ------------------------------------------------------------------------------------------------ */
 
-/* Body i (from 0) hangs at the end of body `i - 1`, turned by 1 rad about x. Lengths are `0.95^i` and masses `0.95^(3
- * i)`. */
+/* Body i (from 0) hangs at the end of body `i - 1`, turned by 1 rad about x. Lengths are `0.95^i` and masses
+ * `0.95^(3i)`. */
 static bool grow_auto_tree(kt_tree *tree) {
     begin(tree, kt_vec3_make(0.0, 0.0, -9.81));
     double length = 1.0, mass = 1.0;

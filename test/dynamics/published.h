@@ -2,14 +2,15 @@
  *
  * auto_tree: the mechanism of R. Featherstone's spatial_v2 (`autoTree: nb = 10, bf = 1, skew = 1, taper = 0.95`),
  * github.com/ROAM-Lab-ND/spatial_v2_extended models/autoTree.m. The numbers were computed in quadruple precision. The
- * state is `q_i = sin(i), v_i = cos(2i), a_i = sin(3i), tau_i = cos(3i)` (i from 1 to 10, rad). Gravity is `(0, 0,
- * -9.81)`.
+ * state is `q_i = sin(i), v_i = cos(2i), a_i = sin(3i), tau_i = cos(3i)` (i from 1 to 10, rad). The gravity vector is
+ * `(0, 0, -9.81)`.
  *
  * rbdl: github.com/rbdl/rbdl tests/DynamicsTests.cc, commit `d2ca037245722504b60c90c439cb5ed028c2b33a`. Accelerations
  * at rest, gravity `(0, -9.81, 0)`.
  *
  * pinocchio: github.com/stack-of-tasks/pinocchio unittest/joint-spherical.cpp, commit
  * `c51d9234f9e34be97ed73bdb2772bd4a61469719`. One body on turns about z, y, x, gravity `(0, 0, -9.81)`.
+ * 
  */
 #ifndef KT_TEST_DYNAMICS_PUBLISHED_H
 #define KT_TEST_DYNAMICS_PUBLISHED_H

@@ -268,8 +268,8 @@ KT_TEST(features_of_random_pulses_are_found) {
     kt_check_worst(&worst);
 }
 
-/* The first function is constant but for rounding, though its argument is beyond the largest number. The others are
- * mostly undefined, and each search of them is cut. */
+/* The first functions are constant but for rounding, though their arguments are beyond the largest number. The others
+ * are mostly undefined, and each search of them is cut. */
 KT_TEST(searches_have_an_end) {
     static const struct {
         const char *text;

@@ -320,8 +320,8 @@ KT_TEST(values_are_numbers_where_numbers_within_overflow) {
     kt_check_worst(&three);
 }
 
-/* The message names the first operation without a result, with its arguments. If there is none, it names the one that
- * exceeds the largest number. */
+/* The message names the first operation without a result, with its arguments. If there is none, it names the operation
+ * whose result exceeds the largest number. */
 KT_TEST(operation_that_makes_a_value_infinite_is_named) {
     static const struct {
         const char *text, *fault;
