@@ -1,5 +1,5 @@
-/* Numbers in decimal: rounded as by the C library in the C locale, for every current locale. Only the grammar is
- * accepted. */
+/* Numbers in decimal: rounded as by the C library in the C locale, independently of the current locale. Only the
+ * grammar is accepted. */
 #include "base/decimal.h"
 
 #include <float.h>

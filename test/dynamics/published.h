@@ -10,7 +10,7 @@
  *
  * pinocchio: github.com/stack-of-tasks/pinocchio unittest/joint-spherical.cpp, commit
  * `c51d9234f9e34be97ed73bdb2772bd4a61469719`. One body on turns about z, y, x, gravity `(0, 0, -9.81)`.
- * 
+ *
  */
 #ifndef KT_TEST_DYNAMICS_PUBLISHED_H
 #define KT_TEST_DYNAMICS_PUBLISHED_H

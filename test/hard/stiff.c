@@ -2,9 +2,10 @@
  *
  * Two blocks in a row, with masses M and m and springs K and k. Let u be the place of the first block, and s that of
  * the second on the first. The equations are `(M + m) u'' + m s'' = -K u` and `m (u'' + s'') = -k s`. The modes are `u
- * = A cos(w t + ...)` and s = rho u with rho = w^2 / (k/m - w^2). w^2 follows from `(K - (M + m) w^2)(k - m w^2) = m^2
- * w^4`. From rest, u = sum_i A_i cos(w_i t),  s = sum_i rho_i A_i cos(w_i t),  sum A_i = u0, sum rho_i A_i = s0. The
- * larger root follows from the formula for a sum, the smaller from their product, so that neither cancels.
+ * = A cos(w t + ...)` and s = rho u with rho = w^2 / (k/m - w^2). The frequencies follow from `(K - (M + m) w^2)(k - m
+ * w^2) = m^2 w^4`. From rest,
+ *   u = sum_i A_i cos(w_i t),  s = sum_i rho_i A_i cos(w_i t),  sum A_i = u0, sum rho_i A_i = s0.
+ * The larger root follows from the formula for a sum, the smaller from their product, so that neither cancels.
  */
 #include "hard.h"
 

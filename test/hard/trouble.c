@@ -1,8 +1,8 @@
 /* Kinds `11, 12 and 15`: impossible states and impossible continuations are reported, with the loop, its gap and the
  * time. No records are lost.
  *
- * Out of reach: a distance loop holds the ends of two bars of 1 m apart, at a distance of `1.4 m + 0.2 m/s t`. The bars
- * are straight at t = 3 s. Close to this time the rates grow as `(3 s - t)^-1/2`. A step of 1e-3 s fails only if the
+ * Out of reach: a distance loop holds the ends of two bars of 1 m at a distance of `1.4 m + 0.2 m/s t`. The bars are
+ * straight at t = 3 s. Close to this time the rates grow as `(3 s - t)^-1/2`. A step of 1e-3 s fails only if the
  * stretch is a few steps ahead at most.
  */
 #include "hard.h"

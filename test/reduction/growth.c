@@ -124,8 +124,8 @@ static bool find_matrices(const linkage *l, const double *tau, matrices *m) {
     return true;
 }
 
-/* Solves [M A'; A 0] (x, -lambda) = (f, b) with refinement. The error bound is
- * dx| <= eps |inverse| (|matrix| |x| + |right|). Its last bracket is the largest among forces and among equations. */
+/* Solves [M A'; A 0] (x, -lambda) = (f, b) with refinement. The error bound is `|dx| <= eps |inverse| (|matrix| |x| +
+ * |right|)`. Its last bracket is the largest among forces and among equations. */
 static void solve(const matrices *m, const double *f, const double *b, solution *s) {
     const int n = m->nv + m->rank;
     long double x[MOST] = {0.0L}, left[MOST], most[2] = {0.0L, 0.0L};
