@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a function reads and writes. */
+/* Inputs and outputs of a function. */
 typedef struct code_kind {
     const char *name, *meaning;
     const char *equation;

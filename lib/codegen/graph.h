@@ -2,7 +2,7 @@
  *
  * A node is a constant, a parameter, an input of a function, or an operation on one or two earlier nodes. Equal nodes
  * exist once. Operations on constants are evaluated at once, and x + 0, 1 x, 0 x and -(-x) are simplified. A negative
- * sign moves outwards: a - b and b - a are one node and its negation. What the functions do not use is never printed.
+ * sign moves outwards: a - b and b - a are one node and its negation. Unused nodes are never printed.
  *
  * Nodes whose origin is KT_OP_OF_PARAMETERS depend on parameters alone. All functions share them, and they are
  * computed once, by NAME_prepare. Nodes of KT_OP_OF_STATE belong to one function (`scope`).

@@ -173,8 +173,8 @@ typedef struct code_wrench {
     kt_op3 n, f;
 } code_wrench;
 
-/* Sets the entries of column v for the joints from link `i` to the ground. at_rest: the wrench is given in the axes at
- * rest of link i, whose own entries are known. */
+/* Sets the entries of column v for the joints from link `i` to the ground. If `at_rest`, the axes of the wrench are
+ * those at rest of link i, and the link's own entries are known. */
 static void fill_column(kt_code_tree *tree, const kt_code_frame *frame, int i, int v, code_wrench w, bool at_rest,
                         kt_op *mass) {
     kt_graph *g = tree->graph;

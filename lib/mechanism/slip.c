@@ -31,7 +31,8 @@
  *     |s| / (2 x a) (1 - 10 x)^2,   x <= 1 / 10
  *
  * so that sigma is half of |s|. Next to the limit slip follows its forces for much longer than it turns. For larger x
- * it comes to rest before the equations become stiff. Across e this makes an error of the acceleration. The error is
+ * it mostly comes to rest before the equations become stiff. Slip that turns round its rest instead is brought to rest
+ * between steps (simulation/contact_slip.c). Across e this makes an error of the acceleration. The error is
  * tau times the acceleration of s along e, times the rate at which e turns. In total the velocity is off by tau0 s0
  * times this rate. The rate s' is affine in the forces at all contacts that slip. The iteration for the directions is
  * in linear/coulomb.h. If it does not converge, e is the direction of s, which is counted
