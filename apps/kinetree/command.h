@@ -99,10 +99,10 @@ int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene
  * `initial.from` names the result, if it exists. */
 int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene);
 
-/* Reads a robot in URDF, MJCF or SDF. If `options` is NULL, the defaults apply. kt_read_scene does so, too, for files
- * named *.urdf, *.mjcf, *.sdf, *.world or *.xml. It also does so if a file or standard input begins with '<'. Prints
- * the elements of the robot that the scene has left out. */
-int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene);
+/* Reads a robot in URDF, MJCF or SDF with options. kt_read_scene reads robots, too, with the default options: files
+ * named *.urdf, *.mjcf, *.sdf, *.world or *.xml, and those that begin with '<'. Both print notes on the elements that
+ * the scene has left out, according to `settings`. */
+int kt_read_robot(const char *path, const kt_robot_options *options, const kt_settings *settings, kt_scene *scene);
 
 /* Writes a scene to a file, whole or not at all, or to standard output ("-"). */
 kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error);

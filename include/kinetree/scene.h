@@ -56,11 +56,19 @@ extern "C" {
 /* The lines and columns of the items of a scene in its file. */
 typedef struct kt_scene_marks kt_scene_marks;
 
+/* The rank of a note. */
+typedef enum kt_note_rank {
+    KT_NOTE_RANK_NAME = 0, /* a name without a use, or that the format does not have: it may be misspelt */
+    KT_NOTE_RANK_MOTION,   /* a warning: the motion differs from that of the file */
+    KT_NOTE_RANK_START,    /* the start, fixed and free bodies, limits, contacts that are left out */
+    KT_NOTE_RANK_DETAIL,   /* pictures, the form of the scene, names that do not concern the motion */
+} kt_note_rank;
+
 /* A note about an element of a file that the scene omits or has in another form. */
 typedef struct kt_scene_note {
     const char *where; /* "FILE:LINE:COLUMN", of the first such element */
     const char *what;  /* the kind of element, and the number of elements */
-    bool is_warning;   /* the motion differs from that of the file */
+    kt_note_rank rank;
 } kt_scene_note;
 
 /* A parameter of `parameters`. */

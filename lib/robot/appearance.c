@@ -242,15 +242,15 @@ void kt_appearance_finish(kt_appearance *appearance, kt_body *bodies, int count,
 }
 
 static const kt_note notes_of_pictures[] = {
-    KT_NOTE(kt_appearance, ellipsoids,
+    KT_NOTE(kt_appearance, ellipsoids, DETAIL,
             "ellipsoids, which pictures have as rods with round ends, as long, and of their mean radius:"),
-    KT_NOTE(kt_appearance, cones, "cones, which pictures have as cylinders of half their radius:"),
-    KT_NOTE(kt_appearance, sizeless,
+    KT_NOTE(kt_appearance, cones, DETAIL, "cones, which pictures have as cylinders of half their radius:"),
+    KT_NOTE(kt_appearance, sizeless, DETAIL,
             "shapes that are left out of pictures, since a dimension is not above zero, or above 1e50:"),
-    KT_NOTE(kt_appearance, missing,
+    KT_NOTE(kt_appearance, missing, DETAIL,
             "meshes that are not found, left out of pictures (--search FOLDER:FOLDER, or KINETREE_SEARCH, names "
             "where packages and models are):"),
-    KT_NOTE(kt_appearance, large,
+    KT_NOTE(kt_appearance, large, DETAIL,
             "collision shapes that are left out of pictures, since they are far larger than the robot:"),
 };
 

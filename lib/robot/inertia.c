@@ -205,8 +205,9 @@ void kt_judge_inertias(kt_judge *j) {
 
 void kt_judge_notes(kt_notes *n, const kt_judge *j) {
     kt_phrase by = {.length = 0};
-    kt_note_put(n, &j->nothings, "inertias that are nothing but rounding, taken for zero: %d", j->nothings.count);
-    kt_note_put(n, &j->odd_links,
+    kt_note_put(n, KT_NOTE_RANK_DETAIL, &j->nothings, "inertias that are nothing but rounding, taken for zero: %d",
+                j->nothings.count);
+    kt_note_put(n, KT_NOTE_RANK_DETAIL, &j->odd_links,
                 "inertias that no body has, of links within rigid parts whose inertia is one of bodies (the scene has "
                 "'inertia_check: accept'): %d",
                 j->odd_links.count);
@@ -216,7 +217,7 @@ void kt_judge_notes(kt_notes *n, const kt_judge *j) {
         kt_phrase_add(&by, "their largest principal moment exceeding the sum of the others by up to %.2g %% of it",
                       100.0 * j->worst_excess);
     kt_note_put(
-        n, &j->odd_inertias,
+        n, KT_NOTE_RANK_MOTION, &j->odd_inertias,
         "inertias that no body has are computed with, %s: %d; where such a part moves, accelerations may be wrong or "
         "not exist",
         by.text, j->odd_inertias.count);

@@ -13,66 +13,63 @@
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
 static const kt_note body_notes[] = {
-    KT_NOTE(kt_mjcf, renamed, "names of bodies that a scene cannot have, with '_' or a number:"),
-    KT_NOTE(kt_mjcf, fixed_bodies, "bodies that are fixed to the world (--floating lets them move):"),
-    KT_NOTE(kt_mjcf, freed, "bodies fixed to the world that move freely, by --floating:"),
-    KT_NOTE(kt_mjcf, several,
+    KT_NOTE(kt_mjcf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
+    KT_NOTE(kt_mjcf, fixed_bodies, START, "bodies that are fixed to the world (--floating lets them move):"),
+    KT_NOTE(kt_mjcf, freed, START, "bodies fixed to the world that move freely, by --floating:"),
+    KT_NOTE(kt_mjcf, several, DETAIL,
             "joints after the first of a body, each on a body of its own without mass, which has the joint's name:"),
-    KT_NOTE(kt_mjcf, offsets,
+    KT_NOTE(kt_mjcf, offsets, DETAIL,
             "joints that are not at the origin of their body, on a body of their own, which has the joint's name:"),
-    KT_NOTE(kt_mjcf, renamed_joints, KT_NOTE_RENAMED_JOINTS),
-    KT_NOTE(kt_mjcf, attached, "bodies of this model that it attaches again (attach without a model), left out:"),
-    KT_NOTE(kt_mjcf, incomplete,
+    KT_NOTE(kt_mjcf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_mjcf, attached, MOTION,
+            "bodies of this model that it attaches again (attach without a model), left out:"),
+    KT_NOTE(kt_mjcf, incomplete, MOTION,
             "tendons, equalities and actuators of attached models, left out since they refer to what is not "
             "attached, or has copies by a replicate:"),
-    KT_NOTE(kt_mjcf, lost_settings,
+    KT_NOTE(kt_mjcf, lost_settings, MOTION,
             "attached models with settings of the whole (option, settotalmass), in place of which are this model's:"),
-    KT_NOTE(kt_mjcf, mocap, "bodies that a program moves (mocap), fixed to the world:"),
-    KT_NOTE(kt_mjcf, keys, "keyframes, of which none is the start (import --keyframe NAME):"),
-    KT_NOTE(kt_mjcf, by_density, "geoms that say neither mass nor density, and have that of --density:"),
-    KT_NOTE(kt_mjcf, by_geoms, "bodies whose mass and inertia are those of their geoms:"),
+    KT_NOTE(kt_mjcf, mocap, START, "bodies that a program moves (mocap), fixed to the world:"),
+    KT_NOTE(kt_mjcf, keys, START, "keyframes, of which none is the start (import --keyframe NAME):"),
+    KT_NOTE(kt_mjcf, by_density, DETAIL, "geoms that say neither mass nor density, and have that of --density:"),
+    KT_NOTE(kt_mjcf, by_geoms, DETAIL, "bodies whose mass and inertia are those of their geoms:"),
 };
 
 static const kt_note force_notes[] = {
-    KT_NOTE(kt_mjcf, mesh_files, "meshes that cannot be read:"),
-    KT_NOTE(kt_mjcf, bounded, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
-    KT_NOTE(kt_mjcf, balanced, "inertias that no body has, made those of spheres by 'balanceinertia':"),
-    KT_NOTE(kt_mjcf, soft, "soft equalities, which are exact loops in the scene:"),
-    KT_NOTE(kt_mjcf, branches,
+    KT_NOTE(kt_mjcf, mesh_files, DETAIL, "meshes that cannot be read:"),
+    KT_NOTE(kt_mjcf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
+    KT_NOTE(kt_mjcf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
+    KT_NOTE(kt_mjcf, soft, MOTION, "soft equalities, which are exact loops in the scene:"),
+    KT_NOTE(kt_mjcf, branches, MOTION,
             "tendons with an armature that joins branches of the tree, of whose inertia between branches MuJoCo has "
             "nothing:"),
-    KT_NOTE(kt_mjcf, scaled, "welds with a torquescale, which an exact loop has no use for:"),
-    KT_NOTE(kt_mjcf, disabled,
+    KT_NOTE(kt_mjcf, scaled, DETAIL, "welds with a torquescale, which an exact loop has no use for:"),
+    KT_NOTE(kt_mjcf, disabled, DETAIL,
             "what flags of <option> turn off is left out (springs, dampers, dry friction, limits, equalities, "
             "actuators, limits of controls)"),
-    KT_NOTE(kt_mjcf, idle, "actuators that flags or 'actuatorgroupdisable' turn off, left out:"),
-    KT_NOTE(kt_mjcf, idle_ties, "equalities that flags turn off, left out:"),
-    KT_NOTE(kt_mjcf, inactive, "equalities that are not active, left out:"),
-    KT_NOTE(kt_mjcf, tied, "fixed tendons of several joints, each a body without mass that a coupling moves:"),
-    KT_NOTE(kt_mjcf, friction,
-            "dry friction that is held exactly in MuJoCo and is smooth here (frictionloss, joint_friction):"),
-    KT_NOTE(kt_mjcf, motors, "motors, whose torque is that of the control at the start (0 without --keyframe):"),
-    KT_NOTE(kt_mjcf, servos, "servos, whose target is that of the control at the start (0 without --keyframe):"),
-    KT_NOTE(kt_mjcf, sums,
+    KT_NOTE(kt_mjcf, idle, DETAIL, "actuators that flags or 'actuatorgroupdisable' turn off, left out:"),
+    KT_NOTE(kt_mjcf, idle_ties, DETAIL, "equalities that flags turn off, left out:"),
+    KT_NOTE(kt_mjcf, inactive, DETAIL, "equalities that are not active, left out:"),
+    KT_NOTE(kt_mjcf, tied, DETAIL, "fixed tendons of several joints, each a body without mass that a coupling moves:"),
+    KT_NOTE(kt_mjcf, friction, MOTION, KT_NOTE_SMOOTH_FRICTION),
+    KT_NOTE(kt_mjcf, motors, START, "motors, whose torque is that of the control at the start (0 without --keyframe):"),
+    KT_NOTE(kt_mjcf, servos, START, "servos, whose target is that of the control at the start (0 without --keyframe):"),
+    KT_NOTE(kt_mjcf, sums, START,
             "joints in which actuators act by a formula, with the control at the start, since the sum of their "
             "forces is bounded, or their stiffness or damping is below zero:"),
-    KT_NOTE(kt_mjcf, limits, "limits of position that are data alone (--stops makes effects of them):"),
-    KT_NOTE(kt_mjcf, lost_limits, "limits of ball joints that are left out:"),
-    KT_WARNING(kt_mjcf, fluid,
-               "the motion is not that of the file: forces of a medium (density, viscosity) are left out"),
+    KT_NOTE(kt_mjcf, limits, START, "limits of position, which are data alone without --stops:"),
+    KT_NOTE(kt_mjcf, lost_limits, START, "limits of ball joints that are left out:"),
+    KT_NOTE(kt_mjcf, fluid, MOTION, "forces of a medium (density, viscosity) are left out"),
 };
 
 static const kt_note last_notes[] = {
-    KT_NOTE(kt_mjcf, pictures,
+    KT_NOTE(kt_mjcf, pictures, DETAIL,
             "geoms that are left out of pictures, since they are the world's, or planes, or meshes that a scene "
             "cannot place:"),
 };
 
 static const kt_note contact_notes[] = {
-    KT_WARNING(kt_mjcf, contacts_lost,
-               "the motion is not that of the file: meshes and ellipsoids that touch planes, left out:"),
-    KT_WARNING(kt_mjcf, contacts_between,
-               "the motion is not that of the file: geoms that could touch other geoms than planes, left out:"),
+    KT_NOTE(kt_mjcf, contacts_lost, MOTION, "meshes and ellipsoids that touch planes, left out:"),
+    KT_NOTE(kt_mjcf, contacts_between, MOTION, "geoms that could touch other geoms than planes, left out:"),
 };
 
 static bool is_flying(const kt_mjcf *m) {
@@ -84,40 +81,34 @@ static bool is_flying(const kt_mjcf *m) {
 
 static void note_contacts(kt_notes *n, const kt_mjcf *m) {
     if (!m->source->options->contacts && is_flying(m) && kt_vec3_norm(m->gravity) > 0.0)
-        kt_note_warn(
-            n, &m->contacts,
-            "the motion is not that of the file: a body that moves freely falls, since geoms touch nothing: %d; "
-            "import --contacts makes contacts with planes of them, and --ground 0 adds a floor",
-            m->contacts.count);
+        kt_note_falling(n, &m->contacts, m->gravity);
     else if (!m->source->options->contacts)
-        kt_note_put(n, &m->contacts, "geoms that could touch others, left out, since contacts are effects: %d",
-                    m->contacts.count);
-    kt_note_put(n, &m->contacts_made, "geoms that touch planes, of which there are %d: %d", m->planes.count,
-                m->contacts_made.count);
+        kt_note_put(n, KT_NOTE_RANK_START, &m->contacts,
+                    "geoms that could touch others, left out, since contacts are effects: %d", m->contacts.count);
+    kt_note_put(n, KT_NOTE_RANK_DETAIL, &m->contacts_made, "geoms that touch planes, of which there are %d: %d",
+                m->planes.count, m->contacts_made.count);
     KT_NOTES_PUT(n, m, contact_notes);
 }
 
 static void make_notes(const kt_mjcf *m, kt_scene *scene) {
-    kt_phrase forces = {.length = 0};
     kt_notes n;
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
     KT_NOTES_PUT(&n, m, body_notes);
-    kt_note_warn(
-        &n, &m->mesh_masses,
-        "the motion is not that of the file: the mass of geoms that are meshes which cannot be read, or to which "
-        "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
-        m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
+    kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->mesh_masses,
+                "the mass of geoms that are meshes which cannot be read, or to which "
+                "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
+                m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
     KT_NOTES_PUT(&n, m, force_notes);
     kt_note_changes(&n, &m->changes);
-    kt_note_put(&n, &m->unnamed_sites, "sites that are no markers, since they have no name or are the world's: %d",
-                m->unnamed_sites.count);
+    kt_note_put(&n, KT_NOTE_RANK_DETAIL, &m->unnamed_sites,
+                "sites that are no markers, since they have no name or are the world's: %d", m->unnamed_sites.count);
     kt_appearance_notes(&n, &m->appearance);
     KT_NOTES_PUT(&n, m, last_notes);
     note_contacts(&n, m);
-    kt_unknown_list(&m->forces, &forces);
-    if (m->forces.count > 0)
-        kt_note_warn(&n, &m->forces.left[0], "forces and equalities that are left out: %s", forces.text);
+    for (int i = 0; i < m->forces.count; i++)
+        kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->forces.left[i], "a force or an equality that is left out, %s: %d",
+                    m->forces.left[i].what, m->forces.left[i].count);
     kt_note_strange(&n, &m->strange);
     scene->notes = n.notes;
     scene->note_count = n.count;

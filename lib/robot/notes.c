@@ -70,38 +70,26 @@ bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path) {
     return notes->notes != NULL || kt_reader_out_of_memory(r);
 }
 
-static KT_PRINTF(4, 0) void put_note(kt_notes *notes, const kt_left *left, bool is_warning, const char *format,
-                                     va_list arguments) {
+void kt_note_put(kt_notes *notes, kt_note_rank rank, const kt_left *left, const char *format, ...) {
     char what[KT_MESSAGE_SIZE];
+    va_list arguments;
     if (left->count == 0 || notes->notes == NULL || notes->count == KT_NOTES_MOST)
         return;
+    va_start(arguments, format);
     (void)vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
     const char *path = left->first->file != NULL ? left->first->file : notes->path;
     const size_t room = strlen(path) + 32;
     char *where = kt_pool_take(&notes->r->keep, room, 1);
     kt_scene_note *to = &notes->notes[notes->count++];
     to->where = where;
     to->what = kt_pool_text(&notes->r->keep, what, strlen(what));
-    to->is_warning = is_warning;
+    to->rank = rank;
     if (to->where == NULL || to->what == NULL) {
         (void)kt_reader_out_of_memory(notes->r);
         return;
     }
     (void)snprintf(where, room, "%s:%u:%u", path, (unsigned)left->first->line, (unsigned)left->first->column);
-}
-
-void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    put_note(notes, left, false, format, arguments);
-    va_end(arguments);
-}
-
-void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    put_note(notes, left, true, format, arguments);
-    va_end(arguments);
 }
 
 void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const kt_element *e) {
@@ -119,29 +107,37 @@ void kt_notes_put(kt_notes *notes, const void *object, const kt_note *list, size
         kt_phrase_add(&text, "%s", list[i].text);
         if (text.text[text.length - 1] == ':')
             kt_phrase_add(&text, left->what != NULL ? " %d; the first: %s" : " %d", left->count, left->what);
-        (list[i].is_warning ? kt_note_warn : kt_note_put)(notes, left, "%s", text.text);
+        kt_note_put(notes, list[i].rank, left, "%s", text.text);
     }
 }
 
 void kt_note_changes(kt_notes *notes, const kt_unknown *changes) {
     for (int i = 0; i < changes->count; i++)
-        kt_note_warn(notes, &changes->left[i], "the motion is not that of the file: %s: %d", changes->left[i].what,
-                     changes->left[i].count);
+        kt_note_put(notes, KT_NOTE_RANK_MOTION, &changes->left[i], "%s: %d", changes->left[i].what,
+                    changes->left[i].count);
 }
 
-static void note_names(kt_notes *notes, const kt_unknown *names, const char *what) {
+static void note_names(kt_notes *notes, kt_note_rank rank, const kt_unknown *names, const char *what) {
     kt_phrase list = {.length = 0};
     kt_unknown_list(names, &list);
     if (names->count > 0)
-        kt_note_put(notes, &names->left[0], "%s: %s", what, list.text);
+        kt_note_put(notes, rank, &names->left[0], "%s: %s", what, list.text);
 }
 
 void kt_note_strange(kt_notes *notes, const kt_strange *strange) {
     for (int i = 0; i < strange->moving.count; i++)
-        kt_note_warn(notes, &strange->moving.left[i], "the motion is not that of the file: '%s' is left out: %d",
-                     strange->moving.left[i].what, strange->moving.left[i].count);
-    note_names(notes, &strange->unknown, "names that are not known here, and left out");
-    note_names(notes, &strange->harmless, "elements and attributes that do not concern the motion, left out");
+        kt_note_put(notes, KT_NOTE_RANK_MOTION, &strange->moving.left[i], "'%s' is left out: %d",
+                    strange->moving.left[i].what, strange->moving.left[i].count);
+    note_names(notes, KT_NOTE_RANK_NAME, &strange->unknown, "names that are not known here, and left out");
+    note_names(notes, KT_NOTE_RANK_DETAIL, &strange->harmless,
+               "elements and attributes that do not concern the motion, left out");
+}
+
+void kt_note_falling(kt_notes *notes, const kt_left *shapes, kt_vec3 gravity) {
+    kt_note_put(notes, KT_NOTE_RANK_MOTION, shapes,
+                "a body that moves freely has no ground and falls, %.2g m in the first second, since shapes touch "
+                "nothing: %d; import --contacts lets them touch planes, and --ground 0 adds a floor",
+                0.5 * kt_vec3_norm(gravity), shapes->count);
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */

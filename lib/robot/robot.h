@@ -71,23 +71,18 @@ typedef struct kt_notes {
 /* Begins the notes; false if there is no memory. */
 bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path);
 
-/* Adds a note at the first place where something was counted, if anything was. kt_note_warn adds a warning, since the
- * motion is not that of the file. */
-void kt_note_put(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
-
-void kt_note_warn(kt_notes *notes, const kt_left *left, const char *format, ...) KT_PRINTF(3, 4);
+/* Adds a note at the first place where something was counted, if anything was. */
+void kt_note_put(kt_notes *notes, kt_note_rank rank, const kt_left *left, const char *format, ...) KT_PRINTF(4, 5);
 
 /* The note of what a struct counts in a kt_left at an offset. The number follows a text that ends with ':', and then
  * the first of them, if it is recorded. */
 typedef struct kt_note {
     size_t left;
     const char *text;
-    bool is_warning;
+    kt_note_rank rank;
 } kt_note;
-#define KT_NOTE(type, member, text)                                                                                    \
-    { offsetof(type, member), text, false }
-#define KT_WARNING(type, member, text)                                                                                 \
-    { offsetof(type, member), text, true }
+#define KT_NOTE(type, member, rank, text)                                                                              \
+    { offsetof(type, member), text, KT_NOTE_RANK_##rank }
 
 void kt_notes_put(kt_notes *notes, const void *object, const kt_note *list, size_t count);
 #define KT_NOTES_PUT(notes, object, list) kt_notes_put(notes, object, list, sizeof(list) / sizeof *(list))
@@ -99,8 +94,15 @@ void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const k
 #define KT_NOTE_RENAMED_JOINTS                                                                                         \
     "names of joints that are changed, with '_' in place of what is not allowed, or a number where another joint has " \
     "the name:"
+#define KT_NOTE_SMOOTH_FRICTION                                                                                        \
+    "dry friction that is smooth here (joint_friction), so that a joint at rest creeps, at up to about 0.001 rad/s "   \
+    "or "                                                                                                              \
+    "m/s:"
 void kt_note_changes(kt_notes *notes, const kt_unknown *changes);
 void kt_note_strange(kt_notes *notes, const kt_strange *strange);
+
+/* The warning of shapes that touch nothing, while a robot moves freely. */
+void kt_note_falling(kt_notes *notes, const kt_left *shapes, kt_vec3 gravity);
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 

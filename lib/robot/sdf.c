@@ -82,52 +82,53 @@ static const kt_known_list all_known = {
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
 static const kt_note first_notes[] = {
-    KT_NOTE(kt_sdf, newer, "versions of SDF that are newer than 1.12, read as if they were that:"),
-    KT_NOTE(kt_sdf, older, "versions of SDF that are older than 1.4, converted to that:"),
-    KT_NOTE(kt_sdf, others, "worlds and models after the first, which are left out:"),
-    KT_NOTE(kt_sdf, missing, "models that are neither in the model's folder nor on the search path, left out:"),
-    KT_NOTE(kt_sdf, states, "initial states of worlds (<state>) that are left out:"),
-    KT_NOTE(kt_sdf, renamed, "names of bodies that a scene cannot have, with '_' or a number:"),
-    KT_NOTE(kt_sdf, renamed_joints, KT_NOTE_RENAMED_JOINTS),
-    KT_NOTE(kt_sdf, floating, "links that move freely, since no joint connects them with the world:"),
-    KT_WARNING(kt_sdf, reserved,
-               "links called 'world', which is the world's name alone: what names it is joined to the world, and these "
-               "links to nothing; give them another name:"),
-    KT_NOTE(kt_sdf, freed, "links that are fixed to the world and move freely, by --floating:"),
-    KT_NOTE(kt_sdf, at_rest, "links of static models, fixed to the world:"),
-    KT_NOTE(kt_sdf, standard_masses,
+    KT_NOTE(kt_sdf, newer, NAME, "versions of SDF that are newer than 1.12, read as if they were that:"),
+    KT_NOTE(kt_sdf, older, DETAIL, "versions of SDF that are older than 1.4, converted to that:"),
+    KT_NOTE(kt_sdf, others, START, "worlds and models after the first, which are left out:"),
+    KT_NOTE(kt_sdf, missing, MOTION, "models that are neither in the model's folder nor on the search path, left out:"),
+    KT_NOTE(kt_sdf, states, START, "initial states of worlds (<state>) that are left out:"),
+    KT_NOTE(kt_sdf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
+    KT_NOTE(kt_sdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_sdf, floating, START, "links that move freely, since no joint connects them with the world:"),
+    KT_NOTE(kt_sdf, reserved, MOTION,
+            "links called 'world', which is the world's name alone: what names it is joined to the world, and these "
+            "links to nothing; give them another name:"),
+    KT_NOTE(kt_sdf, freed, START, "links that are fixed to the world and move freely, by --floating:"),
+    KT_NOTE(kt_sdf, at_rest, START, "links of static models, fixed to the world:"),
+    KT_NOTE(kt_sdf, standard_masses, START,
             "links whose mass or inertia is not said, and is that of the format (1 kg, 1 kg m^2; --density gives "
             "those of shapes):"),
-    KT_NOTE(kt_sdf, by_density,
+    KT_NOTE(kt_sdf, by_density, DETAIL,
             "links without <inertial> that have mass and inertia of their collisions, by --density:"),
-    KT_NOTE(kt_sdf, by_geometry, "links whose mass and inertia are those of their collisions:"),
+    KT_NOTE(kt_sdf, by_geometry, DETAIL, "links whose mass and inertia are those of their collisions:"),
 };
 
 static const kt_note later_notes[] = {
-    KT_NOTE(kt_sdf, no_gravity, "links without gravity, each held by a force against its weight:"),
-    KT_NOTE(kt_sdf, kinematic, "kinematic links, which move as others do:"),
-    KT_NOTE(kt_sdf, halves,
+    KT_NOTE(kt_sdf, no_gravity, DETAIL, "links without gravity, each held by a force against its weight:"),
+    KT_NOTE(kt_sdf, kinematic, MOTION, "kinematic links, which move as others do:"),
+    KT_NOTE(kt_sdf, halves, DETAIL,
             "joints of two axes, each two joints with a body without mass between them, which has the joint's name:"),
-    KT_NOTE(kt_sdf, offsets,
+    KT_NOTE(kt_sdf, offsets, DETAIL,
             "joints that are not at the origin of their link, on a body of their own, which has the joint's name:"),
-    KT_NOTE(kt_sdf, reversed, "joints that carry their parent, since another joint carries the child:"),
-    KT_NOTE(kt_sdf, loops, "joints that close loops:"),
-    KT_NOTE(kt_sdf, loop_forces, "joints whose damping, friction and springs are left out, since they close loops:"),
-    KT_NOTE(kt_sdf, still_joints, "joints within one rigid part, left out:"),
-    KT_NOTE(kt_sdf, gearboxes, "gearboxes, which are couplings of the joints between their links:"),
-    KT_NOTE(kt_sdf, lost_gears,
+    KT_NOTE(kt_sdf, reversed, DETAIL, "joints that carry their parent, since another joint carries the child:"),
+    KT_NOTE(kt_sdf, loops, DETAIL, "joints that close loops:"),
+    KT_NOTE(kt_sdf, loop_forces, MOTION,
+            "joints whose damping, friction and springs are left out, since they close loops:"),
+    KT_NOTE(kt_sdf, still_joints, DETAIL, "joints within one rigid part, left out:"),
+    KT_NOTE(kt_sdf, gearboxes, DETAIL, "gearboxes, which are couplings of the joints between their links:"),
+    KT_NOTE(kt_sdf, lost_gears, MOTION,
             "gearboxes that are left out, since what is between their links and the reference does not turn about "
             "parallels of the axes alone:"),
-    KT_NOTE(kt_sdf, lost_mimics, "mimics that are left out, since one of both has no axis in the tree:"),
-    KT_NOTE(kt_sdf, friction, "dry friction that is smooth here (joint_friction):"),
-    KT_NOTE(kt_sdf, outside, "joints that start outside their limits:"),
-    KT_NOTE(kt_sdf, disordered, "limits of position that are left out, since lower is above upper:"),
-    KT_NOTE(kt_sdf, limits, "limits of position that are data alone (--stops makes effects of them):"),
+    KT_NOTE(kt_sdf, lost_mimics, MOTION, "mimics that are left out, since one of both has no axis in the tree:"),
+    KT_NOTE(kt_sdf, friction, MOTION, KT_NOTE_SMOOTH_FRICTION),
+    KT_NOTE(kt_sdf, outside, START, "joints that start outside their limits:"),
+    KT_NOTE(kt_sdf, disordered, START, "limits of position that are left out, since lower is above upper:"),
+    KT_NOTE(kt_sdf, limits, START, "limits of position, which are data alone without --stops:"),
 };
 
 static const kt_note last_notes[] = {
-    KT_NOTE(kt_sdf, pictures, "visuals that pictures do not have (planes, polylines ...), left out:"),
-    KT_NOTE(kt_sdf, contacts, "collision shapes that are left out, since contacts are effects:"),
+    KT_NOTE(kt_sdf, pictures, DETAIL, "visuals that pictures do not have (planes, polylines ...), left out:"),
+    KT_NOTE(kt_sdf, contacts, START, "collision shapes that are left out, since contacts are effects:"),
 };
 
 static void make_notes(const kt_sdf *m, kt_scene *scene) {
@@ -135,10 +136,10 @@ static void make_notes(const kt_sdf *m, kt_scene *scene) {
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
     KT_NOTES_PUT(&n, m, first_notes);
-    kt_note_warn(&n, &m->lost_masses,
-                 "the motion is not that of the file: the mass of collisions that are meshes is missing: of %d link%s "
-                 "(%s); --mass LINK=MASS gives one",
-                 m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
+    kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->lost_masses,
+                "the mass of collisions that are meshes is missing: of %d link%s "
+                "(%s); --mass LINK=MASS gives one",
+                m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
     kt_judge_notes(&n, &m->judge);
     KT_NOTES_PUT(&n, m, later_notes);
     kt_appearance_notes(&n, &m->appearance);

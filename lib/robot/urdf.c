@@ -11,52 +11,57 @@
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
 static const kt_note link_notes[] = {
-    KT_NOTE(kt_urdf, undeclared, "no link 'world' is declared; this parent is taken for the world"),
-    KT_NOTE(kt_urdf, freed, "links that are fixed to the world and move freely, by --floating:"),
+    KT_NOTE(kt_urdf, undeclared, START, "no link 'world' is declared; this parent is taken for the world"),
+    KT_NOTE(kt_urdf, freed, START, "links that are fixed to the world and move freely, by --floating:"),
 };
 
 static const kt_note joint_notes[] = {
-    KT_NOTE(kt_urdf, renamed,
+    KT_NOTE(kt_urdf, renamed, DETAIL,
             "names of links that names of bodies cannot be, with '_' in place of what is not allowed:"),
-    KT_NOTE(kt_urdf, renamed_joints, KT_NOTE_RENAMED_JOINTS),
-    KT_NOTE(kt_urdf, starts, "joints that start at a limit, since zero is outside their limits:"),
-    KT_NOTE(kt_urdf, limits, "joints whose limits of position are data alone (--stops makes effects of them):"),
-    KT_NOTE(kt_urdf, disordered, "joints whose limits of position are left out, since lower is above upper:"),
-    KT_NOTE(kt_urdf, followers, "joints that start where the joints that they follow put them, which is not zero:"),
-    KT_NOTE(kt_urdf, beyond, "joints that start beyond their own limits, since they follow others:"),
-    KT_NOTE(kt_urdf, fixed_mimics, "mimics that are left out, since the joint or the one that it follows is fixed:"),
+    KT_NOTE(kt_urdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_urdf, starts, START, "joints that start at a limit, since zero is outside their limits:"),
+    KT_NOTE(kt_urdf, limits, START, "limits of position, which are data alone without --stops:"),
+    KT_NOTE(kt_urdf, disordered, START, "joints whose limits of position are left out, since lower is above upper:"),
+    KT_NOTE(kt_urdf, followers, START,
+            "joints that start where the joints that they follow put them, which is not zero:"),
+    KT_NOTE(kt_urdf, beyond, START, "joints that start beyond their own limits, since they follow others:"),
+    KT_NOTE(kt_urdf, fixed_mimics, DETAIL,
+            "mimics that are left out, since the joint or the one that it follows is fixed:"),
 };
 
 static const kt_note mass_notes[] = {
-    KT_NOTE(kt_urdf, by_density, "links without <inertial> that have mass and inertia of their shapes, by --density:"),
-    KT_NOTE(kt_urdf, massless,
+    KT_NOTE(kt_urdf, by_density, DETAIL,
+            "links without <inertial> that have mass and inertia of their shapes, by --density:"),
+    KT_NOTE(kt_urdf, massless, MOTION,
             "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density gives "
             "masses by shapes, --mass LINK=MASS one)"),
-    KT_NOTE(kt_urdf, geared, "transmissions whose rotor inertia became the joint's armature:"),
-    KT_NOTE(kt_urdf, words, "transmissions with a reduction or an inertia that is no number, which is left out:"),
-    KT_NOTE(kt_urdf, ungeared, "transmissions that are left out, since they have no rotor inertia:"),
-    KT_NOTE(kt_urdf, rates, "limits of effort or speed that are left out, since they are no numbers, or below zero:"),
-    KT_NOTE(kt_urdf, scales, "scales of meshes that are not three numbers, taken as 1:"),
+    KT_NOTE(kt_urdf, geared, DETAIL, "transmissions whose rotor inertia became the joint's armature:"),
+    KT_NOTE(kt_urdf, words, DETAIL,
+            "transmissions with a reduction or an inertia that is no number, which is left out:"),
+    KT_NOTE(kt_urdf, ungeared, DETAIL, "transmissions that are left out, since they have no rotor inertia:"),
+    KT_NOTE(kt_urdf, rates, START,
+            "limits of effort or speed that are left out, since they are no numbers, or below zero:"),
+    KT_NOTE(kt_urdf, scales, DETAIL, "scales of meshes that are not three numbers, taken as 1:"),
 };
 
 static const kt_note last_notes[] = {
-    KT_NOTE(kt_urdf, shapes, "visuals without a geometry that is known, left out of pictures:"),
-    KT_NOTE(kt_urdf, contacts, "collision shapes that are left out, since contacts are effects:"),
+    KT_NOTE(kt_urdf, shapes, DETAIL, "visuals without a geometry that is known, left out of pictures:"),
+    KT_NOTE(kt_urdf, contacts, START, "collision shapes that are left out, since contacts are effects:"),
 };
 
 static void note_root(kt_notes *n, const kt_urdf *u, int root) {
     const kt_left base = {.first = u->links[root].element, .count = u->links[root].body != NULL};
-    kt_note_put(n, &base, "link %s %s; gravity is 9.81 m/s^2 along -z",
+    kt_note_put(n, KT_NOTE_RANK_START, &base, "link %s %s, gravity is 9.81 m/s^2 along -z",
                 kt_name_quote(kt_xml_attribute(base.first, "name")).text,
                 u->source->options->floating ? "moves freely" : "is fixed to the world (--floating lets it move)");
     if (u->source->late.line > 0) {
         const kt_element declaration = {.line = u->source->late.line, .column = u->source->late.column};
-        kt_note_put(n, &(kt_left){.first = &declaration, .count = 1},
+        kt_note_put(n, KT_NOTE_RANK_DETAIL, &(kt_left){.first = &declaration, .count = 1},
                     "the XML declaration is not at the beginning of the file, where other readers expect it");
     }
     KT_NOTES_PUT(n, u, link_notes);
     if (u->source->options->floating && kt_urdf_is_world(u, root) && u->freed.count == 0)
-        kt_note_put(n, &(kt_left){.first = u->links[root].element, .count = 1},
+        kt_note_put(n, KT_NOTE_RANK_START, &(kt_left){.first = u->links[root].element, .count = 1},
                     "--floating frees nothing: no link is fixed to the world");
 }
 

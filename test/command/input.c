@@ -146,18 +146,30 @@ KT_TEST(robots_are_known_by_their_contents_and_need_no_masses) {
     kt_expect(1, "has no keys of a scene", "$K run model.txt --set L=1");
 }
 
-/* A robot whose every joint is wrong: the first faults, and the number of the others. Notes of another one, and none of
- * them when the run is quiet. */
+/* A robot whose every joint is wrong: the first faults, and the number of the others. Another one has notes: a line for
+ * each warning, a line for the start and the limits, and details on demand. The file is named once. */
 KT_TEST(robots_say_no_more_than_is_of_use) {
     kt_shell(
         "(echo '<mujoco><worldbody>'; for i in $(seq 30); do echo '<body><joint axis=\"0 0 0\"/></body>'; done; "
         "echo '</worldbody></mujoco>') >wrong.xml; echo '<mujoco><worldbody><body name=\"a\"><joint range=\"0 1\"/>"
-        "<geom size=\"1\"/></body></worldbody></mujoco>' >right.xml");
+        "<geom size=\"1 1 1\" type=\"ellipsoid\"/></body><composite/><body mocap=\"true\"/></worldbody></mujoco>' "
+        ">right.xml");
     const kt_ran wrong = kt_shell("$K import wrong.xml");
     kt_check_equal_int("lines of faults", kt_count_lines(wrong.err), 13);
     kt_check_contains("words", wrong.err, "wrong.xml has 18 more errors");
-    kt_check_contains("notes", kt_shell("$K run right.xml --duration 0.01 --out o.csv").err,
-                      "right.xml:1:35: note: limits");
+    kt_check_text(
+        "notes", kt_shell("$K import right.xml --out o.yaml").err,
+        "right.xml:1:99: warning: 'composite' is left out: 1\n"
+        "  note: start and limits: bodies that are fixed to the world (--floating lets them move): 1; bodies that "
+        "a program moves (mocap), fixed to the world: 1; limits of position, which are data alone without "
+        "--stops: 1; geoms that could touch others, left out, since contacts are effects: 1\n");
+    const kt_ran all = kt_shell("$K import right.xml --verbose --out o.yaml");
+    kt_check_equal_int("lines of all notes", kt_count_lines(all.err), 7);
+    kt_check_contains("of pictures", all.err, "\n  1:55: note: ellipsoids, which pictures have");
+    kt_check_contains("of the start", all.err, "\n  1:35: note: limits");
+    kt_check_contains("a run", kt_shell("$K run right.xml --duration 0.01 --out o.csv").err,
+                      "right.xml:1:99: warning: 'composite'");
+    kt_expect(0, NULL, "$K import right.xml --quiet --out o.yaml && $K info right.xml --quiet >o.txt");
     kt_expect(0, NULL, "$K run right.xml --quiet --duration 0.01 --out o.csv");
     kt_expect(1, "'--keyframe' is an option of 'kinetree import'", "$K run right.xml --keyframe k");
 }

@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 kinetree = sys.argv[1]
-NOTE = ": (?:note|warning): "
+NOTE = "(?:^|[0-9]: | )(?:note|warning): "
 ROOTS = {"robot": "URDF", "mujoco": "MJCF", "sdf": "SDF"}
 
 
@@ -29,7 +29,7 @@ def run(*words):
 
 
 def row(path, name):
-    scene = run("import", path)
+    scene = run("import", path, "--verbose")
     notes = re.findall(NOTE + "(.*)", scene.stderr)
     if scene.returncode:
         first = next((line for line in scene.stderr.splitlines() if not re.search(NOTE, line)), "?")
@@ -45,7 +45,7 @@ def row(path, name):
 
 KINDS = [("meshes that are not found", "missing meshes"), ("far larger than the robot", "large collisions"), ("contacts", "contacts"), ("do not concern|not known here", "extensions"), ("smooth", "smooth friction"), ("free|freely", "free root"),
          ("fixed to the world", "fixed root"), ("inertias that no body", "odd inertias"), ("not said", "standard masses"), ("no link has a mass", "no masses"),
-         ("of their geoms|of their collisions", "masses by shapes"), ("close loops", "loops"), ("soft equal", "soft equalities"), ("forces and eq|not that of the file", "some forces"),
+         ("of their geoms|of their collisions", "masses by shapes"), ("close loops", "loops"), ("soft equal", "soft equalities"), ("a force or an eq|' is left out|falls", "some forces"),
          ("keyframes", "keyframes"), ("limits of position", "limits"), ("nor on the search path", "missing files"), ("cannot be read", "missing files"),
          ("two axes|after the first|not at the origin", "joints on bodies of their own"), ("motors|servos", "controls"), ("transmissions", "transmissions")]
 

@@ -80,8 +80,7 @@ KT_TEST(decay_and_added_mass_are_warnings) {
             NULL, &scene))
         return;
     for (int i = 0; i < scene.note_count; i++)
-        warnings +=
-            scene.notes[i].is_warning && strstr(scene.notes[i].what, "the motion is not that of the file: '") != NULL;
+        warnings += scene.notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[i].what, "' is left out") != NULL;
     kt_check_equal_int("warnings", warnings, 2);
     kt_scene_free(&scene);
 }
@@ -414,7 +413,8 @@ KT_TEST(velocity_decay_of_old_versions_and_masses_of_meshes_are_told) {
             continue;
         bool warned = false;
         for (int k = 0; k < scene.note_count; k++)
-            warned = warned || (scene.notes[k].is_warning && strstr(scene.notes[k].what, texts[i][1]) != NULL);
+            warned = warned ||
+                     (scene.notes[k].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[k].what, texts[i][1]) != NULL);
         kt_check_true(texts[i][1], warned);
         kt_scene_free(&scene);
     }

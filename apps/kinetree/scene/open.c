@@ -130,6 +130,63 @@ static char *search_path(const char *given) {
     return path;
 }
 
+/* ---- notes ------------------------------------------------------------------------------------------------------- */
+
+/* Prints the location of a note. The name of the file is left out if the note before has it, too. Without a place, it
+ * is the file alone. */
+static void print_location(const kt_scene_note *note, bool has_place, const char **before) {
+    const char *place = note->where + strlen(note->where);
+    for (int colons = 0; place > note->where && colons < 2;)
+        colons += *--place == ':';
+    const size_t length = (size_t)(place - note->where);
+    const bool is_same = *before != NULL && strncmp(*before, note->where, length + 1) == 0;
+    *before = note->where;
+    if (is_same)
+        fprintf(stderr, "  %s%s", has_place ? place + 1 : "", has_place ? ": " : "");
+    else
+        fprintf(stderr, "%.*s%s: ", (int)length, note->where, has_place ? place : "");
+}
+
+static void print_rank(const kt_scene *scene, kt_note_rank rank, const char **before) {
+    for (int i = 0; i < scene->note_count; i++) {
+        if (scene->notes[i].rank != rank)
+            continue;
+        print_location(&scene->notes[i], true, before);
+        fprintf(stderr, "%s: %s\n", rank == KT_NOTE_RANK_MOTION ? "warning" : "note", scene->notes[i].what);
+    }
+}
+
+/* The start and the limits on one line. */
+static void print_start(const kt_scene *scene, const char **before) {
+    int count = 0;
+    for (int i = 0; i < scene->note_count; i++) {
+        if (scene->notes[i].rank != KT_NOTE_RANK_START)
+            continue;
+        if (count == 0)
+            print_location(&scene->notes[i], false, before);
+        fprintf(stderr, "%s%s", count++ == 0 ? "note: start and limits: " : "; ", scene->notes[i].what);
+    }
+    if (count > 0)
+        fputc('\n', stderr);
+}
+
+/* Prints a line for each warning and for each kind of unknown name, and a line for the start and the limits. All else
+ * needs --verbose. */
+static void print_notes(const kt_scene *scene, const kt_settings *settings) {
+    const bool is_verbose = settings != NULL && settings->is_verbose;
+    const char *before = NULL;
+    if (settings != NULL && settings->is_quiet)
+        return;
+    print_rank(scene, KT_NOTE_RANK_MOTION, &before);
+    print_rank(scene, KT_NOTE_RANK_NAME, &before);
+    if (is_verbose) {
+        print_rank(scene, KT_NOTE_RANK_START, &before);
+        print_rank(scene, KT_NOTE_RANK_DETAIL, &before);
+    } else {
+        print_start(scene, &before);
+    }
+}
+
 static int read_any(const char *path, bool is_robot, const kt_robot_options *options, const kt_settings *settings,
                     kt_scene *scene) {
     const kt_scene_options how = {.settings = settings != NULL ? settings->text : NULL,
@@ -165,9 +222,8 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
         kt_say_error(&error);
     if (reported.most > 0 && reported.faults > reported.most)
         kt_say("%s has %d more errors; mend these first", path, reported.faults - reported.most);
-    for (int i = 0; status == KT_OK && i < scene->note_count && !(settings != NULL && settings->is_quiet); i++)
-        fprintf(stderr, "%s: %s: %s\n", scene->notes[i].where, scene->notes[i].is_warning ? "warning" : "note",
-                scene->notes[i].what);
+    if (status == KT_OK)
+        print_notes(scene, settings);
     if (status == KT_ERROR_FILE)
         suggest_ending(path);
     return kt_exit_code(status);
@@ -194,8 +250,8 @@ int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_s
                                               : read_any(path, false, NULL, settings, scene);
 }
 
-int kt_read_robot(const char *path, const kt_robot_options *options, kt_scene *scene) {
-    return read_with(path, true, options, NULL, scene);
+int kt_read_robot(const char *path, const kt_robot_options *options, const kt_settings *settings, kt_scene *scene) {
+    return read_with(path, true, options, settings, scene);
 }
 
 typedef struct kt_reported_at {

@@ -50,6 +50,7 @@ static const kt_option option_table[] = {
      NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw the picture on a dark page", NULL},
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "print errors only: no progress bar, no tables", NULL},
+    KT_VERBOSE_OPTION(kt_accuracy_arguments, settings),
 };
 
 const kt_usage kt_usage_accuracy = {

@@ -12,7 +12,7 @@ typedef struct kt_import_arguments {
     const char *out, *inertia, *keyframe, *search, *allow, *ground;
     bool floating, contacts;
     double stops, stop_damping, density;
-    kt_settings masses;
+    kt_settings masses, settings; /* settings: only how notes are printed */
 } kt_import_arguments;
 
 #define AT(member) offsetof(kt_import_arguments, member)
@@ -47,6 +47,8 @@ static const kt_option options[] = {
      NULL},
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING",
      "set the damping of these stops, N m s/rad or N s/m; default: 0", NULL},
+    KT_QUIET_OPTION(kt_import_arguments, settings),
+    KT_VERBOSE_OPTION(kt_import_arguments, settings),
 };
 
 const kt_usage kt_usage_import = {
@@ -66,6 +68,7 @@ const kt_usage kt_usage_import = {
         "Every subcommand that reads a SCENE also takes such a file itself, as if it was imported without options.\n"
         "A body has the name of its link, and a joint keeps its name.\n"
         "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
+        "Those that change the motion are warnings.\n"
         "They are contacts, transmissions without a rotor, and actuators with a state of their own.\n"
         "Meshes are for pictures (draw, view).\n",
     .options = options,
@@ -133,7 +136,7 @@ int kt_command_import(int argc, char **argv) {
     }
     kt_scene scene;
     kt_error error = {0};
-    code = kt_read_robot(argv[1], &how, &scene);
+    code = kt_read_robot(argv[1], &how, &a.settings, &scene);
     if (code != KT_EXIT_DONE)
         return code;
     if (kt_write_scene(&scene, a.out, &error) != KT_OK) {

@@ -548,11 +548,13 @@ static void warn_of_until(kt_outcome *outcome) {
                 outcome->scene->until.when);
 }
 
-/* Lists the items that an import has left out. They were printed when the scene was read. */
+/* Lists the items that an import has left out, but no details. They were printed when the scene was read. */
 static void list_notes(kt_outcome *outcome) {
     const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
     for (int i = 0; i < outcome->scene->note_count; i++)
-        kt_warn(&outcome->warnings, &warning, "%s: %s", outcome->scene->notes[i].where, outcome->scene->notes[i].what);
+        if (outcome->scene->notes[i].rank != KT_NOTE_RANK_DETAIL)
+            kt_warn(&outcome->warnings, &warning, "%s: %s", outcome->scene->notes[i].where,
+                    outcome->scene->notes[i].what);
 }
 
 static void report_start(kt_outcome *outcome, bool quiet) {

@@ -56,6 +56,7 @@ static const kt_option options[] = {
     {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,
      "draw boxes with mass and inertia of the bodies instead of shapes and meshes (--view, --glb)", NULL},
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "print errors only, and no progress bar", NULL},
+    KT_VERBOSE_OPTION(kt_run_arguments, settings),
     {"checkpoint", KT_OPTION_TEXT, KT_AT(checkpoint), "FILE", "write the state that --resume needs here, at intervals",
      NULL},
     {"checkpoint-interval", KT_OPTION_POSITIVE, KT_AT(checkpoint_interval), "S",
@@ -143,7 +144,7 @@ static size_t size_of_option(const kt_option *option) {
 
 /* Returns the first given option that has no meaning for modes; NULL: there is none. */
 static const char *option_of_runs(const kt_run_arguments *arguments) {
-    static const char *const kept[] = {"set", "view", "boxes", "quiet", "modes"};
+    static const char *const kept[] = {"set", "view", "boxes", "quiet", "verbose", "modes"};
     for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
         bool is_kept = false;
         for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)

@@ -22,7 +22,8 @@ enum { KT_SETTINGS_MAX = 256 };
 typedef struct kt_settings {
     const char *text[KT_SETTINGS_MAX];
     int count;
-    bool is_quiet; /* notes about parts that a reader has left out are not printed */
+    bool is_quiet;   /* notes about parts that a reader has left out are not printed */
+    bool is_verbose; /* all of them are printed */
 } kt_settings;
 
 typedef struct kt_option {
@@ -39,6 +40,15 @@ typedef struct kt_option {
     {                                                                                                                  \
         "set", KT_OPTION_SETTING, at, "PATH=VALUE",                                                                    \
             "replace a value of the scene: L=1.5, bodies.arm.mass=2; may be repeated", NULL                            \
+    }
+
+/* --quiet and --verbose of a subcommand that reads a scene. `settings` is the kt_settings in the struct `type`. */
+#define KT_QUIET_OPTION(type, settings)                                                                                \
+    { "quiet", KT_OPTION_FLAG, offsetof(type, settings.is_quiet), NULL, "print no notes on a robot's file", NULL }
+#define KT_VERBOSE_OPTION(type, settings)                                                                              \
+    {                                                                                                                  \
+        "verbose", KT_OPTION_FLAG, offsetof(type, settings.is_verbose), NULL,                                          \
+            "print all notes on a robot's file, also those on pictures and names", NULL                                \
     }
 
 /* A heading of the help, above the option `first`. */
