@@ -68,7 +68,7 @@ typedef enum kt_note_rank {
 typedef struct kt_scene_note {
     const char *where; /* "FILE:LINE:COLUMN", of the first such element */
     const char *what;  /* the kind of element, and the number of elements */
-    kt_note_rank rank;
+    kt_note_rank rank; /* how much it matters */
 } kt_scene_note;
 
 /* A parameter of `parameters`. */

@@ -85,10 +85,9 @@ static bool run_here(const char *path, double q[COORDINATES]) {
 }
 
 static bool read_theirs(FILE *from, const char *path, double q[COORDINATES]) {
-    char word[200];
-    int count = 0;
+    char word[200], count[20];
     if (fscanf(from, "%199s", word) != 1 || strcmp(word, path) != 0 || fscanf(from, "%199s", word) != 1 ||
-        strcmp(word, "read") != 0 || fscanf(from, "%d", &count) != 1 || count != COORDINATES)
+        strcmp(word, "read") != 0 || fscanf(from, "%19s", count) != 1 || strtol(count, NULL, 10) != COORDINATES)
         return kt_check_true(path, false);
     for (int i = 0; i < COORDINATES; i++)
         if (fscanf(from, "%199s", word) != 1)
