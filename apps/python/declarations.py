@@ -1,6 +1,6 @@
 """Write the C source of the extension module `_kinetree` from the public headers.
 
-declarations.py INCLUDE-DIRECTORY CALLS.c OUTPUT.c DEPENDENCIES.d C-COMPILER...
+declarations.py INCLUDE-DIRECTORY CALLS.c METHODS.c OUTPUT.c DEPENDENCIES.d C-COMPILER...
 
 cffi compiles one wrapper for each public function (API mode). The declarations are those of the headers themselves, as the
 preprocessor leaves them: a new public function needs no line here.
@@ -42,6 +42,8 @@ typedef struct kt_python_data {
     const kt_model *model;
     kt_data *data;
     kt_error *error;
+    size_t nq, nv;
+    double *q, *v, *tau, *a; /* its own arrays */
 } kt_python_data;
 
 typedef struct kt_python_loop {
@@ -78,6 +80,15 @@ void kt_python_feed_back(kt_python_feedback *feedback, kt_python_loop *loop);
 int kt_python_control(kt_python_loop *loop, kt_python_law *law, void *user, double period, double end, kt_error *error);
 void kt_python_batch_set(kt_batch *batch, const kt_python_rows *rows);
 void kt_python_batch_get(kt_batch *batch, const kt_python_rows *rows);
+"""
+
+# The module is that of cffi with the functions of methods.c.
+RENAMED = "#define PyInit__kinetree kt_python_cffi_module\n"
+ENTRY = """
+#undef PyInit__kinetree
+PyMODINIT_FUNC PyInit__kinetree(void) {
+    return kt_python_module(kt_python_cffi_module());
+}
 """
 
 
@@ -134,12 +145,14 @@ def functions(ffi):
 
 
 def main():
-    include, calls, output, dependencies, *compiler = sys.argv[1:]
+    include, calls, methods, output, dependencies, *compiler = sys.argv[1:]
     ffi = builder(include, compiler)
-    source = HEADER + GUARD + TYPES + pathlib.Path(calls).read_text()
+    source = RENAMED + HEADER + GUARD + TYPES + pathlib.Path(calls).read_text() + pathlib.Path(methods).read_text()
     ffi.set_source("kinetree._kinetree", source, py_limited_api=True)
     ffi.emit_c_code(output)
-    read = [*sorted(pathlib.Path(include).glob("kinetree/*.h")), calls, __file__]
+    with open(output, "a", encoding="utf8") as file:
+        file.write(ENTRY)
+    read = [*sorted(pathlib.Path(include).glob("kinetree/*.h")), calls, methods, __file__]
     pathlib.Path(dependencies).write_text(f"{output}: {' '.join(map(str, read))}\n")
 
 

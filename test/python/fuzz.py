@@ -65,7 +65,13 @@ class Fuzz:
             lambda: batch.step(draw.choice(NUMBERS), 2, *rows), lambda: simulation.set_state(0.0, q, v), lambda: simulation.jump(q, v),
             lambda: simulation.set_torque(tau), lambda: simulation.acceleration(), lambda: simulation.step_derivatives(tau),
             lambda: simulation.restore(simulation.save()), lambda: simulation.feedback(self.numbers(m.nv, 2 * m.nv), q=q, v=v, torque=tau)(),
-            lambda: m.add(q, v), lambda: m.subtract(q, q)])()
+            lambda: m.add(q, v), lambda: m.subtract(q, q), lambda: self.loop(simulation, tau)])()
+
+    def loop(self, simulation, tau):
+        """Some turns of a loop, in which the state is set or an array is replaced."""
+        for _, each in zip(range(self.draw.randrange(8)), simulation):
+            self.draw.choice([lambda: each.torque.__setitem__(slice(None), tau), lambda: setattr(each, "torque", self.argument()), lambda: None,
+                              lambda: each.set_state(self.draw.choice([0.0, 0.04, np.nan]), each.positions), lambda: next(iter(each))])()
 
     def call(self):
         draw, target = self.draw, self.draw.choice(self.objects)

@@ -82,6 +82,35 @@ def test_results_are_written_to_arrays_of_the_caller(scenes, random_state):
     assert len(cases) == 17
 
 
+def test_arrays_of_doubles_take_the_short_way_and_others_give_equal_bits(scenes, random_state):
+    model = kt.load(scenes / "arm7.yaml").model
+    data, n = model.data(), model.nv
+    q, v, tau = random_state(model, 6)
+    read_only = np.empty(n)
+    read_only.flags.writeable = False
+    slow = [np.repeat(q, 2)[::2], q.astype(">f8"), q[:, None], q.astype(np.float32), q.tolist(), np.ma.array(q), np.zeros(n + 1), "q",
+            np.frombuffer(b"\0" + q.tobytes(), np.uint8)[1:].view(np.float64)]
+    for short, other in ((data._forward, data.forward_dynamics), (data._inverse, data.inverse_dynamics)):
+        found = short(0.0, q, v, tau, None)
+        assert type(found) is np.ndarray and np.array_equal(found, other(slow[0], v, tau)) and np.array_equal(found, other(slow[1], v, tau))
+        assert [short(0.0, each, v, tau, None) for each in slow] == [None] * len(slow)
+        assert [short(0.0, q, v, tau, each) for each in (read_only, np.empty(n + 1), np.empty((n, 1)), np.empty(n, np.float32), "x")] == [None] * 5
+        with pytest.raises(TypeError):
+            short("t", q, v, tau, None)
+    assert data._forward(0.0, np.full(n, np.nan), v, tau, None) == kt.lib.KT_ERROR_NOT_FINITE
+    data.q, data.v, data.tau = q, v, tau
+    assert data.forward_dynamics() is data.a and np.array_equal(data.a, data.forward_dynamics(q, v, tau))
+
+
+def test_arrays_of_another_layout_would_not_be_read():
+    from kinetree import _kinetree
+    known = np.zeros((2, 3))
+    right = (np.ndarray, known.dtype, np.empty, known, known.ctypes.data, known.flags.num)
+    wrong = [(*right[:4], right[4] + 8, right[5]), (*right[:5], right[5] ^ 1), (*right[:3], np.zeros((3, 2)), *right[4:]), (*right[:3], 7, *right[4:]),
+             (right[0], np.dtype(np.float32), *right[2:])]
+    assert _kinetree.learn(*right) and not any(_kinetree.learn(*each) for each in wrong)
+
+
 def test_inputs_that_are_no_rows_of_doubles_are_converted_or_rejected(scenes, random_state):
     model = kt.load(scenes / "arm7.yaml").model
     data = model.data()

@@ -62,6 +62,34 @@ def by_turns(simulation, law):
     return simulation.state.copy()
 
 
+def test_a_loop_ends_with_its_time_a_fault_or_a_stop_and_only_once(scenes):
+    simulation = arm(scenes, duration=0.01)
+    turns = iter(simulation)
+    assert iter(turns) is turns and next(turns) is simulation and simulation.time == 0.0
+    assert len(list(turns)) == 9 and list(turns) == [] and list(simulation) == []
+    failing = kt.JointForce("ball", lambda t, q, v: 1 / (t < 0.0055))
+    falling = kt.Simulation(kt.Model(kt.Scene(BALL), effects=[failing]), step=1e-3, duration=0.01)
+    turns, count = iter(falling), 0
+    with pytest.raises(ZeroDivisionError):
+        for _ in turns:
+            count += 1
+    assert count == 6 and list(turns) == []
+    stopping = kt.Scene(BALL).simulation(step=1e-3, duration=1)
+    stopping.on("low", lambda at: at.q[0] - 1.9, stop=True)
+    ended = sum(1 for _ in stopping)
+    print("       turns until the event:", ended)
+    assert ended == 143 and stopping.stopped == "low"  # 0.1 m in 0.1428 s
+
+
+def test_an_iterator_without_a_simulation_has_no_turn(scenes):
+    made = type(iter(arm(scenes)))
+    try:
+        empty = made()
+    except TypeError:
+        return
+    assert list(empty) == []
+
+
 def test_all_ways_to_set_torques_have_equal_bits(scenes, compiled):
     def law(t, q, v):
         return -20 * q - 4 * v

@@ -5,7 +5,7 @@ from typing import Any, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._kinetree import ffi, lib
+from ._kinetree import ffi, learn, lib
 
 __all__ = ["Error", "ArgumentError", "ModelError", "ConstraintError", "StepError", "SceneError", "Busy", "KinetreeWarning"]
 
@@ -108,13 +108,16 @@ class Fixed:
     """An object whose public attributes do not change after set-up: sizes and addresses that C relies on stay right."""
 
     _is_fixed = False
+    _assignable: Tuple[str, ...] = ()  # arrays: an assignment copies into them
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if self._is_fixed and not name.startswith("_"):
-            found = getattr(type(self), name, None)
-            if not isinstance(found, property) or found.fset is None:
-                raise AttributeError(f"'{name}' of a {type(self).__name__} cannot be set")
-        super().__setattr__(name, value)
+        if not self._is_fixed or name.startswith("_"):
+            super().__setattr__(name, value)
+        elif name in self._assignable:
+            array = getattr(self, name)
+            array[:] = doubles(value, array.shape, name)
+        else:
+            raise AttributeError(f"'{name}' of a {type(self).__name__} cannot be set")
 
     def __delattr__(self, name: str) -> None:
         raise AttributeError(f"'{name}' of a {type(self).__name__} cannot be deleted")
@@ -146,7 +149,7 @@ class Memory:
         """A writable view of doubles in this memory."""
         if 0 in shape:
             return np.zeros(shape)
-        offset = int(ffi.cast("uintptr_t", pointer)) - self.address
+        offset = address_number(pointer) - self.address
         last = offset + sum((count - 1) * stride for count, stride in zip(shape, strides))
         if offset < 0 or last + 8 > self.array.size:
             raise AssertionError("the pointer is outside the memory")
@@ -217,6 +220,8 @@ def outputs(out: Optional[Sequence[np.ndarray]], shapes: Sequence[tuple], order:
 
 
 _Array, _FLOAT = np.ndarray, np.dtype(np.float64)
+_known = np.zeros((2, 3))
+learn(_Array, _FLOAT, np.empty, _known, _known.ctypes.data, _known.flags.num)
 
 
 def address(value: Any, shape: tuple, own: Any, what: str) -> Any:
@@ -229,6 +234,11 @@ def address(value: Any, shape: tuple, own: Any, what: str) -> Any:
         except (ValueError, BufferError):  # it is not contiguous
             pass
     return pointer(doubles(value, shape, what))
+
+
+def address_number(of: Any) -> int:
+    """The address in a pointer of cffi, for the functions of methods.c."""
+    return int(ffi.cast("uintptr_t", of))
 
 
 def pointer(array: Optional[np.ndarray]) -> Any:

@@ -1,16 +1,14 @@
 """The `kinetree` command: runs, sweeps, pictures and reports of scenes."""
 from __future__ import annotations
 
-import codecs
 import contextlib
 import os
 import pathlib
-import shutil
-import subprocess
 import sys
-import sysconfig
-import threading
-from typing import Any, List, Optional
+from typing import TYPE_CHECKING, Any, List, Optional
+
+if TYPE_CHECKING:
+    import subprocess  # modules that only commands need are imported there: they take a third of the time of the package
 
 from ._core import ConstraintError, Error, SceneError, StepError
 
@@ -22,6 +20,8 @@ def path() -> str:
 
     The environment variable ``KINETREE_COMMAND`` names another one.
     """
+    import shutil
+    import sysconfig
     named = os.environ.get("KINETREE_COMMAND")
     beside = [pathlib.Path(sysconfig.get_path("scripts")) / "kinetree", pathlib.Path(sys.executable).parent / "kinetree"]
     found = named or next((str(each) for each in beside if each.exists()), None) or shutil.which("kinetree")
@@ -68,7 +68,10 @@ def has_bar() -> bool:
 
 def _relayed(words: List[str], text: Optional[str]) -> subprocess.CompletedProcess:
     """Run a command as on a terminal, and write its messages and its progress bar to Python's standard error."""
+    import codecs
     import pty
+    import subprocess
+    import threading
     ours, theirs = pty.openpty()
     process = subprocess.Popen(words, stdin=subprocess.DEVNULL if text is None else subprocess.PIPE, stdout=subprocess.PIPE, stderr=theirs, text=True,
                                encoding="utf8", errors="replace")
@@ -106,6 +109,7 @@ def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool
     Error
         The command ended with another exit status than those in `ok`.
     """
+    import subprocess
     if any("\0" in word for word in arguments):
         raise SceneError(1, subcommand, "a word of a command has no zero byte")
     words = [path(), subcommand, *arguments]

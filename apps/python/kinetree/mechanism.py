@@ -15,23 +15,25 @@ class Types:
     """The types of one kind, a function for each."""
 
     def __init__(self, kind: str, descriptor: Any, count: int) -> None:
-        self._functions: Dict[str, Callable[..., dict]] = {}
-        for value in range(count):
-            found = descriptor(value)
-            if found != ffi.NULL and found.help != ffi.NULL:
-                self._functions[text(found.name)] = _maker(kind, found)
+        self._kind = kind
+        self._descriptors = [descriptor(value) for value in range(count)]
+
+    def _functions(self) -> Dict[str, Callable[..., dict]]:
+        found = {text(each.name): _maker(each) for each in self._descriptors if each != ffi.NULL and each.help != ffi.NULL}
+        self.__dict__.update(found)
+        return found
 
     def __getattr__(self, name: str) -> Callable[..., dict]:
-        try:
-            return self._functions[name]
-        except KeyError:
-            raise AttributeError(f"there is no such type; there are {', '.join(self._functions)}") from None
+        functions = {} if name.startswith("_") else self._functions()
+        if name not in functions:
+            raise AttributeError(f"there is no {self._kind} '{name}'; there are {', '.join(functions)}")
+        return functions[name]
 
     def __dir__(self) -> List[str]:
-        return sorted(self._functions)
+        return sorted(self._functions())
 
 
-def _maker(kind: str, descriptor: Any) -> Callable[..., dict]:
+def _maker(descriptor: Any) -> Callable[..., dict]:
     name = text(descriptor.name)
     keys = [descriptor.keys[i] for i in range(descriptor.key_count)]
 

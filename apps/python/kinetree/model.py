@@ -6,9 +6,12 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import callbacks
-from ._core import ArgumentError, Fixed, Guard, Memory, address, busy, check, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer, text
+from ._core import (ArgumentError, Fixed, Guard, Memory, address, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of, output,
+                    outputs, pointer, text)
+from ._kinetree import bind
 
 Vector = np.ndarray
+_Array = np.ndarray
 _forward, _inverse = lib.kt_python_forward, lib.kt_python_inverse
 Point = Sequence[float]
 
@@ -215,23 +218,24 @@ class State:
         self.pointers = [pointer(array) for array in self.arrays]
 
 
-def _state_array(which: int, words: str) -> Any:
-    def get(data: "Data") -> Vector:
-        return data._state.arrays[which]
-
-    def assign(data: "Data", value: Any) -> None:
-        array = data._state.arrays[which]
-        array[:] = doubles(value, array.shape, "qvta"[which])
-
-    return property(get, assign, doc=words)
-
-
 class Data(Fixed):
     """A workspace, and the evaluations at a state (t, q, v).
 
-    The arrays `q`, `v`, `tau` and `a` belong to this object. A call without arguments uses them in place, which is the fastest way.
     All calls release the interpreter lock. Two threads must not share a `Data`; a second thread gets `Busy`.
+
+    Attributes
+    ----------
+    q, v, tau, a : arrays of nq, nv, nv and nv
+        Positions, velocities, joint forces and accelerations. A call without arguments uses them in place, which is the fastest way.
+    x : array of nx
+        Auxiliary states, which all calls read.
+
+    Notes
+    -----
+    The arrays are fixed. An assignment copies into them.
     """
+
+    _assignable = ("q", "v", "tau", "a", "x")
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -241,45 +245,33 @@ class Data(Fixed):
         out = ffi.new("kt_data **")
         check(lib.kt_data_init(model._pointer, self._memory.pointer, self._memory.array.size, out, self._error), self._error)
         self._data, self._m = out[0], model._pointer
-        self._call = ffi.new("kt_python_data *", {"guard": self._guard.pointer, "model": self._m, "data": self._data, "error": self._error})
-        self._x = self._memory.view(lib.kt_own_states(self._m, self._data), model.nx)
-        self._x.flags.writeable = True
+        self.x = self._memory.view(lib.kt_own_states(self._m, self._data), model.nx)
+        self.x.flags.writeable = True
         self._work: Dict[str, Memory] = {}
-        q, v = model.initial
         self._state = State(model.nq, model.nv)
+        self.q, self.v, self.tau, self.a = self._state.arrays
         self._q, self._v, self._tau, self._a = self._state.pointers
-        self._own_a = self._state.arrays[3]
+        self.q[:], self.v[:] = model.initial
         self._nq, self._nv = (model.nq,), (model.nv,)
-        self.q, self.v = q, v
+        self._call = ffi.new("kt_python_data *", {"guard": self._guard.pointer, "model": self._m, "data": self._data, "error": self._error,
+                                                  "nq": model.nq, "nv": model.nv, "q": self._q, "v": self._v, "tau": self._tau, "a": self._a})
+        owners = self._call, self._m, self._memory, self._guard.pointer, self._error
+        self._forward, self._inverse = bind(address_number(self._call), self._nv, self.a, owners)
         self._is_fixed = True
 
     def __reduce__(self) -> Any:
-        return _data_at, (self.model, [array.copy() for array in (*self._state.arrays, self._x)])
+        return _data_at, (self.model, [array.copy() for array in (*self._state.arrays, self.x)])
 
     def __deepcopy__(self, memo: dict) -> "Data":
         return self.__reduce__()[0](*self.__reduce__()[1])
 
-    def _check(self, status: int) -> None:
+    def _check(self, status: Optional[int]) -> None:
         if status:
             if status == lib.KT_PYTHON_BUSY:
                 raise busy()
             for effect in self.model.effects:
                 effect.calls.reraise()
             fail(self._error, status)
-
-    q = _state_array(0, "Positions, nq. The array is fixed; an assignment copies into it.")
-    v = _state_array(1, "Velocities, nv. The array is fixed; an assignment copies into it.")
-    tau = _state_array(2, "Joint forces, nv. The array is fixed; an assignment copies into it.")
-    a = _state_array(3, "Accelerations, nv. The array is fixed; an assignment copies into it.")
-
-    @property
-    def x(self) -> Vector:
-        """Auxiliary states, nx, which all calls read. The array is fixed; an assignment copies into it."""
-        return self._x
-
-    @x.setter
-    def x(self, value: Vector) -> None:
-        self._x[:] = doubles(value, self._x.shape, "x")
 
     # ---- dynamics ---------------------------------------------------------------------------------------------------
 
@@ -301,32 +293,31 @@ class Data(Fixed):
         numpy.ndarray
             nv accelerations.
         """
-        m = self.model
-        if q is None and v is None and tau is None and out is None:  # the fast way: no array is looked up
-            status = _forward(self._call, t, self._q, self._v, self._tau, self._a)
-            if status:
-                self._check(status)
-            return self._own_a
+        found = self._forward(t, q, v, tau, out)
+        if type(found) is _Array:
+            return found
+        self._check(found)
+        if q is None and v is None and tau is None and out is None:
+            out = self.a
         q = address(q, self._nq, self._q, "q")
         v = address(v, self._nv, self._v, "v")
         tau = address(tau, self._nv, self._tau, "tau")
-        out = np.empty(self._nv) if out is None else output(out, self._nv)
-        status = _forward(self._call, t, q, v, tau, pointer(out))
-        if status:
-            self._check(status)
+        out = output(out, self._nv)
+        self._check(_forward(self._call, t, q, v, tau, pointer(out)))
         return out
 
     def inverse_dynamics(self, q: Optional[Vector] = None, v: Optional[Vector] = None, a: Optional[Vector] = None, *,
                          out: Optional[Vector] = None) -> Vector:
         """Joint forces of the tree for accelerations, by the recursive Newton-Euler algorithm, without effects."""
-        m = self.model
+        found = self._inverse(0.0, q, v, a, out)
+        if type(found) is _Array:
+            return found
+        self._check(found)
         q = address(q, self._nq, self._q, "q")
         v = address(v, self._nv, self._v, "v")
         a = address(a, self._nv, self._a, "a")
-        out = np.empty(self._nv) if out is None else output(out, self._nv)
-        status = _inverse(self._call, q, v, a, pointer(out))
-        if status:
-            self._check(status)
+        out = output(out, self._nv)
+        self._check(_inverse(self._call, q, v, a, pointer(out)))
         return out
 
     def mass_matrix(self, q: Optional[Vector] = None, *, out: Optional[Vector] = None) -> Vector:
@@ -400,12 +391,12 @@ class Data(Fixed):
         m = self.model
         results = outputs(out, [(count,) for count in (m.nq, m.nv, m.nx)[:3 if m.nx else 2]])
         with self._guard:
-            before = self._x.copy()
+            before = self.x.copy()
             self._check(lib.kt_step_evaluate(self._m, self._data, work.pointer, work.array.size, step, taken[0], taken[1], pointer(results[0]),
                                              pointer(results[1]), self._error))
             if m.nx:
-                results[2][:] = self._x
-            self._x[:] = before
+                results[2][:] = self.x
+            self.x[:] = before
         return results
 
     def step_derivatives(self, h: float, q: Optional[Vector] = None, v: Optional[Vector] = None, tau: Optional[Vector] = None, *,
@@ -420,10 +411,10 @@ class Data(Fixed):
         n = 2 * m.nv + m.nx
         A, B = outputs(out, [(n, n), (n, m.nv)], "F")
         with self._guard:
-            before = self._x.copy()
+            before = self.x.copy()
             self._check(lib.kt_step_derivatives(self._m, self._data, work.pointer, work.array.size, step, taken[0], taken[1], ffi.NULL, ffi.NULL,
                                                 pointer(A), pointer(B), self._error))
-            self._x[:] = before
+            self.x[:] = before
         return A, B
 
     def _step(self, h: float, q: Any, v: Any, tau: Any, x: Any, t: float, method: str) -> Any:
@@ -517,6 +508,6 @@ class Data(Fixed):
 
 def _data_at(model: Model, arrays: List[Vector]) -> Data:
     data = Data(model)
-    for own, array in zip((*data._state.arrays, data._x), arrays):
+    for own, array in zip((*data._state.arrays, data.x), arrays):
         own[:] = array
     return data

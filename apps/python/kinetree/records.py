@@ -1,8 +1,6 @@
 """Results: the records of a run and the table of a sweep, as numpy arrays by column name."""
 from __future__ import annotations
 
-import csv
-import difflib
 import fnmatch
 import io
 from typing import Any, Dict, Iterator, List, Optional
@@ -12,6 +10,7 @@ import numpy as np
 
 def read_csv(text: str) -> Dict[str, np.ndarray]:
     """The columns of a CSV file. A column of numbers becomes float64 (an empty cell NaN), any other stays text."""
+    import csv
     head, _, body = text.partition("\n")
     names: List[str] = next(csv.reader(io.StringIO(head)), [])
     if '"' not in body and ",," not in body and ",\n" not in body:
@@ -47,6 +46,7 @@ class Table:
         try:
             return self._columns[name]
         except KeyError:
+            import difflib
             near = difflib.get_close_matches(str(name), self._columns, 1)
             hint = f"; did you mean '{near[0]}'?" if near else f"; there are {', '.join(list(self._columns)[:8])}"
             raise KeyError(f"there is no column '{name}'{hint}") from None

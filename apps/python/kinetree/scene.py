@@ -4,7 +4,6 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-import tempfile
 import warnings
 import weakref
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
@@ -19,6 +18,12 @@ from .simulation import Simulation
 
 _SCENES = (".yaml", ".yml")
 _PARTIAL = 4  # exit status of a run that kept its records until then
+
+
+def _folder() -> Any:
+    """A temporary folder."""
+    import tempfile
+    return tempfile.TemporaryDirectory()
 
 
 def load(path: Union[str, os.PathLike], set: Optional[Mapping[str, Any]] = None, **options: Any) -> "Scene":
@@ -207,7 +212,7 @@ class Scene:
         StepError
             The integration failed. ``error.run`` has the records until then.
         """
-        with tempfile.TemporaryDirectory() as folder:
+        with _folder() as folder:
             records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
             summary = pathlib.Path(folder) / "summary.json"
             silent = not command.has_bar() if quiet is None else quiet
@@ -252,7 +257,7 @@ class Scene:
             if numbers.size == 0 or not np.isfinite(numbers).all():
                 raise ArgumentError(1, f"sweep: {name}", "expected at least one value, all finite")
             words.append(f"--vary={name}={','.join(map(repr, numbers.tolist()))}")
-        with tempfile.TemporaryDirectory() as folder:
+        with _folder() as folder:
             table = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "sweep.csv"
             silent = not command.has_bar() if quiet is None else quiet
             self.command("sweep", *words, show=not silent, out=table, resume=resume, jobs=jobs, columns=columns, quiet=bool(quiet))
@@ -276,7 +281,7 @@ class Scene:
 
     def accuracy(self, **options: Any) -> Table:
         """Error and CPU time of every method at many steps or tolerances."""
-        with tempfile.TemporaryDirectory() as folder:
+        with _folder() as folder:
             table = pathlib.Path(folder) / "accuracy.csv"
             self.command("accuracy", out=table, plot="/dev/null", quiet=True, **options)
             return Table(read_csv(table.read_text(encoding="utf8")))
@@ -291,7 +296,7 @@ class Scene:
         return done.stdout + (done.stderr or "")
 
     def _written(self, subcommand: str, option: str, suffix: str, **options: Any) -> str:
-        with tempfile.TemporaryDirectory() as folder:
+        with _folder() as folder:
             file = pathlib.Path(folder) / f"result{suffix}"
             chosen: Dict[str, Any] = {option: file, **options}
             self.command(subcommand, **chosen)

@@ -8,11 +8,12 @@ from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional
 import numpy as np
 
 from . import callbacks
-from ._core import ArgumentError, Fixed, Guard, Memory, busy, check, doubles, fail, ffi, finite, lib, name_of, output, pointer, text
+from ._core import ArgumentError, Fixed, Guard, Memory, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of, output, pointer, text
+from ._kinetree import turns
 from .model import Data, Model, ModelCopy, Vector
 
 _ROOM = 16  # events that a program may add
-_tick, _turn, _feed_back, _time = lib.kt_python_tick, lib.kt_python_turn, lib.kt_python_feed_back, lib.kt_simulation_time
+_tick, _feed_back, _time = lib.kt_python_tick, lib.kt_python_feed_back, lib.kt_simulation_time
 _DIRECTIONS = {"either": lib.KT_DIRECTION_EITHER, "rising": lib.KT_DIRECTION_RISING, "falling": lib.KT_DIRECTION_FALLING}
 
 
@@ -53,10 +54,10 @@ class Law:
 
     def turn(self, t: float) -> int:
         simulation = self.simulation
-        found = self.function(t, simulation._positions, simulation._velocities)
+        found = self.function(t, simulation.positions, simulation.velocities)
         if found is None:
             return 1
-        simulation._torque[:] = doubles(found, simulation._torque.shape, "the result of the law")
+        simulation.torque[:] = doubles(found, simulation.torque.shape, "the result of the law")
         return 0
 
 
@@ -132,7 +133,19 @@ class Simulation(Fixed):
         Fixed step, s.
     duration, integrator, tolerance, sensors
         As `Scene.simulation`.
+
+    Attributes
+    ----------
+    positions, velocities, states : arrays of nq, nv and nx
+        The state after the last call, with the auxiliary states: read-only views.
+    state : array of nq + nv + nx
+        Positions, velocities and auxiliary states in one array: a read-only view.
+    torque : array of nv
+        Joint forces, N or N m: a writable view. They act from the next step on, and hold until they change. Write into it in a control
+        loop: ``simulation.torque[:] = ...``, or ``np.dot(K, state, out=simulation.torque)``.
     """
+
+    _assignable = ("torque",)
 
     def __init__(self, model: Model, *, step: Optional[float] = None, duration: Optional[float] = None,
                  integrator: Optional[str] = None, tolerance: Optional[float] = None, sensors: Sequence[str] = ()) -> None:
@@ -152,8 +165,8 @@ class Simulation(Fixed):
         self._simulation = out[0]
         self.duration, self.step_size, self.integrator = run.duration, run.step, text(run.integrator)
         self._watch_events(scene)
-        self._state = self._memory.view(lib.kt_simulation_positions(out[0]), model.nq + model.nv + model.nx)
-        self._positions, self._velocities, self._states = np.split(self._state, [model.nq, model.nq + model.nv])
+        self.state = self._memory.view(lib.kt_simulation_positions(out[0]), model.nq + model.nv + model.nx)
+        self.positions, self.velocities, self.states = np.split(self.state, [model.nq, model.nq + model.nv])
         self._make_loop()
         self._data: Optional[Data] = None
         self._acting: Optional[int] = None
@@ -164,8 +177,8 @@ class Simulation(Fixed):
         nv = self.model.nv
         self._torque_memory = Memory(16 * max(nv, 1))
         both = self._torque_memory.array.view(np.float64)
-        self._torque, self._applied = both[:nv], both[nv:2 * nv]
-        self._loop = ffi.new("kt_python_loop *", {"simulation": self._simulation, "torque": pointer(self._torque), "applied": pointer(self._applied), "nv": nv})
+        self.torque, self._applied = both[:nv], both[nv:2 * nv]
+        self._loop = ffi.new("kt_python_loop *", {"simulation": self._simulation, "torque": pointer(self.torque), "applied": pointer(self._applied), "nv": nv})
         self._flag = self._guard.pointer
 
     def _run(self) -> Any:
@@ -212,26 +225,6 @@ class Simulation(Fixed):
         """Time, s."""
         return _time(self._simulation)
 
-    @property
-    def positions(self) -> Vector:
-        """Positions (nq): a read-only view of the state after the last call."""
-        return self._positions
-
-    @property
-    def velocities(self) -> Vector:
-        """Velocities (nv): a read-only view of the state after the last call."""
-        return self._velocities
-
-    @property
-    def states(self) -> Vector:
-        """Auxiliary states (nx): a read-only view."""
-        return self._states
-
-    @property
-    def state(self) -> Vector:
-        """Positions, velocities and auxiliary states in one array (nq + nv + nx): a read-only view."""
-        return self._state
-
     def set_state(self, t: float, q: Vector, v: Optional[Vector] = None) -> None:
         """Set time, positions and velocities (default: at rest)."""
         q = doubles(q, (self.model.nq,), "q")
@@ -239,21 +232,9 @@ class Simulation(Fixed):
         with self._guard:
             self._check(lib.kt_simulation_set_state(self._simulation, finite(t, "t"), pointer(q), pointer(v), self._error))
 
-    @property
-    def torque(self) -> Vector:
-        """Joint forces (nv), N or N m: a writable view. They act from the next step on, and hold until they change.
-
-        Write into it in a control loop: ``simulation.torque[:] = ...``, or ``np.dot(K, state, out=simulation.torque)``.
-        """
-        return self._torque
-
-    @torque.setter
-    def torque(self, tau: Vector) -> None:
-        self._torque[:] = doubles(tau, self._torque.shape, "torque")
-
     def set_torque(self, tau: Vector) -> None:
         """Set the joint forces (nv), which hold until they are set again. `torque` is the array itself."""
-        self._torque[:] = doubles(tau, self._torque.shape, "tau")
+        self.torque[:] = doubles(tau, self.torque.shape, "tau")
         with self._changing():
             self._apply()
 
@@ -305,15 +286,7 @@ class Simulation(Fixed):
 
     def __iter__(self) -> Iterator["Simulation"]:
         """Yield this simulation before each period: read sensors, set torques; then it advances."""
-        period, end, flag, loop, error = self._period(None), self.duration, self._flag, self._loop, self._error
-        if lib.kt_python_has_ended(loop, end):
-            return
-        status = 0
-        while not status:
-            yield self
-            status = _turn(flag, loop, period, end, error)
-        if status != lib.KT_PYTHON_ENDED:
-            self._check(status)
+        return turns(self, *map(address_number, (self._flag, self._loop, self._error)), self._period(None), self.duration)  # type: ignore[no-any-return]
 
     def feedback(self, gain: Vector, *, q: Optional[Vector] = None, v: Optional[Vector] = None, torque: Optional[Vector] = None) -> Feedback:
         """A linear law of this simulation: tau = torque + gain (reference - state). See `Feedback`.
@@ -402,7 +375,7 @@ class Simulation(Fixed):
         """A workspace at the present state, with its kinematics: for positions and Jacobians of points."""
         if self._data is None:
             self._data = Data(self.model)
-        self._data.q, self._data.v = self._positions, self._velocities
+        self._data.q, self._data.v = self.positions, self.velocities
         return self._data.kinematics(a=np.zeros(self.model.nv))
 
     def step_derivatives(self, tau: Optional[Vector] = None, h: Optional[float] = None, *,
@@ -410,8 +383,8 @@ class Simulation(Fixed):
         """Exact derivatives of the next step: A by the state, B by the joint forces."""
         if self._data is None:
             self._data = Data(self.model)
-        tau = self._torque if tau is None else tau
-        return self._data.step_derivatives(h or self.step_size or 1e-3, self._positions, self._velocities, tau, t=self.time,
+        tau = self.torque if tau is None else tau
+        return self._data.step_derivatives(h or self.step_size or 1e-3, self.positions, self.velocities, tau, t=self.time,
                                            method=self.integrator if self.step_size > 0.0 and self.integrator else "rk4", out=out)
 
     @property
@@ -467,12 +440,12 @@ class Simulation(Fixed):
         block = Memory(size)
         with self._guard:
             lib.kt_simulation_save(self._simulation, block.pointer)
-        return block.array.tobytes() + self._torque.tobytes()
+        return block.array.tobytes() + self.torque.tobytes()
 
     def restore(self, block: bytes) -> None:
         """Continue from a checkpoint of the same scene and run."""
         size = lib.kt_simulation_state_size(self._simulation)
-        whole = size + self._torque.nbytes
+        whole = size + self.torque.nbytes
         if not isinstance(block, (bytes, bytearray)) or len(block) != whole:
             found = f"{len(block)} bytes" if isinstance(block, (bytes, bytearray)) else type(block).__name__
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", f"a checkpoint of this simulation has {whole} bytes, got {found}")
@@ -480,7 +453,7 @@ class Simulation(Fixed):
         memory.array[:] = np.frombuffer(block, np.uint8, size)
         with self._guard:
             self._check(lib.kt_simulation_restore(self._simulation, memory.pointer, self._error))
-            self._torque[:] = self._applied[:] = np.frombuffer(block, np.float64, offset=size)
+            self.torque[:] = self._applied[:] = np.frombuffer(block, np.float64, offset=size)
 
     def __reduce__(self) -> Any:
         if isinstance(self.model, ModelCopy) or any(isinstance(each, Event) for each in self._keep):
