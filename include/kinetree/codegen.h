@@ -27,18 +27,24 @@ extern "C" {
     X(KT_CODEGEN_MASS, mass, "the mass matrix, as kt_dynamics_mass")                                                   \
     X(KT_CODEGEN_EFFECTS, effects, "joint forces of springs and dampers in joints, as kt_effect_forces")               \
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
-    X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")
+    X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")                              \
+    X(KT_CODEGEN_HEUN, heun, "a step of Heun's method, as kt_step_evaluate with heun")                                 \
+    X(KT_CODEGEN_RK4, rk4, "a step of the classical Runge-Kutta method, as kt_step_evaluate with rk4")                 \
+    X(KT_CODEGEN_SEMI_IMPLICIT, semi_implicit, "a semi-implicit Euler step, as kt_batch_step_semi_implicit")
 
 /* Indices of functions, in the order of KT_CODEGEN_LIST. */
 enum {
-    KT_CODEGEN_FORWARD_INDEX, /* forward dynamics */
-    KT_CODEGEN_INVERSE_INDEX, /* inverse dynamics */
-    KT_CODEGEN_BIAS_INDEX,    /* bias forces */
-    KT_CODEGEN_MASS_INDEX,    /* the mass matrix */
-    KT_CODEGEN_EFFECTS_INDEX, /* forces of effects */
-    KT_CODEGEN_ENERGY_INDEX,  /* energies */
-    KT_CODEGEN_MARKERS_INDEX, /* places of markers */
-    KT_CODEGEN_COUNT          /* how many functions there are */
+    KT_CODEGEN_FORWARD_INDEX,       /* forward dynamics */
+    KT_CODEGEN_INVERSE_INDEX,       /* inverse dynamics */
+    KT_CODEGEN_BIAS_INDEX,          /* bias forces */
+    KT_CODEGEN_MASS_INDEX,          /* the mass matrix */
+    KT_CODEGEN_EFFECTS_INDEX,       /* forces of effects */
+    KT_CODEGEN_ENERGY_INDEX,        /* energies */
+    KT_CODEGEN_MARKERS_INDEX,       /* places of markers */
+    KT_CODEGEN_HEUN_INDEX,          /* a step of Heun's method */
+    KT_CODEGEN_RK4_INDEX,           /* a step of the classical Runge-Kutta method */
+    KT_CODEGEN_SEMI_IMPLICIT_INDEX, /* a semi-implicit Euler step */
+    KT_CODEGEN_COUNT                /* how many functions there are */
 };
 
 /* Bits of functions. */
@@ -46,7 +52,8 @@ enum {
 #define KT_CODEGEN_BIT(id, name, meaning) id = 1 << id##_INDEX,
     KT_CODEGEN_LIST(KT_CODEGEN_BIT)
 #undef KT_CODEGEN_BIT
-        KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1 /* all functions */
+        KT_CODEGEN_STEPS = KT_CODEGEN_HEUN | KT_CODEGEN_RK4 | KT_CODEGEN_SEMI_IMPLICIT, /* the steps */
+    KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1                                        /* all functions */
 };
 
 /* Returns the name of a function with the index 0 <= k < KT_CODEGEN_COUNT; NULL for other numbers. */
@@ -67,9 +74,10 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * functions: a sum of KT_CODEGEN_ bits.
  * constant: whether the file also has all numbers as constants. It then has no parameters.
  *
- * The functions are those of the tree, like those of dynamics.h. Forces of effects are in NAME_effects alone; add them
- * to the tau of NAME_forward. Each function
- * returns 0. NAME_forward returns the number of the body whose joint has no inertia, and then writes nothing.
+ * The functions are those of the tree, like those of dynamics.h. Forces of effects are in NAME_effects and in the
+ * steps alone; add them to the tau of NAME_forward. A step also writes NAME_forward, and NAME_effects if there are
+ * effects. Its tau is constant from the beginning to the end. Each function returns 0. NAME_forward and the steps
+ * return the number of the body whose joint has no inertia, or whose quaternion has no norm; they then write nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops,
  * bodies of variable mass, coordinates that move no mass, contacts, effects of other types. KT_ERROR_MEMORY.

@@ -55,4 +55,18 @@ bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array ar
 /* Prints the sines and cosines of the file, whose names begin with `name`. */
 void kt_code_print_sincos(FILE *file, const char *name);
 
+/* The beginning of the names of a file, and its model in the lists of parameters and arguments: empty if all numbers
+ * are fixed. */
+typedef struct kt_code_names {
+    const char *name, *take, *pass;
+} kt_code_names;
+
+/* Prints the steps among the functions. signature: of heun, rk4 and semi_implicit. */
+void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
+                         const char *const signature[3]);
+
+/* Whether the steps among the functions need sines, or sqrt of math.h. */
+bool kt_code_steps_read_sines(const kt_model *model, unsigned functions);
+bool kt_code_steps_read_roots(const kt_model *model, unsigned functions);
+
 #endif

@@ -34,7 +34,24 @@ static bool read_names(kt_generated *g) {
     return kt_check_true("the header lists parameters", inside && g->count < KT_GENERATED_PARAMETERS);
 }
 
-static bool write_files(kt_generated *g, const kt_model *model) {
+/* Functions of a file with fixed numbers that take a model, and ignore it. */
+static const char folded[] =
+    "#define RATES(f) int folded_##f(const void *m, const double *q, const double *v, double *x) { \\\n"
+    "    (void)m; return mech_##f(q, v, x); }\n"
+    "#define GIVEN(f) int folded_##f(const void *m, const double *q, const double *v, const double *x, double *y) { "
+    "\\\n"
+    "    (void)m; return mech_##f(q, v, x, y); }\n"
+    "#define STEP(f) int folded_##f(const void *m, const double *q, const double *v, const double *x, double h, \\\n"
+    "    double *p, double *u) { (void)m; return mech_##f(q, v, x, h, p, u); }\n"
+    "RATES(bias) RATES(effects) RATES(energy) GIVEN(forward) GIVEN(inverse) STEP(heun) STEP(rk4)\n"
+    "STEP(semi_implicit)\n"
+    "int folded_mass(const void *m, const double *q, double *x) { (void)m; return mech_mass(q, x); }\n"
+    "int folded_markers(const void *m, const double *q, const double *v, double *x, double *u) {\n"
+    "    (void)m; return mech_markers(q, v, x, u); }\n"
+    "const double folded_default[1] = {0};\n"
+    "void folded_prepare(const double *p, double *m) { (void)p; (void)m; }\n";
+
+static bool write_files(kt_generated *g, const kt_model *model, bool fold) {
     char path[2][128];
     kt_error error = {0};
     snprintf(path[0], sizeof path[0], "%s/mech.c", g->folder);
@@ -42,7 +59,9 @@ static bool write_files(kt_generated *g, const kt_model *model) {
     FILE *source = fopen(path[0], "w"), *header = fopen(path[1], "w");
     kt_status status = KT_ERROR_FILE;
     if (kt_check_true("files can be written", source != NULL && header != NULL))
-        status = kt_codegen_write(model, "mech", KT_CODEGEN_ALL, false, source, header, &error);
+        status = kt_codegen_write(model, "mech", KT_CODEGEN_ALL, fold, source, header, &error);
+    if (source != NULL && fold)
+        fputs(folded, source);
     if (source != NULL)
         fclose(source);
     if (header != NULL)
@@ -63,8 +82,8 @@ static bool read_method(kt_generated *g) {
     return true;
 }
 
-static bool load_file(kt_generated *g) {
-    char path[128];
+static bool load_file(kt_generated *g, const char *prefix) {
+    char path[128], name[64];
     snprintf(path, sizeof path, "%s/mech.so", g->folder);
     g->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!kt_check_true("the file can be loaded", g->library != NULL))
@@ -72,12 +91,14 @@ static bool load_file(kt_generated *g) {
     const struct {
         const char *name;
         void *target;
-    } symbol[] = {{"mech_prepare", &g->prepare}, {"mech_forward", &g->forward}, {"mech_inverse", &g->inverse},
-                  {"mech_bias", &g->bias},       {"mech_effects", &g->effects}, {"mech_energy", &g->energy},
-                  {"mech_mass", &g->mass},       {"mech_markers", &g->markers}, {"mech_default", &g->standard}};
+    } symbol[] = {{"prepare", &g->prepare}, {"forward", &g->forward}, {"inverse", &g->inverse},
+                  {"bias", &g->bias},       {"effects", &g->effects}, {"energy", &g->energy},
+                  {"mass", &g->mass},       {"markers", &g->markers}, {"default", &g->standard},
+                  {"heun", &g->heun},       {"rk4", &g->rk4},         {"semi_implicit", &g->semi_implicit}};
     for (size_t i = 0; i < sizeof symbol / sizeof *symbol; i++) {
-        void *const at = dlsym(g->library, symbol[i].name);
-        if (!kt_check_true(symbol[i].name, at != NULL))
+        snprintf(name, sizeof name, "%s_%s", prefix, symbol[i].name);
+        void *const at = dlsym(g->library, name);
+        if (!kt_check_true(name, at != NULL))
             return false;
         memcpy(symbol[i].target, &at, sizeof at);
     }
@@ -85,7 +106,7 @@ static bool load_file(kt_generated *g) {
     return true;
 }
 
-bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile) {
+static bool make_generated(kt_generated *g, const kt_model *model, const char *compile, bool fold) {
     char command[512];
     memset(g, 0, sizeof *g);
     strcpy(g->folder, "/tmp/kt-codegen-XXXXXX");
@@ -93,13 +114,21 @@ bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compi
         g->folder[0] = '\0';
         return false;
     }
-    if (!write_files(g, model) || !read_names(g) || !read_method(g))
+    if (!write_files(g, model, fold) || (!fold && !read_names(g)) || !read_method(g))
         return false;
     snprintf(command, sizeof command,
              "%s -std=c99 -Wall -Wextra -Werror -pedantic -fPIC -shared %s/mech.c -o %s/mech.so", compile, g->folder,
              g->folder);
     const int code = system(command); /* NOLINT(cert-env33-c): a compiler of this machine */
-    return kt_check_equal_int("the compiler's exit code", code, 0) && load_file(g);
+    return kt_check_equal_int("the compiler's exit code", code, 0) && load_file(g, fold ? "folded" : "mech");
+}
+
+bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile) {
+    return make_generated(g, model, compile, false);
+}
+
+bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile) {
+    return make_generated(g, model, compile, true);
 }
 
 void kt_generated_free(kt_generated *g) {

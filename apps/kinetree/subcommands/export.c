@@ -49,7 +49,8 @@ const kt_usage kt_usage_export = {
              "\n"
              "C is for trees without loops. Its files need no library and allocate nothing.\n"
              "Zeros, axes and rotations are folded; other numbers stay parameters, unless --fold is given.\n"
-             "Functions: forward, inverse, bias, mass, effects, energy, markers.\n"
+             "Functions: forward, inverse, bias, mass, effects, energy, markers,\n"
+             "           heun, rk4, semi_implicit.\n"
              "effects has the forces of springs and dampers in joints; the others leave out effects.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],

@@ -105,7 +105,7 @@ static int write_both(const kt_export_c *c, const kt_model *model, const char *h
 
 /* Prints which effects the file leaves out. */
 static void say_effects(const kt_export_c *c, const kt_model *model) {
-    if (kt_effect_count(model) > 0 && !(read_functions(c->functions) & KT_CODEGEN_EFFECTS))
+    if (kt_effect_count(model) > 0 && !(read_functions(c->functions) & (KT_CODEGEN_EFFECTS | KT_CODEGEN_STEPS)))
         fprintf(stderr, "%s: note: left out: forces of effects (%d); add them to tau, or try --functions effects\n",
                 c->scene, kt_effect_count(model));
 }

@@ -1,0 +1,197 @@
+/* Steps of a generated file: y = (q, v), y' = (rate of q, accelerations).
+ *
+ *   explicit methods   y_i = y + h sum_j a_ij k_j,   k_i = y'(y_i),   next y = y + h sum_i b_i k_i
+ *   semi_implicit      next v = v + h a,   next q = q (+) h next v
+ *
+ * The joint forces are constant during a step; those of effects follow the stages. A quaternion p has the rate
+ * p (0, w) / 2, and p (+) d = p exp(d / 2), as in lib/joint/position.c. It has unit norm after the step. The tables
+ * and the arithmetic are those of the library, so that both agree to rounding.
+ *
+ * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, II.1.
+ */
+#include "codegen/print.h"
+#include "kinetree/codegen.h"
+
+/* Whether the joint of a body has a quaternion. */
+static bool has_quaternion(const kt_coordinates *c) { return c->nq > c->nv; }
+
+/* Counts the quaternions of a model. */
+static int count_quaternions(const kt_model *model) {
+    int count = 0;
+    for (int b = 1; b < kt_model_body_count(model); b++) {
+        const kt_coordinates c = kt_body_coordinates(model, b);
+        count += has_quaternion(&c);
+    }
+    return count;
+}
+
+bool kt_code_steps_read_sines(const kt_model *model, unsigned functions) {
+    return (functions & KT_CODEGEN_SEMI_IMPLICIT) && count_quaternions(model) > 0;
+}
+
+bool kt_code_steps_read_roots(const kt_model *model, unsigned functions) {
+    return (functions & KT_CODEGEN_STEPS) && count_quaternions(model) > 0;
+}
+
+/* ---- quaternions ------------------------------------------------------------------------------------------------- */
+
+/* The order of bodies is that of their coordinates; the order of links is not. */
+static void print_quaternions(FILE *file, const kt_model *model) {
+    fprintf(file, "/* Quaternions: first position, first velocity, body. */\nstatic const int step_turn[%d][3] = {\n",
+            count_quaternions(model));
+    for (int b = 1; b < kt_model_body_count(model); b++) {
+        const kt_coordinates c = kt_body_coordinates(model, b);
+        if (has_quaternion(&c))
+            fprintf(file, "    {%d, %d, %d}, /* %s */\n", c.q + c.nq - 4, c.v + c.nv - 3, b, kt_joint_name(model, b));
+    }
+    fputs("};\n\n", file);
+}
+
+static const char *const turn_product = "/* out = p u */\n"
+                                        "static void step_multiply(const real *p, const real *u, real *out) {\n"
+                                        "    out[0] = p[0] * u[0] - p[1] * u[1] - p[2] * u[2] - p[3] * u[3];\n"
+                                        "    out[1] = p[0] * u[1] + p[1] * u[0] + p[2] * u[3] - p[3] * u[2];\n"
+                                        "    out[2] = p[0] * u[2] + p[2] * u[0] + p[3] * u[1] - p[1] * u[3];\n"
+                                        "    out[3] = p[0] * u[3] + p[3] * u[0] + p[1] * u[2] - p[2] * u[1];\n"
+                                        "}\n\n";
+
+/* Scales quaternions to unit norm. */
+static void print_units(FILE *file, int count) {
+    fprintf(file,
+            "/* Gives quaternions unit norm. Returns 0, or the number of a body for which there is none. */\n"
+            "static int step_units(real *q) {\n"
+            "    for (int k = 0; k < %d; k++) {\n"
+            "        real *p = q + step_turn[k][0];\n"
+            "        const real square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3];\n"
+            "        const real scale = 1 / (real)sqrt((double)square);\n"
+            "        if (!(square > 0 && scale > 0))\n"
+            "            return step_turn[k][2];\n"
+            "        for (int i = 0; i < 4; i++)\n"
+            "            p[i] *= scale;\n"
+            "    }\n"
+            "    return 0;\n"
+            "}\n\n",
+            count);
+}
+
+/* The loop over plain numbers, up to each quaternion and behind the last one. i, j: positions, velocities. */
+static void print_walk(FILE *file, const kt_model *model, const char *plain, const char *turn) {
+    const int count = count_quaternions(model), nq = kt_model_nq(model);
+    if (count == 0) {
+        fprintf(file, "    for (int i = 0, j = 0; i < %d; i++, j++)\n        %s", nq, plain);
+        return;
+    }
+    fprintf(file,
+            "    for (int i = 0, j = 0, k = 0; i < %d; k++) {\n"
+            "        for (; i < (k < %d ? step_turn[k][0] : %d); i++, j++)\n            %s"
+            "        if (k == %d)\n            break;\n%s        i += 4;\n        j += 3;\n    }\n",
+            nq, count, nq, plain, count, turn);
+}
+
+/* ---- methods ----------------------------------------------------------------------------------------------------- */
+
+/* The accelerations of a state, with the forces of effects. */
+static void print_rates(FILE *file, const kt_code_names *n, const kt_model *model) {
+    const int nv = kt_model_nv(model);
+    fprintf(file, "/* Accelerations of a state. Returns as %s_forward. */\nstatic int step_forward(%s", n->name,
+            n->take);
+    fputs("const real *q, const real *v, const real *tau, real *a) {\n", file);
+    if (model->n.effect > 0)
+        fprintf(file,
+                "    real force[%d];\n    (void)%s_effects(%sq, v, force);\n    for (int i = 0; i < %d; i++)\n"
+                "        force[i] += tau[i];\n    return %s_forward(%sq, v, force, a);\n}\n\n",
+                nv, n->name, n->pass, nv, n->name, n->pass);
+    else
+        fprintf(file, "    return %s_forward(%sq, v, tau, a);\n}\n\n", n->name, n->pass);
+}
+
+static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *model) {
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model);
+    fputs("/* q' for the velocities v; p' = p (0, w) / 2 for quaternions. */\n"
+          "static void step_rate(const real *q, const real *v, real *rate) {\n",
+          file);
+    if (count_quaternions(model) == 0)
+        fputs("    (void)q;\n", file);
+    print_walk(file, model, "rate[i] = v[j];\n",
+               "        const real u[4] = {0, v[j] / 2, v[j + 1] / 2, v[j + 2] / 2};\n"
+               "        step_multiply(q + i, u, rate + i);\n");
+    fprintf(file,
+            "}\n\n/* A step of an explicit method; a: its matrix, row by row below the diagonal. */\n"
+            "static int step_explicit(%sint stages, const real *a, const real *b, const real *q, const real *v,\n"
+            "                         const real *tau, real h, real *next_q, real *next_v) {\n"
+            "    real y[%d], slope[4][%d];\n    int code = 0;\n"
+            "    for (int i = 0; i <= stages; a += i++) {\n"
+            "        const real *row = i < stages ? a : b;\n"
+            "        for (int l = 0; l < %d; l++) {\n"
+            "            real sum = 0;\n"
+            "            for (int j = 0; j < i; j++)\n"
+            "                sum += row[j] * slope[j][l];\n"
+            "            y[l] = (l < %d ? q[l] : v[l - %d]) + h * sum;\n"
+            "        }\n"
+            "        if (i == stages)\n            break;\n"
+            "        step_rate(y, y + %d, slope[i]);\n"
+            "        code = step_forward(%sy, y + %d, tau, slope[i] + %d);\n"
+            "        if (code != 0)\n            return code;\n    }\n",
+            n->take, nq + nv, nq + nv, nq + nv, nq, nq, nq, n->pass, nq, nq);
+    if (count_quaternions(model) > 0)
+        fputs("    code = step_units(y);\n    if (code != 0)\n        return code;\n", file);
+    fprintf(file,
+            "    for (int i = 0; i < %d; i++)\n        next_q[i] = y[i];\n    for (int i = 0; i < %d; i++)\n"
+            "        next_v[i] = y[%d + i];\n    return 0;\n}\n\n",
+            nq, nv, nq);
+}
+
+/* A method with its tables. */
+static void print_method(FILE *file, const kt_code_names *n, const char *signature, int stages, const char *tables) {
+    fprintf(file,
+            "%s {\n    static const real %s;\n"
+            "    return step_explicit(%s%d, a, b, q, v, tau, h, next_q, next_v);\n}\n\n",
+            signature, tables, n->pass, stages);
+}
+
+static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature) {
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model), count = count_quaternions(model);
+    fprintf(file,
+            "%s {\n    real p[%d], u[%d];\n    int code = step_forward(%sq, v, tau, u);\n    if (code != 0)\n"
+            "        return code;\n    for (int i = 0; i < %d; i++)\n        u[i] = v[i] + h * u[i];\n",
+            signature, nq, nv, n->pass, nv);
+    print_walk(file, model, "p[i] = q[i] + h * u[j];\n",
+               "        const real d[3] = {h * u[j], h * u[j + 1], h * u[j + 2]};\n"
+               "        real half[SINES_ROOM(1)] = {0}, s[SINES_ROOM(1)], c[SINES_ROOM(1)];\n"
+               "        half[0] = (real)sqrt((double)(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])) / 2;\n"
+               "        sines(SINES_ROOM(1), half, s, c);\n"
+               "        const real scale = (half[0] > 0 ? s[0] / half[0] : 1) / 2;\n"
+               "        const real turn[4] = {c[0], scale * d[0], scale * d[1], scale * d[2]};\n"
+               "        step_multiply(q + i, turn, p + i);\n");
+    if (count > 0)
+        fputs("    code = step_units(p);\n    if (code != 0)\n        return code;\n", file);
+    fprintf(file,
+            "    for (int i = 0; i < %d; i++)\n        next_q[i] = p[i];\n    for (int i = 0; i < %d; i++)\n"
+            "        next_v[i] = u[i];\n    return 0;\n}\n\n",
+            nq, nv);
+}
+
+void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
+                         const char *const signature[3]) {
+    const int count = count_quaternions(model);
+    if (!(functions & KT_CODEGEN_STEPS))
+        return;
+    fputs("/* ---- steps ---- */\n\n", file);
+    if (count > 0) {
+        print_quaternions(file, model);
+        fputs(turn_product, file);
+        print_units(file, count);
+    }
+    print_rates(file, names, model);
+    if (functions & (KT_CODEGEN_HEUN | KT_CODEGEN_RK4))
+        print_explicit(file, names, model);
+    if (functions & KT_CODEGEN_HEUN)
+        print_method(file, names, signature[0], 2, "a[] = {1}, b[] = {(real)0.5, (real)0.5}");
+    if (functions & KT_CODEGEN_RK4)
+        print_method(file, names, signature[1], 4,
+                     "a[] = {(real)0.5, 0, (real)0.5, 0, 0, 1};\n"
+                     "    static const real b[] = {(real)(1.0 / 6.0), (real)(1.0 / 3.0), (real)(1.0 / 3.0),\n"
+                     "                             (real)(1.0 / 6.0)}");
+    if (functions & KT_CODEGEN_SEMI_IMPLICIT)
+        print_semi_implicit(file, names, model, signature[2]);
+}
