@@ -8,9 +8,10 @@
  *
  *     (1 - G) N = N0
  *
- * With these N the accelerations are evaluated once more. If k contacts slip, this takes k + 2 evaluations. If slip is
- * slow (below), it takes 2 k + 2. If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of
- * slip. Then the force has no value, or two (Painleve 1895), and this is an error.
+ * The contacts are rows in range space (range_space.c), where G takes no recursion. If the rows have no such form, the
+ * accelerations are evaluated without friction, with a unit of each force, and with N. If k contacts slip, this takes
+ * k + 2 evaluations. If slip is slow (below), it takes 2 k + 2. If 1 - G_ii of a contact is not positive, friction
+ * wedges it in its own direction of slip. Then the force has no value, or two (Painleve 1895), and this is an error.
  *
  * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contact.c). The steps before
  * must see no jump. So e is -s / |s| if s . d < 0, and d if s = 0. Here d is the direction in which the contact began
@@ -44,8 +45,10 @@
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
+#include "linear/cholesky.h"
 #include "linear/coulomb.h"
 #include "mechanism/evaluate.h"
+#include "mechanism/range_space.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -59,6 +62,43 @@ static const double ahead = 4e-7, slow = 4e-6, shrinking = 10.0;
 
 /* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
 static const double directed = 1e-11, aligned = 0.9;
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+/* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
+ * along both axes. */
+#define SLIP_FIELDS(X)                                                                                                 \
+    X(char, range, kt_range_size(count), "all closed contacts, in range space")                                        \
+    X(double, unit_force, 2 * n * count->v, "there: joint forces of a unit of force along each axis of each contact")  \
+    X(double, force, count->v, "there: joint forces that are added")                                                   \
+    X(double, W, 9 * n * n, "of slow slip: responses")                                                                 \
+    X(double, N0, n, "normal forces without friction")                                                                 \
+    X(double, N, n, "likewise under a unit of force")                                                                  \
+    X(double, rate0, 2 * n, "J a without friction")                                                                    \
+    X(double, rate, 2 * n, "likewise under a unit of force")                                                           \
+    X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
+    X(double, tau, n, "of each contact, s")                                                                            \
+    X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
+    X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
+    X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")
+
+typedef struct slip_problem {
+    kt_range *r; /* NULL: the contacts are evaluated by recursions */
+    kt_coulomb *c;
+    kt_coulomb_solution *to, *held;
+    double unit;
+    KT_ARENA_DECLARE(SLIP_FIELDS)
+} slip_problem;
+
+KT_ARENA_LAYOUT(lay_out_slip, slip_problem, SLIP_FIELDS, size_t n, const kt_counts *count)
+
+void kt_slip_add(kt_model *model) {
+    model->n.slip++;
+    model->n.slip_work = lay_out_slip(NULL, model->n.slip, &model->n);
+    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
+}
+
+static slip_problem *problem_of(const kt_data *data) { return (slip_problem *)(void *)data->slip_work; }
 
 /* The k-th loop that slips. */
 static const kt_loop_record *loop_of(const kt_model *model, size_t k) {
@@ -74,7 +114,7 @@ static const kt_loop_record *loop_of(const kt_model *model, size_t k) {
 typedef struct slip_end {
     kt_mat3 axes;
     kt_vec3 point, omega, velocity;
-    kt_vec3 arm; /* from its body's origin */
+    kt_vec3 arm, lever; /* from its body's origin, and from its link's */
 } slip_end;
 
 static slip_end end_of(const kt_link_kinematics *links, const kt_effect_record *effect, int k) {
@@ -84,7 +124,8 @@ static slip_end end_of(const kt_link_kinematics *links, const kt_effect_record *
                       .point = kt_vec3_add(link->position, arm),
                       .omega = link->omega,
                       .velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm)),
-                      .arm = kt_mat3_apply(link->axes, effect->arm[k])};
+                      .arm = kt_mat3_apply(link->axes, effect->arm[k]),
+                      .lever = arm};
 }
 
 /* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
@@ -112,11 +153,12 @@ static void find_slip(const kt_model *model, const kt_link_kinematics *links, si
     s[1] = kt_vec3_dot(plane.axes.y, slip);
     if (frame)
         *frame = (kt_slip_frame){.axis = {plane.axes.x, plane.axes.y},
-                                 .arm = {kt_vec3_add(centre.arm, down), kt_vec3_add(plane.arm, lever)}};
+                                 .arm = {kt_vec3_add(centre.arm, down), kt_vec3_add(plane.arm, lever)},
+                                 .lever = {kt_vec3_add(centre.lever, down), kt_vec3_add(plane.lever, lever)}};
 }
 
-/* Adds a force on the sphere, in the plane's axes, and its opposite on the plane. */
-static void add_force(const kt_model *model, kt_data *data, size_t k, double x, double y) {
+/* Adds the wrenches of a force on the sphere, in the plane's axes, and its opposite on the plane. */
+static void add_wrenches(const kt_model *model, kt_data *data, size_t k, double x, double y) {
     const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k)->slips - 1);
     const kt_slip_frame *frame = &data->slip_frame[k];
     for (int end = 0; end < 2; end++) {
@@ -129,6 +171,33 @@ static void add_force(const kt_model *model, kt_data *data, size_t k, double x, 
     }
 }
 
+/* The joint forces of a unit of this force along each axis. */
+static void find_unit_forces(const kt_model *model, const kt_data *data, slip_problem *p) {
+    memset(p->unit_force, 0, 2 * model->n.slip * model->n.v * sizeof *p->unit_force);
+    for (size_t k = 0; k < 2 * model->n.slip; k++) {
+        const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k / 2)->slips - 1);
+        const kt_slip_frame *frame = &data->slip_frame[k / 2];
+        for (int end = 0; end < 2; end++) {
+            const kt_vec3 force = kt_vec3_scale(end == 0 ? 1.0 : -1.0, frame->axis[k % 2]);
+            kt_range_add_wrench(model, p->r, effect->link[end], kt_vec3_cross(frame->lever[end], force), force,
+                                p->unit_force + k * model->n.v);
+        }
+    }
+}
+
+/* Adds the force. */
+static void add_force(const kt_model *model, kt_data *data, size_t k, double x, double y) {
+    slip_problem *p = problem_of(data);
+    const size_t nv = model->n.v;
+    if (p->r == NULL) {
+        add_wrenches(model, data, k, x, y);
+        return;
+    }
+    const double *along_x = p->unit_force + 2 * k * nv, *along_y = along_x + nv;
+    for (size_t i = 0; i < nv; i++)
+        p->force[i] += x * along_x[i] + y * along_y[i];
+}
+
 static double friction_of(const kt_model *model, size_t k) {
     return kt_effect_record_find(model, loop_of(model, k)->slips - 1)->friction;
 }
@@ -138,8 +207,12 @@ static void add_friction(const kt_model *model, kt_data *data, size_t k, double 
     add_force(model, data, k, force * e[0], force * e[1]);
 }
 
+/* Begins the forces that act: the external ones alone. */
 static void load(const kt_model *model, kt_data *data, const kt_wrench *external) {
-    if (external)
+    slip_problem *p = problem_of(data);
+    if (p->r)
+        memset(p->force, 0, model->n.v * sizeof *p->force);
+    else if (external)
         memcpy(data->slip_loaded, external, model->n.body * sizeof *data->slip_loaded);
     else
         memset(data->slip_loaded, 0, model->n.body * sizeof *data->slip_loaded);
@@ -147,10 +220,25 @@ static void load(const kt_model *model, kt_data *data, const kt_wrench *external
 
 /* ---- normal forces ----------------------------------------------------------------------------------------------- */
 
-/* Accelerations under the wrenches in slip_loaded, and the normal forces with them. */
+/* The same in range space, where normal forces need no accelerations. */
+static kt_status evaluate_in_range(const kt_model *model, slip_problem *p, double *a, double *normal) {
+    kt_range *r = p->r;
+    if (normal == NULL)
+        return kt_range_accelerate(model, r, p->force, a) ? KT_OK : KT_ERROR_NOT_FINITE;
+    kt_range_respond(r, p->force, r->change);
+    for (size_t k = 0; k < model->n.slip; k++) {
+        const int row = kt_range_row(model, loop_of(model, k));
+        normal[k] = r->multiplier[row] + r->change[row];
+    }
+    return KT_OK;
+}
+
+/* The normal forces under the forces that act, or (NULL) the accelerations. */
 static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *normal,
                           kt_error *error) {
     kt_dynamic_state loaded = *at;
+    if (problem_of(data)->r)
+        return evaluate_in_range(model, problem_of(data), a, normal);
     loaded.external = data->slip_loaded;
     kt_status status = KT_HAS_LOOPS ? kt_closed_forward(model, data, &loaded, a, error) : KT_ERROR_UNSUPPORTED;
     if (status != KT_OK || normal == NULL)
@@ -220,43 +308,11 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
 
 /* ---- slow slip --------------------------------------------------------------------------------------------------- */
 
-/* Directions of slip and normal forces of n contacts. Rows of each: N, in `unit`, and (s + tau s') / tau along both
- * axes. */
-#define SLOW_SLIP_FIELDS(X)                                                                                            \
-    X(double, W, 9 * n * n, "responses")                                                                               \
-    X(double, N0, n, "normal forces without friction")                                                                 \
-    X(double, N, n, "likewise under a unit of force")                                                                  \
-    X(double, rate0, 2 * n, "J a without friction")                                                                    \
-    X(double, rate, 2 * n, "likewise under a unit of force")                                                           \
-    X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
-    X(double, tau, n, "of each contact, s")                                                                            \
-    X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
-    X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
-    X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")
-
-typedef struct slow_slip {
-    kt_coulomb *c;
-    kt_coulomb_solution *to, *held;
-    double unit;
-    KT_ARENA_DECLARE(SLOW_SLIP_FIELDS)
-} slow_slip;
-
-KT_ARENA_LAYOUT(lay_out_slow_slip, slow_slip, SLOW_SLIP_FIELDS, size_t n)
-
-void kt_slip_add(kt_model *model) {
-    model->n.slip++;
-    model->n.slip_work = lay_out_slow_slip(NULL, model->n.slip);
-    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
-}
-
-static slow_slip *begin_slow_slip(kt_data *data, size_t n) {
-    slow_slip *p = (slow_slip *)(void *)data->slip_work;
-    (void)lay_out_slow_slip(p, n);
+static void begin_slow_slip(size_t n, slip_problem *p) {
     p->unit = 0.0;
     p->c = kt_coulomb_init(n, 3 * n, p->problem);
     p->to = kt_coulomb_solution_init(n, 3 * n, p->solution);
     p->held = kt_coulomb_solution_init(n, 3 * n, p->trial);
-    return p;
 }
 
 /* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
@@ -285,22 +341,26 @@ static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_st
         drift[i] = (drift[i] - data->slip_velocity[i]) / ahead;
 }
 
-/* Normal forces and J a under the wrenches in slip_loaded. */
+/* Normal forces and J a under the forces that act. */
 static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *normal,
                          double *rates, kt_error *error) {
-    const kt_status status = evaluate(model, data, at, a, normal, error);
-    if (status == KT_OK)
+    const slip_problem *p = problem_of(data);
+    kt_status status = evaluate(model, data, at, a, normal, error);
+    if (status == KT_OK && p->r)
+        status = evaluate(model, data, at, a, NULL, error);
+    if (status == KT_OK && !p->r)
         find_rates(model, data, at->q, a, rates);
+    for (size_t k = 0; status == KT_OK && p->r && k < 2 * model->n.slip; k++)
+        rates[k] = kt_dense_dot(p->unit_force + k * model->n.v, a, (int)model->n.v);
     return status;
 }
 
 /* Finds W and b from accelerations without friction, and for a unit of force along each axis of each contact. */
 static kt_status find_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                               slow_slip *p, kt_error *error) {
+                               slip_problem *p, kt_error *error) {
     const size_t n = model->n.slip, rows = 3 * n;
     memset(p->W, 0, rows * rows * sizeof *p->W);
     double *N0 = p->N0, *N = p->N, *rate0 = p->rate0, *rate = p->rate;
-    find_drift(model, data, at, a, p->drift);
     load(model, data, at->external);
     kt_status status = respond(model, data, at, a, N0, rate0, error);
     for (size_t k = 0; status == KT_OK && k < n; k++)
@@ -325,7 +385,7 @@ static kt_status find_response(const kt_model *model, kt_data *data, const kt_dy
 }
 
 /* Sets all contacts that slip, with their present directions. */
-static void set_items(const kt_model *model, const kt_data *data, slow_slip *p) {
+static void set_items(const kt_model *model, const kt_data *data, slip_problem *p) {
     kt_coulomb *c = p->c;
     c->n = (int)model->n.slip;
     c->rows = c->stride = 3 * c->n;
@@ -345,7 +405,7 @@ static void set_items(const kt_model *model, const kt_data *data, slow_slip *p) 
 }
 
 /* tau, limited using the force that would hold the contact while the others slip as they do. */
-static double limited_time_ahead(const kt_data *data, slow_slip *p, int k) {
+static double limited_time_ahead(const kt_data *data, slip_problem *p, int k) {
     kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
     const double *s = data->slip_velocity + 2 * k, most = time_ahead(data, (size_t)k);
@@ -366,7 +426,7 @@ static double limited_time_ahead(const kt_data *data, slow_slip *p, int k) {
 }
 
 /* Predicts the directions of those that are slow, from the ones that they have. */
-static void predict_directions(const kt_data *data, slow_slip *p) {
+static void predict_directions(const kt_data *data, slip_problem *p) {
     kt_coulomb *c = p->c;
     for (int k = 0; k < c->n; k++)
         p->tau[k] = limited_time_ahead(data, p, k);
@@ -384,7 +444,8 @@ static void predict_directions(const kt_data *data, slow_slip *p) {
 static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                            kt_error *error) {
     const size_t n = model->n.slip;
-    slow_slip *p = begin_slow_slip(data, n);
+    slip_problem *p = problem_of(data);
+    begin_slow_slip(n, p);
     const kt_status status = find_response(model, data, at, a, p, error);
     if (status != KT_OK)
         return status;
@@ -424,8 +485,8 @@ bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                          kt_error *error) {
+/* Finds slip velocities, directions and drifts. Returns whether some slip is slow. */
+static bool find_directions(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step) {
     kt_link_kinematics *links = kt_links_scratch(data);
     bool is_slow = false;
     kt_links_sweep(model, data, at->q, at->v, links);
@@ -434,6 +495,14 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
         direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
         is_slow = is_slow || time_ahead(data, k) > 0.0;
     }
+    if (is_slow)
+        find_drift(model, data, at, step, problem_of(data)->drift);
+    return is_slow;
+}
+
+/* Accelerations with friction. */
+static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool is_slow, double *a,
+                            kt_error *error) {
     const kt_status status = (is_slow ? find_slow : find_normals)(model, data, at, a, error);
     if (status != KT_OK)
         return status;
@@ -441,6 +510,40 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
     for (size_t k = 0; k < model->n.slip; k++)
         add_friction(model, data, k, data->slip_normal[k]);
     return evaluate(model, data, at, a, NULL, error);
+}
+
+/* Does the same in range space. Returns KT_ERROR_NOT_FINITE if the contacts do not have this form. */
+static kt_status accelerate_in_range(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool is_slow,
+                                     double *a, kt_error *error) {
+    slip_problem *p = problem_of(data);
+    kt_range *range = kt_range_init(model, p->range);
+    if (!kt_range_prepare(model, data, at, range))
+        return KT_ERROR_NOT_FINITE;
+    p->r = range;
+    find_unit_forces(model, data, p);
+    const kt_status status = accelerate(model, data, at, is_slow, a, error);
+    p->r = NULL;
+    data->interpolated = false;
+    data->in_range = status == KT_OK;
+    load(model, data, at->external); /* the wrenches, for reactions */
+    for (size_t k = 0; status == KT_OK && k < model->n.slip; k++)
+        add_friction(model, data, k, data->slip_normal[k]);
+    return status;
+}
+
+kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                          kt_error *error) {
+    slip_problem *p = problem_of(data);
+    (void)lay_out_slip(p, model->n.slip, &model->n);
+    p->r = NULL;
+    data->in_range = false;
+    const uint32_t unconverged = data->unconverged;
+    const bool is_slow = find_directions(model, data, at, a);
+    const kt_status status = accelerate_in_range(model, data, at, is_slow, a, error);
+    if (status != KT_ERROR_NOT_FINITE)
+        return status;
+    data->unconverged = unconverged;
+    return accelerate(model, data, at, is_slow, a, error);
 }
 
 kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error) {

@@ -373,9 +373,9 @@ typedef struct kt_front_count {
     X(kt_real1, sine, kt_lanes8(n->angle), "of all angles")
 
 /* The frame in which friction of a hard contact acts. It has the plane's axes, and the point relative to the origins of
- * the sphere's body and the plane's. */
+ * the sphere's body and the plane's, and of their links. */
 typedef struct kt_slip_frame {
-    kt_vec3 axis[2], arm[2];
+    kt_vec3 axis[2], arm[2], lever[2];
 } kt_slip_frame;
 
 /* Arrays of data of models in which hard contacts slip. */
@@ -484,6 +484,7 @@ struct kt_data {
     bool dead;         /* the last projection was rejected at a dead point (closure/dead_point.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */
+    bool in_range;     /* likewise in range space: no group is factored (mechanism/range_space.c) */
     kt_crossings crossings; /* since the last call of kt_data_crossings */
     kt_passage passage;
     kt_iterations iterations;   /* since the last call of kt_data_iterations */
