@@ -9,6 +9,7 @@
  *    again. */
 #include "picture/hiding.h"
 
+#include "picture/outline.h"
 #include "picture/solid.h"
 
 #include <float.h>
@@ -17,15 +18,11 @@
 #include <string.h>
 
 enum {
-    CIRCLE = 16,     /* corners that replace a circle */
-    CORNERS = 64,    /* room for a polygon's corners */
     ALONG = 48,      /* samples along a piece that may be cut */
     CUTS_MAX = 6,    /* of a piece at once */
     ROUNDS_MAX = 2,  /* of cutting pairs */
     CYCLES_MAX = 12, /* that are cut open */
 };
-
-static const double pi = 3.14159265358979323846;
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
@@ -80,101 +77,12 @@ kt_solid kt_piece_solid(const kt_piece *piece) {
     return solid;
 }
 
-/* ---- outlines ---------------------------------------------------------------------------------------------------- */
-
-typedef struct corner {
-    double x, y;
-} corner;
-
-typedef struct polygon {
-    int count;
-    corner corners[CORNERS];
-} polygon;
-
-static double turn(corner a, corner b, corner c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
-
-static int compare_corners(const void *a, const void *b) {
-    const corner *p = a, *q = b;
-    return p->x != q->x ? (p->x > q->x) - (p->x < q->x) : (p->y > q->y) - (p->y < q->y);
-}
-
-/* The convex hull, anticlockwise (Andrew's monotone chain). */
-static polygon hull_of(corner *points, int count) {
-    polygon hull = {0};
-    qsort(points, (size_t)count, sizeof *points, compare_corners);
-    for (int pass = 0; pass < 2; pass++) {
-        const int start = hull.count;
-        for (int i = 0; i < count; i++) {
-            const corner point = points[pass == 0 ? i : count - 1 - i];
-            while (hull.count >= start + 2 &&
-                   turn(hull.corners[hull.count - 2], hull.corners[hull.count - 1], point) <= 0.0)
-                hull.count--;
-            hull.corners[hull.count++] = point;
-        }
-        hull.count--; /* the last one begins the other chain */
-    }
-    return hull;
-}
-
-static corner flat(kt_vec3 point) { return (corner){point.x, point.y}; }
-
-/* The outline of a solid in the picture: of points that its surface has, the hull. */
-static polygon outline_of(const kt_solid *solid) {
-    corner points[2 * CIRCLE] = {{0.0, 0.0}};
-    const kt_vec3 h = solid->half;
-    int count = 0;
-    for (int i = 0; i < (solid->type == KT_SOLID_BOX ? 8 : 2 * CIRCLE); i++) {
-        const double angle = 2.0 * pi * floor(0.5 * i) / CIRCLE, sign = i % 2 == 0 ? 1.0 : -1.0;
-        const double c = h.x * cos(angle), s = h.x * sin(angle);
-        kt_vec3 local = kt_vec3_make(c, s, sign * h.z); /* of a cylinder */
-        if (solid->type == KT_SOLID_BOX)
-            local = kt_vec3_make((i & 2) != 0 ? h.x : -h.x, (i & 4) != 0 ? h.y : -h.y, sign * h.z);
-        else if (solid->type != KT_SOLID_CYLINDER)
-            local = kt_vec3_make(0.0, 0.0, solid->type == KT_SOLID_SPHERE ? 0.0 : sign * h.z);
-        points[count] = flat(kt_pose_apply(solid->pose, local));
-        if (solid->type == KT_SOLID_SPHERE || solid->type == KT_SOLID_ROD) {
-            points[count].x += c;
-            points[count].y += s;
-        }
-        count++;
-    }
-    return hull_of(points, count);
-}
-
-/* The part of a convex polygon that lies in another (Sutherland and Hodgman). */
-static polygon overlap_of(const polygon *a, const polygon *b) {
-    polygon part = *a;
-    for (int i = 0; i < b->count && part.count > 0; i++) {
-        const corner from = b->corners[i], to = b->corners[(i + 1) % b->count];
-        polygon rest = {0};
-        for (int k = 0; k < part.count && rest.count + 2 <= CORNERS; k++) {
-            const corner p = part.corners[k], q = part.corners[(k + 1) % part.count];
-            const double inside = turn(from, to, p), next = turn(from, to, q);
-            if (inside >= 0.0)
-                rest.corners[rest.count++] = p;
-            if ((inside > 0.0 && next < 0.0) || (inside < 0.0 && next > 0.0)) {
-                const double share = inside / (inside - next);
-                rest.corners[rest.count++] = (corner){p.x + share * (q.x - p.x), p.y + share * (q.y - p.y)};
-            }
-        }
-        part = rest;
-    }
-    return part;
-}
-
-static double area_of(const polygon *p) {
-    double sum = 0.0;
-    for (int i = 1; i + 1 < p->count; i++)
-        sum += 0.5 * turn(p->corners[0], p->corners[i], p->corners[i + 1]);
-    return sum;
-}
-
 /* ---- one pair ---------------------------------------------------------------------------------------------------- */
 
 /* A piece with the quantities that are needed of it repeatedly. */
 typedef struct shown {
     kt_solid solid;
-    polygon outline;
+    kt_outline outline;
     double left, right, bottom, top, area;
     double width; /* in the picture */
     bool shines, lets_shine;
@@ -189,8 +97,8 @@ static shown show(const kt_piece *piece) {
                .right = -DBL_MAX,
                .bottom = DBL_MAX,
                .top = -DBL_MAX};
-    s.outline = outline_of(&s.solid);
-    s.area = area_of(&s.outline);
+    s.outline = kt_outline_of(&s.solid);
+    s.area = kt_outline_area(&s.outline);
     for (int i = 0; i < s.outline.count; i++) {
         s.left = fmin(s.left, s.outline.corners[i].x);
         s.right = fmax(s.right, s.outline.corners[i].x);
@@ -202,7 +110,7 @@ static shown show(const kt_piece *piece) {
 }
 
 /* The interval in which the ray at a point of the picture is in the solid, counted towards the viewer. */
-static bool depth_at(const kt_solid *solid, corner at, double *back, double *front) {
+static bool depth_at(const kt_solid *solid, kt_outline_point at, double *back, double *front) {
     const kt_pose inverse = kt_pose_invert(solid->pose);
     const kt_vec3 from = kt_pose_apply(inverse, kt_vec3_make(at.x, at.y, 0.0)), towards = inverse.rotation.z;
     return kt_solid_cut(solid, from, towards, back, front);
@@ -214,7 +122,7 @@ typedef struct relation {
     bool a_inside, b_inside; /* of the other, everywhere */
 } relation;
 
-static void sample(const shown *a, const shown *b, corner at, bool is_diagram, relation *r) {
+static void sample(const shown *a, const shown *b, kt_outline_point at, bool is_diagram, relation *r) {
     double back_a, front_a, back_b, front_b;
     if (!depth_at(&a->solid, at, &back_a, &front_a) || !depth_at(&b->solid, at, &back_b, &front_b))
         return;
@@ -233,9 +141,9 @@ static relation relate(const shown *a, const shown *b, bool is_diagram) {
     relation r = {-DBL_MAX, -DBL_MAX, false, true, true};
     if (a->left >= b->right || b->left >= a->right || a->bottom >= b->top || b->bottom >= a->top)
         return r;
-    const polygon part = overlap_of(&a->outline, &b->outline);
-    corner centre = {0.0, 0.0};
-    if (part.count < 3 || area_of(&part) <= 1e-4 * fmin(a->area, b->area))
+    const kt_outline part = kt_outline_overlap(&a->outline, &b->outline);
+    kt_outline_point centre = {0.0, 0.0};
+    if (part.count < 3 || kt_outline_area(&part) <= 1e-4 * fmin(a->area, b->area))
         return r;
     for (int i = 0; i < part.count; i++) {
         centre.x += part.corners[i].x / part.count;
@@ -243,14 +151,15 @@ static relation relate(const shown *a, const shown *b, bool is_diagram) {
     }
     sample(a, b, centre, is_diagram, &r);
     for (int i = 0; i < 2 * part.count; i++) {
-        const corner p = part.corners[i / 2], q = part.corners[(i / 2 + i % 2) % part.count];
-        const corner edge = {0.5 * (p.x + q.x) - centre.x, 0.5 * (p.y + q.y) - centre.y};
+        const kt_outline_point p = part.corners[i / 2], q = part.corners[(i / 2 + i % 2) % part.count];
+        const kt_outline_point edge = {0.5 * (p.x + q.x) - centre.x, 0.5 * (p.y + q.y) - centre.y};
         static const double shares[] = {0.97, 0.6};
         for (int k = 0; k < 2; k++)
-            sample(a, b, (corner){centre.x + shares[k] * edge.x, centre.y + shares[k] * edge.y}, is_diagram, &r);
+            sample(a, b, (kt_outline_point){centre.x + shares[k] * edge.x, centre.y + shares[k] * edge.y}, is_diagram,
+                   &r);
     }
-    const bool a_in_b = a->shines && b->lets_shine && r.a_inside && area_of(&part) > 0.98 * a->area;
-    const bool b_in_a = b->shines && a->lets_shine && r.b_inside && area_of(&part) > 0.98 * b->area;
+    const bool a_in_b = a->shines && b->lets_shine && r.a_inside && kt_outline_area(&part) > 0.98 * a->area;
+    const bool b_in_a = b->shines && a->lets_shine && r.b_inside && kt_outline_area(&part) > 0.98 * b->area;
     if (a_in_b != b_in_a) /* shown as if the other one were transparent */
         return (relation){.nearer = a_in_b ? DBL_MAX : -DBL_MAX, .further = b_in_a ? DBL_MAX : -DBL_MAX};
     if (is_diagram && !r.apart && a->width != b->width) /* the thinner one in front */
@@ -269,7 +178,7 @@ typedef struct cuts {
 /* The side of the piece at z along its middle: 1 in front of the other, -1 behind it. It is 0 if the two do not overlap
  * there. */
 static int side_at(const kt_piece *piece, const shown *other, double z) {
-    const corner at = flat(kt_pose_apply(piece->solid.pose, kt_vec3_make(0.0, 0.0, z)));
+    const kt_outline_point at = kt_outline_point_of(kt_pose_apply(piece->solid.pose, kt_vec3_make(0.0, 0.0, z)));
     double back, front, back_other, front_other;
     if (!depth_at(&piece->solid, at, &back, &front) || !depth_at(&other->solid, at, &back_other, &front_other))
         return 0;

@@ -1,0 +1,137 @@
+/* How far a picture extends: the box around the mechanism, its size, and the planes that are shown below it. */
+#include "picture/maker.h"
+#include "picture/solid.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses) {
+    return kt_pose_compose(poses[frame->body], frame->pose);
+}
+
+kt_bounds kt_bounds_empty(void) {
+    return (kt_bounds){.low = {DBL_MAX, DBL_MAX, DBL_MAX}, .high = {-DBL_MAX, -DBL_MAX, -DBL_MAX}};
+}
+
+static void widen(kt_bounds *b, kt_vec3 point) {
+    b->low = kt_vec3_make(fmin(b->low.x, point.x), fmin(b->low.y, point.y), fmin(b->low.z, point.z));
+    b->high = kt_vec3_make(fmax(b->high.x, point.x), fmax(b->high.y, point.y), fmax(b->high.z, point.z));
+}
+
+static void widen_by_solid(kt_bounds *bounds, const kt_solid *solid, const kt_pose *poses) {
+    const kt_pose pose = kt_pose_compose(poses[solid->body], solid->pose);
+    const kt_vec3 reach = kt_vec3_make(kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).x),
+                                       kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).y),
+                                       kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).z));
+    widen(bounds, kt_vec3_sub(pose.position, reach));
+    widen(bounds, kt_vec3_add(pose.position, reach));
+}
+
+bool kt_picture_shows_end(const kt_picture_effect *effect, int end) {
+    return !(effect->type == KT_EFFECT_CONTACT && end == 1) &&
+           !(effect->type == KT_EFFECT_ATTRACTION && effect->ends[end].body == 0);
+}
+
+kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds bounds) {
+    for (int i = 0; i < p->solid_count; i++)
+        widen_by_solid(&bounds, &p->solids[i], poses);
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
+            widen(&bounds, kt_body_frame_pose(&p->joints[i].frame, poses).position);
+    for (int i = 0; i < p->loop_count; i++)
+        for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
+            widen(&bounds, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
+    for (int i = 0; i < p->loop_count; i++)
+        for (int k = 0; k < p->loops[i].stroke_count; k++)
+            widen(&bounds, kt_pose_apply(kt_body_frame_pose(&p->loops[i].ends[0], poses), p->loops[i].strokes[k].to));
+    for (int i = 0; i < p->effect_count; i++)
+        for (int k = 0; k < p->effects[i].end_count; k++)
+            if (kt_picture_shows_end(&p->effects[i], k))
+                widen(&bounds, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
+    return bounds;
+}
+
+static int compare_numbers(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The median of the lengths of links: of rods, and between the joints of a body; 0 if there are none. */
+static double median_length(const kt_picture_maker *m, double *lengths) {
+    const kt_picture *p = m->picture;
+    size_t n = 0;
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->solids[i].type == KT_SOLID_ROD && p->solids[i].half.z > 0.0)
+            lengths[n++] = 2.0 * p->solids[i].half.z;
+    for (int i = 0; i < p->joint_count; i++) {
+        const double length = kt_vec3_norm(p->joints[i].frame.pose.position);
+        if (p->joints[i].frame.body > 0 && length > 0.0)
+            lengths[n++] = length;
+    }
+    qsort(lengths, n, sizeof *lengths, compare_numbers);
+    return n > 0 ? lengths[n / 2] : 0.0;
+}
+
+/* Whether a body has solids of its own, of those that are listed so far. */
+/* Size of the mechanism, and lengths that suit this size. Centres of mass count, too: a body may have no shape. */
+kt_bounds kt_picture_measure(kt_picture_maker *m, double *lengths) {
+    kt_picture *p = m->picture;
+    kt_bounds bounds = kt_picture_widen(p, m->poses, kt_bounds_empty());
+    for (int body = 1; body < p->body_count; body++)
+        if (!kt_picture_has_own(m, body) && kt_picture_source(m, body)->mass > 0.0)
+            widen(&bounds, kt_pose_apply(m->poses[body], kt_picture_source(m, body)->com));
+    if (bounds.low.x > bounds.high.x)
+        widen(&bounds, kt_vec3_make(0.0, 0.0, 0.0));
+    p->size = kt_vec3_norm_wide(kt_vec3_sub(bounds.high, bounds.low));
+    p->size = p->size > 0.0 && isfinite(p->size) ? p->size : 1.0;
+    const double median = median_length(m, lengths);
+    p->radius = 0.011 * p->size;
+    if (median > 0.0)
+        p->radius = fmax(fmin(p->radius, 0.06 * median), 0.0008 * p->size);
+    return bounds;
+}
+
+/* ---- planes ------------------------------------------------------------------------------------------------------ */
+
+/* A plane, unless there is one already that is the same. */
+static void list_plane(kt_picture_maker *m, kt_body_frame frame) {
+    kt_picture *p = m->picture;
+    const kt_pose pose = kt_body_frame_pose(&frame, m->poses);
+    for (int i = 0; i < p->plane_count; i++) {
+        const kt_pose other = kt_body_frame_pose(&p->planes[i].frame, m->poses);
+        const kt_vec3 apart = kt_vec3_sub(pose.position, other.position);
+        if (p->part[p->planes[i].frame.body] == p->part[frame.body] &&
+            kt_vec3_dot(pose.rotation.z, other.rotation.z) > 1.0 - 1e-9 &&
+            fabs(kt_vec3_dot(apart, other.rotation.z)) <= 1e-6 * p->size)
+            return;
+    }
+    p->planes[p->plane_count++] = (kt_picture_plane){.frame = frame};
+}
+
+void kt_picture_fit_planes(kt_picture *p, const kt_pose *poses, kt_bounds bounds) {
+    const kt_vec3 middle = kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
+    const double size = kt_vec3_norm(kt_vec3_sub(bounds.high, bounds.low));
+    for (int i = 0; i < p->plane_count; i++) {
+        kt_body_frame *frame = &p->planes[i].frame;
+        const kt_pose pose = kt_body_frame_pose(frame, poses);
+        const double height = kt_vec3_dot(pose.rotation.z, kt_vec3_sub(middle, pose.position));
+        const kt_vec3 foot = kt_vec3_sub(middle, kt_vec3_scale(height, pose.rotation.z));
+        frame->pose.position = kt_pose_apply(kt_pose_invert(poses[frame->body]), foot);
+        p->planes[i].half = 0.6 * fmax(size, 0.5 * p->size);
+    }
+}
+
+void kt_picture_list_planes(kt_picture_maker *m, kt_bounds bounds) {
+    kt_picture *p = m->picture;
+    for (int i = 0; i < p->loop_count; i++)
+        if (p->loops[i].type == KT_LOOP_ROLLING)
+            list_plane(m, p->loops[i].ends[1]);
+    for (int i = 0; i < p->effect_count; i++)
+        if (p->effects[i].type == KT_EFFECT_CONTACT)
+            list_plane(m, p->effects[i].ends[1]);
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type == KT_JOINT_PLANAR)
+            list_plane(m, p->joints[i].frame);
+    kt_picture_fit_planes(p, m->poses, bounds);
+}
