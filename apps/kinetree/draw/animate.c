@@ -8,7 +8,7 @@
  * Each frame is painted in the colours of a light page and of a dark one. A colour that differs is a class, and a media
  * query (prefers-color-scheme) chooses between both. Elements whose colours vary with time, and gradients, are written
  * twice, once for each page. */
-#include "draw/draw.h"
+#include "draw/film.h"
 
 #include "command.h"
 #include "records/output.h"
@@ -21,143 +21,10 @@
 #include <string.h>
 
 enum {
-    PAGES = 2, /* light, dark */
     ATTRIBUTES_MOST = 24,
     CLASSES_MOST = 400,
     SLOWEST = 4, /* frames a second: no more are left out */
 };
-
-/* ---- frames ------------------------------------------------------------------------------------------------------ */
-
-/* An SVG, cut into its lines: cairo writes one for each element. */
-typedef struct page_lines {
-    char *text;
-    char **line;
-    int count;
-} page_lines;
-
-/* All frames on a light page and on a dark one. */
-typedef struct film {
-    page_lines *page[PAGES];
-    int count;
-} film;
-
-static void free_lines(page_lines *lines) {
-    free(lines->text);
-    free(lines->line);
-    *lines = (page_lines){.text = NULL};
-}
-
-/* Removes cairo's number of a surface from a line. Nothing refers to these numbers. */
-static void forget_surface(char *line) {
-    if (strncmp(line, "<g id=\"surface", strlen("<g id=\"surface")) == 0)
-        memcpy(line, "<g>", sizeof "<g>");
-}
-
-static bool cut_lines(char *text, page_lines *to) {
-    int count = 0;
-    *to = (page_lines){.text = text};
-    for (const char *at = text; at != NULL && *at != '\0'; at++)
-        count += *at == '\n';
-    to->line = text != NULL ? malloc(((size_t)count + 1) * sizeof *to->line) : NULL;
-    for (char *at = text; to->line != NULL && to->count < count; at++) {
-        to->line[to->count++] = at;
-        at = strchr(at, '\n');
-        *at = '\0';
-        forget_surface(to->line[to->count - 1]);
-    }
-    return to->line != NULL;
-}
-
-static bool take_frame(const kt_drawing *drawing, int page, int state, bool has_paths, page_lines *to) {
-    kt_drawing own = *drawing;
-    own.is_dark = own.is_dark || page == 1;
-    char *text = kt_drawing_frame(&own, state, has_paths);
-    if (text != NULL && cut_lines(text, to))
-        return true;
-    if (text != NULL)
-        kt_say("there is not enough memory for the picture");
-    return false;
-}
-
-static void free_film(film *f) {
-    for (int page = 0; page < PAGES; page++) {
-        for (int k = 0; k < f->count && f->page[page] != NULL; k++)
-            free_lines(&f->page[page][k]);
-        free(f->page[page]);
-    }
-}
-
-/* ---- what differs ------------------------------------------------------------------------------------------------ */
-
-static bool is_colour(const char *text) {
-    for (int i = 1; i <= 6; i++)
-        if (text[0] != '#' || !isxdigit((unsigned char)text[i]))
-            return false;
-    return true;
-}
-
-static size_t number_length(const char *text) { return strspn(text, "-.0123456789"); }
-
-/* Whether two lines are equal except for numbers and colours. Digits within a word, as in an id, are no numbers. */
-static bool are_alike(const char *a, const char *b) {
-    char before = ' ';
-    while (*a != '\0' && *b != '\0') {
-        const bool starts = !isalnum((unsigned char)before);
-        const size_t one = starts ? number_length(a) : 0, other = starts ? number_length(b) : 0;
-        if (one > 0 && other > 0) {
-            a += one;
-            b += other;
-            before = '0';
-        } else if (is_colour(a) && is_colour(b)) {
-            a += 7;
-            b += 7;
-        } else if (*a == *b) {
-            before = *a++;
-            b++;
-        } else {
-            return false;
-        }
-    }
-    return *a == *b;
-}
-
-static bool are_frames_alike(const page_lines *a, const page_lines *b) {
-    bool same = a->count == b->count;
-    for (int i = 0; i < a->count && same; i++)
-        same = are_alike(a->line[i], b->line[i]);
-    return same;
-}
-
-/* Takes frame k on both pages, which must have the same elements in other colours. Otherwise both pages are light. */
-static bool take_pages(const kt_drawing *drawing, film *f, int k) {
-    if (!take_frame(drawing, 0, k, false, &f->page[0][k]) || !take_frame(drawing, 1, k, false, &f->page[1][k]))
-        return false;
-    if (are_frames_alike(&f->page[0][k], &f->page[1][k]))
-        return true;
-    free_lines(&f->page[1][k]);
-    return take_frame(drawing, 0, k, false, &f->page[1][k]);
-}
-
-static bool take_film(const kt_drawing *drawing, film *f) {
-    f->count = drawing->state_count;
-    for (int page = 0; page < PAGES; page++)
-        f->page[page] = calloc((size_t)f->count, sizeof *f->page[page]);
-    bool fine = f->page[0] != NULL && f->page[1] != NULL;
-    if (!fine)
-        kt_say("there is not enough memory for the picture");
-    for (int k = 0; k < f->count && fine; k++)
-        fine = take_pages(drawing, f, k);
-    return fine;
-}
-
-/* Returns the frame behind the last one of the scene that begins with frame `first`. */
-static int end_of_scene(const film *f, int first, int stride) {
-    int next = first + stride;
-    while (next < f->count && are_frames_alike(&f->page[0][first], &f->page[0][next]))
-        next += stride;
-    return next;
-}
 
 /* ---- elements ---------------------------------------------------------------------------------------------------- */
 
@@ -219,12 +86,12 @@ static bool read_element(const char *line, element *e) {
 
 /* An element at all frames of a scene, on both pages. */
 typedef struct strip {
-    element *at[PAGES];
+    element *at[KT_FILM_PAGES];
     int count; /* frames */
 } strip;
 
 static void free_strip(strip *s) {
-    for (int page = 0; page < PAGES; page++) {
+    for (int page = 0; page < KT_FILM_PAGES; page++) {
         for (int k = 0; k < s->count && s->at[page] != NULL; k++)
             free(s->at[page][k].text);
         free(s->at[page]);
@@ -233,14 +100,14 @@ static void free_strip(strip *s) {
 
 /* The frames of the play that are shown. */
 typedef struct cut {
-    const film *film;
+    const kt_film *film;
     int first, end, stride; /* frames of a scene: first, first + stride, ..., before end */
 } cut;
 
 static bool read_strip(const cut *c, int line, strip *s) {
     bool fine = true;
     *s = (strip){.count = (c->end - c->first + c->stride - 1) / c->stride};
-    for (int page = 0; page < PAGES && fine; page++) {
+    for (int page = 0; page < KT_FILM_PAGES && fine; page++) {
         s->at[page] = calloc((size_t)s->count, sizeof *s->at[page]);
         for (int k = 0; k < s->count && fine; k++)
             fine = s->at[page] != NULL &&
@@ -255,7 +122,7 @@ static bool is_short(const char *key) { return strlen(key) <= 2 && strpbrk(key, 
 /* Whether two values differ by more than the rounding of positions on the page. */
 static bool differ(const char *a, const char *b) {
     while (*a != '\0' && *b != '\0') {
-        const size_t one = number_length(a), other = number_length(b);
+        const size_t one = kt_film_number_length(a), other = kt_film_number_length(b);
         if (one > 0 && other > 0) {
             if (!(fabs(strtod(a, NULL) - strtod(b, NULL)) < 0.04))
                 return true;
@@ -290,7 +157,7 @@ static bool has_colour(const element *e, int attribute) {
 typedef enum shade { SHADE_BOTH, SHADE_LIGHT, SHADE_DARK } shade;
 
 typedef struct colour_class {
-    char property[16], value[PAGES][48];
+    char property[16], value[KT_FILM_PAGES][48];
 } colour_class;
 
 typedef struct writer {
@@ -331,7 +198,7 @@ static void write_value(const writer *w, const char *key, const char *value, sha
     const bool has_short = is_path || is_short(key);
     char before = ' ';
     while (*value != '\0') {
-        const size_t length = has_short && !isalpha((unsigned char)before) ? number_length(value) : 0;
+        const size_t length = has_short && !isalpha((unsigned char)before) ? kt_film_number_length(value) : 0;
         if (length > 0) {
             write_number(w->file, strtod(value, NULL));
             value += length;
@@ -394,8 +261,8 @@ static int class_of(writer *w, const char *property, const char *light, const ch
 
 /* Returns the class of a gradient: "url(#linear0)" becomes the names that gradients have on both pages. */
 static int class_of_gradient(writer *w, const char *property, const char *value) {
-    char names[PAGES][48];
-    for (int page = 0; page < PAGES; page++)
+    char names[KT_FILM_PAGES][48];
+    for (int page = 0; page < KT_FILM_PAGES; page++)
         (void)snprintf(names[page], sizeof names[page], "url(#%s%d%.30s", page == 1 ? "k" : "s", w->scene, value + 5);
     return class_of(w, property, names[0], names[1]);
 }
@@ -454,7 +321,7 @@ static void write_element(writer *w, const cut *c, const strip *s, shade of, con
 /* Whether the colours of an element vary with time. Such an element is written once for each page. */
 static bool shines(const strip *s) {
     for (int i = 0; i < s->at[0][0].count; i++)
-        for (int page = 0; page < PAGES; page++)
+        for (int page = 0; page < KT_FILM_PAGES; page++)
             if (has_colour(&s->at[0][0], i) && varies(s, page, i))
                 return true;
     return false;
@@ -495,8 +362,8 @@ static double share_at(const kt_drawn_path *path, double part) {
 }
 
 /* Writes a path that grows with the motion: a dash as long as the whole path, which extends from its beginning. */
-static void write_path(writer *w, const cut *c, const char *const lines[PAGES], const kt_drawn_path *path) {
-    element pages[PAGES];
+static void write_path(writer *w, const cut *c, const char *const lines[KT_FILM_PAGES], const kt_drawn_path *path) {
+    element pages[KT_FILM_PAGES];
     char *inner = NULL;
     size_t size;
     const strip s = {.at = {&pages[0], &pages[1]}, .count = 1};
@@ -519,10 +386,10 @@ static void write_path(writer *w, const cut *c, const char *const lines[PAGES], 
 
 /* Returns the position of the paths among the lines of a frame that was drawn without paths. It is the first line that
  * differs if they are drawn. If the counts of lines do not fit, it is the end of the frame. Returns -1 on failure. */
-static int find_paths(const kt_drawing *drawing, const cut *c, page_lines traced[PAGES]) {
-    const page_lines *bare = &c->film->page[0][c->first];
-    for (int page = 0; page < PAGES; page++)
-        if (!take_frame(drawing, page, c->first, true, &traced[page]))
+static int find_paths(const kt_drawing *drawing, const cut *c, kt_page_lines traced[KT_FILM_PAGES]) {
+    const kt_page_lines *bare = &c->film->page[0][c->first];
+    for (int page = 0; page < KT_FILM_PAGES; page++)
+        if (!kt_film_take_frame(drawing, page, c->first, true, &traced[page]))
             return -1;
     int line = 0;
     while (line < bare->count && line < traced[0].count && strcmp(bare->line[line], traced[0].line[line]) == 0)
@@ -552,7 +419,7 @@ static void open_scene(const writer *w, const cut *c) {
 
 /* Gradients, once for each page; returns the line behind them, or -1 if memory is insufficient. */
 static int write_definitions(writer *w, const cut *c, int line) {
-    const page_lines *lines = &c->film->page[0][c->first];
+    const kt_page_lines *lines = &c->film->page[0][c->first];
     const int first = line + 1;
     int end = first;
     bool fine = true;
@@ -569,14 +436,14 @@ static int write_definitions(writer *w, const cut *c, int line) {
 }
 
 static bool write_scene(writer *w, const kt_drawing *drawing, const cut *c) {
-    const page_lines *lines = &c->film->page[0][c->first];
-    page_lines traced[PAGES] = {{.text = NULL}, {.text = NULL}};
+    const kt_page_lines *lines = &c->film->page[0][c->first];
+    kt_page_lines traced[KT_FILM_PAGES] = {{.text = NULL}, {.text = NULL}};
     const int paths = drawing->path_count > 0 ? find_paths(drawing, c, traced) : lines->count;
     bool fine = paths >= 0;
     open_scene(w, c);
     for (int i = 2; i < lines->count - 1 && fine;) { /* between <svg> and </svg> */
         for (int k = 0; k < drawing->path_count && i == paths; k++) {
-            const char *const both[PAGES] = {traced[0].line[paths + k], traced[1].line[paths + k]};
+            const char *const both[KT_FILM_PAGES] = {traced[0].line[paths + k], traced[1].line[paths + k]};
             write_path(w, c, both, &drawing->paths[k]);
         }
         const bool defines = strcmp(lines->line[i], "<defs>") == 0;
@@ -584,8 +451,8 @@ static bool write_scene(writer *w, const kt_drawing *drawing, const cut *c) {
         fine = next > 0 && (defines || write_line(w, c, i, SHADE_BOTH));
         i = next;
     }
-    for (int page = 0; page < PAGES; page++)
-        free_lines(&traced[page]);
+    for (int page = 0; page < KT_FILM_PAGES; page++)
+        kt_page_lines_free(&traced[page]);
     if (!w->is_alone)
         fputs("</g>\n", w->file);
     return fine;
@@ -593,7 +460,7 @@ static bool write_scene(writer *w, const kt_drawing *drawing, const cut *c) {
 
 static void write_styles(FILE *file, const writer *w) {
     fputs("<style>\n", file);
-    for (int page = 0; page < PAGES; page++) {
+    for (int page = 0; page < KT_FILM_PAGES; page++) {
         if (page == 1)
             fputs("@media (prefers-color-scheme:dark){\n", file);
         for (int i = 0; i < w->class_count; i++)
@@ -605,13 +472,13 @@ static void write_styles(FILE *file, const writer *w) {
 }
 
 /* Writes all scenes with every stride-th frame; returns the text, which the caller frees, or NULL. */
-static char *write_scenes(const kt_drawing *drawing, const film *f, double seconds, int stride, writer *w) {
+static char *write_scenes(const kt_drawing *drawing, const kt_film *f, double seconds, int stride, writer *w) {
     char *text = NULL;
     size_t size;
     *w = (writer){.file = open_memstream(&text, &size), .seconds = seconds, .last = f->count - 1};
     bool fine = w->file != NULL;
     for (int first = 0; first < f->count && fine; w->scene++) {
-        const cut c = {f, first, end_of_scene(f, first, stride), stride};
+        const cut c = {f, first, kt_film_scene_end(f, first, stride), stride};
         w->is_alone = first == 0 && c.end >= f->count;
         fine = write_scene(w, drawing, &c);
         first = c.end;
@@ -624,7 +491,7 @@ static char *write_scenes(const kt_drawing *drawing, const film *f, double secon
     return NULL;
 }
 
-static char *compose(const kt_drawing *drawing, const film *f, double seconds, int stride, size_t *size) {
+static char *compose(const kt_drawing *drawing, const kt_film *f, double seconds, int stride, size_t *size) {
     writer *w = malloc(sizeof *w);
     char *content = w != NULL ? write_scenes(drawing, f, seconds, stride, w) : NULL, *text = NULL;
     FILE *file = content != NULL ? open_memstream(&text, size) : NULL;
@@ -661,9 +528,9 @@ static int write_text(const char *path, const char *text, size_t size) {
 
 int kt_animation_write(const kt_drawing *drawing, double seconds, const char *path, int *frames, size_t *bytes) {
     static const int strides[] = {1, 2, 3, 4, 6, 12};
-    film f = {.count = 0};
+    kt_film f = {.count = 0};
     char *text = NULL;
-    bool fine = take_film(drawing, &f);
+    bool fine = kt_film_take(drawing, &f);
     const int last = f.count - 1;
     for (size_t i = 0; i < sizeof strides / sizeof *strides && fine; i++) {
         const int left = last / strides[i]; /* frames */
@@ -676,6 +543,6 @@ int kt_animation_write(const kt_drawing *drawing, double seconds, const char *pa
     }
     const int code = fine && text != NULL ? write_text(path, text, *bytes) : KT_EXIT_INTEGRATION;
     free(text);
-    free_film(&f);
+    kt_film_free(&f);
     return code;
 }

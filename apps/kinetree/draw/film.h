@@ -1,0 +1,38 @@
+/* The frames of an animated picture: each is an SVG on a light page and on a dark one, cut into lines. */
+#ifndef KT_COMMAND_DRAW_FILM_H
+#define KT_COMMAND_DRAW_FILM_H
+
+#include "draw/draw.h"
+
+#include <string.h>
+
+enum { KT_FILM_PAGES = 2 /* light, dark */ };
+
+/* An SVG, cut into its lines: cairo writes one for each element. */
+typedef struct kt_page_lines {
+    char *text;
+    char **line;
+    int count;
+} kt_page_lines;
+
+/* All frames on a light page and on a dark one. */
+typedef struct kt_film {
+    kt_page_lines *page[KT_FILM_PAGES];
+    int count;
+} kt_film;
+
+/* Takes all frames. Returns false after printing the error. In both cases, kt_film_free releases them. */
+bool kt_film_take(const kt_drawing *drawing, kt_film *film);
+void kt_film_free(kt_film *film);
+
+/* Takes one frame, with the paths of the drawing or without them. The caller frees the lines. */
+bool kt_film_take_frame(const kt_drawing *drawing, int page, int state, bool has_paths, kt_page_lines *to);
+void kt_page_lines_free(kt_page_lines *lines);
+
+/* Returns the frame behind the last one of the scene that begins with frame `first`. */
+int kt_film_scene_end(const kt_film *film, int first, int stride);
+
+/* Returns the length of the number that begins a text. */
+static inline size_t kt_film_number_length(const char *text) { return strspn(text, "-.0123456789"); }
+
+#endif
