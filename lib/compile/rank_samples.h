@@ -1,0 +1,64 @@
+/* The samples of rank.c: positions at which constraint groups are closed, and the ranks of the groups there. */
+#ifndef KT_COMPILE_RANK_SAMPLES_H
+#define KT_COMPILE_RANK_SAMPLES_H
+
+#include "compile/compile.h"
+#include "dynamics/dynamics.h"
+#include "reduction/delassus.h"
+#include "reduction/kernel.h"
+#include "reduction/method.h"
+
+enum { KT_RANK_SAMPLES = 7 };
+
+/* The results of the samples: for each equation, whether it is nontrivial (not void); for each group, whether any
+ * position was closed, and its ranks. */
+typedef struct kt_rank_samples {
+    double *q;        /* three positions; the third of each group's links where its rank was found */
+    double *fraction; /* of the displacements, from which a group closes */
+    double *near;     /* a displacement that the equations allow */
+    bool *alive, *sampled;
+    bool *open, *seen; /* groups that no sample closes; those of them that one closes except for a disagreement */
+    bool *chosen;      /* KT_ROWS_COUNT times the equations: at the best position of each group */
+    int32_t *rank;     /* KT_ROWS_COUNT a group */
+    int32_t *cap;      /* KT_ROWS_COUNT times the steps of fronts: independent equations up to there */
+    double *usual;     /* likewise: the largest size of the last one */
+} kt_rank_samples;
+
+/* A step that moves the coordinates of groups by up to `size` and the group's fraction of their units. */
+void kt_rank_scatter(const kt_model *model, double size, const double *fraction, size_t sample, double *step);
+
+/* Closes the loops from the base, displaced by up to `size` and each group's fraction of that. */
+void kt_rank_take_sample(const kt_model *model, kt_data *data, double size, size_t sample, kt_rank_samples *found);
+
+/* Whether a group is closed as last filled, except for rounding. */
+bool kt_rank_is_closed(const kt_model *model, const kt_data *data, size_t g);
+
+/* Evaluates the groups that are closed at q; if not `closed`, those that no sample found closed. */
+void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, kt_rank_samples *found);
+
+/* Evaluates the groups at all samples. */
+void kt_rank_find(kt_model *model, kt_data *data, kt_rank_samples *found);
+
+#if KT_HAS_SWITCHES
+/* Evaluates groups with a loop that bounds one side, and that no sample found closed. */
+void kt_rank_sample_bounds(kt_model *model, kt_data *data, kt_rank_samples *found);
+#endif
+
+/* Factors all groups. Returns false if one cannot be factored. */
+bool kt_rank_factor(const kt_model *model, kt_data *data, int rows);
+
+/* Stores the results of a sample for a group that is reduced by fronts. `best`: its rank is the largest so far. */
+void kt_rank_note_steps(const kt_model *model, const kt_data *data, const kt_group *group, int rows, bool best,
+                        kt_rank_samples *found);
+
+/* A lower bound of the size that the largest direction of a group counts as. Needs the equations' scales. */
+double kt_rank_least(const kt_model *model, const kt_group *group, const kt_group_work *w);
+
+/* Takes the equations of a group for as uncertain as the model's rounding. */
+void kt_rank_coarsen(kt_model *model, const kt_data *data, size_t g);
+
+/* Treats groups that close at no position, except for a disagreement below the tolerance. Either their data are
+ * corrected, or they count as closed (rank_disagreement.c). Errors: KT_ERROR_MEMORY. */
+kt_status kt_rank_accept_disagreement(kt_model *model, kt_data *data, kt_rank_samples *found);
+
+#endif
