@@ -11,68 +11,12 @@
  * Simulations take part if their models agree in all data that the recursions share between lanes (kt_lanes_agree). The
  * others are run one after the other.
  */
-#include "batch/batch.h"
+#include "batch/ensemble_lane.h"
 
 #include "algebra/finite.h"
 #include "base/copy.h"
-#include "simulation/step_parts.h"
 
 #include <string.h>
-
-typedef struct kt_ensemble_counts {
-    size_t width, nq, nv, nx, N, body, lane_bytes; /* nx auxiliary states, N = nq + nv + nx */
-} kt_ensemble_counts;
-
-/* A simulation that runs. */
-typedef struct lane {
-    kt_ensemble_member member; /* without a simulation: none runs here */
-    uint64_t revision;         /* of its model, whose numbers the lane has */
-    uint64_t begun;            /* the model's when the simulation began */
-    kt_attempt attempt;
-    kt_try tried;
-    bool steps;       /* within a step */
-    double t_limit;   /* where it ends at most */
-    int repetition;   /* how often it was undone */
-    bool shares;      /* its records are computed in lanes, too */
-    bool holds;       /* the lanes hold the last try of its step: stages and states at both ends */
-    kt_record record; /* the next one, where it shares them */
-    kt_status status; /* of records that were handed over */
-    kt_error error;
-} lane;
-
-#define KT_ENSEMBLE_FIELDS(X)                                                                                          \
-    X(lane, lane, n->width, "simulations")                                                                             \
-    X(double, t, n->width, "times of a stage")                                                                         \
-    X(double, h, n->width, "lengths of steps")                                                                         \
-    X(double, y, n->width * n->N, "states in which steps begin")                                                       \
-    X(double, stage, n->width * n->N, "states of a stage")                                                             \
-    X(double, stages, n->width * n->N * KT_METHOD_STAGES_MAX, "slopes of all stages")                                  \
-    X(double *, k, KT_METHOD_STAGES_MAX, "slope i of all lanes")                                                       \
-    X(double, tau, n->width * n->nv, "joint forces: none")                                                             \
-    X(double, total, n->width * n->nv, "joint forces of effects")                                                      \
-    X(double, wrench, n->width * 6 * n->body, "wrenches of effects")                                                   \
-    X(double, absolute, n->width, "absolute tolerances")                                                               \
-    X(double, relative, n->width, "relative tolerances")                                                               \
-    X(double, norm, 2 * n->width, "mean squares of the error, and of the second estimate")                             \
-    X(double, base, 2 * n->width, "errors of this step and of the one before, of which powers are taken")              \
-    X(double, exponent, 2 * n->width, "their exponents")                                                               \
-    X(double, power, 2 * n->width, "the powers")                                                                       \
-    X(double, theta, n->width, "times of records over the step: 0 to 1")                                               \
-    X(double, read, n->width * n->N, "states of records")                                                              \
-    X(double, one, n->N, "the state of one record")                                                                    \
-    X(double, energy, 2 * n->width, "kinetic, then potential")                                                         \
-    X(char, work, n->lane_bytes, "workspace of the recursions")
-
-struct kt_ensemble {
-    void *owned; /* memory of kt_ensemble_create, or NULL */
-    const kt_lane_kernels *kernels;
-    uint64_t shape; /* of the models */
-    kt_ensemble_counts n;
-    kt_ensemble_report report;
-    const kt_method *table; /* of the last try in lanes */
-    kt_error from;          /* of a call; it is of any text where that has succeeded */
-    KT_ARENA_DECLARE(KT_ENSEMBLE_FIELDS)
-};
 
 KT_ARENA_LAYOUT(lay_out, kt_ensemble, KT_ENSEMBLE_FIELDS, const kt_ensemble_counts *n)
 
@@ -156,17 +100,6 @@ static const char *why_alone(const kt_ensemble *e, const kt_simulation *s) {
     return s->size.n > s->size.work || s->watches_works ? "works are computed with its motion" : NULL;
 }
 
-/* Whether the lane has the numbers of its model, whose parameters a recorder may have set since. */
-static bool is_current(const lane *l) { return l->revision == l->member.simulation->model->revision; }
-
-/* Returns the first lane that has the numbers of its model. */
-static const lane *first_lane(const kt_ensemble *e) {
-    for (size_t i = 0; i < e->n.width; i++)
-        if (e->lane[i].member.simulation && is_current(&e->lane[i]))
-            return &e->lane[i];
-    return NULL;
-}
-
 static bool is_empty(const kt_ensemble *e) {
     for (size_t i = 0; i < e->n.width; i++)
         if (e->lane[i].member.simulation)
@@ -176,7 +109,7 @@ static bool is_empty(const kt_ensemble *e) {
 
 /* Whether a simulation can run together with the running ones. */
 static bool fits(kt_ensemble *e, const kt_simulation *s) {
-    const lane *other = first_lane(e);
+    const kt_ensemble_lane *other = kt_ensemble_first_lane(e);
     const char *why = why_alone(e, s);
     if (!why && other && !kt_lanes_agree(other->member.simulation->model, s->model))
         why = other->revision != other->begun
@@ -195,10 +128,12 @@ static bool fits(kt_ensemble *e, const kt_simulation *s) {
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
 
 /* The table of a lane's try, if that is one of lanes: without inputs, by an explicit method. */
-static const kt_method *table_of(const lane *l) {
+static const kt_method *table_of(const kt_ensemble_lane *l) {
     const kt_simulation *s = l->member.simulation;
     const kt_method *table = s->integrator->table;
-    return !is_current(l) || s->tau || s->external || kt_method_family_of(table) != &kt_family_explicit ? NULL : table;
+    return !kt_ensemble_is_current(l) || s->tau || s->external || kt_method_family_of(table) != &kt_family_explicit
+               ? NULL
+               : table;
 }
 
 /* The lanes that take the same step as the first one of them, whose number is *first. */
@@ -293,7 +228,7 @@ static void measure_errors(kt_ensemble *e, const kt_integrator *leader) {
 
 /* Checks the try of a lane, whose new state is finite, by the mean squares. */
 static void check(const kt_ensemble *e, size_t number) {
-    lane *l = &e->lane[number];
+    kt_ensemble_lane *l = &e->lane[number];
     kt_integrator *it = l->member.simulation->integrator;
     const kt_interval *in = &l->attempt.plan.interval;
     if (it->options.step > 0.0 || it->options.absolute_tolerances || it->counted != e->n.N)
@@ -308,7 +243,7 @@ static void check(const kt_ensemble *e, size_t number) {
 static void find_growths(kt_ensemble *e, kt_lane_mask mask) {
     const size_t width = e->n.width;
     for (size_t i = 0; i < width; i++) {
-        const lane *l = &e->lane[i];
+        const kt_ensemble_lane *l = &e->lane[i];
         const bool known = kt_lane_is_in(mask, i) && l->tried.result == KT_TRY_PASSED && l->tried.error > 0.0;
         const kt_integrator *it = known ? l->member.simulation->integrator : NULL;
         e->base[i] = known ? l->tried.error : 1.0;
@@ -345,7 +280,7 @@ static kt_lane_mask try_together(kt_ensemble *e) {
 static void try_steps(kt_ensemble *e) {
     const kt_lane_mask mask = try_together(e);
     for (size_t i = 0; i < e->n.width; i++) {
-        lane *l = &e->lane[i];
+        kt_ensemble_lane *l = &e->lane[i];
         l->tried = (kt_try){.result = KT_TRY_PASSED};
         l->holds = kt_lane_is_in(mask, i);
         e->report.in_lanes += l->holds;
@@ -364,133 +299,10 @@ static void try_steps(kt_ensemble *e) {
         find_growths(e, mask);
 }
 
-/* ---- records ----------------------------------------------------------------------------------------------------- */
-
-/* Whether effects have no potential energy. A law in C may fail, and a record with it. */
-static bool store_none(const kt_model *model) {
-    for (size_t i = 0; i < model->n.effect; i++)
-        if (!kt_effect_kind_of(model->effect[i].type)->stores_none || (KT_HAS_FORMULAS && model->effect[i].law))
-            return false;
-    return true;
-}
-
-/* Whether records of a simulation hold no more than states and energies of bodies. */
-static bool shares_records(const kt_simulation *s) {
-    return s->model->n.group == 0 && !s->corners.fixed &&
-           s->record == (s->record & (KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY)) &&
-           (s->record & KT_RECORD_ENERGY) != 0 && !s->places && store_none(s->model) && !s->model->has_armature;
-}
-
-static void clear(kt_error *from) {
-    from->code = KT_OK;
-    from->where[0] = from->message[0] = '\0';
-}
-
-/* Whether the state of a record is the dense output of the step that the lanes hold, with no loops to close. */
-static bool is_dense(const lane *l) {
-    const kt_simulation *s = l->member.simulation;
-    const kt_integrator *it = s->integrator;
-    return l->holds && it->stages_known && it->gives_end_derivative && it->derivative_slot == (int)it->fresh &&
-           it->table->dense_stages == 0 && s->size.quaternion == 0 && !s->closes_loops && !s->memory.refined;
-}
-
-/* Begins the next record, without a state. Other members keep the values of the record before, or are empty. */
-static void begin_record(lane *l) {
-    kt_simulation *s = l->member.simulation;
-    const int64_t k = s->memory.next_record;
-    if (!l->record.model) {
-        kt_simulation_begin_record(s, k, &l->record);
-        return;
-    }
-    l->record.index = k;
-    l->record.time = kt_simulation_record_time(s, k);
-}
-
-/* Reads the record of a lane if one is due, and returns whether it is. Reads its state, or its place in the step if
- * *dense. */
-static bool read_record(kt_ensemble *e, size_t number, bool *dense) {
-    lane *l = &e->lane[number];
-    const kt_ensemble_member *m = &l->member;
-    kt_simulation *s = m->simulation;
-    const kt_integrator_memory *at = &s->integrator->memory;
-    if (!kt_simulation_owes_record(s))
-        return false;
-    *dense = is_dense(l);
-    if (*dense) {
-        begin_record(l);
-        e->theta[number] =
-            l->record.time == at->t ? KT_LANE_AT_END : (l->record.time - at->previous_t) / (at->t - at->previous_t);
-        return true;
-    }
-    clear(&e->from);
-    const kt_status status = kt_simulation_read_record(s, s->memory.next_record, &l->record, &e->from);
-    if (status == KT_OK)
-        return true;
-    l->status = kt_simulation_complete_record(s, status, &l->record, &e->from, m->record, m->user, &l->error);
-    return false;
-}
-
-/* Whether the records of a lane are computed with those of others. */
-static bool shares_now(const lane *l) { return l->member.simulation && l->shares && is_current(l); }
-
-/* Reads the next record of each lane that is due. Returns of which lanes there is one, its state being in e->read. */
-static kt_lane_mask read_records(kt_ensemble *e) {
-    const size_t width = e->n.width, N = e->n.N;
-    kt_lane_mask due = 0, sparse = 0;
-    for (size_t i = 0; i < width; i++) {
-        const lane *l = &e->lane[i];
-        bool dense = false;
-        const bool is_due = shares_now(l) && !l->steps && l->status == KT_OK && read_record(e, i, &dense);
-        due |= (kt_lane_mask)is_due << i;
-        sparse |= (kt_lane_mask)(is_due && !dense) << i;
-    }
-    if (due & ~sparse)
-        e->kernels->interpolate(e->read, &(kt_lane_step){.method = e->table, .h = e->h, .y0 = e->y, .y1 = e->stage},
-                                e->theta, e->k, N);
-    for (size_t i = 0; i < width; i++)
-        if (kt_lane_is_in(sparse, i))
-            kt_lane_put(e->lane[i].member.simulation->y, width, i, N, e->read);
-    return due;
-}
-
-/* Hands a record over after its energies have been computed; `fine`: they are finite. */
-static kt_status give(kt_ensemble *e, size_t number, bool fine) {
-    lane *l = &e->lane[number];
-    const kt_ensemble_member *to = &l->member;
-    kt_simulation *s = to->simulation;
-    kt_record *record = &l->record;
-    kt_lane_take(e->read, e->n.width, number, e->n.N, e->one);
-    if (!fine) {
-        kt_copy(s->y, e->one, s->size.n * sizeof *e->one);
-        kt_record whole = *record;
-        clear(&e->from);
-        return kt_simulation_complete_record(s, KT_OK, &whole, &e->from, to->record, to->user, &l->error);
-    }
-    record->q = e->one;
-    record->v = record->q + e->n.nq;
-    record->x = record->v + e->n.nv;
-    record->work = kt_simulation_work_of(s, e->one);
-    record->kinetic = e->energy[number];
-    record->potential = e->energy[e->n.width + number] + 0.0; /* effects store none */
-    return kt_simulation_give_record(s, record, to->record, to->user, &l->error);
-}
-
-/* Hands over the records of all lanes up to the present, one of each lane at a time. */
-static void give_records(kt_ensemble *e) {
-    const double *q = e->read, *v = q + e->n.width * e->n.nq;
-    for (kt_lane_mask due = read_records(e); due; due = read_records(e)) {
-        const kt_model *model = first_lane(e)->member.simulation->model;
-        const kt_lane_mask fine = e->kernels->energy(model, e->work, q, v, e->tau, e->energy, e->energy + e->n.width);
-        for (size_t i = 0; i < e->n.width; i++)
-            if (kt_lane_is_in(due, i))
-                e->lane[i].status = give(e, i, kt_lane_is_in(fine, i));
-    }
-}
-
 /* ---- a lane ------------------------------------------------------------------------------------------------------ */
 
 /* A simulation ends where its records have failed, where an event stops it, and at its duration. */
-static bool has_ended(const lane *l) {
+static bool has_ended(const kt_ensemble_lane *l) {
     const kt_simulation *s = l->member.simulation;
     return !l->steps &&
            (l->status != KT_OK || s->memory.stopped > 0 || !(kt_integrator_time(s->integrator) < s->duration));
@@ -498,10 +310,11 @@ static bool has_ended(const lane *l) {
 
 /* Hands over the records of a lane between two steps, unless the lanes have done so. Events that happened at the
  * present time take effect. */
-static kt_status hand_over(lane *l) {
+static kt_status hand_over(kt_ensemble_lane *l) {
     const kt_ensemble_member *to = &l->member;
     kt_simulation *s = to->simulation;
-    const kt_status status = shares_now(l) ? KT_OK : kt_simulation_hand_over(s, to->record, to->user, &l->error);
+    const kt_status status =
+        kt_ensemble_shares_now(l) ? KT_OK : kt_simulation_hand_over(s, to->record, to->user, &l->error);
     return KT_HAS_EVENTS && status == KT_OK && s->memory.fires && s->watch
                ? s->watch->fire(s, to->record, to->user, &l->error)
                : status;
@@ -510,26 +323,26 @@ static kt_status hand_over(lane *l) {
 /* Gives the lane the numbers of its model again, after events or a recorder have set some of them. Does nothing if
  * lanes no longer compute this model, for example because of a new armature. Does nothing, either, if the models of the
  * other lanes disagree with it. */
-static void renew_numbers(kt_ensemble *e, lane *l) {
+static void renew_numbers(kt_ensemble *e, kt_ensemble_lane *l) {
     const kt_model *model = l->member.simulation->model;
-    const lane *other = first_lane(e);
+    const kt_ensemble_lane *other = kt_ensemble_first_lane(e);
     if (why_model(e, model) || (other && !kt_lanes_agree(other->member.simulation->model, model)))
         return;
     e->kernels->put_model(model, e->work, other ? (kt_lane_mask)1 << (l - e->lane) : kt_lanes_first(e->n.width));
     l->revision = model->revision;
 }
 
-static kt_status begin_attempt(lane *l, kt_error *from) {
+static kt_status begin_attempt(kt_ensemble_lane *l, kt_error *from) {
     kt_simulation *s = l->member.simulation;
     kt_simulation_begin_try(s);
     return kt_attempt_begin(s->integrator, l->t_limit, &l->attempt, from);
 }
 
 /* Begins the next step, as kt_simulation_take_step. */
-static kt_status begin_step(kt_ensemble *e, lane *l) {
+static kt_status begin_step(kt_ensemble *e, kt_ensemble_lane *l) {
     kt_simulation *s = l->member.simulation;
-    clear(&e->from);
-    if (!is_current(l))
+    kt_ensemble_clear(&e->from);
+    if (!kt_ensemble_is_current(l))
         renew_numbers(e, l);
     l->steps = true;
     l->t_limit = s->duration;
@@ -543,10 +356,10 @@ static kt_status begin_step(kt_ensemble *e, lane *l) {
 }
 
 /* Accepts or rejects the tried step. A step in which an event happens is repeated up to the event. */
-static kt_status judge(kt_ensemble *e, lane *l) {
+static kt_status judge(kt_ensemble *e, kt_ensemble_lane *l) {
     kt_simulation *s = l->member.simulation;
     bool again;
-    clear(&e->from);
+    kt_ensemble_clear(&e->from);
     kt_status status = kt_attempt_end(s->integrator, &l->attempt, &l->tried, &again, &e->from);
     if (status == KT_OK && again)
         return KT_OK;
@@ -571,7 +384,7 @@ typedef struct source {
 
 enum { PAUSE = 16 };
 
-static void end_lane(const source *from, lane *l, kt_status status, const kt_error *error) {
+static void end_lane(const source *from, kt_ensemble_lane *l, kt_status status, const kt_error *error) {
     const kt_ensemble_member member = l->member;
     l->member.simulation = NULL;
     l->steps = false;
@@ -579,7 +392,7 @@ static void end_lane(const source *from, lane *l, kt_status status, const kt_err
 }
 
 /* Takes simulations until one fits in; the others are run at once. Returns whether one did. */
-static bool take(kt_ensemble *e, source *from, lane *l) {
+static bool take(kt_ensemble *e, source *from, kt_ensemble_lane *l) {
     const bool none = is_empty(e);
     while (none || from->pause == 0) {
         kt_ensemble_member member = {NULL, NULL, NULL};
@@ -593,11 +406,11 @@ static bool take(kt_ensemble *e, source *from, lane *l) {
                                           : kt_simulation_run(member.simulation, member.record, member.user, &error);
         if (together && status == KT_OK) {
             const kt_model *model = member.simulation->model;
-            const bool alone = first_lane(e) == NULL; /* then all lanes get these numbers */
-            *l = (lane){.member = member,
-                        .revision = model->revision,
-                        .begun = model->revision,
-                        .shares = shares_records(member.simulation)};
+            const bool alone = kt_ensemble_first_lane(e) == NULL; /* then all lanes get these numbers */
+            *l = (kt_ensemble_lane){.member = member,
+                                    .revision = model->revision,
+                                    .begun = model->revision,
+                                    .shares = kt_ensemble_shares_records(member.simulation)};
             e->kernels->put_model(model, e->work,
                                   alone ? kt_lanes_first(e->n.width) : (kt_lane_mask)1 << (l - e->lane));
             return true;
@@ -612,13 +425,13 @@ static void fill(kt_ensemble *e, source *from) {
     for (bool again = true; again;) {
         again = false;
         for (size_t i = 0; i < e->n.width; i++) {
-            lane *l = &e->lane[i];
+            kt_ensemble_lane *l = &e->lane[i];
             if (!l->steps && !l->member.simulation)
                 (void)take(e, from, l);
         }
-        give_records(e);
+        kt_ensemble_give_records(e);
         for (size_t i = 0; i < e->n.width; i++) {
-            lane *l = &e->lane[i];
+            kt_ensemble_lane *l = &e->lane[i];
             if (!l->member.simulation)
                 continue;
             if (!l->steps && l->status == KT_OK)
@@ -635,7 +448,7 @@ static void fill(kt_ensemble *e, source *from) {
 static size_t begin_all(kt_ensemble *e, const source *from) {
     size_t lanes = 0;
     for (size_t i = 0; i < e->n.width; i++) {
-        lane *l = &e->lane[i];
+        kt_ensemble_lane *l = &e->lane[i];
         const kt_status status = l->member.simulation && !l->steps ? begin_step(e, l) : KT_OK;
         lanes += l->member.simulation != NULL;
         if (status != KT_OK)
@@ -646,7 +459,7 @@ static size_t begin_all(kt_ensemble *e, const source *from) {
 
 static void judge_all(kt_ensemble *e, const source *from) {
     for (size_t i = 0; i < e->n.width; i++) {
-        lane *l = &e->lane[i];
+        kt_ensemble_lane *l = &e->lane[i];
         const kt_status status = l->member.simulation ? judge(e, l) : KT_OK;
         if (status != KT_OK)
             end_lane(from, l, status, &l->error);
