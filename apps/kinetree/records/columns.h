@@ -97,6 +97,12 @@ kt_quantity kt_column_quantity(const kt_columns *columns, size_t column);
  * them, until the next call. */
 const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record);
 
+/* Computes these values, without those of own columns. */
+void kt_columns_fill(kt_columns *columns, const kt_record *record);
+
+/* Returns whether a loop is along a curve, whose columns have the length of the arc. */
+bool kt_column_has_arc(const kt_model *model, int loop);
+
 /* Returns kinetic + potential + dissipated - supplied, J. This balance is constant along the exact motion. NaN if the
  * works are not available. */
 static inline double kt_balance_of(const kt_record *record) {
