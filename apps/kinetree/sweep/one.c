@@ -1,6 +1,6 @@
 /* One run of a sweep, as a line: its values, its end, its cost, and the last, least and greatest value of each
  * column of its records. A run that fails is a line, too. */
-#include "sweep/sweep.h"
+#include "sweep/functional.h"
 
 #include "advice/excess.h"
 #include "records/columns.h"
@@ -49,58 +49,6 @@ static char *end_line(kt_bytes *to) {
 
 /* ---- the scene of a run ------------------------------------------------------------------------------------------ */
 
-/* The values of a column: a NaN is none, and the records on both sides of it are not joined. */
-typedef struct range {
-    double last, least, greatest;
-    double covered, time;     /* of all pieces without a gap; of the last value, NaN: the record has none */
-    double integral, squares; /* over time, of the value and of its square */
-} range;
-
-static void extend(range *of, double time, double value) {
-    if (isnan(value)) {
-        of->time = (double)NAN;
-        return;
-    }
-    const double step = isnan(of->time) ? 0.0 : time - of->time, before = step > 0.0 ? of->last : value;
-    of->covered += step;
-    of->integral += 0.5 * step * (before + value);
-    of->squares += 0.5 * step * (before * before + value * value);
-    of->time = time;
-    of->last = value;
-    of->least = value < of->least ? value : of->least;
-    of->greatest = value > of->greatest ? value : of->greatest;
-}
-
-/* Values without any duration have the last one as their mean. */
-static double functional_of(const range *of, kt_functional which) {
-    const double duration = of->covered;
-    switch (which) {
-    case KT_FUNCTIONAL_MIN:
-        return of->least;
-    case KT_FUNCTIONAL_MAX:
-        return of->greatest;
-    case KT_FUNCTIONAL_MEAN:
-        return duration > 0.0 ? of->integral / duration : of->last;
-    case KT_FUNCTIONAL_RMS:
-        return duration > 0.0 ? sqrt(of->squares / duration) : fabs(of->last);
-    case KT_FUNCTIONAL_INTEGRAL:
-        return of->integral;
-    case KT_FUNCTIONAL_END:
-    case KT_FUNCTIONALS:
-        break;
-    }
-    return of->last;
-}
-
-/* Ranges without values; NULL: there is not enough memory. */
-static range *create_ranges(size_t count) {
-    range *ranges = malloc((count + 1) * sizeof *ranges);
-    for (size_t i = 0; ranges != NULL && i < count; i++)
-        ranges[i] =
-            (range){.last = (double)NAN, .least = HUGE_VAL, .greatest = -HUGE_VAL, .covered = 0.0, .time = (double)NAN};
-    return ranges;
-}
-
 /* A run and the objects that it owns. */
 typedef struct kt_sweep_run {
     const kt_sweep *sweep;
@@ -114,7 +62,7 @@ typedef struct kt_sweep_run {
     kt_simulation *simulation;
     kt_scene_watch *watch;
     kt_columns columns;
-    range *ranges; /* of each column of the lines */
+    kt_sweep_range *ranges; /* of each column of the lines */
     kt_energy_watch energy;
     kt_sweep_result result; /* receives records, if they are kept */
     kt_status status;       /* of the preparation */
@@ -196,7 +144,7 @@ static kt_status prepare(made *m, kt_error *error) {
     if (status == KT_OK)
         status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->simulation, &m->watch,
                                    error);
-    if (status == KT_OK && (m->ranges = create_ranges(m->sweep->column_count)) == NULL)
+    if (status == KT_OK && (m->ranges = kt_sweep_ranges_create(m->sweep->column_count)) == NULL)
         status = no_memory(error);
     return status;
 }
@@ -272,7 +220,7 @@ static int take_record(const kt_record *record, void *user) {
     kt_energy_watch_add(&m->energy, record);
     for (size_t i = 0; i < m->sweep->column_count; i++)
         if (m->place[i] < m->columns.count)
-            extend(&m->ranges[i], record->time, values[m->place[i]]);
+            kt_sweep_range_extend(&m->ranges[i], record->time, values[m->place[i]]);
     m->failed = m->sweep->arguments->keep != NULL && !keep_record(m, record->time, values);
     return m->failed ? -1 : 0;
 }
@@ -327,36 +275,11 @@ static void find_columns(const kt_sweep *sweep, const kt_columns *columns, size_
 
 static void add_columns(kt_bytes *line, const made *m) {
     for (size_t i = 0; i < m->sweep->column_count; i++) {
-        const range *of = m->ranges != NULL ? &m->ranges[i] : NULL;
+        const kt_sweep_range *of = m->ranges != NULL ? &m->ranges[i] : NULL;
         const bool has_values = of != NULL && m->place[i] < m->columns.count && !isnan(of->last);
         for (int k = 0; k < m->sweep->functional_count; k++)
-            add_number(line, has_values ? functional_of(of, m->sweep->functionals[k]) : (double)NAN);
+            add_number(line, has_values ? kt_sweep_range_value(of, m->sweep->functionals[k]) : (double)NAN);
     }
-}
-
-#define FUNCTIONAL_NAME(id, name) #name,
-static const char *const functional_names[] = {KT_FUNCTIONAL_LIST(FUNCTIONAL_NAME)};
-
-int kt_sweep_list_functionals(kt_sweep *sweep) {
-    const char *list = sweep->arguments->functionals != NULL ? sweep->arguments->functionals : "end,min,max";
-    for (const char *from = list; from != NULL;) {
-        const size_t length = strcspn(from, ",");
-        int found = 0;
-        while (found < KT_FUNCTIONALS &&
-               (strlen(functional_names[found]) != length || strncmp(functional_names[found], from, length) != 0))
-            found++;
-        for (int k = 0; k < sweep->functional_count && found < KT_FUNCTIONALS; k++)
-            if ((int)sweep->functionals[k] == found)
-                found = KT_FUNCTIONALS + 1;
-        if (found >= KT_FUNCTIONALS) {
-            kt_say("sweep: --functionals takes some of end, min, max, mean, rms and integral, each once, not '%.*s'%s",
-                   (int)length, from, found > KT_FUNCTIONALS ? " again" : "");
-            return KT_EXIT_USAGE;
-        }
-        sweep->functionals[sweep->functional_count++] = (kt_functional)found;
-        from = from[length] == ',' ? from + length + 1 : NULL;
-    }
-    return -1;
 }
 
 char *kt_sweep_header(const kt_sweep *sweep) {
@@ -369,7 +292,7 @@ char *kt_sweep_header(const kt_sweep *sweep) {
         kt_bytes_print(&line, ",event.%s", sweep->events[i]);
     for (size_t i = 0; i < sweep->column_count; i++)
         for (int k = 0; k < sweep->functional_count; k++)
-            kt_bytes_print(&line, ",%s.%s", sweep->columns[i], functional_names[sweep->functionals[k]]);
+            kt_bytes_print(&line, ",%s.%s", sweep->columns[i], kt_sweep_functional_names[sweep->functionals[k]]);
     kt_bytes_print(&line, "%s,why", kt_batch_is_fused() ? KT_SWEEP_LANES : "");
     return end_line(&line);
 }
