@@ -1,7 +1,7 @@
 /* The solids that a scene gives: shapes, meshes, or boxes of the same inertia. */
 #include "algebra/principal.h"
-#include "picture/maker.h"
 #include "picture/load.h"
+#include "picture/maker.h"
 #include "picture/solid.h"
 
 #include <math.h>
