@@ -82,9 +82,9 @@ kt_outline kt_outline_overlap(const kt_outline *a, const kt_outline *b) {
     return part;
 }
 
-double kt_outline_area(const kt_outline *p) {
+double kt_outline_area(const kt_outline *outline) {
     double sum = 0.0;
-    for (int i = 1; i + 1 < p->count; i++)
-        sum += 0.5 * turn(p->corners[0], p->corners[i], p->corners[i + 1]);
+    for (int i = 1; i + 1 < outline->count; i++)
+        sum += 0.5 * turn(outline->corners[0], outline->corners[i], outline->corners[i + 1]);
     return sum;
 }
