@@ -1,12 +1,12 @@
 /* The effects of several states at once, as mechanism/effects.c sums those of one. Types that are not compiled for
  * lanes (KT_EFFECT_KIND_LIST of effect/effect.h) are evaluated lane by lane by the code for one state. The variables of
- * formulas are read in lanes, as mechanism/formula.c reads those of one state. The formulas themselves are evaluated
- * lane by lane. */
+ * formulas are read in lanes (mechanism/variable.h). The formulas themselves are evaluated lane by lane. */
 #include "batch/lanes.h"
 
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/effect_ends.h"
+#include "mechanism/variable.h"
 
 /* The state of a summation. */
 typedef struct sum {
@@ -45,47 +45,6 @@ static void set_lane(kt_triple *a, int lane, kt_vec3 from) {
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
-/* A coordinate of a marker, or its rate, in the world. */
-static kt_real1 find_marker(const kt_data *data, const kt_variable_record *variable, bool is_rate) {
-    const kt_force_frame *link = &data->force_link[variable->force_link];
-    const kt_triple arm = kt_columns_apply(kt_columns_of3(link->link.axes), kt_triple_of_model(variable->arm));
-    const kt_triple point =
-        is_rate ? kt_triple_add(kt_triple_of3(link->velocity), kt_triple_cross(kt_triple_of3(link->link.omega), arm))
-                : kt_triple_add(kt_triple_of3(link->base), kt_triple_add(kt_triple_of3(link->local), arm));
-    return variable->component == 0 ? point.x : variable->component == 1 ? point.y : point.z;
-}
-
-/* The distance of two ends, or its rate. */
-static kt_real1 between(const kt_effect_frame *end, bool is_rate) {
-    const kt_triple d = kt_triple_sub(end[1].point, end[0].point);
-    const kt_triple moving = kt_triple_sub(end[1].velocity, end[0].velocity);
-    const kt_real1 length = kt_sqrt(kt_triple_dot(d, d));
-    return is_rate ? kt_choose(length > kt_real1_splat(0.0), kt_triple_dot(d, moving) / length,
-                               kt_sqrt(kt_triple_dot(moving, moving)))
-                   : length;
-}
-
-static kt_real1 read_variable(const sum *s, const kt_variable_record *variable, const kt_effect_frame *end) {
-    switch (variable->type) {
-    case KT_VARIABLE_POSITION:
-        return s->q[variable->q];
-    case KT_VARIABLE_VELOCITY:
-        return s->v[variable->v];
-    case KT_VARIABLE_MARKER:
-    case KT_VARIABLE_MARKER_VELOCITY:
-        return find_marker(s->data, variable, variable->type == KT_VARIABLE_MARKER_VELOCITY);
-    case KT_VARIABLE_STATE:
-        return s->x[variable->x];
-    case KT_VARIABLE_GRAVITY:
-        return s->data->gravity_force[variable->v];
-    case KT_VARIABLE_LENGTH:
-    case KT_VARIABLE_SPEED:
-        return between(end, variable->type == KT_VARIABLE_SPEED);
-    default:
-        return s->t;
-    }
-}
-
 /* The variables of an effect's formulas, those of a lane one after the other. end: those of an effect between two. */
 typedef struct variables {
     double of[KT_LANES][KT_FORMULA_VARIABLE_MAX];
@@ -95,8 +54,9 @@ typedef struct variables {
 static bool read_variables(const sum *s, const kt_effect_record *effect, const kt_effect_frame *end, variables *to) {
     if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
         return false;
+    const kt_variable_source from = {.data = s->data, .q = s->q, .v = s->v, .x = s->x, .t = s->t};
     for (int32_t k = 0; k < effect->variable_count; k++) {
-        const kt_real1 value = read_variable(s, &s->model->variable[effect->variable + k], end);
+        const kt_real1 value = kt_variable_value(&from, &s->model->variable[effect->variable + k], end);
         for (int lane = 0; lane < KT_LANES; lane++)
             to->of[lane][k] = value[lane];
     }

@@ -5,43 +5,20 @@
 #include "dynamics/sweep.h"
 #include "expression/wide.h"
 #include "mechanism/relative.h"
+#include "mechanism/variable.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-/* Position and velocity of a marker in the world. */
-static void find_marker(const kt_data *data, const kt_link_kinematics *kinematics, const kt_variable_record *variable,
-                        kt_vec3 *point, kt_vec3 *velocity) {
-    if (kinematics) {
-        const kt_link_kinematics *link = &kinematics[variable->link];
-        const kt_vec3 arm = kt_mat3_apply(link->axes, variable->arm);
-        *point = kt_vec3_add(link->position, arm);
-        *velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm));
-        return;
-    }
-    const kt_force_frame *link = &data->force_link[variable->force_link];
-    const kt_v4 arm = kt_v4_from(kt_mat3_apply(kt_v4_mat3(link->link.axes), variable->arm));
-    *point = kt_v4_vec3(link->base + (link->local + arm));
-    *velocity = kt_v4_vec3(link->velocity + kt_v4_cross(link->link.omega, arm));
-}
-
-static double component_of(kt_vec3 x, int k) { return k == 0 ? x.x : k == 1 ? x.y : x.z; }
-
-/* The distance of two ends, or its rate. */
-static double between(const kt_effect_end *end, bool is_speed) {
-    const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point), moving = kt_vec3_sub(end[1].velocity, end[0].velocity);
-    const double length = kt_vec3_norm(d);
-    return !is_speed ? length : length > 0.0 ? kt_vec3_dot(d, moving) / length : kt_vec3_norm(moving);
-}
-
-/* In a loop its coordinate, or the rate of it. */
-static double own_variable(const kt_model *model, const kt_effect_record *effect, const double *q,
-                           const kt_effect_end *end, bool is_speed) {
-    if (!KT_HAS_RELATIVE || !effect->relative.type)
-        return between(end, is_speed);
-    const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
-    return is_speed ? motion.rate : motion.position;
+/* A coordinate of a marker, or its rate, in the world. */
+static double find_marker(const kt_link_kinematics *kinematics, const kt_variable_record *variable) {
+    const kt_link_kinematics *link = &kinematics[variable->link];
+    const kt_vec3 arm = kt_mat3_apply(link->axes, variable->arm);
+    const kt_vec3 found = variable->type == KT_VARIABLE_MARKER
+                              ? kt_vec3_add(link->position, arm)
+                              : kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm));
+    return variable->component == 0 ? found.x : variable->component == 1 ? found.y : found.z;
 }
 
 /* The offset of a link's origin from that of a link that carries it. Returns false if that link does not carry it. */
@@ -80,34 +57,21 @@ static double find_gravity_force(const kt_model *model, const kt_link_kinematics
 void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                                const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
                                double values[KT_FORMULA_VARIABLE_MAX]) {
+    const kt_variable_source from = {.data = data, .q = at->q, .v = at->v, .x = data->x, .t = at->t};
     const kt_variable_record *variable = model->variable + effect->variable;
-    kt_vec3 point, velocity;
-    for (int32_t k = 0; k < effect->variable_count; k++, variable++)
-        switch (variable->type) {
-        case KT_VARIABLE_POSITION:
-            values[k] = at->q[variable->q];
-            break;
-        case KT_VARIABLE_VELOCITY:
-            values[k] = at->v[variable->v];
-            break;
-        case KT_VARIABLE_MARKER:
-        case KT_VARIABLE_MARKER_VELOCITY:
-            find_marker(data, kinematics, variable, &point, &velocity);
-            values[k] = component_of(variable->type == KT_VARIABLE_MARKER ? point : velocity, variable->component);
-            break;
-        case KT_VARIABLE_STATE:
-            values[k] = data->x[variable->x];
-            break;
-        case KT_VARIABLE_GRAVITY:
-            values[k] = kinematics ? find_gravity_force(model, kinematics, variable) : data->gravity_force[variable->v];
-            break;
-        case KT_VARIABLE_LENGTH:
-        case KT_VARIABLE_SPEED:
-            values[k] = own_variable(model, effect, at->q, end, variable->type == KT_VARIABLE_SPEED);
-            break;
-        default:
-            values[k] = at->t;
+    for (int32_t k = 0; k < effect->variable_count; k++, variable++) {
+        const bool is_length = variable->type == KT_VARIABLE_LENGTH, is_speed = variable->type == KT_VARIABLE_SPEED;
+        if (kinematics && (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY)) {
+            values[k] = find_marker(kinematics, variable);
+        } else if (kinematics && variable->type == KT_VARIABLE_GRAVITY) {
+            values[k] = find_gravity_force(model, kinematics, variable);
+        } else if (KT_HAS_RELATIVE && effect->relative.type && (is_length || is_speed)) { /* in a loop's coordinate */
+            const kt_relative_motion motion = kt_relative_motion_of(model, effect, at->q, end);
+            values[k] = is_speed ? motion.rate : motion.position;
+        } else {
+            values[k] = kt_variable_value(&from, variable, end);
         }
+    }
 }
 
 const kt_expression *kt_formula_of(const kt_model *model, const kt_effect_record *effect, int k) {
