@@ -104,6 +104,9 @@ int kt_read_scene_from(const char *path, const kt_settings *settings, const char
  * the scene has left out, according to `settings`. */
 int kt_read_robot(const char *path, const kt_robot_options *options, const kt_settings *settings, kt_scene *scene);
 
+/* Sets the options of a robot that all subcommands have. Returns false after printing the error. */
+bool kt_robot_how_apply(const struct kt_robot_how *how, kt_robot_options *options);
+
 /* Writes a scene to a file, whole or not at all, or to standard output ("-"). */
 kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error);
 

@@ -46,8 +46,8 @@ typedef struct kt_robot_options {
                                 * searched first in the folder of `path`. NULL: none */
     const char *allow;         /* folders, separated by ':', from which files may be included, besides the folder of
                                 * `path` and the folders of `search`; NULL: none */
-    bool contacts;   /* MJCF: contacts of fixed planes with spheres, ends of capsules, corners of boxes, rims of
-                      * cylinders. An error for other formats */
+    bool contacts;   /* contacts of fixed planes with spheres, ends of capsules, corners of boxes, rims of cylinders,
+                      * ellipsoids and meshes */
     bool has_ground; /* adds a floor at the height `ground`; needs `contacts` */
     double ground;   /* m, along z */
 } kt_robot_options;
@@ -81,7 +81,9 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *     An inertia that no body can have and options->inertia accepts makes it `accept`. So do moving links without any
  *     mass.
  *   - Limits (position, speed, effort) become kt_joint_limits. These data do not change the motion.
- *   - Omitted: contacts, extensions of simulators.
+ *   - With options->contacts, collisions touch the ground of the options. Their friction is that of Gazebo's `mu1`,
+ *     else 1.
+ *   - Omitted: contacts between links, extensions of simulators.
  * MJCF:
  *   - A body becomes a body with the same name. A single joint at the body's origin becomes that body's joint. If there
  *     are several joints, or one elsewhere, each joint carries a massless body with the joint's name. The body itself
@@ -109,7 +111,8 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *   - Gravity is the gravity of the world. Without a world it is 9.8 m/s^2 along -z.
  *   - <include> reads files within the folders of `path`, `search` and `allow`. Missing files are omitted. If nothing
  *     is left then, the world is rejected.
- *   - Omitted: contacts, sensors, plugins, states of worlds.
+ *   - With options->contacts, collisions touch planes that do not move. The smaller friction of both applies.
+ *   - Omitted: contacts between links, sensors, plugins, states of worlds.
  * The notes scene->notes report all omissions and changes: each kind once, with the number and the position of the
  * first. All faults are reported in one call, as in kt_scene_read. The callback report may be NULL.
  * Ownership: on success *scene is filled, and the caller releases it with kt_scene_free. On failure *scene is

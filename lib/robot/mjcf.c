@@ -68,7 +68,9 @@ static const kt_note last_notes[] = {
 };
 
 static const kt_note contact_notes[] = {
-    KT_NOTE(kt_mjcf, contacts_lost, MOTION, "meshes and ellipsoids that touch planes, left out:"),
+    KT_NOTE(kt_mjcf, contacts_lost, MOTION,
+            "geoms that touch planes, left out, since they have no mesh that can be read, or no mass:"),
+    KT_NOTE(kt_mjcf, contacts_rounded, MOTION, KT_NOTE_ROUNDED),
     KT_NOTE(kt_mjcf, contacts_between, MOTION, "geoms that could touch other geoms than planes, left out:"),
 };
 
@@ -88,6 +90,9 @@ static void note_contacts(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, KT_NOTE_RANK_DETAIL, &m->contacts_made, "geoms that touch planes, of which there are %d: %d",
                 m->planes.count, m->contacts_made.count);
     KT_NOTES_PUT(n, m, contact_notes);
+    if (m->source->options->contacts && m->planes.count == 0 && is_flying(m) && kt_vec3_norm(m->gravity) > 0.0)
+        kt_note_groundless(n, m->root);
+    kt_note_sunk(n, m->root, m->depth);
 }
 
 static void make_notes(const kt_mjcf *m, kt_scene *scene) {
@@ -125,7 +130,8 @@ static bool init_names(kt_mjcf *m) {
     return kt_namer_init(&m->bodies_named, m->r, 2 * m->elements + 2) &&
            kt_namer_init(&m->draft.loop_names, m->r, m->elements + 2) &&
            kt_namer_init(&m->joints_named, m->r, 4 * m->elements + 4) &&
-           kt_namer_init(&m->effects_named, m->r, (m->source->options->contacts ? 17 : 1) * (m->elements + 2));
+           kt_namer_init(&m->effects_named, m->r,
+                         (m->source->options->contacts ? KT_CONTACT_EXTREMES + 1 : 1) * (m->elements + 2));
 }
 
 /* Prepares the tree of elements (files, attached models, replicates), the names, the classes and the options. */

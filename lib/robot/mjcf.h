@@ -4,7 +4,7 @@
 
 #include "kinetree/expression.h"
 #include "mesh/mesh.h"
-#include "robot/robot.h"
+#include "robot/contact.h"
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */
 
@@ -127,6 +127,8 @@ typedef struct kt_mjcf_term {
 typedef struct kt_mjcf_mesh {
     const kt_element *element;
     bool is_known;
+    kt_vec3 points[KT_CONTACT_EXTREMES]; /* that touch planes, if the options ask for contacts */
+    int point_count;
     kt_enclosed enclosed;
 } kt_mjcf_mesh;
 
@@ -175,6 +177,8 @@ typedef struct kt_mjcf {
         lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
+    double depth;             /* of the deepest contact at the start */
+    kt_left contacts_rounded; /* ellipsoids that touch planes */
     kt_left contacts_made, contacts_lost, planes,
         contacts_between; /* geoms that touch planes, or cannot; planes; geoms that touch others */
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
@@ -276,6 +280,9 @@ static inline const kt_mjcf_settings *kt_mjcf_settings_of(const kt_mjcf *m, cons
 /* Reads the meshes of <asset>. kt_mjcf_find_mesh returns the solid that a mesh encloses, or NULL if it is unknown. */
 void kt_mjcf_read_meshes(kt_mjcf *m);
 const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom);
+
+/* The vertices of a geom's mesh that touch planes, in the frame of the geom; none if it cannot be read. */
+const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *count);
 
 /* Adds the mesh of a geom, whose pose in its body is given, to the picture of the body. */
 void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose);

@@ -6,46 +6,27 @@
  * values, and solimp and solref are means with the weights solmix. If a solref is not positive, the smaller values
  * apply.
  *
- * MuJoCo's contact is an acceleration -b v - d k x of the surfaces. Its impedance d(x) acts against the mobility A of
- * the touching body. At rest under a force N, the depth x follows from
- *     A N (1 - d) / d = k d x.
- * Under a friction force T the contact creeps, with the `impratio` r, at the speed
- *     v = A T (1 - d) / (d b r).
- * For a pyramidal cone, the first factor applies to v, and the second factor applies to A N:
- *     f1 = 1 + mu^2,   f2 = (1 + mu^2) mu^2 / (2 r).
- *
- * A contact here has the force
- *     N = K x^m (1 + 3/2 c x').
- * It has MuJoCo's depth x1 under an eighth of the robot's weight, and MuJoCo's depth x2 under half of it. Damping and
- * creep are those of MuJoCo at x1. The contact begins at the distance margin - gap, as in MuJoCo. */
+ * The law of a contact follows from these numbers (contact_law.c). The contact begins at the distance margin - gap, as
+ * in MuJoCo. */
 #include "robot/mjcf.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The least mobility, relative to that of the whole robot. A body that turns about its centre of mass has none of its
- * own. */
-static const double LEAST = 0.01;
-
-typedef struct law {
-    double friction, condim, priority, mix, reference[2], impedance[5];
-    double distance; /* of the surfaces at which it begins */
-} law;
-
 typedef struct surface {
     const kt_element *element;
     int body;
-    bool is_plane;
+    bool is_plane, is_mesh;
     kt_solid solid;
     double size[3];
     kt_pose pose; /* in its body */
     unsigned type, affinity;
-    law law;
+    kt_contact_law law;
 } surface;
 
 static surface *surface_at(const kt_mjcf *m, int i) { return (surface *)m->surfaces.items + i; }
 
-static void read_law(kt_mjcf *m, const kt_element *e, const char *tag, law *l) {
+static void read_law(kt_mjcf *m, const kt_element *e, const char *tag, kt_contact_law *l) {
     double friction[5] = {l->friction};
     const bool has_margin = kt_mjcf_text(m, e, tag, "margin") != NULL || kt_mjcf_text(m, e, tag, "gap") != NULL;
     (void)kt_mjcf_numbers(m, e, tag, "friction", 1, 5, friction);
@@ -59,27 +40,25 @@ static void read_law(kt_mjcf *m, const kt_element *e, const char *tag, law *l) {
         l->distance = kt_mjcf_number(m, e, tag, "margin", 0.0) - kt_mjcf_number(m, e, tag, "gap", 0.0);
 }
 
-static const law standard = {
-    .friction = 1.0, .condim = 3.0, .mix = 1.0, .reference = {0.02, 1.0}, .impedance = {0.9, 0.95, 0.001, 0.5, 2.0}};
-
 void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3],
                          kt_pose pose) {
     surface *s = kt_list_add(m->r, &m->r->scratch, &m->surfaces, sizeof *s);
     const char *type = kt_mjcf_text(m, e, "geom", "type");
     if (s == NULL)
         return;
-    *s = (surface){.element = e, .body = body, .solid = solid, .pose = pose, .law = standard};
+    *s = (surface){.element = e, .body = body, .solid = solid, .pose = pose, .law = kt_contact_law_standard()};
     s->is_plane = type != NULL && strcmp(type, "plane") == 0;
+    s->is_mesh = type != NULL && strcmp(type, "mesh") == 0;
     memcpy(s->size, size, sizeof s->size);
     s->type = (unsigned)kt_mjcf_number(m, e, "geom", "contype", 1.0);
     s->affinity = (unsigned)kt_mjcf_number(m, e, "geom", "conaffinity", 1.0);
     read_law(m, e, "geom", &s->law);
 }
 
-static law mix_laws(const law *a, const law *b) {
+static kt_contact_law mix_laws(const kt_contact_law *a, const kt_contact_law *b) {
     const double sum = a->mix + b->mix, part = sum > 0.0 ? a->mix / sum : 0.5;
     const bool is_direct = a->reference[0] <= 0.0 || b->reference[0] <= 0.0;
-    law l = a->priority > b->priority ? *a : *b;
+    kt_contact_law l = a->priority > b->priority ? *a : *b;
     l.distance = a->distance + b->distance;
     if (a->priority != b->priority)
         return l;
@@ -93,47 +72,10 @@ static law mix_laws(const law *a, const law *b) {
     return l;
 }
 
-/* d(x), which rises from the first to the second number within the third. */
-static double impedance_at(const law *l, double x) {
-    const double *p = l->impedance, middle = fmin(fmax(p[3], 1e-4), 0.9999), power = fmax(p[4], 1.0);
-    const double low = fmin(fmax(p[0], 1e-4), 0.9999), high = fmin(fmax(p[1], 1e-4), 0.9999);
-    const double part = p[2] > 0.0 ? fmin(x / p[2], 1.0) : 1.0;
-    const double share = part <= middle ? pow(part, power) / pow(middle, power - 1.0)
-                                        : 1.0 - pow(1.0 - part, power) / pow(1.0 - middle, power - 1.0);
-    return low + share * (high - low);
-}
-
-/* k and b, by a time constant and a damping ratio, or by their own numbers below zero. */
-static void spring_of(const law *l, double shortest, double *k, double *b) {
-    const double most = fmin(fmax(l->impedance[1], 1e-4), 0.9999), time = fmax(l->reference[0], shortest);
-    const bool is_direct = l->reference[0] <= 0.0;
-    *k = is_direct ? -l->reference[0] / (most * most)
-                   : 1.0 / (most * most * time * time * l->reference[1] * l->reference[1]);
-    *b = is_direct ? -l->reference[1] / most : 2.0 / (most * time);
-}
-
-/* The depth under a force, by halving: k d^2 x / (1 - d) rises with x. */
-static double depth_under(const law *l, double k, double mobility, double force) {
-    double low = 0.0, high = 1e3;
-    for (int i = 0; i < 100; i++) {
-        const double x = 0.5 * (low + high), d = impedance_at(l, x);
-        if (k * d * d * x < (1.0 - d) * mobility * force)
-            low = x;
-        else
-            high = x;
-    }
-    return high;
-}
-
-/* Settings of <option> for contacts. */
-typedef struct cone {
-    double shortest, ratio; /* time constant; impratio */
-    bool is_pyramid;
-} cone;
-
-static cone read_cone(kt_mjcf *m) {
+/* The settings of <option>. */
+static kt_contact_cone read_cone(kt_mjcf *m) {
     static const char *const words[] = {"pyramidal", "elliptic", NULL};
-    cone c = {.ratio = 1.0};
+    kt_contact_cone c = {.ratio = 1.0};
     double step = 0.002;
     int type = 0;
     for (const kt_element *e = kt_xml_child(m->root, "option"); e != NULL; e = kt_xml_next(e, "option")) {
@@ -144,21 +86,6 @@ static cone read_cone(kt_mjcf *m) {
     c.is_pyramid = type == 0;
     c.shortest = 2.0 * step;
     return c;
-}
-
-/* K, m, c, mu and v0. */
-static void set_spring(const law *l, const cone *of, double mobility, double weight, kt_contact_shape *shape) {
-    const double mu = l->condim > 1.0 ? l->friction : 0.0, edges = of->is_pyramid && mu > 0.0 ? 1.0 + mu * mu : 1.0;
-    const double across = edges > 1.0 ? edges * mu * mu / (2.0 * of->ratio) : 1.0;
-    double k, b;
-    spring_of(l, of->shortest, &k, &b);
-    const double x1 = depth_under(l, k, across * mobility, weight / 8.0), d = impedance_at(l, x1);
-    const double x2 = depth_under(l, k, across * mobility, weight / 2.0);
-    shape->exponent = fmax(1.0, log(4.0) / log(x2 / x1));
-    shape->stiffness = weight / 8.0 / pow(x1, shape->exponent);
-    shape->dissipation = 2.0 * b / (3.0 * k * d * x1);
-    shape->friction = mu;
-    shape->slip = fmax(1e-6, mu * weight / 8.0 * edges * mobility * (1.0 - d) / (d * b * of->ratio));
 }
 
 /* Whether no joint moves a body. */
@@ -217,7 +144,7 @@ static bool masks_allow(const surface *a, const surface *b) {
 }
 
 /* Whether two geoms touch, and how. */
-static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, law *l) {
+static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, kt_contact_law *l) {
     const kt_element *pair = find_pair(m, plane->element, s->element);
     *l = mix_laws(&plane->law, &s->law);
     if (pair != NULL)
@@ -227,11 +154,11 @@ static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, law *l)
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-static void add_plane_contacts(kt_mjcf *m, const cone *of, const surface *plane, const surface *s) {
+static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surface *plane, const surface *s) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, s->body);
     const char *name = kt_xml_attribute(s->element, "name");
-    const double g = kt_vec3_norm(m->gravity), mass = tree_mass(m, s->body);
-    law l;
+    const double mass = tree_mass(m, s->body);
+    kt_contact_law l;
     if (!find_law(m, plane, s, &l))
         return;
     kt_contact_shape shape = {.element = s->element,
@@ -241,11 +168,15 @@ static void add_plane_contacts(kt_mjcf *m, const cone *of, const surface *plane,
                               .solid = s->solid,
                               .pose = s->pose};
     memcpy(shape.size, s->size, sizeof shape.size);
+    if (s->is_mesh)
+        shape.points = kt_mjcf_mesh_points(m, s->element, &shape.point_count);
     kt_ground ground = {.body = plane->body > 0 ? kt_mjcf_body_at(m, plane->body)->name : NULL, .pose = plane->pose};
     ground.pose.position =
         kt_vec3_add(ground.pose.position, kt_vec3_scale(l.distance, ground.pose.rotation.z)); /* the normal */
     if (mass > 0.0)
-        set_spring(&l, of, fmax(b->mobility, LEAST / mass), mass * (g > 0.0 ? g : 9.81), &shape);
+        kt_contact_law_apply(&l, of, b->mobility, mass, kt_vec3_norm(m->gravity), &shape);
+    if (s->solid == KT_SOLID_ELLIPSOID)
+        kt_left_count(&m->contacts_rounded, s->element);
     if (!(shape.stiffness > 0.0) || !kt_contact_add(&m->draft, &shape, &ground))
         kt_left_count(&m->contacts_lost, s->element);
     else
@@ -269,10 +200,11 @@ static void count_others(kt_mjcf *m) {
 
 void kt_mjcf_contacts(kt_mjcf *m) {
     const kt_robot_options *o = m->source->options;
+    const kt_contact_law standard = kt_contact_law_standard();
     surface floor = {.element = m->root, .is_plane = true, .type = ~0U, .affinity = ~0U, .law = standard};
     if (!o->contacts)
         return;
-    const cone of = read_cone(m);
+    const kt_contact_cone of = read_cone(m);
     floor.pose = kt_pose_identity();
     floor.pose.position.z = o->ground;
     for (int p = o->has_ground ? -1 : 0; p < m->surfaces.count && !m->r->out_of_memory; p++) {
@@ -285,4 +217,5 @@ void kt_mjcf_contacts(kt_mjcf *m) {
                 add_plane_contacts(m, &of, plane, surface_at(m, i));
     }
     count_others(m);
+    m->depth = kt_contact_depth(&m->draft);
 }

@@ -6,11 +6,11 @@
  * which one carries the other. A joint with the time constant T and the damping ratio z then has
  *     stiffness = I / (T z)^2,   damping = 2 I / T.
  *
- * Contacts are softer if the touching body is lighter. The mobility of a body is the mean of (J M^-1 J')_ii over the
- * three directions, with the Jacobian J of its centre of mass.
+ * Contacts are softer if the touching body is lighter: its mobility is that of its centre of mass (contact_tree.c).
  */
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
+#include "robot/contact.h"
 #include "robot/mjcf.h"
 
 #include <string.h>
@@ -20,9 +20,8 @@ static bool is_asked(kt_mjcf *m, const kt_mjcf_joint *j) {
     return kt_mjcf_numbers(m, j->element, j->tag, "springdamper", 2, 2, v) == 2 && v[0] > 0.0 && v[1] > 0.0;
 }
 
-/* The tree at the reference positions. */
-static kt_status compile_reference(const kt_mjcf *m, kt_body *bodies, kt_model **model, kt_error *error) {
-    kt_description d = kt_description_default();
+/* The bodies, at the reference positions. */
+static void copy_bodies(const kt_mjcf *m, kt_body *bodies) {
     memcpy(bodies, m->draft.bodies.items, (size_t)m->draft.bodies.count * sizeof *bodies);
     for (int i = 0; i < m->joints.count; i++) {
         const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
@@ -32,10 +31,6 @@ static kt_status compile_reference(const kt_mjcf *m, kt_body *bodies, kt_model *
         if (kt_mjcf_is_scalar(j))
             joint->position[0] = j->ref;
     }
-    d.bodies = bodies;
-    d.body_count = m->draft.bodies.count;
-    d.inertia_check = KT_INERTIA_ACCEPT;
-    return kt_model_compile(&d, NULL, model, error);
 }
 
 /* The coordinates of a joint in the model; none (nv = 0) if the model does not have it. */
@@ -82,52 +77,36 @@ static void take_inertias(kt_mjcf *m, const kt_model *model, const double *facto
     }
 }
 
-/* The mobilities of all bodies, for contacts; rows: room for a Jacobian and a vector. */
-static void take_mobilities(kt_mjcf *m, const kt_model *model, const kt_data *data, const double *factors,
-                            double *rows) {
-    const int nv = kt_model_nv(model);
+/* The mobilities of all bodies, for contacts; room: for a Jacobian and a vector. */
+static void take_mobilities(kt_mjcf *m, const kt_contact_tree *tree, const double *factors, double *room) {
     for (int i = 1; i < m->bodies.count; i++) {
         kt_mjcf_body *b = kt_mjcf_body_at(m, i);
-        const int body = kt_body_find(model, b->name);
-        double *x = rows + (size_t)6 * (size_t)nv, sum = 0.0;
-        if (body < 0)
-            continue;
-        kt_point_jacobian(model, data, body, b->com, rows);
-        for (int k = 0; k < 3; k++) {
-            for (int j = 0; j < nv; j++)
-                x[j] = rows[6 * j + 3 + k];
-            kt_dense_solve(factors, nv, x);
-            for (int j = 0; j < nv; j++)
-                sum += x[j] * rows[6 * j + 3 + k] / 3.0;
-        }
-        b->mobility = sum;
+        const int body = kt_body_find(tree->model, b->name);
+        if (body >= 0)
+            b->mobility = kt_contact_mobility(tree, body, b->com, factors, room);
     }
 }
 
-static kt_status find_all(kt_mjcf *m, const kt_model *model, kt_data *data, kt_error *error) {
-    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
-    double *q = kt_pool_take(&m->r->scratch, nq + 8 * nv + nv * nv + 1, sizeof *q);
-    if (q == NULL)
+static kt_status find_all(kt_mjcf *m, const kt_contact_tree *tree, kt_error *error) {
+    const size_t nv = (size_t)kt_model_nv(tree->model);
+    double *mass = kt_pool_take(&m->r->scratch, nv * nv + 7 * nv + 1, sizeof *mass);
+    if (mass == NULL)
         return KT_ERROR_MEMORY;
-    double *x = q + nq, *rows = x + nv, *mass = rows + 7 * nv;
-    kt_model_initial(model, q, x);
-    kt_status status = kt_kinematics_update(model, data, q, x, NULL, error);
-    if (status == KT_OK)
-        status = kt_dynamics_mass(model, data, q, mass, error);
+    double *room = mass + nv * nv;
+    const kt_status status = kt_dynamics_mass(tree->model, tree->data, tree->q, mass, error);
     if (status != KT_OK)
         return status;
-    add_tendons(m, model, mass);
+    add_tendons(m, tree->model, mass);
     if (!kt_dense_cholesky(mass, nv, (int)nv, NULL))
         return KT_ERROR_SINGULAR;
-    take_inertias(m, model, mass, x);
+    take_inertias(m, tree->model, mass, room);
     if (m->source->options->contacts)
-        take_mobilities(m, model, data, mass, rows);
+        take_mobilities(m, tree, mass, room);
     return KT_OK;
 }
 
 void kt_mjcf_find_inertias(kt_mjcf *m) {
-    kt_model *model = NULL;
-    kt_data *data = NULL;
+    kt_contact_tree tree;
     kt_error error = {0};
     const kt_element *first = NULL;
     for (int i = 0; i < m->joints.count; i++)
@@ -137,15 +116,17 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
     if (first == NULL || m->r->out_of_memory)
         return;
     kt_body *bodies = kt_pool_take(&m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);
-    kt_status status = bodies != NULL ? compile_reference(m, bodies, &model, &error) : KT_ERROR_MEMORY;
-    if (status == KT_OK)
-        status = kt_data_create(model, &data, &error);
-    if (status == KT_OK)
-        status = find_all(m, model, data, &error);
+    kt_status status = KT_ERROR_MEMORY;
+    if (bodies != NULL) {
+        copy_bodies(m, bodies);
+        status = kt_contact_tree_make(m->r, bodies, m->draft.bodies.count, &tree, &error);
+    }
+    if (status == KT_OK) {
+        status = find_all(m, &tree, &error);
+        kt_contact_tree_free(&tree);
+    }
     if (status == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(m->r);
     else if (status != KT_OK)
         kt_unknown_count(&m->changes, "springdamper or contacts, since inertias along them cannot be computed", first);
-    kt_data_free(data);
-    kt_model_free(model);
 }

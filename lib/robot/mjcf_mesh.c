@@ -119,7 +119,8 @@ static kt_vec3 scale_of(kt_mjcf *m, const kt_element *e) {
 }
 
 /* Places a mesh and computes the solid that it encloses. For a hull, replaces the triangles with the hull. */
-static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangles, kt_enclosed *to, kt_error *error) {
+static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangles, kt_mjcf_mesh *mesh,
+                         kt_error *error) {
     static const kt_volume_rule rules[] = {[LEGACY] = KT_VOLUME_ABSOLUTE,
                                            [EXACT] = KT_VOLUME_SIGNED,
                                            [CONVEX] = KT_VOLUME_SIGNED,
@@ -127,11 +128,13 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
     const mesh_rule rule = rule_of(m, e);
     const kt_vec3 scale = scale_of(m, e);
     kt_triangles_place(triangles, reference_of(m, e), scale);
+    if (m->source->options->contacts)
+        mesh->point_count = kt_contact_extremes(triangles->vertices, triangles->vertex_count, mesh->points);
     if (scale.x * scale.y * scale.z < 0.0) /* a mirror */
         kt_triangles_turn_over(triangles);
     const kt_status status = rule == CONVEX ? kt_triangles_hull(triangles, error) : KT_OK;
     if (status == KT_OK)
-        *to = kt_triangles_enclosed(triangles, rules[rule]);
+        mesh->enclosed = kt_triangles_enclosed(triangles, rules[rule]);
     if (rule == CONVEX && kt_mjcf_number(m, e, "mesh", "maxhullvert", -1.0) > 0.0)
         kt_unknown_count(&m->changes, "a hull with a bounded number of vertices, which has all here", e);
     return status;
@@ -175,7 +178,7 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     kt_error error = {0};
     kt_status status = file != NULL ? read_file(m, e, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
     if (status == KT_OK)
-        status = enclose(m, e, &triangles, &mesh->enclosed, &error);
+        status = enclose(m, e, &triangles, mesh, &error);
     kt_triangles_free(&triangles);
     if (status != KT_OK) {
         error.code = status;
@@ -189,7 +192,8 @@ static kt_mjcf_mesh *mesh_of(const kt_mjcf *m, const char *name) {
     return index >= 0 ? (kt_mjcf_mesh *)m->meshes.items + index : NULL;
 }
 
-const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
+/* The mesh of a geom, which is read if it was not; NULL after reporting that there is none. */
+static const kt_mjcf_mesh *need_mesh(kt_mjcf *m, const kt_element *geom) {
     const char *name = kt_mjcf_text(m, geom, "geom", "mesh");
     kt_mjcf_mesh *mesh = mesh_of(m, name);
     if (mesh == NULL) {
@@ -200,7 +204,18 @@ const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
     if (!mesh->is_known)
         read_mesh(m, mesh);
     mesh->is_known = true;
-    return mesh->enclosed.volume > 0.0 ? &mesh->enclosed : NULL;
+    return mesh;
+}
+
+const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
+    const kt_mjcf_mesh *mesh = need_mesh(m, geom);
+    return mesh != NULL && mesh->enclosed.volume > 0.0 ? &mesh->enclosed : NULL;
+}
+
+const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *count) {
+    const kt_mjcf_mesh *mesh = need_mesh(m, geom);
+    *count = mesh != NULL ? mesh->point_count : 0;
+    return mesh != NULL ? mesh->points : NULL;
 }
 
 /* Points of a file are scaled in its own axes, so that a mesh that is turned by refquat has to have one scale. With s

@@ -1,5 +1,5 @@
 /* Notes, names, lists and numbers that the readers of robots share. */
-#include "robot/robot.h"
+#include "robot/contact.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -136,8 +136,24 @@ void kt_note_strange(kt_notes *notes, const kt_strange *strange) {
 void kt_note_falling(kt_notes *notes, const kt_left *shapes, kt_vec3 gravity) {
     kt_note_put(notes, KT_NOTE_RANK_MOTION, shapes,
                 "a body that moves freely has no ground and falls, %.2g m in the first second, since shapes touch "
-                "nothing: %d; import --contacts lets them touch planes, and --ground 0 adds a floor",
+                "nothing: %d; --contacts lets them touch planes, and --ground 0 adds a floor",
                 0.5 * kt_vec3_norm(gravity), shapes->count);
+}
+
+void kt_note_groundless(kt_notes *notes, const kt_element *root) {
+    kt_note_put(
+        notes, KT_NOTE_RANK_MOTION, &(kt_left){.first = root, .count = 1},
+        "a body that moves freely falls, since the file has no plane that it could touch; --ground HEIGHT adds a "
+        "floor");
+}
+
+void kt_note_sunk(kt_notes *notes, const kt_element *root, double depth) {
+    static const double harmless = 0.01; /* m: feet of a start at rest are less deep */
+    if (depth > harmless)
+        kt_note_put(notes, KT_NOTE_RANK_MOTION, &(kt_left){.first = root, .count = 1},
+                    "the robot starts %.3g m deep in the ground, which throws it out; start higher, or give --ground a "
+                    "lower HEIGHT",
+                    depth);
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */

@@ -40,9 +40,6 @@ static void read_robot(kt_reader *r, const char *path, const char *text, size_t 
     if (source.options->keyframe != NULL && strcmp(root->name, "mujoco") != 0)
         (void)kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
                            "keyframe '%.60s': there are keyframes in MJCF alone", source.options->keyframe);
-    if (source.options->contacts && strcmp(root->name, "mujoco") != 0)
-        (void)kt_fault_put(r, KT_ERROR_SCENE, root->line, root->column,
-                           "contacts are made of files in MJCF alone; add effects of the type contact to the scene");
     if (strcmp(root->name, "mujoco") == 0)
         kt_mjcf_scene(r, &source, scene);
     else if (kt_sdf_is_root(root))

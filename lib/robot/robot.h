@@ -240,28 +240,6 @@ kt_vec3 kt_solid_moments(kt_solid solid, const double size[3]);
 double kt_shell_area(kt_solid solid, const double size[3]);
 kt_vec3 kt_shell_moments(kt_solid solid, const double size[3]);
 
-/* ---- contact.c: solids on planes --------------------------------------------------------------------------------- */
-
-/* A solid of a body that touches planes, and how. */
-typedef struct kt_contact_shape {
-    const kt_element *element;
-    const char *name, *body; /* of the effect; in the scene */
-    kt_namer *names;         /* of effects */
-    kt_solid solid;
-    double size[3];                                          /* half sizes; radius, half length */
-    kt_pose pose;                                            /* in the body */
-    double friction, slip, stiffness, exponent, dissipation; /* as in the effect */
-} kt_contact_shape;
-
-/* A plane through the origin of a pose in a body (NULL: the world), with its z axis as the normal. */
-typedef struct kt_ground {
-    const char *body;
-    kt_pose pose;
-} kt_ground;
-
-/* Adds the contacts of a solid with a plane; false if no contact can represent the solid. */
-bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground);
-
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_robot_source {

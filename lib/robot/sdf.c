@@ -128,7 +128,6 @@ static const kt_note later_notes[] = {
 
 static const kt_note last_notes[] = {
     KT_NOTE(kt_sdf, pictures, DETAIL, "visuals that pictures do not have (planes, polylines ...), left out:"),
-    KT_NOTE(kt_sdf, contacts, START, "collision shapes that are left out, since contacts are effects:"),
 };
 
 static void make_notes(const kt_sdf *m, kt_scene *scene) {
@@ -144,6 +143,7 @@ static void make_notes(const kt_sdf *m, kt_scene *scene) {
     KT_NOTES_PUT(&n, m, later_notes);
     kt_appearance_notes(&n, &m->appearance);
     KT_NOTES_PUT(&n, m, last_notes);
+    kt_collisions_notes(&n, &m->collisions, m->source->options, m->root, m->gravity);
     kt_note_strange(&n, &m->strange);
     scene->notes = n.notes;
     scene->note_count = n.count;
@@ -221,6 +221,7 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
     require_bodies(&m, chosen);
     if (kt_draft_is_wrong(&m.draft))
         return;
+    kt_collisions_contacts(&m.collisions, &m.draft, source, &m.judge, m.gravity);
     scene->description.gravity = m.gravity;
     scene->description.inertia_check = m.judge.limit;
     kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);

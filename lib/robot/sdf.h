@@ -2,7 +2,7 @@
 #ifndef KT_ROBOT_SDF_H
 #define KT_ROBOT_SDF_H
 
-#include "robot/robot.h"
+#include "robot/contact.h"
 
 /* ---- frames ------------------------------------------------------------------------------------------------------ */
 
@@ -86,7 +86,8 @@ typedef struct kt_sdf {
     kt_phrase massless_names; /* links of lost_masses */
     kt_left offsets, halves, reversed, loops, loop_forces, still_joints, outside, limits, disordered, friction;
     kt_left gearboxes, lost_gears, mimics, lost_mimics, states;
-    kt_left contacts, pictures, by_density;
+    kt_left pictures, by_density;
+    kt_collisions collisions;
     kt_appearance appearance;
 } kt_sdf;
 

@@ -7,6 +7,7 @@
 #include "robot/sdf.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
@@ -134,6 +135,46 @@ static bool add_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) 
     return true;
 }
 
+/* ---- collisions -------------------------------------------------------------------------------------------------- */
+
+/* The bits with which a collision touches others; 0: it touches nothing. */
+static unsigned mask_of(kt_sdf *m, const kt_element *contact) {
+    const char *text = contact != NULL ? kt_sdf_text(contact, "collide_bitmask") : NULL;
+    if (contact != NULL && kt_sdf_flag(m, contact, "collide_without_contact", false))
+        return 0;
+    return text != NULL ? (unsigned)strtoul(text, NULL, 0) : 0xFFFFU;
+}
+
+/* Sets the solid, the plane or the mesh of a collision. */
+static void set_geometry(kt_sdf *m, const kt_element *geometry, kt_collision *item) {
+    const kt_element *plane = kt_xml_child(geometry, "plane"), *mesh = kt_xml_child(geometry, "mesh");
+    const solid s = read_solid(m, geometry);
+    item->solid = s.type;
+    memcpy(item->size, s.size, sizeof item->size);
+    item->is_plane = plane != NULL;
+    item->mesh = mesh != NULL ? kt_sdf_text(mesh, "uri") : NULL;
+    item->scale = kt_sdf_vector(m, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0));
+    if (plane == NULL)
+        return;
+    const kt_vec3 z = kt_vec3_make(0.0, 0.0, 1.0), normal = kt_sdf_vector(m, plane, "normal", z);
+    item->pose.rotation = kt_mat3_multiply(item->pose.rotation, kt_triad_from_axis(normal, 2));
+}
+
+static void add_contact(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
+    const kt_element *geometry = kt_xml_child(e, "geometry"), *surface = kt_xml_child(e, "surface");
+    const kt_element *friction = surface != NULL ? kt_xml_child(surface, "friction") : NULL;
+    kt_collision item = {.element = e, .body = link->index, .friction = 1.0};
+    if (m->source->options->contacts && geometry != NULL) {
+        item.mask = mask_of(m, surface != NULL ? kt_xml_child(surface, "contact") : NULL);
+        item.pose = kt_sdf_pose_within(m, e, link->frame);
+        item.friction = kt_sdf_number(m, friction != NULL ? kt_xml_child(friction, "ode") : NULL, "mu", 1.0);
+        set_geometry(m, geometry, &item);
+    }
+    kt_collisions_add(&m->collisions, m->r, m->source->options, &item);
+}
+
+/* ---- the picture of a link --------------------------------------------------------------------------------------- */
+
 /* The picture: all visuals, or all collisions where no visual can be seen. */
 void kt_sdf_picture(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
     kt_appearance_begin(&m->appearance, body->name);
@@ -142,7 +183,7 @@ void kt_sdf_picture(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
             kt_left_count(&m->pictures, e);
     const bool is_seen = m->appearance.is_seen;
     for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
-        kt_left_count(&m->contacts, e);
+        add_contact(m, link, e);
         if (!is_seen)
             (void)add_visual(m, link, e);
     }

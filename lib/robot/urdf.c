@@ -46,7 +46,6 @@ static const kt_note mass_notes[] = {
 
 static const kt_note last_notes[] = {
     KT_NOTE(kt_urdf, shapes, DETAIL, "visuals without a geometry that is known, left out of pictures:"),
-    KT_NOTE(kt_urdf, contacts, START, "collision shapes that are left out, since contacts are effects:"),
 };
 
 static void note_root(kt_notes *n, const kt_urdf *u, int root) {
@@ -66,7 +65,7 @@ static void note_root(kt_notes *n, const kt_urdf *u, int root) {
 }
 
 /* Makes a note of each kind of change or omission. */
-static void make_notes(const kt_urdf *u, int root, kt_scene *scene) {
+static void make_notes(const kt_urdf *u, int root, kt_vec3 gravity, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, u->r, u->source->path))
         return;
@@ -76,6 +75,7 @@ static void make_notes(const kt_urdf *u, int root, kt_scene *scene) {
     KT_NOTES_PUT(&n, u, mass_notes);
     kt_appearance_notes(&n, &u->appearance);
     KT_NOTES_PUT(&n, u, last_notes);
+    kt_collisions_notes(&n, &u->collisions, u->source->options, u->robot, gravity);
     kt_note_strange(&n, &u->strange);
     scene->notes = n.notes;
     scene->note_count = n.count;
@@ -111,6 +111,7 @@ static bool find_links(kt_urdf *u) {
 }
 
 static void make_scene(kt_urdf *u, kt_scene *scene) {
+    const kt_vec3 gravity = kt_vec3_make(0.0, 0.0, -9.81);
     if (!kt_urdf_collect(u))
         return;
     const int root = kt_urdf_root(u);
@@ -120,11 +121,12 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
         return;
     judge_inertias(u);
     kt_urdf_given_masses(u);
-    scene->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    kt_collisions_contacts(&u->collisions, &u->draft, u->source, &u->judge, gravity);
+    scene->description.gravity = gravity;
     scene->description.inertia_check = u->judge.limit;
     kt_appearance_finish(&u->appearance, u->draft.bodies.items, u->draft.bodies.count, scene);
     if (kt_draft_finish(&u->draft, u->source->path, kt_xml_attribute(u->robot, "name"), scene))
-        make_notes(u, root, scene);
+        make_notes(u, root, gravity, scene);
 }
 
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {

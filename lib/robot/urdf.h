@@ -2,7 +2,7 @@
 #ifndef KT_ROBOT_URDF_H
 #define KT_ROBOT_URDF_H
 
-#include "robot/robot.h"
+#include "robot/contact.h"
 
 /* The kinds of joints. A scalar one has one coordinate, which may have limits, damping and friction. */
 typedef struct kt_urdf_kind {
@@ -46,7 +46,8 @@ typedef struct kt_urdf {
     kt_names names;
     kt_namer namer; /* of bodies */
     kt_strange strange;
-    kt_left shapes, contacts, limits, rates, scales, words, starts, renamed, renamed_joints;
+    kt_collisions collisions;
+    kt_left shapes, limits, rates, scales, words, starts, renamed, renamed_joints;
     kt_left disordered;                      /* limits that are left out */
     kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
                                                 limits, and that are left out */

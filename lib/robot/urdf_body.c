@@ -103,6 +103,57 @@ static bool add_visual(kt_urdf *u, const kt_element *e) {
     return true;
 }
 
+/* ---- collisions -------------------------------------------------------------------------------------------------- */
+
+/* The friction of a link, by Gazebo's extension; else 1. */
+static double friction_of(const kt_urdf *u, const kt_element *link) {
+    static const char *const names[] = {"mu1", "mu"};
+    const char *name = kt_xml_attribute(link, "name");
+    double mu = 1.0;
+    for (const kt_element *e = kt_xml_child(u->robot, "gazebo"); e != NULL; e = kt_xml_next(e, "gazebo")) {
+        const char *reference = kt_xml_attribute(e, "reference");
+        for (size_t i = 0; i < 2 && reference != NULL && name != NULL && strcmp(reference, name) == 0; i++) {
+            const kt_element *child = kt_xml_child(e, names[i]);
+            double read;
+            if (child != NULL && child->text != NULL && kt_parse_numbers(child->text, 1, &read) == 1 && read >= 0.0)
+                mu = read;
+        }
+    }
+    return mu;
+}
+
+/* The solid of a shape: half sizes, or radius and half length. */
+static kt_solid solid_of(const kt_shape *shape, double size[3]) {
+    static const kt_solid solids[] = {
+        [KT_SHAPE_BOX] = KT_SOLID_BOX, [KT_SHAPE_CYLINDER] = KT_SOLID_CYLINDER, [KT_SHAPE_SPHERE] = KT_SOLID_SPHERE};
+    const bool is_box = shape->type == KT_SHAPE_BOX;
+    size[0] = is_box ? 0.5 * shape->size.x : shape->radius;
+    size[1] = is_box ? 0.5 * shape->size.y : 0.5 * shape->length;
+    size[2] = 0.5 * shape->size.z;
+    return solids[shape->type];
+}
+
+/* The last body of the draft has the link. */
+static void add_collision(kt_urdf *u, const kt_element *link, const kt_element *e) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
+    kt_shape shape = kt_shape_default();
+    kt_vec3 rpy;
+    kt_collision item = {.element = e, .body = u->draft.bodies.count - 1, .friction = 1.0, .mask = ~0U};
+    if (u->source->options->contacts) {
+        item.friction = friction_of(u, link);
+        kt_urdf_origin(u->r, e, &item.pose.position, &rpy);
+        item.pose.rotation = kt_matrix_from_rpy(rpy);
+        item.scale = mesh != NULL ? read_scale(u, mesh) : kt_vec3_make(1.0, 1.0, 1.0);
+        item.mesh = mesh != NULL ? kt_xml_attribute(mesh, "filename") : NULL;
+        if (mesh == NULL && read_shape(u->r, e, &shape))
+            item.solid = solid_of(&shape, item.size);
+    }
+    kt_collisions_add(&u->collisions, u->r, u->source->options, &item);
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
+
 /* The picture: all visuals, or all collisions where no visual can be seen. */
 static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
     kt_appearance_begin(&u->appearance, body->name);
@@ -111,7 +162,7 @@ static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
             kt_left_count(&u->shapes, e);
     const bool is_seen = u->appearance.is_seen;
     for (const kt_element *e = kt_xml_child(link, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
-        kt_left_count(&u->contacts, e);
+        add_collision(u, link, e);
         if (!is_seen)
             (void)add_visual(u, e);
     }

@@ -171,5 +171,23 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
                       "right.xml:1:99: warning: 'composite'");
     kt_expect(0, NULL, "$K import right.xml --quiet --out o.yaml && $K info right.xml --quiet >o.txt");
     kt_expect(0, NULL, "$K run right.xml --quiet --duration 0.01 --out o.csv");
-    kt_expect(1, "'--keyframe' is an option of 'kinetree import'", "$K run right.xml --keyframe k");
+    kt_expect(1, "'--keyframe' is an option of 'kinetree import'", "$K info right.xml --keyframe k");
+    kt_expect(2, "there is no keyframe 'k'", "$K run right.xml --keyframe k");
+}
+
+KT_TEST(run_reads_robots_with_their_ground) {
+    kt_write_file("ball.urdf",
+                  "<robot name='r'><link name='a'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1' "
+                  "ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry><sphere radius='.1'/></geometry>"
+                  "</collision></link></robot>");
+    kt_write_file("p.yaml",
+                  "bodies: [{name: a, mass: 1, joint: {type: revolute, axis: [0, 1, 0]}, com: [0, 0, -1]}]\n");
+    kt_expect(0, "falls, 4.9 m in the first second", "$K run ball.urdf --floating --duration 0.1 --out b.csv");
+    kt_check_contains(
+        "it touches",
+        kt_shell("$K run ball.urdf --floating --contacts --ground -0.1 --duration 0.1 --out b.csv --summary -").err,
+        "collision shapes that touch planes (1), and nothing else: 1");
+    kt_expect(1, "--ground is for contacts", "$K run ball.urdf --floating --ground 0");
+    kt_expect(1, "--ground is a height in m, such as 0, not 'low'", "$K run ball.urdf --contacts --ground low");
+    kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --contacts");
 }

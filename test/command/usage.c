@@ -40,7 +40,7 @@ KT_TEST(version_is_that_of_the_project) {
 }
 
 KT_TEST(help_of_a_subcommand_is_its_own) {
-    char own[4096];
+    char own[8192];
     snprintf(own, sizeof own, "%s", kt_shell("$K run --help").out);
     kt_check_text("help run", kt_shell("$K help run").out, own);
     kt_expect(1, "did you mean 'run'?", "$K help rnu");

@@ -17,11 +17,12 @@ enum { ROBOTS = 12, LEGS = 4, COORDINATES = 7 + 2 * LEGS, SECONDS = 3 };
 
 static double real(kt_random *random, double lower, double upper) { return kt_random_uniform(random, lower, upper); }
 
-/* One of them: feet are spheres, ends of capsules, or boxes. */
+/* One of them: feet are spheres, ends of capsules, boxes, or meshes. */
 static void write_foot(FILE *to, int kind) {
     static const char *const feet[] = {"<geom class='foot' pos='0 0 -.2' size='.03'/>",
                                        "<geom class='foot' type='capsule' fromto='0 0 -.05 0 0 -.2' size='.03'/>",
-                                       "<geom class='foot' type='box' pos='0 0 -.2' size='.04 .03 .02'/>"};
+                                       "<geom class='foot' type='box' pos='0 0 -.2' size='.04 .03 .02'/>",
+                                       "<geom class='foot' type='mesh' pos='0 0 -.2' mesh='wedge'/>"};
     fputs(feet[kind], to);
 }
 
@@ -29,7 +30,7 @@ static bool write_robot(const char *path, kt_random *random) {
     FILE *to = fopen(path, "w");
     const bool is_elliptic = kt_random_int(random, 0, 1) == 1, is_first = kt_random_int(random, 0, 1) == 1;
     const double low = real(random, 0.5, 0.9), trunk = real(random, 5.0, 30.0);
-    const int kind = kt_random_int(random, 0, 2);
+    const int kind = kt_random_int(random, 0, 3);
     if (to == NULL)
         return false;
     fprintf(to, "<mujoco><option cone='%s' impratio='%.3g'/><default><geom contype='0' conaffinity='1'/>",
@@ -37,8 +38,11 @@ static bool write_robot(const char *path, kt_random *random) {
     fprintf(to, "<default class='foot'><geom mass='.1' priority='%d' friction='%.3g' margin='%.3g' solref='%.3g %.3g' ",
             is_first, real(random, 0.4, 1.0), real(random, 0.0, 0.003), real(random, 0.01, 0.03),
             real(random, 0.8, 1.2));
-    fprintf(to, "solimp='%.3g %.3g %.3g'/></default></default><worldbody>", low, low + real(random, 0.01, 0.09),
-            real(random, 0.001, 0.01));
+    fprintf(
+        to,
+        "solimp='%.3g %.3g %.3g'/></default></default><asset><mesh name='wedge' vertex='-.04 -.03 -.02 .04 -.03 -.02 "
+        ".04 .03 -.02 -.04 .03 -.02 -.03 -.02 .02 .03 -.02 .02 .03 .02 .02 -.03 .02 .02'/></asset><worldbody>",
+        low, low + real(random, 0.01, 0.09), real(random, 0.001, 0.01));
     fprintf(to,
             "<geom type='plane' size='1 1 .1' pos='0 0 .1' contype='1' conaffinity='0'/><body name='trunk'><freejoint/>"
             "<geom type='box' size='.25 .12 .06' mass='%.4g'/>",
@@ -119,7 +123,11 @@ KT_TEST(planes_touch_the_points_of_solids_that_masks_pairs_and_excludes_allow) {
         {MODEL("", "<geom type='capsule' size='.1 .2'/>", ""), 2},
         {MODEL("", "<geom type='box' size='.1 .2 .3'/>", ""), 8},
         {MODEL("", "<geom type='cylinder' size='.1 .2'/>", ""), 16},
-        {MODEL("", "<geom type='ellipsoid' size='.1 .2 .3'/>", ""), 0},
+        {MODEL("", "<geom type='ellipsoid' size='.1 .2 .3'/>", ""), 26},
+        {MODEL("", "<geom type='ellipsoid' size='.1 .1 .1'/>", ""), 1},
+        {MODEL("", "<geom type='mesh' mesh='m'/>",
+               "<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1 .1 .1 .1'/></asset>"),
+         4},
         {MODEL("contype='2' conaffinity='0'", "<geom size='.1'/>", ""), 0},
         {MODEL("contype='2' conaffinity='0'", "<geom size='.1' conaffinity='6'/>", ""), 1},
         {MODEL("contype='0' conaffinity='0'", "<geom name='g' size='.1'/>",
@@ -162,23 +170,83 @@ KT_TEST(contacts_have_the_stiffness_of_the_file) {
     kt_scene_free(&scene);
 }
 
-KT_TEST(robots_that_fall_and_contacts_of_other_formats_are_told) {
-    static const char text[] = MODEL("", "<geom size='.1'/>", "");
-    static const char urdf[] = "<robot name='r'><link name='a'/></robot>";
-    kt_scene scene;
-    kt_error error = {0};
-    bool warned = false;
-    if (contacts_of(text, NULL, &scene) >= 0) {
-        for (int i = 0; i < scene.note_count; i++)
-            warned = warned || (scene.notes[i].rank == KT_NOTE_RANK_MOTION &&
-                                strstr(scene.notes[i].what, "falls, 4.9 m in the first second") != NULL);
-        kt_check_true("a free body falls", warned);
+static const kt_vec3 half_axes[] = {{.1, .07, .01}, {.04, .03, .02}, {.03, .1, .03}, {.1, .05, .001}};
+
+/* The spheres of an ellipsoid are inside: their support max(c n) + r is at most |A n|, and near it. It is equal along
+ * the axes. */
+KT_TEST(spheres_of_ellipsoids_are_inside_them_and_near_their_surface) {
+    kt_random random = kt_random_of_test();
+    kt_worst inside = kt_worst_make("support, of the ellipsoid's"), near = kt_worst_make("below the surface"),
+             axes = kt_worst_make("at the axes");
+    for (size_t i = 0; i < sizeof half_axes / sizeof *half_axes; i++) {
+        char text[1000];
+        kt_scene scene;
+        const kt_vec3 a = half_axes[i];
+        (void)snprintf(text, sizeof text, MODEL("", "<geom type='ellipsoid' size='%g %g %g'/>", ""), a.x, a.y, a.z);
+        if (contacts_of(text, &with_contacts, &scene) < 0)
+            return;
+        const double most = fmax(a.x, fmax(a.y, a.z));
+        for (int k = 0; k < 2003; k++) {
+            double d[3] = {k == 0, k == 1, k == 2};
+            if (k >= 3)
+                kt_random_direction(&random, 3, d);
+            const kt_vec3 n = kt_vec3_make(d[0], d[1], d[2]);
+            const double exact = kt_vec3_norm(kt_vec3_make(a.x * n.x, a.y * n.y, a.z * n.z));
+            double support = 0.0;
+            for (int j = 0; j < scene.description.effect_count; j++) {
+                const kt_effect *e = &scene.description.effects[j];
+                support = fmax(support, kt_vec3_dot(e->between[0].at, n) + e->radius);
+            }
+            kt_worst_below(&inside, support / exact, 1.0 + 1e-14, "%zu, %d", i, k);
+            kt_worst_below(&near, 1e-14 + (exact - support) / most, 0.08, "%zu, %d", i, k);
+            if (k < 3)
+                kt_worst_near(&axes, support, exact, 1e-15, "%zu, %d", i, k);
+        }
         kt_scene_free(&scene);
     }
-    kt_check_equal_int("URDF", kt_robot_parse("m", urdf, sizeof urdf - 1, &with_contacts, &scene, NULL, NULL, &error),
-                       KT_ERROR_SCENE);
-    kt_check_contains("URDF", error.message, "contacts are made of files in MJCF alone");
+    kt_check_worst(&inside);
+    kt_check_worst(&near);
+    kt_check_worst(&axes);
+}
+
+/* Whether a note of this rank contains a text. */
+static bool has_note(const kt_scene *scene, kt_note_rank rank, const char *text) {
+    bool found = false;
+    for (int i = 0; i < scene->note_count; i++)
+        found = found || (scene->notes[i].rank == rank && strstr(scene->notes[i].what, text) != NULL);
+    return found;
+}
+
+KT_TEST(robots_that_fall_or_start_in_the_ground_are_told) {
+    static const char planeless[] =
+        "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>";
+    const struct {
+        const char *name, *text, *note;
+        const kt_robot_options *options;
+    } table[] = {
+        {"without contacts", MODEL("", "<geom size='.1'/>", ""), "falls, 4.9 m in the first second", NULL},
+        {"without a plane", planeless, "--ground HEIGHT adds a floor", &with_contacts},
+        {"in the ground", MODEL("pos='0 0 .2'", "<geom size='.1'/>", ""), "starts 0.3 m deep in the ground",
+         &with_contacts},
+        {"on the ground", MODEL("pos='0 0 -.1'", "<geom size='.1'/>", ""), NULL, &with_contacts},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        if (contacts_of(table[i].text, table[i].options, &scene) < 0)
+            continue;
+        if (table[i].note != NULL)
+            kt_check_true(table[i].name, has_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
+        else
+            kt_check_true(table[i].name, !has_note(&scene, KT_NOTE_RANK_MOTION, "ground"));
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(a_ground_alone_is_rejected) {
+    static const char text[] = MODEL("", "<geom size='.1'/>", "");
     const kt_robot_options ground = {.has_ground = true};
+    kt_scene scene;
+    kt_error error = {0};
     kt_check_equal_int("a ground alone",
                        kt_robot_parse("m", text, sizeof text - 1, &ground, &scene, NULL, NULL, &error),
                        KT_ERROR_ARGUMENT);

@@ -8,6 +8,7 @@
 #include "kinetree/study.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -244,10 +245,42 @@ static int read_with(const char *path, bool is_robot, const kt_robot_options *op
     return code;
 }
 
+bool kt_robot_how_apply(const struct kt_robot_how *how, kt_robot_options *options) {
+    char *end;
+    options->floating = how->floating;
+    options->contacts = how->contacts;
+    options->keyframe = how->keyframe;
+    options->has_ground = how->ground != NULL;
+    if (how->ground == NULL)
+        return true;
+    options->ground = strtod(strncmp(how->ground, "z=", 2) == 0 ? how->ground + 2 : how->ground, &end);
+    if (*end != '\0' || !isfinite(options->ground)) {
+        kt_say("--ground is a height in m, such as 0, not '%s'", how->ground);
+        return false;
+    }
+    if (!how->contacts)
+        kt_say("--ground is for contacts; give --contacts, too");
+    return how->contacts;
+}
+
+/* Whether an option for robots is given. */
+static bool has_robot_options(const kt_settings *settings) {
+    const struct kt_robot_how *how = settings != NULL ? &settings->robot : NULL;
+    return how != NULL && (how->floating || how->contacts || how->ground != NULL || how->keyframe != NULL);
+}
+
 int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene) {
-    const bool is_robot = is_robot_name(path) || is_xml_file(path);
-    return is_robot || strcmp(path, "-") == 0 ? read_with(path, is_robot, &(kt_robot_options){0}, settings, scene)
-                                              : read_any(path, false, NULL, settings, scene);
+    const bool is_robot = is_robot_name(path) || is_xml_file(path), may_be = is_robot || strcmp(path, "-") == 0;
+    kt_robot_options options = {0};
+    if (settings != NULL && !kt_robot_how_apply(&settings->robot, &options))
+        return KT_EXIT_USAGE;
+    if (!may_be && has_robot_options(settings)) {
+        kt_say(
+            "%s: --floating, --keyframe, --contacts and --ground are for robots in URDF, MJCF or SDF; this is a scene",
+            path);
+        return KT_EXIT_USAGE;
+    }
+    return may_be ? read_with(path, is_robot, &options, settings, scene) : read_any(path, false, NULL, settings, scene);
 }
 
 int kt_read_robot(const char *path, const kt_robot_options *options, const kt_settings *settings, kt_scene *scene) {

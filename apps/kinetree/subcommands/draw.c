@@ -59,6 +59,7 @@ static const kt_option options[] = {
     {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,
      "draw boxes with mass and inertia of the bodies instead of shapes and meshes", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw on a dark page", NULL},
+    KT_ROBOT_OPTIONS(kt_draw_arguments, settings),
     KT_QUIET_OPTION(kt_draw_arguments, settings),
     KT_VERBOSE_OPTION(kt_draw_arguments, settings),
 };

@@ -3,23 +3,19 @@
 #include "records/output.h"
 #include "text/arguments.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_import_arguments {
-    const char *out, *inertia, *keyframe, *search, *allow, *ground;
-    bool floating, contacts;
+    const char *out, *inertia, *search, *allow;
     double stops, stop_damping, density;
-    kt_settings masses, settings; /* settings: only how notes are printed */
+    kt_settings masses, settings; /* settings: only how robots are read, and how notes are printed */
 } kt_import_arguments;
 
 #define AT(member) offsetof(kt_import_arguments, member)
 static const kt_option options[] = {
     {"out", KT_OPTION_TEXT, AT(out), "FILE.yaml", "write to this file; default: standard output", NULL},
-    {"floating", KT_OPTION_FLAG, AT(floating), NULL, "let the root move freely; default: it is fixed to the world",
-     NULL},
     {"stops", KT_OPTION_POSITIVE, AT(stops), "STIFFNESS",
      "make limits of position elastic stops, N m/rad or N/m; default: they are left out", NULL},
     {"inertia", KT_OPTION_TEXT, AT(inertia), "HOW",
@@ -39,12 +35,7 @@ static const kt_option options[] = {
      NULL},
     {"allow", KT_OPTION_TEXT, AT(allow), "FOLDER:FOLDER",
      "allow the robot to include files of these folders outside of its own", NULL},
-    {"keyframe", KT_OPTION_TEXT, AT(keyframe), "NAME",
-     "start from the positions, velocities and controls of this keyframe of MJCF; default: reference positions", NULL},
-    {"contacts", KT_OPTION_FLAG, AT(contacts), NULL, "let geoms of MJCF touch planes; default: they touch nothing",
-     NULL},
-    {"ground", KT_OPTION_TEXT, AT(ground), "HEIGHT", "add a floor at this height, m, to --contacts; default: none",
-     NULL},
+    KT_ROBOT_OPTIONS(kt_import_arguments, settings),
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING",
      "set the damping of these stops, N m s/rad or N s/m; default: 0", NULL},
     KT_QUIET_OPTION(kt_import_arguments, settings),
@@ -69,7 +60,8 @@ const kt_usage kt_usage_import = {
         "A body has the name of its link, and a joint keeps its name.\n"
         "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
         "Those that change the motion are warnings.\n"
-        "They are contacts, transmissions without a rotor, and actuators with a state of their own.\n"
+        "They are contacts (without --contacts), transmissions without a rotor, and actuators with a state of their "
+        "own.\n"
         "Meshes are for pictures (draw, view).\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
@@ -85,22 +77,6 @@ static int choose_inertia(const char *word) {
     return -1;
 }
 
-/* Reads the height of a floor, if there is one. Returns false after printing the error. */
-static bool read_ground(const kt_import_arguments *a, kt_robot_options *how) {
-    char *end;
-    if (a->ground == NULL)
-        return true;
-    how->has_ground = true;
-    how->ground = strtod(strncmp(a->ground, "z=", 2) == 0 ? a->ground + 2 : a->ground, &end);
-    if (*end != '\0' || !isfinite(how->ground)) {
-        kt_say("import: --ground is a height in m, such as 0, not '%s'", a->ground);
-        return false;
-    }
-    if (!a->contacts)
-        kt_say("import: --ground is for contacts; give --contacts, too");
-    return a->contacts;
-}
-
 int kt_command_import(int argc, char **argv) {
     kt_import_arguments a = {.out = "-"};
     int operands;
@@ -112,18 +88,15 @@ int kt_command_import(int argc, char **argv) {
         return KT_EXIT_USAGE;
     }
     const int inertia = choose_inertia(a.inertia);
-    kt_robot_options how = {.floating = a.floating,
-                            .stop_stiffness = a.stops,
+    kt_robot_options how = {.stop_stiffness = a.stops,
                             .stop_damping = a.stop_damping,
                             .inertia = (kt_robot_inertia)inertia,
                             .density = a.density,
                             .masses = a.masses.text,
                             .mass_count = a.masses.count,
-                            .keyframe = a.keyframe,
                             .search = a.search,
-                            .allow = a.allow,
-                            .contacts = a.contacts};
-    if (inertia < 0 || !read_ground(&a, &how))
+                            .allow = a.allow};
+    if (inertia < 0 || !kt_robot_how_apply(&a.settings.robot, &how))
         return KT_EXIT_USAGE;
     const kt_file_use uses[] = {{"the robot", argv[1], false}, {"--out", a.out, true}};
     code = kt_check_files("import", uses, 2);

@@ -19,6 +19,7 @@ static const kt_option options[] = {
     KT_SET_OPTION(KT_AT(settings)),
     {"from", KT_OPTION_TEXT, KT_AT(from), "RESULT[:TIME]",
      "start from the end of another run: its summary or records, or its record at a time", NULL},
+    KT_ROBOT_OPTIONS(kt_run_arguments, settings),
     {"duration", KT_OPTION_NUMBER, KT_AT(duration), "S", "simulate for S seconds", NULL},
     {"integrator", KT_OPTION_TEXT, KT_AT(integrator), "NAME",
      "use this method; 'kinetree integrators' lists them; default: auto, or dopri5 with a fixed step", NULL},
@@ -144,7 +145,8 @@ static size_t size_of_option(const kt_option *option) {
 
 /* Returns the first given option that has no meaning for modes; NULL: there is none. */
 static const char *option_of_runs(const kt_run_arguments *arguments) {
-    static const char *const kept[] = {"set", "view", "boxes", "quiet", "verbose", "modes"};
+    static const char *const kept[] = {"set",   "view",     "boxes",    "quiet",    "verbose",
+                                       "modes", "floating", "keyframe", "contacts", "ground"};
     for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
         bool is_kept = false;
         for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)

@@ -210,7 +210,7 @@ static const kt_option *find_option(const kt_usage *usage, const char *name, siz
 static const struct { const char *before, *now; } renamed[] = {{"compare-sets", "formulations"}};
 
 /* Options of import that users also try with other subcommands. */
-static const char *const of_import[] = {"keyframe", "floating", "stops",  "stop-damping", "inertia",
+static const char *const of_import[] = {"keyframe", "floating", "stops",  "stop-damping", "inertia", "allow",
                                         "density",  "mass",     "search", "contacts",     "ground"};
 
 static int say_unknown_option(const kt_usage *usage, const char *argument, size_t length) {

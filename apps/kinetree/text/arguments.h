@@ -24,6 +24,10 @@ typedef struct kt_settings {
     int count;
     bool is_quiet;   /* notes about parts that a reader has left out are not printed */
     bool is_verbose; /* all of them are printed */
+    struct kt_robot_how {
+        bool floating, contacts;
+        const char *ground, *keyframe; /* NULL: none */
+    } robot;                           /* how the file of a robot is read */
 } kt_settings;
 
 typedef struct kt_option {
@@ -49,6 +53,31 @@ typedef struct kt_option {
     {                                                                                                                  \
         "verbose", KT_OPTION_FLAG, offsetof(type, settings.is_verbose), NULL,                                          \
             "print all notes on a robot's file, also those on pictures and names", NULL                                \
+    }
+
+/* Options of a subcommand that reads a robot's file, in the same struct. */
+#define KT_ROBOT_OPTIONS(type, settings)                                                                               \
+    {"floating",                                                                                                       \
+     KT_OPTION_FLAG,                                                                                                   \
+     offsetof(type, settings.robot.floating),                                                                          \
+     NULL,                                                                                                             \
+     "let the root of a robot's file move freely; default: it is fixed to the world",                                  \
+     NULL},                                                                                                            \
+        {"keyframe",                                                                                                   \
+         KT_OPTION_TEXT,                                                                                               \
+         offsetof(type, settings.robot.keyframe),                                                                      \
+         "NAME",                                                                                                       \
+         "start from the positions, velocities and controls of this keyframe of MJCF; default: reference positions",   \
+         NULL},                                                                                                        \
+        {"contacts",                                                                                                   \
+         KT_OPTION_FLAG,                                                                                               \
+         offsetof(type, settings.robot.contacts),                                                                      \
+         NULL,                                                                                                         \
+         "let the collisions of a robot's file touch planes; default: they touch nothing",                             \
+         NULL},                                                                                                        \
+    {                                                                                                                  \
+        "ground", KT_OPTION_TEXT, offsetof(type, settings.robot.ground), "HEIGHT",                                     \
+            "add a floor at this height, m, to --contacts; default: none", NULL                                        \
     }
 
 /* A heading of the help, above the option `first`. */

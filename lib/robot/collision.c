@@ -1,0 +1,205 @@
+/* Contacts of the collisions of URDF and SDF with planes.
+ *
+ * The numbers of MuJoCo that these formats lack are its defaults, with elliptic cones and an impratio of RATIO, with
+ * which feet hardly creep. Friction is that of the file. The smaller friction of two shapes applies, as in Gazebo.
+ */
+#include "document/file.h"
+#include "kinetree/dynamics.h"
+#include "linear/cholesky.h"
+#include "mesh/mesh.h"
+#include "robot/contact.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const kt_contact_cone cone = {.shortest = 0.0, .ratio = 10.0};
+
+typedef struct touching {
+    kt_collisions *c;
+    kt_draft *d;
+    const kt_robot_source *source;
+    const kt_judge *judge;
+    double gravity;
+    kt_namer names;
+    double *mobility; /* of bodies */
+    bool *moves;      /* likewise: a joint moves them */
+} touching;
+
+static const kt_collision *collision_at(const kt_collisions *c, int i) {
+    return (const kt_collision *)c->items.items + i;
+}
+
+void kt_collisions_add(kt_collisions *c, kt_reader *r, const kt_robot_options *o, const kt_collision *item) {
+    kt_left_count(&c->all, item->element);
+    kt_collision *kept = o->contacts ? kt_list_add(r, &r->scratch, &c->items, sizeof *kept) : NULL;
+    if (kept != NULL)
+        *kept = *item;
+}
+
+/* ---- bodies ------------------------------------------------------------------------------------------------------ */
+
+static void find_moving(touching *t) {
+    for (int i = 0; i < t->judge->count; i++)
+        for (int at = i, steps = 0; at >= 0 && steps < t->judge->count; at = t->judge->parents[at], steps++)
+            t->moves[i] = t->moves[i] || t->judge->bodies[at].joint.type != KT_JOINT_FIXED;
+}
+
+static kt_status find_mobilities(touching *t, const kt_contact_tree *tree, kt_error *error) {
+    const size_t nv = (size_t)kt_model_nv(tree->model);
+    double *mass = kt_pool_take(&t->d->r->scratch, nv * nv + 7 * nv + 1, sizeof *mass);
+    if (mass == NULL)
+        return KT_ERROR_MEMORY;
+    const kt_status status = kt_dynamics_mass(tree->model, tree->data, tree->q, mass, error);
+    if (status != KT_OK)
+        return status;
+    if (!kt_dense_cholesky(mass, nv, (int)nv, NULL))
+        return KT_ERROR_SINGULAR;
+    for (int i = 0; i < t->judge->count; i++) {
+        const kt_body *b = &t->judge->bodies[i];
+        const int body = kt_body_find(tree->model, b->name);
+        if (t->moves[i] && body > 0)
+            t->mobility[i] = kt_contact_mobility(tree, body, b->com, mass, mass + nv * nv);
+    }
+    return KT_OK;
+}
+
+static bool prepare_bodies(touching *t) {
+    kt_reader *r = t->d->r;
+    kt_contact_tree tree;
+    kt_error error = {0};
+    const size_t count = (size_t)t->judge->count + 1;
+    t->mobility = kt_pool_take(&r->scratch, count, sizeof *t->mobility);
+    t->moves = kt_pool_take(&r->scratch, count, sizeof *t->moves);
+    if (t->mobility == NULL || t->moves == NULL)
+        return kt_reader_out_of_memory(r);
+    memset(t->mobility, 0, count * sizeof *t->mobility);
+    memset(t->moves, 0, count * sizeof *t->moves);
+    find_moving(t);
+    kt_status status = kt_contact_tree_make(r, t->judge->bodies, t->judge->count, &tree, &error);
+    if (status == KT_OK) {
+        status = find_mobilities(t, &tree, &error);
+        kt_contact_tree_free(&tree);
+    }
+    return status != KT_ERROR_MEMORY || kt_reader_out_of_memory(r); /* else the least mobility applies */
+}
+
+/* The mass of all that the root of a body carries. */
+static double tree_mass(const touching *t, int body) {
+    double mass = 0.0;
+    const int *parents = t->judge->parents;
+    int root = body;
+    for (int steps = 0; parents[root] >= 0 && steps < t->judge->count; steps++)
+        root = parents[root];
+    for (int i = 0; i < t->judge->count; i++) {
+        int at = i;
+        for (int steps = 0; parents[at] >= 0 && steps < t->judge->count; steps++)
+            at = parents[at];
+        mass += at == root ? t->judge->bodies[i].mass : 0.0;
+    }
+    return mass;
+}
+
+/* ---- contacts ---------------------------------------------------------------------------------------------------- */
+
+/* Reads the points of a mesh that touch planes; returns their number. */
+static int read_points(touching *t, const kt_collision *item, kt_vec3 points[KT_CONTACT_EXTREMES]) {
+    kt_triangles mesh = {.vertices = NULL};
+    kt_error error = {0};
+    char *text = NULL;
+    size_t size = 0;
+    const char *path = item->mesh != NULL ? kt_mesh_path(t->d->r, t->source, item->mesh) : NULL;
+    kt_status status = path != NULL ? kt_file_read(path, &text, &size, &error) : KT_ERROR_FILE;
+    if (status == KT_OK)
+        status = kt_triangles_parse(text, size, &mesh, &error);
+    free(text);
+    if (status == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(t->d->r);
+    if (status != KT_OK)
+        return 0;
+    kt_triangles_place(&mesh, kt_pose_identity(), item->scale);
+    const int count = kt_contact_extremes(mesh.vertices, mesh.vertex_count, points);
+    kt_triangles_free(&mesh);
+    return count;
+}
+
+/* Makes contacts of a collision with all planes. */
+static void meet_planes(touching *t, const kt_collision *item, const kt_collision *floor) {
+    const kt_body *body = &t->judge->bodies[item->body];
+    const char *name = kt_xml_attribute(item->element, "name");
+    const double mass = tree_mass(t, item->body);
+    kt_vec3 points[KT_CONTACT_EXTREMES];
+    kt_contact_shape shape = {.element = item->element,
+                              .name = name != NULL && *name != '\0' ? name : body->name,
+                              .body = body->name,
+                              .names = &t->names,
+                              .solid = item->solid,
+                              .points = points,
+                              .pose = item->pose};
+    memcpy(shape.size, item->size, sizeof shape.size);
+    if (item->solid == KT_SOLID_NONE)
+        shape.point_count = read_points(t, item, points);
+    for (int i = floor != NULL ? -1 : 0; i < t->c->items.count && !t->d->r->out_of_memory; i++) {
+        const kt_collision *plane = i < 0 ? floor : collision_at(t->c, i);
+        if (!plane->is_plane || (plane->mask & item->mask) == 0 || (plane->body >= 0 && t->moves[plane->body]))
+            continue;
+        const kt_ground ground = {.body = plane->body >= 0 ? t->judge->bodies[plane->body].name : NULL,
+                                  .pose = plane->pose};
+        kt_contact_law law = kt_contact_law_standard();
+        law.friction = fmin(item->friction, plane->friction);
+        if (mass > 0.0)
+            kt_contact_law_apply(&law, &cone, t->mobility[item->body], mass, t->gravity, &shape);
+        if (item->solid == KT_SOLID_ELLIPSOID)
+            kt_left_count(&t->c->rounded, item->element);
+        kt_left_count(mass > 0.0 && kt_contact_add(t->d, &shape, &ground) ? &t->c->made : &t->c->lost, item->element);
+    }
+}
+
+void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source *source, const kt_judge *judge,
+                            kt_vec3 gravity) {
+    const kt_robot_options *o = source->options;
+    touching t = {.c = c, .d = d, .source = source, .judge = judge, .gravity = kt_vec3_norm(gravity)};
+    kt_collision floor = {.element = d->root, .body = -1, .is_plane = true, .friction = (double)INFINITY, .mask = ~0U};
+    floor.pose = kt_pose_identity();
+    floor.pose.position.z = o->ground;
+    for (int i = 0; i < judge->count; i++)
+        c->moves_freely = c->moves_freely || judge->bodies[i].joint.type == KT_JOINT_FREE;
+    if (!o->contacts || !prepare_bodies(&t) ||
+        !kt_namer_init(&t.names, d->r, KT_CONTACT_EXTREMES * (c->items.count + 1)))
+        return;
+    if (o->has_ground)
+        kt_left_count(&c->planes, d->root);
+    for (int i = 0; i < c->items.count; i++)
+        if (collision_at(c, i)->is_plane && (collision_at(c, i)->body < 0 || !t.moves[collision_at(c, i)->body]))
+            kt_left_count(&c->planes, collision_at(c, i)->element);
+    for (int i = 0; i < c->items.count && c->planes.count > 0 && !d->r->out_of_memory; i++) {
+        const kt_collision *item = collision_at(c, i);
+        if (!item->is_plane && item->body >= 0 && t.moves[item->body])
+            meet_planes(&t, item, o->has_ground ? &floor : NULL);
+    }
+    c->depth = kt_contact_depth(d);
+}
+
+/* ---- notes ------------------------------------------------------------------------------------------------------- */
+
+void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot_options *o, const kt_element *root,
+                         kt_vec3 gravity) {
+    const bool falls = c->moves_freely && kt_vec3_norm(gravity) > 0.0;
+    if (!o->contacts && falls)
+        kt_note_falling(notes, &c->all, gravity);
+    else if (!o->contacts)
+        kt_note_put(notes, KT_NOTE_RANK_START, &c->all,
+                    "collision shapes that are left out, since contacts are effects: %d", c->all.count);
+    if (!o->contacts)
+        return;
+    kt_note_put(notes, KT_NOTE_RANK_START, &c->made, "collision shapes that touch planes (%d), and nothing else: %d",
+                c->planes.count, c->made.count);
+    kt_note_put(
+        notes, KT_NOTE_RANK_MOTION, &c->lost,
+        "collision shapes that touch planes, left out, since they have no mesh that can be read, or no mass: %d",
+        c->lost.count);
+    kt_note_put(notes, KT_NOTE_RANK_MOTION, &c->rounded, "%s %d", KT_NOTE_ROUNDED, c->rounded.count);
+    if (falls && c->planes.count == 0)
+        kt_note_groundless(notes, root);
+    kt_note_sunk(notes, root, c->depth);
+}

@@ -1,0 +1,196 @@
+/* Collisions of URDF and SDF that touch planes: which do, with which friction, and that robots rest on them. */
+#include "check.h"
+
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const kt_robot_options on_plane = {.contacts = true},
+                              on_ground = {.contacts = true, .has_ground = true, .floating = true, .ground = -0.5};
+
+static bool read_text(const char *text, const kt_robot_options *options, kt_scene *scene) {
+    kt_error error = {0};
+    const kt_status status = kt_robot_parse("r", text, strlen(text), options, scene, NULL, NULL, &error);
+    return kt_check_equal_int(error.message, status, KT_OK);
+}
+
+static int count_contacts(const kt_scene *scene) {
+    int count = 0;
+    for (int i = 0; i < scene->description.effect_count; i++)
+        count += scene->description.effects[i].type == KT_EFFECT_CONTACT;
+    return count;
+}
+
+static bool has_note(const kt_scene *scene, kt_note_rank rank, const char *text) {
+    bool found = false;
+    for (int i = 0; i < scene->note_count; i++)
+        found = found || (scene->notes[i].rank == rank && strstr(scene->notes[i].what, text) != NULL);
+    return found;
+}
+
+/* ---- which shapes touch ------------------------------------------------------------------------------------------ */
+
+#define INERTIAL "<inertial><mass value='2'/><inertia ixx='.1' iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial>"
+#define URDF(geometry, rest)                                                                                           \
+    "<robot name='r'><link name='a'>" INERTIAL "<collision name='c'><origin xyz='0 0 .1'/><geometry>" geometry         \
+    "</geometry></collision></link>" rest "</robot>"
+#define BOX "<box size='.2 .4 .6'/>"
+#define SDF_LINK(geometry, surface)                                                                                    \
+    "<link name='l'><collision name='c'><geometry>" geometry "</geometry>" surface "</collision></link>"
+#define SDF_WORLD(link, normal, surface)                                                                               \
+    "<sdf version='1.9'><world name='w'><model name='m'><pose>0 0 2 0 0 0</pose>" link "</model>"                      \
+    "<model name='ground'><static>true</static>" SDF_LINK("<plane><normal>" normal "</normal></plane>",                \
+                                                          surface) "</model></world></sdf>"
+#define SURFACE(contact, mu)                                                                                           \
+    "<surface><contact>" contact "</contact><friction><ode><mu>" mu "</mu></ode></friction></surface>"
+#define SPHERE "<sphere><radius>.3</radius></sphere>"
+
+KT_TEST(collisions_touch_planes_with_the_smaller_friction) {
+    static const struct {
+        const char *text;
+        const kt_robot_options *options;
+        int contacts;
+        double friction;
+    } table[] = {
+        {URDF(BOX, ""), &on_ground, 8, 1.0},
+        {URDF("<sphere radius='.1'/>", "<gazebo reference='a'><mu1>0.4</mu1></gazebo>"), &on_ground, 1, 0.4},
+        {URDF("<sphere radius='.1'/>", "<gazebo reference='b'><mu1>0.4</mu1></gazebo>"), &on_ground, 1, 1.0},
+        {URDF("<cylinder radius='.1' length='1'/>", ""), &on_ground, 16, 1.0},
+        {URDF("<mesh filename='none.stl'/>", ""), &on_ground, 0, 0.0},
+        {URDF(BOX, ""), &on_plane, 0, 0.0}, /* no plane, and it does not move */
+        {SDF_WORLD(SDF_LINK(SPHERE, ""), "0 0 1", SURFACE("", "0.3")), &on_plane, 1, 0.3},
+        {SDF_WORLD(SDF_LINK(SPHERE, SURFACE("", "0.2")), "0 0 1", SURFACE("", "50")), &on_plane, 1, 0.2},
+        {SDF_WORLD(SDF_LINK(SPHERE, SURFACE("<collide_bitmask>0x02</collide_bitmask>", "1")), "0 0 1",
+                   SURFACE("<collide_bitmask>0x05</collide_bitmask>", "1")),
+         &on_plane, 0, 0.0},
+        {SDF_WORLD(SDF_LINK(SPHERE, SURFACE("<collide_without_contact>true</collide_without_contact>", "1")), "0 0 1",
+                   ""),
+         &on_plane, 0, 0.0},
+        {SDF_WORLD(SDF_LINK("<capsule><radius>.1</radius><length>1</length></capsule>", ""), "1 0 0", ""), &on_plane, 2,
+         1.0},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        if (!read_text(table[i].text, table[i].options, &scene))
+            continue;
+        kt_check_equal_int(table[i].text, count_contacts(&scene), table[i].contacts);
+        for (int k = 0; k < scene.description.effect_count; k++)
+            if (scene.description.effects[k].type == KT_EFFECT_CONTACT)
+                kt_check_near("friction", scene.description.effects[k].friction, table[i].friction, 0.0);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(free_robots_without_ground_are_told_in_all_formats) {
+    static const kt_robot_options floating = {.floating = true}, groundless = {.floating = true, .contacts = true},
+                                  deep = {.floating = true, .contacts = true, .has_ground = true, .ground = 0.3};
+    static const struct {
+        const char *text;
+        const kt_robot_options *options;
+        const char *note;
+    } table[] = {
+        {URDF(BOX, ""), &floating, "falls, 4.9 m in the first second"},
+        {URDF(BOX, ""), &groundless, "--ground HEIGHT adds a floor"},
+        {URDF(BOX, ""), &deep, "starts 0.5 m deep in the ground"},
+        {URDF("<mesh filename='none.stl'/>", ""), &on_ground, "no mesh that can be read"},
+        {SDF_WORLD(SDF_LINK(SPHERE, ""), "0 0 1", ""), NULL, "falls, 4.9 m in the first second"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        if (!read_text(table[i].text, table[i].options, &scene))
+            continue;
+        kt_check_true(table[i].note, has_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
+        kt_scene_free(&scene);
+    }
+}
+
+/* ---- robots that rest -------------------------------------------------------------------------------------------- */
+
+/* The height of a free body after ten seconds. */
+static double rest_height(const char *path, const kt_robot_options *options, const char *body) {
+    kt_mechanism m;
+    kt_error error = {0};
+    double height = (double)NAN;
+    kt_status status = kt_mechanism_load(path, options, NULL, &m, &error);
+    if (!kt_check_equal_int(error.message, status, KT_OK))
+        return (double)NAN;
+    status = kt_simulation_advance(m.simulation, 10.0, &error);
+    if (kt_check_equal_int(error.message, status, KT_OK))
+        height = kt_simulation_positions(m.simulation)[kt_body_coordinates(m.model, kt_body_find(m.model, body)).q + 2];
+    kt_mechanism_free(&m);
+    return height;
+}
+
+/* With MuJoCo's defaults x is small against the third number of solimp, so that d(x) = 0.9 to 0.95; k and b follow.
+ * Here by bisection, of N A (1 - d) = k d^2 x with k = 1 / (0.95^2 0.02^2). */
+static double depth_of(double mobility, double force) {
+    double low = 0.0, high = 1.0;
+    for (int i = 0; i < 200; i++) {
+        const double x = 0.5 * (low + high), part = fmin(x / 0.001, 1.0);
+        const double d = 0.9 + 0.05 * (part < 0.5 ? 2.0 * part * part : 1.0 - 2.0 * (1.0 - part) * (1.0 - part));
+        if (d * d * x / (0.9025 * 4e-4) < mobility * force * (1.0 - d))
+            low = x;
+        else
+            high = x;
+    }
+    return high;
+}
+
+/* A new file; `path` ends with XXXXXX and an ending of this length. */
+static bool write_file(char *path, int ending, const char *text) {
+    const int handle = mkstemps(path, ending);
+    const size_t size = strlen(text);
+    const bool is_written = handle >= 0 && write(handle, text, size) == (ssize_t)size;
+    return kt_check_true("the file is written", is_written && close(handle) == 0);
+}
+
+/* A ball that falls by 10 cm rests at the depth of its weight, which is between those of the law: its stiffness has
+ * MuJoCo's depth under an eighth and under half of the weight. A box rests on four corners. */
+KT_TEST(dropped_bodies_rest_at_the_depth_of_the_law) {
+    char ball[] = "/tmp/kinetree-ball-XXXXXX.urdf", box[] = "/tmp/kinetree-cube-XXXXXX.urdf";
+    const kt_robot_options ground = {.contacts = true, .has_ground = true, .floating = true, .ground = -0.1};
+    const double weight = 2.0 * 9.81, x1 = depth_of(0.5, weight / 8.0), x2 = depth_of(0.5, weight / 2.0);
+    const double power = log(4.0) / log(x2 / x1);
+    if (write_file(ball, 5, URDF("<sphere radius='.1'/>", "")))
+        kt_check_near("ball", rest_height(ball, &ground, "a"), -0.1 - x1 * pow(8.0, 1.0 / power), 1e-11);
+    const kt_robot_options low = {.contacts = true, .has_ground = true, .floating = true, .ground = -0.3};
+    if (write_file(box, 5, URDF(BOX, "")))
+        kt_check_near("box", rest_height(box, &low, "a"), -0.1 - x1 * pow(2.0, 1.0 / power), 1e-11);
+    (void)remove(ball);
+    (void)remove(box);
+}
+
+/* A crate of SDF slides down an inclined plane, if the friction is less than the slope, and stays otherwise. */
+KT_TEST(crates_slide_on_inclined_planes_of_sdf_by_their_friction) {
+    static const char form[] =
+        "<sdf version='1.9'><world name='w'><model name='m'><pose>0 0 .11 0 0.3 0</pose><link "
+        "name='l'><inertial><mass>1"
+        "</mass><inertia><ixx>.01</ixx><iyy>.01</iyy><izz>.01</izz></inertia></inertial><collision name='c'><geometry>"
+        "<box><size>.2 .2 .2</size></box></geometry></collision></link></model><model name='ground'><static>1</static>"
+        "<link name='l'><collision name='c'><geometry><plane><normal>0.29552 0 0.95534</normal></plane></geometry>"
+        "<surface><friction><ode><mu>%s</mu></ode></friction></surface></collision></link></model></world></sdf>";
+    static const char *const frictions[] = {"0.1", "0.6"};
+    double x[2] = {(double)NAN, (double)NAN};
+    for (int i = 0; i < 2; i++) {
+        char path[] = "/tmp/kinetree-crate-XXXXXX.sdf", text[2000];
+        kt_mechanism m;
+        kt_error error = {0};
+        (void)snprintf(text, sizeof text, form, frictions[i]);
+        if (!write_file(path, 4, text))
+            return;
+        if (kt_check_equal_int(error.message, kt_mechanism_load(path, &on_plane, NULL, &m, &error), KT_OK)) {
+            kt_check_equal_int("it runs", kt_simulation_advance(m.simulation, 1.0, &error), KT_OK);
+            x[i] = kt_simulation_positions(m.simulation)[kt_body_coordinates(m.model, 1).q];
+            kt_mechanism_free(&m);
+        }
+        (void)remove(path);
+    }
+    /* g (sin 0.3 - 0.1 cos 0.3) t^2 / 2 along the slope, of which cos 0.3 along x; g is 9.8 m/s^2 */
+    kt_check_near("it slides", x[0], 4.9 * (sin(0.3) - 0.1 * cos(0.3)) * cos(0.3), 0.005);
+    kt_check_near("it stays", x[1], 0.0, 5e-4);
+}
