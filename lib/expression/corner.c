@@ -32,13 +32,13 @@ typedef struct search {
 /* The zeros of each function: none; at most one, whose signs rounding hides; at most one; any number. */
 typedef enum finding { NOTHING, HIDDEN, ONCE, UNKNOWN } finding;
 
-static bool holds_zero(kt_interval x) { return !(x.lo > 0.0 || x.hi < 0.0); }
+static bool holds_zero(kt_between x) { return !(x.lo > 0.0 || x.hi < 0.0); }
 
-static bool is_within(kt_interval x, double bound) { return x.lo >= -bound && x.hi <= bound; }
+static bool is_within(kt_between x, double bound) { return x.lo >= -bound && x.hi <= bound; }
 
 /* The finding for g with the derivative `slope`. A function that is 0 to within `nothing` throughout has no change of
  * sign. */
-static finding find(kt_interval g, kt_interval slope, double nothing) {
+static finding find(kt_between g, kt_between slope, double nothing) {
     if (!holds_zero(g) || is_within(g, nothing))
         return NOTHING;
     return holds_zero(slope) ? UNKNOWN : ONCE;
@@ -212,7 +212,7 @@ double kt_expression_next_corner(const kt_expression *expression, double t, doub
 }
 
 double kt_expression_speed(const kt_expression *expression, double t) {
-    const kt_interval slope = kt_expression_bound(expression, t, t, NULL, NULL).c[1];
+    const kt_between slope = kt_expression_bound(expression, t, t, NULL, NULL).c[1];
     const double size = fmax(fabs(slope.lo), fabs(slope.hi)), rounding = (slope.hi - slope.lo) / (4.0 * DBL_EPSILON);
     return isfinite(rounding) ? fmax(size, rounding) : size;
 }

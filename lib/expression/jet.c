@@ -26,47 +26,47 @@
 
 enum { ORDER = KT_JET_ORDER };
 
-static const kt_interval everything = {-HUGE_VAL, HUGE_VAL};
-static const kt_interval zero = {0.0, 0.0};
+static const kt_between everything = {-HUGE_VAL, HUGE_VAL};
+static const kt_between zero = {0.0, 0.0};
 
 /* ---- intervals --------------------------------------------------------------------------------------------------- */
 
 /* Widens an interval by rounding. A value that is too large for a number may be a number in exact arithmetic. Therefore
  * no interval lies at infinity alone. */
-static kt_interval widened(double lo, double hi) {
+static kt_between widened(double lo, double hi) {
     if (isnan(lo) || isnan(hi))
         return everything;
     if (lo == 0.0 && hi == 0.0)
         return zero;
     const double least = fmin(lo, DBL_MAX), most = fmax(hi, -DBL_MAX);
-    const kt_interval wide = {least - 2.0 * DBL_EPSILON * fabs(least) - DBL_TRUE_MIN,
-                              most + 2.0 * DBL_EPSILON * fabs(most) + DBL_TRUE_MIN};
+    const kt_between wide = {least - 2.0 * DBL_EPSILON * fabs(least) - DBL_TRUE_MIN,
+                             most + 2.0 * DBL_EPSILON * fabs(most) + DBL_TRUE_MIN};
     return wide;
 }
 
-static bool is_point(kt_interval x, double value) { return x.lo == value && x.hi == value; }
-static bool holds(kt_interval x, double value) { return x.lo <= value && value <= x.hi; }
-static bool holds_infinity(kt_interval x) { return holds(x, HUGE_VAL) || holds(x, -HUGE_VAL); }
+static bool is_point(kt_between x, double value) { return x.lo == value && x.hi == value; }
+static bool holds(kt_between x, double value) { return x.lo <= value && value <= x.hi; }
+static bool holds_infinity(kt_between x) { return holds(x, HUGE_VAL) || holds(x, -HUGE_VAL); }
 
-static double most(kt_interval x) { return fmax(fabs(x.lo), fabs(x.hi)); }
-static double least(kt_interval x) { return holds(x, 0.0) ? 0.0 : fmin(fabs(x.lo), fabs(x.hi)); }
+static double most(kt_between x) { return fmax(fabs(x.lo), fabs(x.hi)); }
+static double least(kt_between x) { return holds(x, 0.0) ? 0.0 : fmin(fabs(x.lo), fabs(x.hi)); }
 
-static kt_interval add(kt_interval x, kt_interval y) { return widened(x.lo + y.lo, x.hi + y.hi); }
-static kt_interval negate(kt_interval x) { return (kt_interval){-x.hi, -x.lo}; }
-static kt_interval subtract(kt_interval x, kt_interval y) { return add(x, negate(y)); }
-static kt_interval hull(kt_interval x, kt_interval y) { return (kt_interval){fmin(x.lo, y.lo), fmax(x.hi, y.hi)}; }
+static kt_between add(kt_between x, kt_between y) { return widened(x.lo + y.lo, x.hi + y.hi); }
+static kt_between negate(kt_between x) { return (kt_between){-x.hi, -x.lo}; }
+static kt_between subtract(kt_between x, kt_between y) { return add(x, negate(y)); }
+static kt_between hull(kt_between x, kt_between y) { return (kt_between){fmin(x.lo, y.lo), fmax(x.hi, y.hi)}; }
 
 static double bound_product(double x, double y) { return x == 0.0 || y == 0.0 ? 0.0 : x * y; }
 
-static kt_interval multiply(kt_interval x, kt_interval y) {
+static kt_between multiply(kt_between x, kt_between y) {
     const double a = bound_product(x.lo, y.lo), b = bound_product(x.lo, y.hi), c = bound_product(x.hi, y.lo),
                  d = bound_product(x.hi, y.hi);
     return widened(fmin(fmin(a, b), fmin(c, d)), fmax(fmax(a, b), fmax(c, d)));
 }
 
-static kt_interval scale(double factor, kt_interval x) { return multiply((kt_interval){factor, factor}, x); }
+static kt_between scale(double factor, kt_between x) { return multiply((kt_between){factor, factor}, x); }
 
-static kt_interval divide(kt_interval x, kt_interval y) {
+static kt_between divide(kt_between x, kt_between y) {
     if (is_point(x, 0.0) && !is_point(y, 0.0))
         return zero;
     if (holds(y, 0.0))
@@ -75,45 +75,43 @@ static kt_interval divide(kt_interval x, kt_interval y) {
 }
 
 /* Bounds of a function that rises everywhere. */
-static kt_interval raise(double (*f)(double), kt_interval x) {
-    const kt_interval y = widened(f(x.lo), f(x.hi));
+static kt_between raise(double (*f)(double), kt_between x) {
+    const kt_between y = widened(f(x.lo), f(x.hi));
     return widened(y.lo, y.hi);
 }
 
 /* Bounds of sin over [lo, hi]. Its crests are at (4 n + 1) pi / 2. */
-static kt_interval bound_sin(kt_interval x) {
+static kt_between bound_sin(kt_between x) {
     static const double pi = 3.14159265358979323846;
     const double slop = 4.0 * DBL_EPSILON * (1.0 + fmax(fabs(x.lo), fabs(x.hi)));
     if (!(x.hi - x.lo < 2.0 * pi) || !(slop < 1.0))
-        return (kt_interval){-1.0, 1.0};
+        return (kt_between){-1.0, 1.0};
     const double a = sin(x.lo), b = sin(x.hi);
     const double crest = ceil((x.lo - slop - 0.5 * pi) / (2.0 * pi)) * 2.0 * pi + 0.5 * pi;
     const double trough = ceil((x.lo - slop + 0.5 * pi) / (2.0 * pi)) * 2.0 * pi - 0.5 * pi;
-    const kt_interval ends = widened(fmin(a, b), fmax(a, b));
-    return (kt_interval){trough <= x.hi + slop ? -1.0 : fmax(-1.0, ends.lo - slop),
-                         crest <= x.hi + slop ? 1.0 : fmin(1.0, ends.hi + slop)};
+    const kt_between ends = widened(fmin(a, b), fmax(a, b));
+    return (kt_between){trough <= x.hi + slop ? -1.0 : fmax(-1.0, ends.lo - slop),
+                        crest <= x.hi + slop ? 1.0 : fmin(1.0, ends.hi + slop)};
 }
 
-static kt_interval bound_cos(kt_interval x) {
+static kt_between bound_cos(kt_between x) {
     static const double half_pi = 1.57079632679489661923;
-    return bound_sin(add(x, (kt_interval){half_pi, half_pi}));
+    return bound_sin(add(x, (kt_between){half_pi, half_pi}));
 }
 
 /* Restricts x to the domain [lo, hi] of a function. Returns `everything` if x lies outside it. */
-static kt_interval within(kt_interval x, double lo, double hi) {
-    const kt_interval cut = {fmax(x.lo, lo), fmin(x.hi, hi)};
+static kt_between within(kt_between x, double lo, double hi) {
+    const kt_between cut = {fmax(x.lo, lo), fmin(x.hi, hi)};
     return cut.lo <= cut.hi ? cut : everything;
 }
 
-static kt_interval bound_log(kt_interval x) { return x.hi > 0.0 ? raise(log, within(x, 0.0, HUGE_VAL)) : everything; }
-static kt_interval bound_sqrt(kt_interval x) {
-    return x.hi >= 0.0 ? raise(sqrt, within(x, 0.0, HUGE_VAL)) : everything;
-}
+static kt_between bound_log(kt_between x) { return x.hi > 0.0 ? raise(log, within(x, 0.0, HUGE_VAL)) : everything; }
+static kt_between bound_sqrt(kt_between x) { return x.hi >= 0.0 ? raise(sqrt, within(x, 0.0, HUGE_VAL)) : everything; }
 
 /* Restricts x to the domain of a function. Returns `everything` if x is outside the domain. */
 
-static kt_jet constant(kt_interval value) { return (kt_jet){.c = {value, zero, zero, zero, zero}}; }
-static kt_jet number(double value) { return constant((kt_interval){value, value}); }
+static kt_jet constant(kt_between value) { return (kt_jet){.c = {value, zero, zero, zero, zero}}; }
+static kt_jet number(double value) { return constant((kt_between){value, value}); }
 
 static bool is_constant(const kt_jet *x) {
     for (int k = 1; k <= ORDER; k++)
@@ -122,20 +120,20 @@ static bool is_constant(const kt_jet *x) {
     return true;
 }
 
-static kt_interval ratio_of(const kt_jet *x, int k) {
-    static const kt_interval one = {1.0, 1.0};
+static kt_between ratio_of(const kt_jet *x, int k) {
+    static const kt_between one = {1.0, 1.0};
     return k == 0 ? one : x->has_ratio ? x->ratio[k] : divide(x->c[k], x->c[0]);
 }
 
 /* The intersection of two intervals that contain the same number. */
-static kt_interval common(kt_interval x, kt_interval y) {
-    const kt_interval both = {fmax(x.lo, y.lo), fmin(x.hi, y.hi)};
+static kt_between common(kt_between x, kt_between y) {
+    const kt_between both = {fmax(x.lo, y.lo), fmin(x.hi, y.hi)};
     return both.lo <= both.hi ? both : x;
 }
 
 /* Stores the ratios, and uses them to bound coefficients without bounds, or with wide ones. Infinity times 0 bounds
  * nothing. */
-static void settle(kt_jet *z, const kt_interval ratio[ORDER + 1]) {
+static void settle(kt_jet *z, const kt_between ratio[ORDER + 1]) {
     for (int k = 0; k <= ORDER; k++) {
         z->ratio[k] = ratio[k];
         const bool bounds = k > 0 && !(is_point(z->c[0], 0.0) && holds_infinity(ratio[k]));
@@ -144,19 +142,19 @@ static void settle(kt_jet *z, const kt_interval ratio[ORDER + 1]) {
     z->has_ratio = true;
 }
 
-static bool have_one_sign(kt_interval x, kt_interval y) {
+static bool have_one_sign(kt_between x, kt_between y) {
     return (x.lo >= 0.0 && y.lo >= 0.0) || (x.hi <= 0.0 && y.hi <= 0.0);
 }
 
 /* Bounds of x / (x + y) for numbers of one sign. */
-static kt_interval share(kt_interval x, kt_interval y) {
-    static const kt_interval whole = {0.0, 1.0};
+static kt_between share(kt_between x, kt_between y) {
+    static const kt_between whole = {0.0, 1.0};
     const double lo = least(x) / (least(x) + most(y)), hi = most(x) / (most(x) + least(y));
     return isnan(lo) || isnan(hi) ? whole : common(whole, widened(lo, hi));
 }
 
 /* The weights of x and y in the ratios of x + y, if |x| > 2 |y| and the signs differ. */
-static void dominate(kt_interval x, kt_interval y, kt_interval weight[2]) {
+static void dominate(kt_between x, kt_between y, kt_between weight[2]) {
     const double m = most(y) / least(x);
     weight[0] = widened(1.0, 1.0 / (1.0 - m));
     weight[1] = widened(-m / (1.0 - m), 0.0);
@@ -170,9 +168,9 @@ static bool overflows(const kt_jet *x) {
 }
 
 /* The weights of x and y in the ratios of x + y. Returns whether they have bounds. */
-static bool weights_of_sum(const kt_jet *of_x, const kt_jet *of_y, kt_interval weight[2]) {
-    const kt_interval x = of_x->c[0], y = of_y->c[0];
-    kt_interval swapped[2];
+static bool weights_of_sum(const kt_jet *of_x, const kt_jet *of_y, kt_between weight[2]) {
+    const kt_between x = of_x->c[0], y = of_y->c[0];
+    kt_between swapped[2];
     if (have_one_sign(x, y)) {
         weight[0] = share(x, y);
         weight[1] = share(y, x);
@@ -193,7 +191,7 @@ static bool weights_of_sum(const kt_jet *of_x, const kt_jet *of_y, kt_interval w
 
 static kt_jet jet_sum(const kt_jet *x, const kt_jet *y) {
     kt_jet z = {.size = 0.0};
-    kt_interval weight[2], ratio[ORDER + 1];
+    kt_between weight[2], ratio[ORDER + 1];
     for (int k = 0; k <= ORDER; k++)
         z.c[k] = add(x->c[k], y->c[k]);
     if (weights_of_sum(x, y, weight)) {
@@ -231,7 +229,7 @@ static kt_jet jet_product(const kt_jet *x, const kt_jet *y) {
         for (int i = 0; i <= k; i++)
             z.c[k] = add(z.c[k], multiply(x->c[i], y->c[k - i]));
     }
-    kt_interval ratio[ORDER + 1];
+    kt_between ratio[ORDER + 1];
     for (int k = 0; k <= ORDER; k++) {
         ratio[k] = zero;
         for (int i = 0; i <= k; i++)
@@ -244,12 +242,12 @@ static kt_jet jet_product(const kt_jet *x, const kt_jet *y) {
 static kt_jet jet_quotient(const kt_jet *x, const kt_jet *y) {
     kt_jet z = {.size = 0.0};
     for (int k = 0; k <= ORDER; k++) {
-        kt_interval sum = x->c[k];
+        kt_between sum = x->c[k];
         for (int i = 0; i < k; i++)
             sum = subtract(sum, multiply(z.c[i], y->c[k - i]));
         z.c[k] = divide(sum, y->c[0]);
     }
-    kt_interval ratio[ORDER + 1];
+    kt_between ratio[ORDER + 1];
     for (int k = 0; k <= ORDER; k++) {
         ratio[k] = ratio_of(x, k);
         for (int i = 0; i < k; i++)
@@ -263,14 +261,14 @@ static kt_jet jet_sqrt(const kt_jet *x) {
     kt_jet z = {.size = 0.0};
     z.c[0] = bound_sqrt(x->c[0]);
     for (int k = 1; k <= ORDER; k++) {
-        kt_interval sum = x->c[k];
+        kt_between sum = x->c[k];
         for (int i = 1; i < k; i++)
             sum = subtract(sum, multiply(z.c[i], z.c[k - i]));
         z.c[k] = divide(sum, scale(2.0, z.c[0]));
     }
     if (!overflows(x))
         return z;
-    kt_interval ratio[ORDER + 1] = {{1.0, 1.0}};
+    kt_between ratio[ORDER + 1] = {{1.0, 1.0}};
     for (int k = 1; k <= ORDER; k++) {
         ratio[k] = ratio_of(x, k);
         for (int i = 1; i < k; i++)
@@ -288,7 +286,7 @@ static kt_jet jet_exp(const kt_jet *x) {
     z.c[0].hi = fmax(DBL_TRUE_MIN, z.c[0].hi); /* above zero, for every factor */
     for (int k = 1; k <= ORDER; k++)
         z.c[k] = everything;
-    kt_interval ratio[ORDER + 1] = {{1.0, 1.0}};
+    kt_between ratio[ORDER + 1] = {{1.0, 1.0}};
     for (int k = 1; k <= ORDER; k++) {
         ratio[k] = zero;
         for (int i = 1; i <= k; i++)
@@ -323,7 +321,7 @@ static void jet_sincos(const kt_jet *x, kt_jet *s, kt_jet *c) {
 }
 
 /* The integral of z' = x' / y with the value z_0 at the expansion point. */
-static kt_jet jet_integral(kt_interval value, const kt_jet *x, const kt_jet *y) {
+static kt_jet jet_integral(kt_between value, const kt_jet *x, const kt_jet *y) {
     kt_jet rate = number(0.0), z = {.c = {value}};
     for (int k = 0; k < ORDER; k++)
         rate.c[k] = scale(k + 1.0, x->c[k + 1]);
@@ -428,14 +426,14 @@ static kt_jet jet_power(const kt_jet *x, const kt_jet *y) {
 static kt_definedness worse(kt_definedness a, kt_definedness b) { return a > b ? a : b; }
 
 /* The domain of f from lo to hi. */
-static kt_definedness defined_between(kt_interval x, double lo, double hi) {
+static kt_definedness defined_between(kt_between x, double lo, double hi) {
     return x.hi < lo || x.lo > hi ? KT_DEFINED_NOWHERE : x.lo < lo || x.hi > hi ? KT_DEFINED_IN_PART : KT_DEFINED;
 }
 
 static kt_definedness unless(bool fails) { return fails ? KT_DEFINED_IN_PART : KT_DEFINED; }
 
 /* Whether z = f(x, y) is defined if x and y are. */
-static kt_definedness defined_by_values(kt_operator code, kt_interval x, kt_interval y) {
+static kt_definedness defined_by_values(kt_operator code, kt_between x, kt_between y) {
     switch (code) {
     case KT_OPERATOR_ADD:
         return unless((x.hi == HUGE_VAL && y.lo == -HUGE_VAL) || (x.lo == -HUGE_VAL && y.hi == HUGE_VAL));
@@ -515,7 +513,7 @@ static kt_jet jet_jump(kt_operator code, const kt_jet *decision) {
     return chosen(decision, &above, &below);
 }
 
-static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
+static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet, void *user) {
     const bool one = !kt_operator_is_binary(code);
     const kt_jet minus = jet_minus(x);
     kt_jet decision = one ? *x : jet_difference(x, y);
@@ -545,7 +543,7 @@ static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_
 
 /* atan2(y, x); its first argument is y. */
 static kt_jet jet_atan2(const kt_jet *y, const kt_jet *x) {
-    static const kt_interval turn = {-3.2, 3.2};
+    static const kt_between turn = {-3.2, 3.2};
     const kt_jet minus = jet_minus(x);
     if (x->c[0].lo > 0.0) {
         const kt_jet ratio = jet_quotient(y, x);
@@ -614,7 +612,7 @@ static double size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const 
 
 /* Whether a function is constant, to rounding, over all arguments. *value receives the constant. The arguments need not
  * be numbers, as those of tanh(exp(1000 t)). */
-static bool is_saturated(kt_operator code, kt_interval x, double *value) {
+static bool is_saturated(kt_operator code, kt_between x, double *value) {
     static const double tanh_is_one = 20.0, exp_is_zero = -746.0, atan_is_right = 1e17;
     const double least = x.lo > 0.0 ? x.lo : x.hi < 0.0 ? -x.hi : 0.0;
     *value = code == KT_OPERATOR_TANH ? tanh(x.lo) : code == KT_OPERATOR_ATAN ? atan(x.lo) : 0.0;
@@ -622,7 +620,7 @@ static bool is_saturated(kt_operator code, kt_interval x, double *value) {
            (code == KT_OPERATOR_EXP && x.hi < exp_is_zero);
 }
 
-static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
+static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet, void *user) {
     kt_jet s, c;
     switch (code) {
     case KT_OPERATOR_NEGATE:
@@ -671,12 +669,12 @@ static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_swit
 }
 
 /* z = f(x, y), with its definedness. */
-static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt_switch *meet, void *user) {
+static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet, void *user) {
     const kt_definedness defined = definedness_of(code, x, y);
     kt_jet z = jet_of(code, x, y, meet, user);
     double value;
     if (is_saturated(code, x->c[0], &value))
-        z = code == KT_OPERATOR_EXP ? constant((kt_interval){0.0, DBL_TRUE_MIN}) : number(value);
+        z = code == KT_OPERATOR_EXP ? constant((kt_between){0.0, DBL_TRUE_MIN}) : number(value);
     else if (is_constant(x) && is_constant(y))
         z = constant(z.c[0]); /* also where f' is infinite, as that of sqrt(0) */
     z.size = size_of(&z, code, x, y);
@@ -685,7 +683,7 @@ static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt
     return z;
 }
 
-kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet, void *user) {
+kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_jet_meet *meet, void *user) {
     const kt_jet time = {.c = {{from, to}, {1.0, 1.0}}, .size = fmax(fabs(from), fabs(to))};
     kt_jet stack[KT_EXPRESSION_DEPTH_MAX];
     int top = -1;

@@ -6,9 +6,9 @@
 #include "expression/expression.h"
 
 /* All numbers from lo to hi, which may be infinite. */
-typedef struct kt_interval {
+typedef struct kt_between {
     double lo, hi;
-} kt_interval;
+} kt_between;
 
 enum { KT_JET_ORDER = 4 };
 
@@ -18,21 +18,21 @@ typedef enum kt_definedness { KT_DEFINED, KT_DEFINED_IN_PART, KT_DEFINED_NOWHERE
 
 /* c[k] holds the k-th derivative over k!, at every time of an interval at which that derivative exists. */
 typedef struct kt_jet {
-    kt_interval c[KT_JET_ORDER + 1];
+    kt_between c[KT_JET_ORDER + 1];
     double size; /* rounding errors of the value are a small part of it in a short interval, and less in a long one */
     kt_definedness defined;
-    bool has_ratio;                      /* the ratios are set */
-    kt_interval ratio[KT_JET_ORDER + 1]; /* c[k] over c[0], which may be infinite: as in 1 / (1 + exp(800)) */
+    bool has_ratio;                     /* the ratios are set */
+    kt_between ratio[KT_JET_ORDER + 1]; /* c[k] over c[0], which may be infinite: as in 1 / (1 + exp(800)) */
 } kt_jet;
 
 /* The decision on the branch of an operation that is not smooth, as a formula whose sign changes with the branch. If
  * the decision is not defined, the branch is that of NaN, which compares as false. */
-typedef void kt_switch(void *user, const kt_jet *decision);
+typedef void kt_jet_meet(void *user, const kt_jet *decision);
 
 /* Bounds of a formula of time alone over [from, to]. For every operation that is not smooth, it calls `meet` (NULL: for
  * none) in the order of the text. These operations are abs, sign, min, max, step, clamp and comparisons. Next to such
  * an operation the bounds include all branches that are taken in the interval. Cost: O(length). */
-KT_INNER kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_switch *meet,
+KT_INNER kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_jet_meet *meet,
                                     void *user);
 
 #endif

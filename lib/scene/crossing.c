@@ -140,7 +140,7 @@ static void advise_equality(kt_phrase *to, const char *text, kt_operator code) {
 }
 
 /* Describes why the values of a formula are on one side. */
-static void describe(kt_phrase *to, const char *text, kt_operator last, kt_interval range, int variable_count) {
+static void describe(kt_phrase *to, const char *text, kt_operator last, kt_between range, int variable_count) {
     const kt_name_text quoted = kt_name_quote(text);
     if (variable_count == 0) {
         kt_phrase_add(to,
@@ -188,7 +188,7 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
     if (compares(code))
         last->code = KT_OPERATOR_SUBTRACT;
     merge_equal_operands(expression);
-    const kt_interval range = kt_expression_bound(parsed, -reach, reach, NULL, NULL).c[0];
+    const kt_between range = kt_expression_bound(parsed, -reach, reach, NULL, NULL).c[0];
     if (found.count > 0 && range.lo < -rounding && range.hi > rounding)
         return true;
     kt_phrase what = {.length = 0};
