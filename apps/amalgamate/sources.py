@@ -1,0 +1,70 @@
+"""The sources of the core, read from lib/*/meson.build."""
+
+import re
+from pathlib import Path
+
+CONDITIONS = {
+    'if kt_has_loops': 'KT_HAS_LOOPS',
+    'if not kt_is_small': 'KT_IS_FULL',
+}
+
+# Folders above `analysis` are other libraries. Batches run in lanes, which need a second compilation of the recursions
+# for vectors of states; one file has one compilation.
+LEFT_OUT_FOLDERS = {'batch'}
+LEFT_OUT_FILES = {'sensitivity/rollout_lanes.c'}
+LAST_FOLDER = 'analysis'
+
+
+def folders_of(lib):
+    """The folders of the core in their order, which lib/meson.build gives."""
+    text = re.search(r'kt_folders = \[(.*?)\]', (lib / 'meson.build').read_text(), re.S).group(1)
+    names = re.findall(r"'(\w+)'", text)
+    return [name for name in names[:names.index(LAST_FOLDER) + 1] if name not in LEFT_OUT_FOLDERS]
+
+
+class Folder:
+    """Files of a folder: (path, condition) in the lists `plain`, `dual`."""
+
+    def __init__(self, lib, name):
+        self.lib, self.name = lib, name
+        self.plain, self.dual, self.lists = [], [], {}
+        path = lib / name / 'meson.build'
+        if path.exists():
+            self.read(re.sub(r'#.*', '', path.read_text()))
+
+    def read(self, text):
+        condition = None
+        pattern = r'^(if [^\n]*|else|endif)$|^\s*(\w+) (\+?=) ((?:files\([^)]*\)|\w+)(?: \+ (?:files\([^)]*\)|\w+))*)$'
+        for match in re.finditer(pattern, text, re.M):
+            word, target, _, value = match.groups()
+            if word == 'endif':
+                condition = None
+            elif word == 'else':
+                condition = 'no'  # what a library for trees has in place of loops is compiled already
+            elif word:
+                condition = CONDITIONS[word]
+            elif condition != 'no':
+                self.add(target, value, condition)
+
+    def add(self, target, value, condition):
+        files = []
+        for part in value.split(' + '):
+            names = re.findall(r"'([\w/.]+)'", part)
+            if 'files' in part:
+                files += [(f'{self.name}/{n}', condition) for n in names]
+            else:
+                files += [(path, own or condition) for path, own in self.lists[part.strip()]]
+        if target in ('kt_sources', 'kt_kernel_sources'):
+            known = {path for path, _ in self.plain}
+            self.plain += [f for f in files if f[0] not in known and f[0] not in LEFT_OUT_FILES]
+        elif target == 'kt_dual_sources':
+            self.dual += files
+        elif target != 'kt_lane_sources':
+            self.lists[target] = self.lists.get(target, []) + files
+
+
+def core(lib):
+    """The files to compile once, and those to compile again for dual numbers: lists of (path, condition)."""
+    parts = [Folder(Path(lib), name) for name in folders_of(Path(lib))]
+    plain = [f for part in parts for f in part.plain] + [('linear/lapack_call.c', None)]
+    return plain, [f for part in parts for f in part.dual]

@@ -1,0 +1,115 @@
+"""The core in one file (apps/amalgamate) against the library.
+
+one_file.py COMPILER SOURCE-ROOT FOLDER BITS.c [SCENE.a STUDY.a CORE.a]
+
+Writes kinetree.c and kinetree.h, compiles them once, and runs sampled test programs of the suite with them. With the
+archives of the library, states of all bundled scenes are compared to the last bit.
+"""
+import pathlib
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note
+
+STEPS = 100
+FLAGS = ["-std=c17", "-O1", "-fno-math-errno", "-Wno-psabi", "-Wall", "-Wextra", "-Werror"]
+TEST_FLAGS = ["-std=c17", "-O0", "-D_POSIX_C_SOURCE=200809L", "-UNDEBUG", "-Iinclude", "-Ilib", "-Itest"]
+LAPACK = ["-llapacke", "-lopenblas"]
+MODES = {"small": ["-DKINETREE_SMALL"], "trees": ["-DKINETREE_TREES"], "plain": []}
+
+# Programs of the suite with the sources of each, in test/.
+TREE = ["dynamics/oracle.c", "dynamics/oracle_motion.c", "dynamics/rewrite.c", "dynamics/tree.c"]
+TANGLE = [*TREE, "constraint/linkage.c", "constraint/tangle.c", "constraint/tangle_dense.c"]
+SAMPLE = {
+    "dynamics/aba": TREE, "dynamics/rnea": TREE, "dynamics/planar": TREE, "dynamics/published": TREE,
+    "effect/jacobian": [], "mechanism/custom_loop": TANGLE, "mechanism/reaction": TANGLE, "closure/order": TANGLE,
+    "integrator/order": ["integrator/problems.c"], "integrator/radau": ["integrator/problems.c"],
+    "simulation/gap": ["simulation/scenes.c"], "simulation/contact_rest": ["simulation/scenes.c"],
+    "simulation/checkpoint": ["simulation/scenes.c", "dynamics/tree.c"],
+}
+
+
+class Bench:
+    def __init__(self, compiler, root, folder):
+        self.compiler, self.root, self.folder, self.objects = compiler, root, folder, {}
+
+    def run(self, *command, cwd=None):
+        """The output, or None after the errors have been printed."""
+        ended = subprocess.run(command, capture_output=True, text=True, cwd=cwd or self.root)
+        if ended.returncode != 0:
+            for line in (ended.stderr or ended.stdout).splitlines()[:20]:
+                note(line)
+        return ended.stdout if ended.returncode == 0 else None
+
+    def engine(self, name, flags):
+        """The object of kinetree.c with these macros, or None."""
+        out = self.folder / f"{name}.o"
+        done = self.run(self.compiler, *FLAGS, *flags, "-c", "kinetree.c", "-o", str(out), cwd=self.folder)
+        return None if done is None else str(out)
+
+    def test_object(self, source):
+        if source not in self.objects:
+            out = self.folder / (pathlib.Path(source).name.removesuffix(".c") + f"-{len(self.objects)}.o")
+            done = self.run(self.compiler, *TEST_FLAGS, "-c", str(self.root / "test" / source), "-o", str(out))
+            self.objects[source] = None if done is None else str(out)
+        return self.objects[source]
+
+    def program(self, name, sources, libraries):
+        objects = [self.test_object(source) for source in sources]
+        out = self.folder / name.replace("/", "-")
+        if None in objects or self.run(self.compiler, *objects, *libraries, "-lm", "-o", str(out)) is None:
+            return None
+        return str(out)
+
+
+def bits(bench, name, source, archives):
+    # The reader has its own copy of some sources of the core.
+    libraries = ["-Wl,--allow-multiple-definition", *archives, "-lyaml", "-lexpat", *LAPACK, "-lpthread"]
+    program = bench.program(name, [source], libraries)
+    return program and bench.run(program, "apps/scenes", str(STEPS))
+
+
+def compare_bits(bench, engine, source, archives):
+    scene, study, core = archives
+    ours, theirs = (bits(bench, name, source, [last, scene, study, last])
+                    for name, last in (("bits-one", engine), ("bits-library", core)))
+    problems = [] if ours and theirs else ["a program could not be built or run"]
+    if not problems:
+        pairs = list(zip(ours.splitlines(), theirs.splitlines()))
+        started = sum(" a " in line for line in theirs.splitlines())
+        problems = [f"{b.split()[0]} has other bits" for a, b in pairs if a != b]
+        note(f"{len(pairs)} scenes, {started} with states after {STEPS} steps, {len(problems)} with other bits")
+        problems += [] if started >= 60 else ["less than 60 scenes have states"]
+    claim("states_of_bundled_scenes_have_the_bits_of_the_library", problems)
+
+
+def run_sample(bench, engine):
+    problems = []
+    for name, sources in SAMPLE.items():
+        program = bench.program(name, [f"{name}.c", *sources, "check.c", "random.c"], [engine, "-lcmocka", *LAPACK])
+        if program is None or bench.run(program) is None:
+            problems.append(f"{name} fails")
+    note(f"{len(SAMPLE)} programs of the suite")
+    claim("sampled_tests_of_the_suite_pass_with_one_file", problems)
+
+
+def main():
+    compiler, root, folder = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+    folder.mkdir(parents=True, exist_ok=True)
+    bench = Bench(compiler, root, folder)
+    written = bench.run(sys.executable, "apps/amalgamate/amalgamate.py", str(root), str(folder))
+    claim("the_script_writes_both_files", [] if written is not None else ["it fails"])
+    for name, flags in MODES.items():
+        done = bench.run(compiler, *FLAGS, *flags, "-fsyntax-only", "kinetree.c", cwd=folder)
+        claim(f"{name}_compiles_without_warnings", [] if done is not None else ["it does not compile"])
+    engine = bench.engine("full", ["-DKINETREE_FULL"])
+    claim("full_compiles_without_warnings", [] if engine else ["it does not compile"])
+    if engine:
+        run_sample(bench, engine)
+        if len(sys.argv) > 5:
+            compare_bits(bench, engine, *sys.argv[4:5], sys.argv[5:8])
+    finish()
+
+
+main()
