@@ -38,6 +38,23 @@ static bool has_formula(const kt_model *model, const kt_group *group) {
     return false;
 }
 
+/* Whether a dense group of spatial links on the ground has hard contacts, so that its equations may be solved in range
+ * space (reduction/half_columns.h). Its joints have one axis, or are free. The same for a stop that locks one joint. */
+static bool may_range(const kt_model *model, const kt_group *group) {
+    const bool locks = group->v_count == 1 && group->row_count == 1;
+    bool fits = (group->parent == 0 || locks) && !kt_group_is_planar(model, group) && model->reduction->chooses;
+    bool touches = false;
+    for (int i = 0; i < group->link_count && fits; i++) {
+        const int32_t link = model->group_link[group->link + i];
+        const kt_link *at = &model->link[link];
+        fits = (size_t)link < model->n.spatial &&
+               (kt_link_dofs(at) == 1 || (at->motion == KT_MOTION_FREE && at->parent == 0));
+    }
+    for (int32_t i = group->loop; i < group->loop + group->loop_count; i++)
+        touches = touches || model->loop[model->group_loop[i]].side != KT_SIDE_NONE;
+    return fits && touches;
+}
+
 void kt_form_begin(const kt_model *model, kt_group *group) {
     set(group, KT_FORM_DENSE,
         KT_HAS_FORMULAS && has_formula(model, group) ? KT_FORM_REASON_FORMULA
@@ -45,6 +62,7 @@ void kt_form_begin(const kt_model *model, kt_group *group) {
         : model->structure == KT_STRUCTURE_DENSE     ? KT_FORM_REASON_ASKED
                                                      : KT_FORM_REASON_SMALL);
     group->damped_form = KT_FORM_DENSE;
+    group->ranges = may_range(model, group);
 }
 
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of) {
@@ -138,7 +156,7 @@ void kt_forms_choose(kt_model *model) {
         else if (is_pin(model, group) && may_be(model, KT_FORM_PIN))
             set(group, group->has_armature ? KT_FORM_DENSE : KT_FORM_PIN,
                 group->has_armature ? KT_FORM_REASON_ARMATURE : KT_FORM_REASON_PIN);
-        model->has_delassus |= group->form == KT_FORM_DELASSUS;
+        model->has_delassus |= group->form == KT_FORM_DELASSUS || (group->form == KT_FORM_DENSE && group->ranges);
     }
 }
 

@@ -36,7 +36,8 @@
     X(half, n *n, "M N, and other products")                                                                           \
     X(work, n ? kt_group_work_count(m, k) : m + k, "of LAPACK")                                                        \
     X(wrench, n ? 0 : 2 * KT_FRONT_SPACE * k, "of a unit multiplier on both ends' links, about their origins")         \
-    X(front, group->front.count, "of the elimination by fronts (front.h)")
+    X(front, group->front.count, "of the elimination by fronts (front.h)")                                             \
+    X(half_columns, group->ranges &&n ? kt_half_count(m, s) : 0, "of range space (half_columns.h)")
 
 typedef struct kt_group_work {
     int m, k;
@@ -60,6 +61,12 @@ enum { KT_LARGE = 40 };
  * dormqr in blocks of 32. (When dormqr works in blocks, it needs 65 x 64 more.) */
 static inline size_t kt_group_work_count(size_t m, size_t k) {
     return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
+}
+
+/* Returns the size of the arrays for range space (reduction/half_columns.h) of a group with s equations at most. */
+static inline size_t kt_half_count(size_t m, size_t s) {
+    const size_t n = (s + 3) / 4; /* vectors of equations */
+    return 4 * (n + 12) * m + 16 * n * n + 10 * n + 2 * m + (m + 7) / 8 + (n * m + 7) / 8;
 }
 
 /* Finds a group's matrices in the data. */

@@ -208,6 +208,7 @@ typedef struct kt_group {
     kt_group_form damped_form;       /* of damped steps: DENSE, FRONT or DELASSUS */
     kt_form_reason reason;           /* why it has this form */
     bool has_armature;               /* a joint of it has */
+    bool ranges;                     /* closed contacts may be solved in range space (reduction/half_columns.h) */
     size_t dense;                    /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES];    /* of each of its matrices, from there */
     kt_front_plan front;

@@ -1,6 +1,7 @@
 /* The driver that treats all links as spatial ones. It also computes the reactions of loops for all models. */
 #define KT_PLANAR false
 #include "reduction/driver.h"
+#include "reduction/half_columns.h"
 
 /* A' lambda = M x + F' A - (tau - h) */
 static void multipliers(const kt_model *model, kt_data *data, const double *v, const double *a) {
@@ -12,7 +13,8 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         const kt_group *group = &model->group[g];
         const kt_link_motion *p = &data->motion[group->parent];
-        if (data->special_form[g])
+        const bool locked = data->special_form[g] && kt_group_is_locked(model, group);
+        if (data->special_form[g] && !locked)
             continue;
         if (kt_group_has_fronts(group)) {
             KT_KERNEL(kt_front_multipliers)(model, data, g, a, w.multiplier);
@@ -28,7 +30,10 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
                 need[i] += w.coupling[6 * (size_t)i + (size_t)c] * p->alpha[c] +
                            w.coupling[6 * (size_t)i + 3 + (size_t)c] * p->linear[c];
         }
-        model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);
+        if (locked)
+            w.multiplier[0] = need[0] / w.a[0];
+        else
+            model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);
     }
 }
 

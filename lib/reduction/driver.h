@@ -51,8 +51,9 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-/* With `special`, three kinds of groups have solvers of their own. In the plane, groups of one pin are solved in closed
- * form, and fronts of four parameters by front4.h. Groups of few equations are solved by delassus.h. */
+/* With `special`, four kinds of groups have solvers of their own. In the plane, groups of one pin are solved in closed
+ * form, and fronts of four parameters by front4.h. Groups of few equations are solved by delassus.h. Those of closed
+ * contacts and stops are solved by half_columns.h. */
 KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular,
                              bool special, double *a) {
     const size_t end = spatial_end(model);
@@ -62,7 +63,7 @@ KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dyna
         if (KT_PLANAR && special && model->group[g].form == KT_FORM_PIN)
             continue;
         fill_group(model, data, g, true, at->q, at->v, at->t);
-        if (!KT_KERNEL(kt_group_prepare)(model, data, g, KT_ROWS_ALL, regular, special, KT_PLANAR && special))
+        if (!KT_KERNEL(kt_group_prepare)(model, data, g, KT_ROWS_ALL, regular, special, KT_PLANAR && special, special))
             failed = (size_t)model->group_link[model->group[g].link];
     }
     if (!failed && end > 1)
@@ -112,7 +113,7 @@ KT_INLINE bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool 
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
         fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true,
-                                            KT_PLANAR && !has_fixed(data, &model->group[g]));
+                                            KT_PLANAR && !has_fixed(data, &model->group[g]), false);
     return fine;
 }
 

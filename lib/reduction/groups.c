@@ -5,6 +5,7 @@
 #include "reduction/delassus.h"
 #include "reduction/front.h"
 #include "reduction/front4.h"
+#include "reduction/half_columns.h"
 #include "reduction/spatial_group.h"
 
 int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
@@ -27,11 +28,13 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
 }
 
 bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,
-                                 bool delassus, bool front4) {
+                                 bool delassus, bool front4, bool range) {
     const kt_group *group = &model->group[g];
     bool special = false;
     if (delassus && group->form == KT_FORM_DELASSUS) {
         special = KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
+    } else if (range && group->form == KT_FORM_DENSE && group->ranges) {
+        special = KT_KERNEL(kt_half_prepare)(model, data, g);
     } else if (front4 && group->form == KT_FORM_FRONT4 && group->count[rows] == group->count[KT_ROWS_ALL]) {
         special = true;
         data->factored[g] = rows;

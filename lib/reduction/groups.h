@@ -7,7 +7,8 @@
 
 /* kt_group_prepare does the same as kt_group_factor, but leaves groups in a special form to their own code
  * (data->special_form). With `delassus`, groups in the form of Delassus are prepared for delassus.h. With `front4`,
- * fronts of four parameters are left to front4.h. Returns false if a number is not finite.
+ * fronts of four parameters are left to front4.h. With `range`, contacts are left to half_columns.h. Returns false if a
+ * number is not finite.
  *
  * kt_groups_refactor factors the groups in their special forms. Returns false if there are none, or if a number is not
  * finite.
@@ -30,7 +31,7 @@
 #define KT_GROUPS_DECLARE(isa)                                                                                         \
     int kt_group_factor_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular);             \
     bool kt_group_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,            \
-                                bool delassus, bool front4);                                                           \
+                                bool delassus, bool front4, bool range);                                               \
     bool kt_groups_refactor_##isa(const kt_model *model, kt_data *data);                                               \
     bool kt_groups_factor_##isa(const kt_model *model, kt_data *data, kt_rows rows, bool regular);                     \
     void kt_group_residuals_##isa(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,   \

@@ -4,8 +4,9 @@
 
 #include "reduction/method.h"
 
-/* data->special_form: groups in the form of Delassus (delassus.h) and fronts in registers (front4.h) may be solved in
- * their own forms. If this fails, they are factored: regularly (`factor`), or as a whole. */
+/* data->special_form: groups in the form of Delassus (delassus.h), closed contacts and stops (half_columns.h), and
+ * fronts in registers (front4.h) may be solved in their own forms. If this fails, they are factored: regularly
+ * (`factor`), or as a whole. */
 enum { KT_SPECIAL_FORM_NONE = 0, KT_SPECIAL_FORM_REGULAR, KT_SPECIAL_FORM_WHOLE };
 
 typedef struct kt_reduction_kernels {

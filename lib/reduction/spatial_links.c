@@ -13,6 +13,7 @@
 #ifndef KT_LANES
 #include "reduction/components.h"
 #include "reduction/front.h"
+#include "reduction/half_columns.h"
 #include "reduction/kernel.h"
 #endif
 
@@ -126,23 +127,36 @@ KT_INLINE kt_real1 inertia_along(const kt_link *link, kt_real3 s, const kt_artic
     return kt_dots3(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f));
 }
 
-/* Stores the inverse inertia of a link in a group of the form of Delassus, for delassus.c. Such a link is a link of the
- * tree. */
+/* Stores the inverse inertia of a link in a group of the form of Delassus, for delassus.c, or of one in range space,
+ * for half_columns.c. Such a link is a link of the tree. */
 KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
                             double armature) {
     const kt_link *link = &model->link[i];
     kt_delassus d;
+#ifndef KT_LANES
+    if (model->group[link->group].form == KT_FORM_DENSE) {
+        KT_KERNEL(kt_half_keep)(model, data, i, x);
+        return;
+    }
+#endif
     if (link->motion == KT_MOTION_SPHERICAL)
         return;
     kt_delassus_find(model, data, (size_t)link->group, &d);
     d.inverse[link->local] = 1.0 / (inertia_along(link, kt_link_axis(link, &data->motion[i]), x) + armature);
 }
 
-/* Solves the groups in the form of Delassus, between the passes; returns the first link of one that cannot be solved,
- * or 0. */
+/* Solves the groups in the form of Delassus and in range space, between the passes; returns the first link of one that
+ * cannot be solved, or 0. */
 static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t link = model->group_link[model->group[g].link];
+#ifndef KT_LANES
+        if (data->special_form[g] && model->group[g].form == KT_FORM_DENSE) {
+            if (!KT_KERNEL(kt_half_solve)(model, data, g))
+                return (size_t)link;
+            continue;
+        }
+#endif
         if (is_special(model, data, (int32_t)g) && (size_t)link < end &&
             kt_is_refused(data, KT_KERNEL(kt_delassus_solve)(model, data, g, NULL)))
             return (size_t)link;
@@ -173,6 +187,24 @@ KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data
                                                                                   : KT_ELIMINATION_ENDED;
 }
 
+/* Whether a group in a special form is a joint at its stop (half_columns.h). */
+KT_INLINE bool is_locked(const kt_model *model, int32_t group) {
+#ifndef KT_LANES
+    return kt_group_is_locked(model, &model->group[group]);
+#else
+    (void)model, (void)group;
+    return false;
+#endif
+}
+
+KT_INLINE void lock(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau, kt_articulated *x) {
+#ifndef KT_LANES
+    KT_KERNEL(kt_half_lock)(model, data, i, tau, x);
+#else
+    (void)model, (void)data, (void)i, (void)tau, (void)x;
+#endif
+}
+
 /* `context` is not NULL if groups in the form of Delassus are not eliminated. */
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                    kt_articulated *x, void *context) {
@@ -180,6 +212,10 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
     const bool delassus = group >= 0 && context && is_special(model, data, group);
     if (group >= 0 && !delassus)
         return eliminate_of_group(model, data, i, tau, x);
+    if (delassus && is_locked(model, group)) {
+        lock(model, data, i, tau, x);
+        return KT_ELIMINATION_PASSED;
+    }
     if (delassus)
         keep_inverse(model, data, i, x, 0.0);
     return kt_eliminate_joint(model, data, i, tau, x, NULL);
@@ -191,6 +227,10 @@ static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, s
     const bool delassus = group >= 0 && context && is_special(model, data, group);
     if (group >= 0 && !delassus)
         return eliminate_of_group(model, data, i, tau, x);
+    if (delassus && is_locked(model, group)) {
+        lock(model, data, i, tau, x);
+        return KT_ELIMINATION_PASSED;
+    }
     if (delassus)
         keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
     const kt_elimination done = kt_eliminate_armature(model, data, i, tau, x, NULL);

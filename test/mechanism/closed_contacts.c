@@ -1,6 +1,7 @@
-/* Accelerations and normal forces of random mechanisms, some of whose contacts stick and some slip. They are compared
- * with the equations of motion and of the contacts in one matrix, which is solved in long double. This matrix has the
- * mass matrix of the composite bodies, and Jacobians of points, which no contact of the library uses.
+/* Accelerations and normal forces of random mechanisms, some of whose contacts stick and some slip. One of the joints
+ * may be at its stop. They are compared with the equations of motion and of the contacts in one matrix, which is solved
+ * in long double. This matrix has the mass matrix of the composite bodies, and Jacobians of points, which no contact of
+ * the library uses.
  *
  * A contact need not touch: its accelerations are those of the equation "the gap stays as it is".
  */
@@ -15,7 +16,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { CONTACTS = 3, NV = 40, SIZE = NV + 3 * CONTACTS, MECHANISMS = 60 };
+enum { CONTACTS = 3, STOP = CONTACTS - 1, NV = 40, SIZE = NV + 3 * CONTACTS, MECHANISMS = 60 };
 typedef enum contact_state { OPEN = 0, SLIPS, STICKS, STATES } contact_state;
 
 typedef struct subject {
@@ -23,6 +24,7 @@ typedef struct subject {
     kt_effect effect[CONTACTS];
     kt_mat3 plane[CONTACTS];
     char name[CONTACTS][8];
+    int stop;        /* the body on whose joint the last one is a stop; -1: it is a contact */
     kt_model *model; /* with them; the description is that of the tree */
 } subject;
 
@@ -52,6 +54,23 @@ static void add_contacts(subject *s, kt_random *random) {
     }
 }
 
+/* Replaces the last contact with a stop, in some mechanisms. */
+static void add_stop(subject *s, kt_random *random) {
+    const int body = kt_random_int(random, 0, s->tree.description.body_count - 1);
+    const kt_joint_type type = s->tree.body[body].joint.type;
+    s->stop = -1;
+    if (type != KT_JOINT_REVOLUTE && type != KT_JOINT_PRISMATIC && type != KT_JOINT_SCREW)
+        return;
+    kt_effect *e = &s->effect[STOP];
+    s->stop = body;
+    *e = kt_effect_default();
+    e->name = s->name[STOP];
+    e->type = KT_EFFECT_JOINT_LIMIT;
+    e->restitution = 0.0;
+    e->joint = s->tree.body[body].name;
+    e->lower = -100.0;
+}
+
 static bool grow(subject *s, int bodies, kt_random *random) {
     kt_tree_plan plan = kt_tree_plan_default();
     kt_error e = {0};
@@ -63,6 +82,7 @@ static bool grow(subject *s, int bodies, kt_random *random) {
     if (!kt_tree_grow(&s->tree, &plan, random) || !kt_check_below("nv", s->tree.nv, NV))
         return false;
     add_contacts(s, random);
+    add_stop(s, random);
     kt_description d = s->tree.description;
     d.effects = s->effect;
     d.effect_count = CONTACTS;
@@ -73,7 +93,7 @@ static const kt_model *model_of(const subject *s, const contact_state *state) {
     uint64_t set = 0;
     for (int k = 0; k < CONTACTS; k++) {
         set |= state[k] != OPEN ? kt_switch_bits(s->model, 2 * k) : 0;
-        set |= state[k] == STICKS ? kt_switch_bits(s->model, 2 * k + 1) : 0;
+        set |= state[k] == STICKS && (k < STOP || s->stop < 0) ? kt_switch_bits(s->model, 2 * k + 1) : 0;
     }
     return kt_model_switched(s->model, set);
 }
@@ -137,6 +157,15 @@ static void add_contact(const subject *s, int k, contact_state state, whole *w) 
     w->n += state == STICKS ? 3 : 1;
 }
 
+static void add_stop_row(const subject *s, whole *w) {
+    const kt_model *model = s->tree.model;
+    const int v = kt_body_coordinates(model, kt_body_find(model, s->tree.body[s->stop].name)).v;
+    w->normal[STOP] = w->n;
+    w->k[w->n][v] = 1.0L;
+    w->k[v][w->n] = -1.0L;
+    w->n++;
+}
+
 /* Gauss's elimination with the largest pivot of each column. Returns the ratio of the largest pivot to the smallest. */
 static double solve(whole *w) {
     long double most = 0.0L, least = (long double)INFINITY;
@@ -187,7 +216,7 @@ static kt_status evaluate(const kt_model *model, const kt_tree_state *at, found 
 
 typedef struct tally {
     kt_worst a, normal;
-    int compared[STATES], wedged;
+    int compared[STATES], stops, wedged;
 } tally;
 
 static void compare(const subject *s, const contact_state *state, const kt_tree_state *at, int index, tally *t) {
@@ -198,7 +227,9 @@ static void compare(const subject *s, const contact_state *state, const kt_tree_
     if (!kt_check_true("model of the set", model != NULL) || !set_motion(s, at, &w))
         return;
     for (int k = 0; k < CONTACTS; k++)
-        if (state[k] != OPEN)
+        if (state[k] != OPEN && k == STOP && s->stop >= 0)
+            add_stop_row(s, &w);
+        else if (state[k] != OPEN)
             add_contact(s, k, state[k], &w);
     const double condition = solve(&w);
     const kt_status status = evaluate(model, at, &f, &e);
@@ -216,7 +247,9 @@ static void compare(const subject *s, const contact_state *state, const kt_tree_
         kt_worst_near(&t->a, f.a[i] / (double)size, (double)(w.x[i] / size), 50.0 * rounding, "mechanism %d, v %d",
                       index, i);
     for (int k = 0; k < CONTACTS; k++) {
-        const int loop = kt_loop_find(model, s->name[k]);
+        const bool stops = k == STOP && s->stop >= 0;
+        const int loop = kt_loop_find(model, stops ? "c2.lower" : s->name[k]);
+        t->stops += stops && state[k] != OPEN;
         t->compared[state[k]]++;
         if (state[k] != OPEN)
             kt_worst_near(&t->normal, fabs(f.multiplier[kt_loop_rows_of(model, loop).first]) / (double)force,
@@ -247,6 +280,7 @@ static void compare_trees(int bodies) {
     kt_check_worst(&t.normal);
     kt_check_above("contacts that slip", t.compared[SLIPS], 300);
     kt_check_above("contacts that stick", t.compared[STICKS], 300);
+    kt_check_above("stops", t.stops, 30);
     kt_check_below("sets rejected", t.wedged, 40);
 }
 

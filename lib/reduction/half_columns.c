@@ -1,0 +1,378 @@
+/* Groups of closed contacts in range space: half_columns.h. */
+#include "reduction/half_columns.h"
+
+#include "linear/cholesky.h"
+
+/* The least square of the sine. */
+static const double independent_part = 1e-4;
+
+enum { LANES = KT_HALF_LANES };
+
+static void find(const kt_model *model, const kt_data *data, size_t g, kt_group_work *w, kt_half *h) {
+    kt_group_find(model, data, g, KT_ROWS_ALL, w);
+    h->m = w->m;
+    h->rank = model->group[g].rank[KT_ROWS_ALL];
+    h->n = (h->rank + LANES - 1) / LANES;
+    const size_t m = (size_t)h->m, n = (size_t)h->n;
+    h->column = (kt_v4 *)(void *)w->half_columns; /* matrices begin at multiples of eight numbers */
+    h->flow = h->column + n * m;
+    h->rest = h->flow + 6 * m;
+    h->term = h->rest + 2 * m;
+    h->square = (double *)(h->term + 4 * m);
+    h->diagonal = h->square + LANES * LANES * n * n;
+    h->multiplier = h->diagonal + LANES * n;
+    h->inverse = h->multiplier + LANES * n;
+    h->free = h->inverse + m;
+    h->slot = (int32_t *)(h->free + m);
+    h->given = (uint8_t *)(h->slot + LANES * n);
+    h->live = h->given + m;
+}
+
+/* Whether a free joint has armature: its rotors turn against the ground, and it keeps other terms (aba_armature.c). */
+static bool has_free_armature(const kt_model *model, const kt_group *group) {
+    for (int l = 0; l < group->link_count && group->has_armature; l++) {
+        const kt_link *link = &model->link[model->group_link[group->link + l]];
+        if (link->motion == KT_MOTION_FREE && link->has_armature)
+            return true;
+    }
+    return false;
+}
+
+/* Chooses the equations; returns false if the group is left to its null space. A group that its equations hold as a
+ * whole is left there, too: it then stays at rest to the last bit. */
+static bool choose(const kt_model *model, const kt_data *data, size_t g) {
+    kt_group_work w;
+    kt_half h;
+    int count = 0;
+    find(model, data, g, &w, &h);
+    for (int r = 0; r < w.k; r++) {
+        if (w.weight && w.weight[r] == 1.0)
+            continue;
+        if (count < h.rank)
+            h.slot[count] = r;
+        count++;
+    }
+    for (int r = h.rank; r < LANES * h.n; r++)
+        h.slot[r] = -1;
+    return count == h.rank && h.rank < h.m && !has_free_armature(model, &model->group[g]);
+}
+
+bool KT_KERNEL(kt_half_prepare)(const kt_model *model, kt_data *data, size_t g) {
+    if (!kt_group_is_locked(model, &model->group[g]) && !choose(model, data, g))
+        return false;
+    data->factored[g] = KT_ROWS_ALL;
+    data->near[g] = false;
+    data->rank[g] = model->group[g].rank[KT_ROWS_ALL];
+    return true;
+}
+
+/* ---- terms of the links ------------------------------------------------------------------------------------------ */
+
+/* The degrees of freedom of a free joint, from the last to the first. */
+static void keep_free(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x, const kt_half *h) {
+    const kt_link *link = &model->link[i];
+    kt_articulated left = *x;
+    kt_subspace s;
+    kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &s);
+    for (int k = s.count - 1; k >= 0; k--) {
+        const kt_v4 a = s.angular[k], l = s.linear[k];
+        const kt_v4 un = kt_articulated_moment(&left, a, l), uf = kt_articulated_force(&left, a, l);
+        const double d = 1.0 / kt_v4_dot2(a, un, l, uf);
+        kt_v4 *term = h->term + 4 * (link->local + k);
+        kt_articulated_subtract_square(&left, d, un, uf);
+        term[0] = a;
+        term[1] = l;
+        term[2] = kt_v4_splat(d) * un;
+        term[3] = kt_v4_splat(d) * uf;
+        h->inverse[link->local + k] = d;
+    }
+}
+
+/* S of a joint with one axis. */
+KT_INLINE void axis_of(const kt_link *link, const kt_link_motion *m, kt_v4 *angular, kt_v4 *linear) {
+    const kt_v4 s = kt_link_axis(link, m), none = kt_v4_splat(0.0);
+    *angular = link->motion == KT_MOTION_PRISMATIC ? none : s;
+    *linear = link->motion == KT_MOTION_REVOLUTE ? none
+              : link->motion == KT_MOTION_SCREW  ? kt_v4_splat(kt_link_pitch(link)) * s
+                                                 : s;
+}
+
+void KT_KERNEL(kt_half_keep)(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x) {
+    const kt_link *link = &model->link[i];
+    kt_group_work w;
+    kt_half h;
+    kt_v4 n, f;
+    if (model->group[link->group].rank[KT_ROWS_ALL] == 0)
+        return;
+    find(model, data, (size_t)link->group, &w, &h);
+    if (link->motion == KT_MOTION_FREE) {
+        keep_free(model, data, i, x, &h);
+        return;
+    }
+    axis_of(link, &data->motion[i], &n, &f);
+    h.inverse[link->local] = 1.0 / (kt_v4_dot2(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f)) +
+                                    model->armature[link->v]);
+}
+
+void KT_KERNEL(kt_half_lock)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
+    const kt_link *link = &model->link[i];
+    const kt_link_motion *m = &data->motion[i];
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
+    const double acceleration = w.right[0] / w.a[0];
+    kt_v4 n, f;
+    axis_of(link, m, &n, &f);
+    const kt_v4 moment = kt_articulated_moment(x, n, f), force = kt_articulated_force(x, n, f);
+    x->moment += kt_articulated_moment(x, m->alpha, m->linear);
+    x->force += kt_articulated_force(x, m->alpha, m->linear);
+    w.mass[0] = kt_v4_dot2(n, moment, f, force) + model->armature[link->v];
+    w.bias[0] = tau[link->v] - kt_v4_dot2(n, x->moment, f, x->force);
+    if (link->parent == 0) /* the ground's acceleration is given: gravity */
+        w.bias[0] -= kt_v4_dot(force, data->motion[0].linear);
+    x->moment += kt_v4_splat(acceleration) * moment;
+    x->force += kt_v4_splat(acceleration) * force;
+    const kt_v4 on_parent = moment + kt_v4_cross(m->offset, force);
+    for (int c = 0; c < 3; c++) {
+        w.coupling[c] = on_parent[c];
+        w.coupling[c + 3] = force[c];
+    }
+    kt_response_set(&data->response[i], kt_v4_splat(0.0), kt_v4_splat(0.0), acceleration);
+}
+
+/* y - K A0 of a free joint: its acceleration x without multipliers is what is known, and y_k = x_k + U_k d_k . A with
+ * the acceleration A due to the degrees of freedom before. */
+static void find_free_of_joint(const kt_half *h, int local, kt_v4 alpha, kt_v4 linear) {
+    kt_v4 angular_before = kt_v4_splat(0.0), linear_before = angular_before;
+    for (int k = 0; k < KT_DOF_MAX; k++) {
+        const kt_v4 *term = h->term + 4 * (local + k);
+        const double x = kt_v4_dot2(term[0], alpha, term[1], linear);
+        h->free[local + k] = x + kt_v4_dot2(term[2], angular_before, term[3], linear_before);
+        angular_before += kt_v4_splat(x) * term[0];
+        linear_before += kt_v4_splat(x) * term[1];
+    }
+}
+
+/* A0, and y - K A0, from the ground to the tips. */
+static void find_free(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h) {
+    const int32_t *link = model->group_link + group->link;
+    for (int l = 0; l < group->link_count; l++) {
+        const kt_link *at = &model->link[link[l]], *up = &model->link[at->parent];
+        const kt_link_motion *m = &data->motion[link[l]];
+        const kt_v4 alpha = at->parent ? h->rest[2 * up->local] : data->motion[0].alpha;
+        const kt_v4 linear = at->parent ? h->rest[2 * up->local + 1] : data->motion[0].linear;
+        kt_v4 *rest = h->rest + 2 * at->local;
+        rest[0] = alpha + m->alpha;
+        rest[1] = linear + kt_v4_cross(alpha, m->offset) + m->linear;
+        if (at->motion == KT_MOTION_FREE) {
+            const kt_articulated *kept = &data->articulated[at->articulated];
+            find_free_of_joint(h, at->local, kept->moment - rest[0], kept->force - rest[1]);
+            continue;
+        }
+        const kt_response *y = &data->response[link[l]];
+        h->free[at->local] = kt_response_free(y) - kt_v4_dot2(y->gain_angular, alpha, y->gain_linear, linear);
+    }
+}
+
+/* ---- half columns ------------------------------------------------------------------------------------------------ */
+
+/* Components of moments and forces of four equations. */
+typedef struct wrenches {
+    kt_v4 x[6];
+} wrenches;
+
+KT_INLINE kt_v4 along(kt_v4 n, kt_v4 f, const wrenches *p) {
+    return (kt_v4_splat(n[0]) * p->x[0] + kt_v4_splat(n[1]) * p->x[1] + kt_v4_splat(n[2]) * p->x[2]) +
+           (kt_v4_splat(f[0]) * p->x[3] + kt_v4_splat(f[1]) * p->x[4] + kt_v4_splat(f[2]) * p->x[5]);
+}
+
+KT_INLINE void add_gain(kt_v4 n, kt_v4 f, kt_v4 u, wrenches *p) {
+    for (int c = 0; c < 3; c++) {
+        p->x[c] += kt_v4_splat(n[c]) * u;
+        p->x[c + 3] += kt_v4_splat(f[c]) * u;
+    }
+}
+
+KT_INLINE void shift(kt_v4 r, wrenches *p) {
+    const kt_v4 x = kt_v4_splat(r[0]), y = kt_v4_splat(r[1]), z = kt_v4_splat(r[2]);
+    p->x[0] += y * p->x[5] - z * p->x[4];
+    p->x[1] += z * p->x[3] - x * p->x[5];
+    p->x[2] += x * p->x[4] - y * p->x[3];
+}
+
+/* The entries of four equations for one coordinate. */
+KT_INLINE kt_v4 entries(const kt_group_work *w, const int32_t *slot, int local) {
+    kt_v4 x = kt_v4_splat(0.0);
+    for (int r = 0; r < LANES; r++)
+        if (slot[r] >= 0)
+            x[r] = w->a[(size_t)slot[r] * (size_t)w->m + (size_t)local];
+    return x;
+}
+
+KT_INLINE bool is_zero(kt_v4 x) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0 && x[3] == 0.0; }
+
+/* The half columns of one link; p are the wrenches on it, and then those on its parent. */
+KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, const kt_half *h, kt_v4 *column,
+                         wrenches *p) {
+    const kt_link *link = &model->link[i];
+    if (link->motion != KT_MOTION_FREE) {
+        const kt_response *y = &data->response[i];
+        kt_v4 n, f;
+        axis_of(link, &data->motion[i], &n, &f);
+        column[0] -= along(n, f, p);
+        shift(data->motion[i].offset, p);
+        add_gain(y->gain_angular, y->gain_linear, column[0], p);
+        return;
+    }
+    for (int k = KT_DOF_MAX - 1; k >= 0; k--) {
+        const kt_v4 *term = h->term + 4 * (link->local + k);
+        column[k] -= along(term[0], term[1], p);
+        add_gain(term[2], term[3], column[k], p);
+    }
+}
+
+KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
+    for (int c = 0; c < 6; c++)
+        h->flow[6 * local + c] = h->given[local] ? h->flow[6 * local + c] + p->x[c] : p->x[c];
+    h->given[local] = 1;
+}
+
+static void find_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_group_work *w,
+                         const kt_half *h, int batch) {
+    const int32_t *link = model->group_link + group->link, *slot = h->slot + LANES * batch;
+    bool from_child = false;
+    wrenches p;
+    memset(h->given, 0, (size_t)h->m);
+    for (int l = group->link_count - 1; l >= 0; l--) {
+        const kt_link *at = &model->link[link[l]];
+        const int32_t local = at->local, up = at->parent;
+        kt_v4 *column = h->column + (size_t)batch * (size_t)h->m + local;
+        bool live = from_child || h->given[local];
+        for (int k = 0; k < kt_link_dofs(at); k++) {
+            column[k] = entries(w, slot, local + k);
+            live = live || !is_zero(column[k]);
+        }
+        memset(h->live + (size_t)batch * (size_t)h->m + local, live, (size_t)kt_link_dofs(at));
+        for (int c = 0; c < 6 && !from_child; c++)
+            p.x[c] = kt_v4_splat(0.0);
+        for (int c = 0; c < 6 && h->given[local]; c++)
+            p.x[c] += h->flow[6 * local + c];
+        if (live)
+            take_link(model, data, link[l], h, column, &p);
+        from_child = live && l > 0 && up == link[l - 1];
+        if (live && !from_child && up != 0)
+            pass_on(h, model->link[up].local, &p);
+    }
+}
+
+/* ---- S ----------------------------------------------------------------------------------------------------------- */
+
+/* Rows of vector i and columns of vector j, j <= i. */
+static void find_block(const kt_half *h, int i, int j) {
+    const size_t m = (size_t)h->m, stride = LANES * (size_t)h->n;
+    const kt_v4 *a = h->column + (size_t)i * m, *b = h->column + (size_t)j * m;
+    const uint8_t *live[2] = {h->live + (size_t)i * m, h->live + (size_t)j * m};
+    kt_v4 sum[LANES] = {{0.0}};
+    for (size_t l = 0; l < m; l++) {
+        if (!live[0][l] || !live[1][l])
+            continue;
+        const kt_v4 x = kt_v4_splat(h->inverse[l]) * b[l];
+        for (int c = 0; c < LANES; c++)
+            sum[c] += kt_v4_splat(x[c]) * a[l];
+    }
+    for (int c = 0; c < LANES; c++)
+        memcpy(h->square + (LANES * (size_t)j + (size_t)c) * stride + LANES * (size_t)i, &sum[c], sizeof sum[c]);
+}
+
+/* lambda = b'' - A M^-1 f */
+static void find_right(const kt_group_work *w, const kt_half *h, int batch) {
+    const kt_v4 *u = h->column + (size_t)batch * (size_t)h->m;
+    const uint8_t *live = h->live + (size_t)batch * (size_t)h->m;
+    kt_v4 sum = kt_v4_splat(0.0);
+    for (int l = 0; l < h->m; l++)
+        if (live[l])
+            sum += kt_v4_splat(h->free[l]) * u[l];
+    for (int r = 0; r < LANES; r++) {
+        const int32_t slot = h->slot[LANES * batch + r];
+        h->multiplier[LANES * batch + r] = slot >= 0 ? w->right[slot] - sum[r] : 0.0;
+    }
+}
+
+/* Solves S lambda = right by Cholesky's method. */
+static bool solve(const kt_half *h) {
+    const size_t stride = LANES * (size_t)h->n;
+    double *l = h->square, *x = h->multiplier, sum = 0.0;
+    bool independent = true;
+    for (int j = 0; j < h->rank; j++)
+        h->diagonal[j] = l[(size_t)j * (stride + 1)];
+    if (!kt_dense_cholesky(l, stride, h->rank, NULL))
+        return false;
+    for (int j = 0; j < h->rank; j++) {
+        const double pivot = l[(size_t)j * (stride + 1)];
+        independent = independent && pivot * pivot > independent_part * h->diagonal[j];
+        x[j] /= pivot;
+        for (int i = j + 1; i < h->rank; i++)
+            x[i] -= l[(size_t)j * stride + (size_t)i] * x[j];
+    }
+    for (int j = h->rank - 1; j >= 0; j--) {
+        for (int i = j + 1; i < h->rank; i++)
+            x[j] -= l[(size_t)j * stride + (size_t)i] * x[i];
+        x[j] /= l[(size_t)j * (stride + 1)];
+        sum += x[j];
+    }
+    return independent && isfinite(sum);
+}
+
+/* ---- accelerations ----------------------------------------------------------------------------------------------- */
+
+/* d_l (U' lambda)_l */
+static double response_of(const kt_half *h, int local) {
+    kt_v4 sum = kt_v4_splat(0.0), x;
+    for (int b = 0; b < h->n; b++) {
+        memcpy(&x, h->multiplier + LANES * (size_t)b, sizeof x);
+        if (h->live[(size_t)b * (size_t)h->m + (size_t)local])
+            sum += x * h->column[(size_t)b * (size_t)h->m + (size_t)local];
+    }
+    return h->inverse[local] * ((sum[0] + sum[1]) + (sum[2] + sum[3]));
+}
+
+static void add_responses(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
+    const int32_t *link = model->group_link + group->link;
+    for (int l = 0; l < group->link_count; l++) {
+        const kt_link *at = &model->link[link[l]];
+        if (at->motion != KT_MOTION_FREE) {
+            kt_response_add(&data->response[link[l]], response_of(h, at->local));
+            continue;
+        }
+        kt_v4 alpha = kt_v4_splat(0.0), linear = alpha;
+        for (int k = 0; k < KT_DOF_MAX; k++) {
+            const kt_v4 *term = h->term + 4 * (at->local + k);
+            const double x = response_of(h, at->local + k) - kt_v4_dot2(term[2], alpha, term[3], linear);
+            alpha += kt_v4_splat(x) * term[0];
+            linear += kt_v4_splat(x) * term[1];
+        }
+        data->articulated[at->articulated].moment += alpha;
+        data->articulated[at->articulated].force += linear;
+    }
+}
+
+bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
+    const kt_group *group = &model->group[g];
+    kt_group_work w;
+    kt_half h;
+    if (group->rank[KT_ROWS_ALL] == 0 || kt_group_is_locked(model, group))
+        return true;
+    find(model, data, g, &w, &h);
+    find_free(model, data, group, &h);
+    for (int b = 0; b < h.n; b++) {
+        find_columns(model, data, group, &w, &h, b);
+        find_right(&w, &h, b);
+        for (int j = 0; j <= b; j++)
+            find_block(&h, b, j);
+    }
+    if (!solve(&h))
+        return false;
+    memset(w.multiplier, 0, (size_t)w.k * sizeof *w.multiplier);
+    for (int r = 0; r < h.rank; r++)
+        w.multiplier[h.slot[r]] = h.multiplier[r];
+    add_responses(model, data, group, &h);
+    return true;
+}

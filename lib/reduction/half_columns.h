@@ -1,0 +1,73 @@
+/* A dense group of closed contacts in range space. Its links stay links of the tree, for which the articulated-body
+ * recursion provides M^-1, and the multipliers follow from the few equations:
+ *
+ *     A x = b'',   x = M^-1 (f + A' lambda),   S lambda = b'' - A M^-1 f,   S = A M^-1 A'
+ *
+ * M^-1 = H' D H with the factors of the recursion (dynamics/aba_inverse.h). So S = U D U' with the half columns U' =
+ * H A', which only the backward half of a pass takes. Four equations are in the lanes of a vector, and links on which
+ * none of the four acts are left out. With the free acceleration y of a joint, its parent gain K, and the parent's
+ * acceleration A0 due to velocities and gravity alone, A M^-1 f = U (y - K A0) (reduction/delassus.h). The
+ * multipliers' accelerations D U' lambda are added to y before the forward pass.
+ *
+ * S has the condition of A squared. So equations have to be independent: in the metric of M^-1, the sine of the angle
+ * between each row and the rows before must exceed 0.01. Otherwise the null space of A decides, with its ranks and its
+ * treatment of singular positions. Of dependent equations those take part that were chosen at compilation or by a mask.
+ */
+#ifndef KT_REDUCTION_HALF_COLUMNS_H
+#define KT_REDUCTION_HALF_COLUMNS_H
+
+#include "constraint/group.h"
+#include "dynamics/aba.h"
+
+#ifndef KT_LANES
+
+/* Whether one equation locks the one joint of a group. */
+static inline bool kt_group_is_locked(const kt_model *model, const kt_group *group) {
+    return group->ranges && group->v_count == 1 && group->count[KT_ROWS_ALL] == 1 && group->rank[KT_ROWS_ALL] == 1 &&
+           group->loop_count == 1 && model->loop[model->group_loop[group->loop]].term_count == 1;
+}
+
+/* Equations in a vector. */
+enum { KT_HALF_LANES = 4 };
+
+/* The arrays of a group of m coordinates and n vectors of equations (kt_half_count). Links have the places of their
+ * first coordinates. */
+typedef struct kt_half {
+    int m, n, rank;
+    kt_v4 *column;      /* n m: half columns of each vector */
+    kt_v4 *flow;        /* 6 m: wrenches that children pass, of one vector */
+    kt_v4 *rest;        /* 2 m: A0, angular and linear */
+    kt_v4 *term;        /* 4 m: of free joints, S and U d, angular and linear */
+    double *square;     /* (4 n)^2: S, then its factor */
+    double *diagonal;   /* 4 n: of S */
+    double *multiplier; /* 4 n: lambda */
+    double *inverse;    /* m: d */
+    double *free;       /* m: y - K A0 */
+    int32_t *slot;      /* 4 n: of each equation; -1: none */
+    uint8_t *given;     /* m: whether there is a flow */
+    uint8_t *live;      /* n m: whether half columns of this vector are not zero */
+} kt_half;
+
+/* kt_half_prepare chooses the equations of a group that have been filled. Returns false if the group is left to its
+ * null space.
+ *
+ * kt_half_keep stores the terms of a link of the group, whose articulated inertia is x.
+ *
+ * kt_half_lock treats the link of a group that a stop locks: its acceleration is known, and the inertia that it passes
+ * on is not projected. Stores what its multiplier is found from, as kt_group_assemble.
+ *
+ * kt_half_solve adds the multipliers' accelerations to the joints' free ones, between backward and forward pass. Stores
+ * lambda. Returns false if the equations are not independent, or a number is not finite. */
+#define KT_HALF_DECLARE_ISA(isa)                                                                                       \
+    bool kt_half_prepare_##isa(const kt_model *model, kt_data *data, size_t g);                                        \
+    void kt_half_keep_##isa(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x);            \
+    void kt_half_lock_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
+    bool kt_half_solve_##isa(const kt_model *model, kt_data *data, size_t g);
+KT_HALF_DECLARE_ISA(baseline)
+KT_HALF_DECLARE_ISA(v3)
+KT_HALF_DECLARE_ISA(v4)
+#undef KT_HALF_DECLARE_ISA
+
+#endif
+
+#endif
