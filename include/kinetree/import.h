@@ -94,7 +94,8 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *   - The elements stiffness, damping, frictionloss, gravcomp, fixed tendons and actuators become effects. Equalities
  *     become loops, which are exact, not soft. Named sites become markers.
  *   - With options->contacts, moving geoms touch planes that do not move. Other contacts are omitted.
- *   - Further omissions are spatial tendons, muscles and other actuators with activations, plugins, flexible bodies,
+ *   - The activations of actuators (filters and integrators) become auxiliary states.
+ *   - Further omissions are spatial tendons, muscles, actuators of a user's kind, plugins, flexible bodies,
  *     sensors and cameras. Equalities lose polynomial terms beyond the linear term.
  *   - <include> reads files within the folders of `path`, `search` and `allow`. Meshes may be elsewhere.
  * SDF:

@@ -110,6 +110,8 @@ static void fill_description(kt_draft *d, const char *name, kt_description *to) 
     to->loop_count = d->loops.count;
     to->effects = d->effects.items;
     to->effect_count = d->effects.count;
+    to->states = d->states.items;
+    to->state_count = d->states.count;
     to->name = name != NULL ? kt_pool_text(&d->r->keep, name, strlen(name)) : NULL;
     if (name != NULL && to->name == NULL)
         (void)kt_reader_out_of_memory(d->r);

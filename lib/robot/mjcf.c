@@ -53,6 +53,8 @@ static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, friction, MOTION, KT_NOTE_SMOOTH_FRICTION),
     KT_NOTE(kt_mjcf, motors, START, "motors, whose torque is that of the control at the start (0 without --keyframe):"),
     KT_NOTE(kt_mjcf, servos, START, "servos, whose target is that of the control at the start (0 without --keyframe):"),
+    KT_NOTE(kt_mjcf, activations, START,
+            "activations of actuators, which are auxiliary states and follow the control at the start:"),
     KT_NOTE(kt_mjcf, sums, START,
             "joints in which actuators act by a formula, with the control at the start, since the sum of their "
             "forces is bounded, or their stiffness or damping is below zero:"),
@@ -129,6 +131,7 @@ static bool init_names(kt_mjcf *m) {
     kt_names_init(&m->names, count, memory);
     return kt_namer_init(&m->bodies_named, m->r, 2 * m->elements + 2) &&
            kt_namer_init(&m->draft.loop_names, m->r, m->elements + 2) &&
+           kt_namer_init(&m->states_named, m->r, m->elements + 2) &&
            kt_namer_init(&m->joints_named, m->r, 4 * m->elements + 4) &&
            kt_namer_init(&m->effects_named, m->r,
                          (m->source->options->contacts ? KT_CONTACT_EXTREMES + 1 : 1) * (m->elements + 2));

@@ -167,6 +167,9 @@ typedef struct kt_mjcf {
     bool geoms_have_mass, has_visuals;
     int nq, nv;
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
+    const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
+    kt_namer states_named;
+    kt_left activations;
     int ctrl_count;
 
     kt_draft draft;
@@ -327,6 +330,67 @@ kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type t
 
 /* Finds, or makes, the joint that a tendon acts in; false if it has none. */
 bool kt_mjcf_find_length(kt_mjcf *m, kt_mjcf_tendon *t);
+
+/* ---- mjcf_activation.c ------------------------------------------------------------------------------------------- */
+
+typedef enum kt_mjcf_dynamics_type {
+    KT_MJCF_STATIC,
+    KT_MJCF_INTEGRATOR,
+    KT_MJCF_FILTER,
+    KT_MJCF_LOST = 4 /* muscle or user: left out */
+} kt_mjcf_dynamics_type;
+
+/* The dynamics of an actuator. */
+typedef struct kt_mjcf_dynamics {
+    kt_mjcf_dynamics_type type;
+    double time, count; /* constant, s; activations */
+} kt_mjcf_dynamics;
+
+/* The dynamics that <general> gives, on top of those of its defaults. */
+kt_mjcf_dynamics kt_mjcf_dynamics_of(kt_mjcf *m, const kt_element *e, kt_mjcf_dynamics inherited);
+
+/* Whether an activation is computed: if not, and it is not lost, the activation is the control. */
+bool kt_mjcf_is_dynamic(const kt_mjcf_dynamics *d);
+
+/* The numbers of an actuator in `act` of a keyframe. */
+int kt_mjcf_activations_of(const kt_mjcf_dynamics *d);
+
+/* Adds the auxiliary state of an actuator with a constant control; returns its name, NULL if there is no memory. */
+const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjcf_dynamics *d, double control,
+                                   double initial);
+
+/* ---- mjcf_gain.c ------------------------------------------------------------------------------------------------- */
+
+/* The properties of an actuator with its defaults. MuJoCo keeps one set of numbers for all kinds. */
+typedef struct kt_mjcf_actuator {
+    int gain_type, bias_type;
+    kt_mjcf_dynamics dynamics;
+    bool is_strange, is_of_user; /* kinds that are left out: its element; a muscle, or one of a user */
+    bool has_affine_gain;        /* the gain depends on the length and its rate */
+    double gain[3], bias[3];
+    double inherit; /* the range of control is this part of the length's range; 0: it has its own */
+} kt_mjcf_actuator;
+
+kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e);
+
+/* The tag under which an attribute that all kinds have is found: the element's, or that of defaults of any kind; NULL:
+ * there is none. */
+const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name);
+
+/* Reads a range with its switch; false if it limits nothing. */
+bool kt_mjcf_actuator_range(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]);
+
+/* A range that is a part of the range of the actuator's joint or tendon; false if there is none. */
+bool kt_mjcf_inherited_range(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double range[2]);
+
+/* The control, clamped to its range. */
+double kt_mjcf_control_of(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
+
+/* c0 + c1 L + c2 L', the force for a constant control. */
+void kt_mjcf_force_of(const kt_mjcf_actuator *a, double control, double c[3]);
+
+/* If the damping of an actuator of positions is above zero, it is a ratio to the critical one: replaces it. */
+void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear);
 
 /* ---- mjcf_formula.c ---------------------------------------------------------------------------------------------- */
 

@@ -2,8 +2,9 @@
  *
  * An actuator with the gear g acts along the length g L. For the control u it has the force f, clamped to `forcerange`:
  *     f = gain u + b0 + b1 g L + b2 g L',   gain = g0 + g1 g L + g2 g L'.
- * Only an affine gain has g1 and g2. For a constant u, f is the clamp of c0 + c1 g L + c2 g L', and g f acts on L. The
- * actuator is a motor if c1 = c2 = 0. Else it is a servo of stiffness -g^2 c1 and damping -g^2 c2.
+ * Only an affine gain has g1 and g2. An activation takes the place of u (mjcf_activation.c). For a constant u, f is the
+ * clamp of c0 + c1 g L + c2 g L', and g f acts on L. The actuator is a motor if c1 = c2 = 0. Else it is a
+ * servo of stiffness -g^2 c1 and damping -g^2 c2.
  *
  * `actuatorfrcrange` of a joint bounds the sum of the actuator forces in this joint. For a single actuator, its own
  * bounds and these are one pair, since a clamp of a clamp is a clamp. For several actuators, or for a tendon that acts
@@ -13,199 +14,6 @@
 
 #include <math.h>
 #include <string.h>
-
-/* ---- what an actuator is ----------------------------------------------------------------------------------------- */
-
-typedef enum gain_type { FIXED, AFFINE, MUSCLE, USER } gain_type;
-typedef enum bias_type { NO_BIAS, AFFINE_BIAS, MUSCLE_BIAS, USER_BIAS } bias_type;
-
-/* The properties of an actuator with its defaults. MuJoCo keeps one set of numbers for all kinds. */
-typedef struct actuator {
-    gain_type gain_type;
-    bias_type bias_type;
-    bool is_dynamic, is_strange; /* has an activation; is of a kind that is left out */
-    double gain[3], bias[3];
-    double inherit; /* the range of control is this part of the length's range; 0: it has its own */
-} actuator;
-
-static void read_here(kt_mjcf *m, const kt_element *e, const char *name, int least, int most, double *values) {
-    double read[10];
-    const char *text = kt_xml_attribute(e, name);
-    const int count = text != NULL ? kt_parse_numbers(text, 10, read) : 0;
-    if (text != NULL && count < least)
-        (void)kt_mjcf_fault(m, e, "%s: expected %d to 10 numbers, found '%.60s'", name, least, text);
-    for (int i = 0; i < count && i < most; i++)
-        values[i] = read[i];
-}
-
-static void read_general(kt_mjcf *m, const kt_element *e, actuator *a) {
-    static const char *const gains[] = {"fixed", "affine", "muscle", "user", NULL};
-    static const char *const biases[] = {"none", "affine", "muscle", "user", NULL};
-    const char *dynamics = kt_xml_attribute(e, "dyntype");
-    a->gain_type = (gain_type)kt_mjcf_choice(m, e, NULL, "gaintype", gains, (int)a->gain_type);
-    a->bias_type = (bias_type)kt_mjcf_choice(m, e, NULL, "biastype", biases, (int)a->bias_type);
-    if (dynamics != NULL)
-        a->is_dynamic = strcmp(dynamics, "none") != 0;
-    read_here(m, e, "gainprm", 1, 3, a->gain);
-    read_here(m, e, "biasprm", 1, 3, a->bias);
-}
-
-/* The shortcuts set gain and bias. The numbers that they read begin with the values that the defaults have set. */
-static void apply_actuator(kt_mjcf *m, const kt_element *e, actuator *a) {
-    double k[3] = {a->gain[0], 0.0, 0.0}, v = -a->bias[2];
-    a->is_strange = false;
-    if (strcmp(e->name, "general") == 0) {
-        read_general(m, e, a);
-    } else if (strcmp(e->name, "motor") == 0) {
-        *a = (actuator){.gain = {1.0}};
-    } else if (strcmp(e->name, "position") == 0) {
-        double ratio = -v, inherit = a->inherit;
-        read_here(m, e, "kp", 1, 1, k);
-        read_here(m, e, "kv", 1, 1, &v);
-        read_here(m, e, "inheritrange", 1, 1, &inherit);
-        if (kt_xml_attribute(e, "dampratio") != NULL) {
-            read_here(m, e, "dampratio", 1, 1, &ratio);
-            v = -ratio;
-        }
-        *a = (actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, -k[0], -v}, .inherit = inherit};
-        a->is_dynamic = kt_xml_attribute(e, "timeconst") != NULL;
-    } else if (strcmp(e->name, "velocity") == 0) {
-        read_here(m, e, "kv", 1, 1, k);
-        *a = (actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, 0.0, -k[0]}};
-    } else if (strcmp(e->name, "damper") == 0) {
-        k[0] = 0.0;
-        read_here(m, e, "kv", 1, 1, k);
-        *a = (actuator){.gain_type = AFFINE, .gain = {0.0, 0.0, -k[0]}};
-    } else {
-        a->is_strange = true;
-    }
-}
-
-static bool is_actuator(const kt_element *e) {
-    static const char *const names[] = {"general",     "motor",    "position", "velocity", "damper",
-                                        "intvelocity", "cylinder", "muscle",   "adhesion"};
-    bool found = false;
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        found = found || strcmp(e->name, names[i]) == 0;
-    return found;
-}
-
-/* Defaults from the outermost class inwards, each in the order of the file. */
-static void apply_classes(kt_mjcf *m, int class, actuator *a) {
-    const kt_element *e = kt_mjcf_class_element(m, &class);
-    if (e == NULL)
-        return;
-    apply_classes(m, class, a);
-    for (const kt_element *d = e->first; d != NULL; d = d->next)
-        if (is_actuator(d))
-            apply_actuator(m, d, a);
-}
-
-/* An attribute that all kinds have, of the element or of the defaults of any kind. */
-static const char *common_tag(const kt_mjcf *m, const kt_element *e, const char *name) {
-    static const char *const tags[] = {"general", "motor", "position", "velocity", "damper"};
-    if (kt_mjcf_text(m, e, e->name, name) != NULL)
-        return e->name;
-    for (size_t i = 0; i < sizeof tags / sizeof *tags; i++)
-        if (kt_mjcf_text(m, e, tags[i], name) != NULL)
-            return tags[i];
-    return NULL;
-}
-
-static bool read_limit(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]) {
-    const char *tag = common_tag(m, e, name);
-    return tag != NULL &&
-           kt_mjcf_is_limited(m, e, common_tag(m, e, limited) != NULL ? common_tag(m, e, limited) : tag, limited,
-                              name) &&
-           kt_mjcf_numbers(m, e, tag, name, 2, 2, range) == 2;
-}
-
-/* Whether the actuator is a servo of its length: gain u - gain L. */
-static bool is_position(const actuator *a) {
-    return a->gain_type == FIXED && a->bias_type == AFFINE_BIAS && a->gain[0] == -a->bias[1];
-}
-
-/* M_jj of a scalar joint at the reference position. It is the armature plus a sum over all bodies that the joint
- * carries. A slide has the terms m_i. A hinge about the axis a through p has the terms a' I_i a + m_i |a x (c_i -
- * p)|^2. */
-static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
-    const kt_pose at = kt_mjcf_body_at(m, j->body)->world;
-    const kt_vec3 a = kt_mat3_apply(at.rotation, kt_vec3_normalize(j->axis)), p = kt_pose_apply(at, j->at);
-    double sum = kt_mjcf_number(m, j->element, j->tag, "armature", 0.0);
-    for (int i = j->body; i < m->bodies.count; i++) {
-        const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
-        if (!kt_mjcf_is_carried(m, i, j->body))
-            continue;
-        const kt_vec3 arm = kt_vec3_cross(a, kt_vec3_sub(kt_pose_apply(b->world, b->com), p));
-        const kt_vec3 inner = kt_mat3_apply_transposed(b->world.rotation, a);
-        sum += j->type == KT_MJCF_SLIDE
-                   ? b->mass
-                   : kt_vec3_dot(inner, kt_sym3_apply(b->inertia, inner)) + b->mass * kt_vec3_dot(arm, arm);
-    }
-    return sum;
-}
-
-/* The inertia along the length g L of an actuator. A joint with dL/dq = c adds its own inertia times 1 / (g c)^2. */
-static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
-    const char *tendon = kt_xml_attribute(e, "tendon");
-    if (tendon == NULL) {
-        const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
-        const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
-        return joint >= 0 ? carried_inertia(m, kt_mjcf_joint_at(m, joint)) / (gear * gear) : 0.0;
-    }
-    const kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon));
-    double sum = 0.0;
-    for (int i = 0; i < t->count; i++) {
-        const kt_mjcf_term *term = kt_mjcf_term_at(m, t->first + i);
-        const double c = gear * term->coefficient;
-        sum += carried_inertia(m, kt_mjcf_joint_at(m, term->joint)) / (c * c);
-    }
-    return sum;
-}
-
-/* If the damping of an actuator of positions is above zero, it is a ratio to the critical one, 2 sqrt(stiffness
- * inertia). */
-static void resolve_damping(kt_mjcf *m, const kt_element *e, actuator *a, double gear) {
-    if (is_position(a) && a->bias[2] > 0.0 && gear != 0.0)
-        a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia_along(m, e, gear)));
-}
-
-/* The limits of the joint or tendon of an actuator; false if it has none. */
-static bool read_limits_along(kt_mjcf *m, const kt_element *e, double range[2]) {
-    const char *tendon = kt_xml_attribute(e, "tendon");
-    if (tendon != NULL) {
-        const kt_element *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon))->element;
-        return kt_mjcf_is_limited(m, t, "tendon", "limited", "range") &&
-               kt_mjcf_numbers(m, t, "tendon", "range", 2, 2, range) == 2;
-    }
-    const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
-    const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
-    if (joint < 0 || !kt_mjcf_joint_at(m, joint)->is_limited)
-        return false;
-    range[0] = kt_mjcf_joint_at(m, joint)->lower;
-    range[1] = kt_mjcf_joint_at(m, joint)->upper;
-    return true;
-}
-
-/* The control, clamped to its range, or to a part of the range of the actuator's joint or tendon. */
-static double limit_control(kt_mjcf *m, const kt_element *e, const actuator *a, double control) {
-    double range[2];
-    bool is_limited = read_limit(m, e, "ctrllimited", "ctrlrange", range);
-    if (!is_limited && a->inherit > 0.0 && is_position(a) && read_limits_along(m, e, range)) {
-        const double middle = 0.5 * (range[0] + range[1]), half = 0.5 * a->inherit * (range[1] - range[0]);
-        range[0] = middle - half;
-        range[1] = middle + half;
-        is_limited = true;
-    }
-    return is_limited && !m->off.control_limits ? fmin(fmax(control, range[0]), range[1]) : control;
-}
-
-/* c0 + c1 L + c2 L', the force for a constant control. */
-static void force_of(const actuator *a, double control, double c[3]) {
-    for (int i = 0; i < 3; i++)
-        c[i] = (i == 0 || a->gain_type == AFFINE ? a->gain[i] * control : 0.0) +
-               (a->bias_type == AFFINE_BIAS ? a->bias[i] : 0.0);
-}
 
 /* ---- actions ----------------------------------------------------------------------------------------------------- */
 
@@ -219,6 +27,9 @@ typedef struct action {
     bool is_formula;
     bool is_shared; /* the sum of the forces along the tendon has the bounds `shared` */
     double shared[2];
+    const char
+        *activation; /* a state w, whose force w (gain[0] + gain[1] gear L + gain[2] gear L') is added; or NULL */
+    double gain[3], range[2];
 } action;
 
 static action *action_at(const kt_list *actions, int i) { return (action *)actions->items + i; }
@@ -272,7 +83,7 @@ static void clamp_bounds(double bounds[2], const double by[2]) {
 
 /* Whether `option actuatorgroupdisable` has the group of an actuator. */
 static bool is_disabled(kt_mjcf *m, const kt_element *e) {
-    const char *tag = common_tag(m, e, "group");
+    const char *tag = kt_mjcf_actuator_tag(m, e, "group");
     const double group = tag != NULL ? kt_mjcf_number(m, e, tag, "group", 0.0) : 0.0;
     return group >= 0.0 && group < 31.0 && (m->off.actuator_groups >> (int)group & 1) != 0;
 }
@@ -312,19 +123,21 @@ static bool is_bounded_above(const kt_mjcf *m, int body) {
 
 /* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its
  * length is zero. */
-static void act_at_site(kt_mjcf *m, const kt_element *e, const actuator *a, double control) {
+static void act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
     const int index = kt_mjcf_find(m, e, "site", KT_MJCF_SITES);
     const kt_mjcf_site *site = index >= 0 ? kt_mjcf_site_at(m, index) : NULL;
     double gear[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0}, c[3], bounds[2];
-    const char *tag = common_tag(m, e, "gear");
+    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
     if (tag != NULL)
         (void)kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gear);
-    force_of(a, limit_control(m, e, a, control), c);
+    kt_mjcf_force_of(a, kt_mjcf_control_of(m, e, a, control), c);
     if (c[2] != 0.0)
         kt_unknown_count(&m->changes, "damping of an actuator of a site, which is left out", e);
-    if (common_tag(m, e, "delay") != NULL)
+    if (kt_mjcf_is_dynamic(&a->dynamics))
+        kt_unknown_count(&m->changes, "activation of an actuator of a site, whose control acts at once", e);
+    if (kt_mjcf_actuator_tag(m, e, "delay") != NULL)
         kt_unknown_count(&m->changes, "delay of an actuator's control, which acts at once", e);
-    if (read_limit(m, e, "forcelimited", "forcerange", bounds))
+    if (kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", bounds))
         c[0] = clamp(c[0], bounds[0], bounds[1]);
     if (site == NULL || site->body == 0)
         return;
@@ -335,32 +148,59 @@ static void act_at_site(kt_mjcf *m, const kt_element *e, const actuator *a, doub
     kt_left_count(&m->motors, e);
 }
 
-static void add_action(kt_mjcf *m, const kt_element *e, double control, kt_list *actions) {
+/* Makes the activation of an action, if it has one. */
+static void activate(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control, double initial,
+                     action *d) {
+    if (!kt_mjcf_is_dynamic(&a->dynamics))
+        return;
+    d->activation = kt_mjcf_add_activation(m, e, &a->dynamics, kt_mjcf_control_of(m, e, a, control), initial);
+    kt_mjcf_force_of(a, 0.0, d->c);
+    for (int i = 0; i < 3; i++)
+        d->gain[i] = i == 0 || a->has_affine_gain ? a->gain[i] : 0.0;
+    if (a->dynamics.type == KT_MJCF_INTEGRATOR && kt_mjcf_inherited_range(m, e, a, d->range))
+        return;
+    if (!kt_mjcf_actuator_range(m, e, "actlimited", "actrange", d->range)) {
+        d->range[0] = (double)-INFINITY;
+        d->range[1] = (double)INFINITY;
+    }
+}
+
+/* Takes the activation of an actuator at the start from the numbers of a keyframe. */
+static double next_activation(const kt_mjcf_dynamics *dynamics, const double *numbers, int *used) {
+    const int count = kt_mjcf_activations_of(dynamics), first = *used;
+    *used += count;
+    return numbers != NULL && count > 0 ? numbers[first + count - 1] : 0.0;
+}
+
+/* Adds what an actuator does to `actions`. `numbers` are the activations of the keyframe (NULL: zeros), of which `used`
+ * belong to the actuators before. */
+static void add_action(kt_mjcf *m, const kt_element *e, double control, const double *numbers, int *used,
+                       kt_list *actions) {
     const double infinite = (double)INFINITY;
     action d = {.element = e, .tendon = -1, .gear = 1.0, .bounds = {-infinite, infinite}};
-    actuator a = {.gain = {1.0}};
+    kt_mjcf_actuator a = kt_mjcf_actuator_of(m, e);
     double force[2];
-    apply_classes(m, e->number, &a);
-    apply_actuator(m, e, &a);
-    if (a.is_strange || a.is_dynamic || a.gain_type > AFFINE || a.bias_type > AFFINE_BIAS) {
-        kt_unknown_count(&m->forces, a.is_strange ? e->name : "actuator with an activation, or of a user's kind", e);
+    const double initial = next_activation(&a.dynamics, numbers, used);
+    if (a.is_strange || a.is_of_user) {
+        kt_unknown_count(&m->forces, a.is_strange ? e->name : "muscle, or actuator of a user's kind", e);
         return;
     }
-    if (kt_xml_attribute(e, "site") != NULL && common_tag(m, e, "refsite") == NULL) {
+    if (kt_xml_attribute(e, "site") != NULL && kt_mjcf_actuator_tag(m, e, "refsite") == NULL) {
         act_at_site(m, e, &a, control);
         return;
     }
     if (!find_length_of(m, e, &d))
         return;
-    const char *tag = common_tag(m, e, "gear");
+    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
     double gears[6];
     if (tag != NULL && kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gears) > 0)
         d.gear = gears[0];
-    if (read_limit(m, e, "forcelimited", "forcerange", force))
+    if (kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", force))
         memcpy(d.bounds, force, sizeof force);
-    resolve_damping(m, e, &a, d.gear);
-    force_of(&a, limit_control(m, e, &a, control), d.c);
-    if (common_tag(m, e, "delay") != NULL)
+    kt_mjcf_resolve_damping(m, e, &a, d.gear);
+    kt_mjcf_force_of(&a, kt_mjcf_control_of(m, e, &a, control), d.c);
+    activate(m, e, &a, control, initial, &d);
+    if (kt_mjcf_actuator_tag(m, e, "delay") != NULL)
         kt_unknown_count(&m->changes, "delay of an actuator's control, which acts at once", e);
     action *to = d.gear != 0.0 ? kt_list_add(m->r, &m->r->scratch, actions, sizeof *to) : NULL;
     if (to != NULL)
@@ -385,6 +225,13 @@ static bool is_one_sum(const kt_list *actions, const action *first) {
     return is_one;
 }
 
+static bool has_activation(const kt_list *actions, const action *first) {
+    bool found = false;
+    for (const action *d = first; d != NULL; d = next_sharer(actions, d))
+        found = found || d->activation != NULL;
+    return found;
+}
+
 /* `actuatorfrcrange` of a tendon bounds the sum of the forces along it, without their gears. If zero is outside of the
  * range, a scaling factor has a pole. */
 static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
@@ -401,6 +248,13 @@ static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
     if (!(range[0] < 0.0 && range[1] > 0.0) && !is_one_sum(actions, d)) {
         kt_unknown_count(&m->changes,
                          "actuatorfrcrange without zero of a tendon that several actuators pull, which is left out", t);
+        return;
+    }
+    if (has_activation(actions, d)) {
+        kt_unknown_count(&m->changes,
+                         "actuatorfrcrange of a tendon that several actuators with activations pull, which "
+                         "is left out",
+                         t);
         return;
     }
     for (action *each = d; each != NULL; each = next_sharer(actions, each)) {
@@ -425,7 +279,7 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
         if (sharers > 1 || count > 1)
             return true;
     }
-    return d->c[1] > 0.0 || d->c[2] > 0.0;
+    return d->c[1] > 0.0 || d->c[2] > 0.0 || d->activation != NULL;
 }
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
@@ -509,7 +363,17 @@ static void put_affine(const kt_mjcf *m, const action *d, const double c[3], kt_
 
 static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to) {
     const double c[3] = {d->c[0], d->c[1] * d->gear, d->c[2] * d->gear};
+    const double gain[3] = {d->gain[0], d->gain[1] * d->gear, d->gain[2] * d->gear};
     put_affine(m, d, c, to);
+    if (d->activation == NULL)
+        return;
+    kt_mjcf_put(to, " + ");
+    put_bounded(to, d->range, true);
+    kt_mjcf_put(to, d->activation);
+    put_bounded(to, d->range, false);
+    kt_mjcf_put(to, "*(");
+    put_affine(m, d, gain, to);
+    kt_mjcf_put(to, ")");
 }
 
 /* The sum of the forces of all actuators that share a tendon, before bounds. */
@@ -584,7 +448,7 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
         kt_mjcf_put(&to, sharers++ > 0 ? " + " : "");
         put_action(m, actions, d, lever, &to);
         (void)terms_of(m, d, &count);
-        variables += 2 * count;
+        variables += 2 * count + (d->activation != NULL);
         last = d;
     }
     put_bounded(&to, j->force, false);
@@ -604,15 +468,40 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
     kt_left_count(&m->sums, last->element);
 }
 
+/* The activations of the keyframe, for all actuators in their order; NULL if there are none. */
+static const double *read_activations(kt_mjcf *m) {
+    const char *text = m->key != NULL ? kt_xml_attribute(m->key, "act") : NULL;
+    int count = 0;
+    if (text == NULL)
+        return NULL;
+    for (const kt_element *e = kt_mjcf_section(m, "actuator", NULL); e != NULL; e = kt_mjcf_section(m, "actuator", e)) {
+        const kt_mjcf_dynamics d = kt_mjcf_actuator_of(m, e).dynamics;
+        count += kt_mjcf_activations_of(&d);
+    }
+    double *numbers = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *numbers);
+    if (numbers == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else if (kt_parse_numbers(text, count, numbers) != count)
+        (void)kt_mjcf_fault(m, m->key, "act: expected %d numbers, found '%.60s'", count, text);
+    return m->r->fault_count == 0 ? numbers : NULL;
+}
+
+static void skip_actuator(kt_mjcf *m, const kt_element *e, int *used) {
+    const kt_mjcf_dynamics d = kt_mjcf_actuator_of(m, e).dynamics;
+    *used += kt_mjcf_activations_of(&d);
+    kt_left_count(&m->idle, e);
+}
+
 void kt_mjcf_actuators(kt_mjcf *m) {
     kt_list actions = {.count = 0};
-    int index = 0;
+    int index = 0, used = 0;
+    const double *activations = read_activations(m);
     for (const kt_element *e = kt_mjcf_section(m, "actuator", NULL); e != NULL && !m->r->out_of_memory;
          e = kt_mjcf_section(m, "actuator", e), index++)
         if (m->off.actuation || is_disabled(m, e))
-            kt_left_count(&m->idle, e);
+            skip_actuator(m, e, &used);
         else
-            add_action(m, e, m->ctrl != NULL ? m->ctrl[index] : 0.0, &actions);
+            add_action(m, e, m->ctrl != NULL ? m->ctrl[index] : 0.0, activations, &used, &actions);
     for (int i = 0; i < actions.count; i++)
         limit_tendon(m, &actions, action_at(&actions, i));
     for (int i = 0; i < actions.count; i++)

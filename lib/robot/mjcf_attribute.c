@@ -352,7 +352,7 @@ const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const k
  * contacts). Other elements are left out and reported. */
 #define LINE                                                                                                           \
     "joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group delay site refsite body "     \
-    "slidersite cranksite"
+    "slidersite cranksite actearly"
 static const kt_known known[] = {
     {"mujoco", " model "},
     {"compiler", " angle eulerseq autolimits settotalmass balanceinertia boundmass boundinertia inertiafromgeom "
@@ -383,13 +383,13 @@ static const kt_known known[] = {
     {"equality", " active solref solimp "},
     {"motor", " name class " LINE " user "},
     {"position", " name class " LINE " kp "
-                 "kv dampratio inheritrange user "},
+                 "kv dampratio inheritrange timeconst user "},
     {"velocity", " name class " LINE " kv "
                  "user "},
     {"damper", " name class " LINE " kv "
                "user "},
     {"general", " name class " LINE " "
-                "gaintype biastype dyntype gainprm biasprm user "},
+                "gaintype biastype dyntype gainprm biasprm dynprm actdim actrange actlimited user "},
     {"attach", " model body prefix "},
     {"model", " name file content_type "},
     {"actuator", " "},
@@ -415,9 +415,8 @@ static const kt_known_list all_known = {
         "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic wind sleep "
         "simple "
         "saveinertial conflict fitaabb smoothnormal normal texcoord material content_type builtin params "
-        "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp timeconst dynprm actdim actrange "
-        "actlimited "
-        "actearly lengthrange cranklength dyntype default deformable octree_maxdepth needsdf ",
+        "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default deformable "
+        "octree_maxdepth needsdf ",
     .moving = " composite flexcomp flex flexvert flexstrain plugin armature damping adhesion "};
 
 /* In attached models, counts the elements that are not moved to the model: settings and classes. */

@@ -138,6 +138,7 @@ void kt_mjcf_start(kt_mjcf *m) {
     if (key->document > 0) {
         start_attached(m, key);
     } else {
+        m->key = key;
         m->qpos = key_numbers(m, key, "qpos", m->nq);
         m->qvel = key_numbers(m, key, "qvel", m->nv);
         m->ctrl = key_numbers(m, key, "ctrl", m->ctrl_count);

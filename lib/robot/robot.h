@@ -161,7 +161,7 @@ bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_ele
 typedef struct kt_draft {
     kt_reader *r;
     const kt_element *root;                                /* of the file */
-    kt_list bodies, loops, effects;                        /* kt_body ..., in r->keep */
+    kt_list bodies, loops, effects, states;                /* kt_body ..., in r->keep */
     kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
     const kt_element **links; /* of bodies: the elements around their <inertial>; NULL: faults are at the body's own */
     kt_namer loop_names;

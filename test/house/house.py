@@ -23,7 +23,6 @@ STILL_LONG = {
     "lib/expression/jet.c": 708,
     "lib/model/function.c": 701,
     "lib/reduction/delassus.c": 755,
-    "lib/robot/mjcf_actuator.c": 625,
     "lib/simulation/contact.c": 770,
     "lib/simulation/event.c": 787,
     "lib/simulation/simulation.h": 725,

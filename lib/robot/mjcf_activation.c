@@ -1,0 +1,67 @@
+/* Activations of actuators in MJCF as auxiliary states.
+ *
+ * The activation w of an actuator takes the place of its control u in the force. It has one of these rates:
+ *     integrator: w' = u,   filter and filterexact: w' = (u - w) / T.
+ * `actrange` bounds it. For a constant control w has no turning point. It then makes no difference whether w itself is
+ * bounded, as in MuJoCo, or the value that the force uses, as here. */
+#include "robot/mjcf.h"
+
+#include <string.h>
+
+/* Time constants below this are none, s: the activation is the control. */
+static const double time_least = 1e-6;
+
+kt_mjcf_dynamics kt_mjcf_dynamics_of(kt_mjcf *m, const kt_element *e, kt_mjcf_dynamics inherited) {
+    static const char *const words[] = {"none", "integrator", "filter", "filterexact", "muscle", "user", NULL};
+    static const kt_mjcf_dynamics_type types[] = {KT_MJCF_STATIC, KT_MJCF_INTEGRATOR, KT_MJCF_FILTER,
+                                                  KT_MJCF_FILTER, KT_MJCF_LOST,       KT_MJCF_LOST};
+    kt_mjcf_dynamics d = inherited;
+    double read[10];
+    const int before = d.type == KT_MJCF_LOST ? 4 : (int)d.type;
+    d.type = types[kt_mjcf_choice(m, e, NULL, "dyntype", words, before)];
+    const char *text = kt_xml_attribute(e, "dynprm");
+    if (text != NULL && kt_parse_numbers(text, 10, read) > 0)
+        d.time = read[0];
+    (void)kt_mjcf_numbers(m, e, NULL, "actdim", 1, 1, &d.count);
+    return d;
+}
+
+bool kt_mjcf_is_dynamic(const kt_mjcf_dynamics *d) {
+    return d->type == KT_MJCF_INTEGRATOR || (d->type == KT_MJCF_FILTER && d->time > time_least);
+}
+
+int kt_mjcf_activations_of(const kt_mjcf_dynamics *d) {
+    return d->type == KT_MJCF_STATIC ? 0 : d->count >= 1.0 && d->count < 1e6 ? (int)d->count : 1;
+}
+
+/* "activation_NAME", with letters, digits and '_' alone. */
+static const char *make_name(kt_mjcf *m, const kt_element *e) {
+    const char *name = kt_xml_attribute(e, "name");
+    kt_phrase wanted = {.length = 0};
+    kt_phrase_add(&wanted, "activation_%.100s", name != NULL && *name != '\0' ? name : "of_actuator");
+    for (char *c = wanted.text; *c != '\0'; c++)
+        *c = *c == '-' || *c == '.' ? '_' : *c;
+    return kt_namer_make(&m->states_named, wanted.text);
+}
+
+const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjcf_dynamics *d, double control,
+                                   double initial) {
+    kt_mjcf_formula rate = {.whole = true};
+    kt_state *state = kt_list_add(m->r, &m->r->keep, &m->draft.states, sizeof *state);
+    const char *name = make_name(m, e);
+    if (d->type == KT_MJCF_FILTER) {
+        kt_mjcf_put(&rate, "(");
+        kt_mjcf_put_number(&rate, control);
+        kt_mjcf_put(&rate, " - ");
+        kt_mjcf_put(&rate, name);
+        kt_mjcf_put(&rate, ")/");
+        kt_mjcf_put_number(&rate, d->time);
+    } else {
+        kt_mjcf_put_number(&rate, control);
+    }
+    if (state == NULL || *name == '\0')
+        return NULL;
+    *state = (kt_state){.name = name, .initial = initial, .rate = kt_mjcf_keep_formula(m, &rate)};
+    kt_left_count(&m->activations, e);
+    return name;
+}

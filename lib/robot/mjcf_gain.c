@@ -1,0 +1,224 @@
+/* Kinds of actuators in MJCF: gain, bias, activation and control, with their defaults (mjcf_actuator.c). */
+#include "robot/mjcf.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- kinds of actuators ----------------------------------------------------------------------------------------- */
+
+typedef enum gain_type { FIXED, AFFINE, MUSCLE, USER } gain_type;
+typedef enum bias_type { NO_BIAS, AFFINE_BIAS, MUSCLE_BIAS, USER_BIAS } bias_type;
+
+static void read_here(kt_mjcf *m, const kt_element *e, const char *name, int least, int most, double *values) {
+    double read[10];
+    const char *text = kt_xml_attribute(e, name);
+    const int count = text != NULL ? kt_parse_numbers(text, 10, read) : 0;
+    if (text != NULL && count < least)
+        (void)kt_mjcf_fault(m, e, "%s: expected %d to 10 numbers, found '%.60s'", name, least, text);
+    for (int i = 0; i < count && i < most; i++)
+        values[i] = read[i];
+}
+
+static void read_general(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
+    static const char *const gains[] = {"fixed", "affine", "muscle", "user", NULL};
+    static const char *const biases[] = {"none", "affine", "muscle", "user", NULL};
+    a->gain_type = kt_mjcf_choice(m, e, NULL, "gaintype", gains, a->gain_type);
+    a->bias_type = kt_mjcf_choice(m, e, NULL, "biastype", biases, a->bias_type);
+    a->dynamics = kt_mjcf_dynamics_of(m, e, a->dynamics);
+    read_here(m, e, "gainprm", 1, 3, a->gain);
+    read_here(m, e, "biasprm", 1, 3, a->bias);
+}
+
+/* A cylinder has the gain of its area and a filter. */
+static void read_cylinder(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
+    double diameter = 0.0, area = a->gain[0], bias[3] = {a->bias[0], a->bias[1], a->bias[2]};
+    kt_mjcf_dynamics dynamics = {.type = KT_MJCF_FILTER, .time = a->dynamics.time};
+    read_here(m, e, "timeconst", 1, 1, &dynamics.time);
+    read_here(m, e, "bias", 1, 3, bias);
+    read_here(m, e, "area", 1, 1, &area);
+    read_here(m, e, "diameter", 1, 1, &diameter);
+    if (kt_xml_attribute(e, "diameter") != NULL)
+        area = 0.25 * 3.14159265358979323846 * diameter * diameter;
+    *a = (kt_mjcf_actuator){
+        .gain = {area}, .bias_type = AFFINE_BIAS, .bias = {bias[0], bias[1], bias[2]}, .dynamics = dynamics};
+}
+
+/* The shortcuts set gain and bias. The numbers that they read begin with the values that the defaults have set. */
+static void apply_actuator(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
+    double k[3] = {a->gain[0], 0.0, 0.0}, v = -a->bias[2];
+    const bool integrates = strcmp(e->name, "intvelocity") == 0;
+    a->is_strange = false;
+    if (strcmp(e->name, "general") == 0) {
+        read_general(m, e, a);
+    } else if (strcmp(e->name, "motor") == 0) {
+        *a = (kt_mjcf_actuator){.gain = {1.0}};
+    } else if (strcmp(e->name, "position") == 0 || integrates) {
+        double ratio = -v, inherit = a->inherit;
+        kt_mjcf_dynamics dynamics = a->dynamics;
+        read_here(m, e, "kp", 1, 1, k);
+        read_here(m, e, "kv", 1, 1, &v);
+        read_here(m, e, "inheritrange", 1, 1, &inherit);
+        if (kt_xml_attribute(e, "dampratio") != NULL) {
+            read_here(m, e, "dampratio", 1, 1, &ratio);
+            v = -ratio;
+        }
+        *a = (kt_mjcf_actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, -k[0], -v}, .inherit = inherit};
+        read_here(m, e, "timeconst", 1, 1, &dynamics.time);
+        if (kt_xml_attribute(e, "timeconst") != NULL)
+            dynamics.type = KT_MJCF_FILTER;
+        a->dynamics = integrates ? (kt_mjcf_dynamics){.type = KT_MJCF_INTEGRATOR} : dynamics;
+    } else if (strcmp(e->name, "velocity") == 0) {
+        read_here(m, e, "kv", 1, 1, k);
+        *a = (kt_mjcf_actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, 0.0, -k[0]}};
+    } else if (strcmp(e->name, "damper") == 0) {
+        k[0] = 0.0;
+        read_here(m, e, "kv", 1, 1, k);
+        *a = (kt_mjcf_actuator){.gain_type = AFFINE, .gain = {0.0, 0.0, -k[0]}};
+    } else if (strcmp(e->name, "cylinder") == 0) {
+        read_cylinder(m, e, a);
+    } else {
+        a->is_strange = true;
+        a->dynamics.type = strcmp(e->name, "muscle") == 0 ? KT_MJCF_LOST : KT_MJCF_STATIC;
+    }
+}
+
+static bool is_actuator(const kt_element *e) {
+    static const char *const names[] = {"general",     "motor",    "position", "velocity", "damper",
+                                        "intvelocity", "cylinder", "muscle",   "adhesion"};
+    bool found = false;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        found = found || strcmp(e->name, names[i]) == 0;
+    return found;
+}
+
+/* Defaults from the outermost class inwards, each in the order of the file. */
+static void apply_classes(kt_mjcf *m, int class, kt_mjcf_actuator *a) {
+    const kt_element *e = kt_mjcf_class_element(m, &class);
+    if (e == NULL)
+        return;
+    apply_classes(m, class, a);
+    for (const kt_element *d = e->first; d != NULL; d = d->next)
+        if (is_actuator(d))
+            apply_actuator(m, d, a);
+}
+
+/* An attribute that all kinds have, of the element or of the defaults of any kind. */
+const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name) {
+    static const char *const tags[] = {"general", "motor", "position", "velocity", "damper", "intvelocity", "cylinder"};
+    if (kt_mjcf_text(m, e, e->name, name) != NULL)
+        return e->name;
+    for (size_t i = 0; i < sizeof tags / sizeof *tags; i++)
+        if (kt_mjcf_text(m, e, tags[i], name) != NULL)
+            return tags[i];
+    return NULL;
+}
+
+bool kt_mjcf_actuator_range(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]) {
+    const char *tag = kt_mjcf_actuator_tag(m, e, name);
+    return tag != NULL &&
+           kt_mjcf_is_limited(m, e,
+                              kt_mjcf_actuator_tag(m, e, limited) != NULL ? kt_mjcf_actuator_tag(m, e, limited) : tag,
+                              limited, name) &&
+           kt_mjcf_numbers(m, e, tag, name, 2, 2, range) == 2;
+}
+
+/* Whether the actuator is a servo of its length: gain u - gain L. */
+static bool is_position(const kt_mjcf_actuator *a) {
+    return a->gain_type == FIXED && a->bias_type == AFFINE_BIAS && a->gain[0] == -a->bias[1];
+}
+
+/* M_jj of a scalar joint at the reference position. It is the armature plus a sum over all bodies that the joint
+ * carries. A slide has the terms m_i. A hinge about the axis a through p has the terms a' I_i a + m_i |a x (c_i -
+ * p)|^2. */
+static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
+    const kt_pose at = kt_mjcf_body_at(m, j->body)->world;
+    const kt_vec3 a = kt_mat3_apply(at.rotation, kt_vec3_normalize(j->axis)), p = kt_pose_apply(at, j->at);
+    double sum = kt_mjcf_number(m, j->element, j->tag, "armature", 0.0);
+    for (int i = j->body; i < m->bodies.count; i++) {
+        const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        if (!kt_mjcf_is_carried(m, i, j->body))
+            continue;
+        const kt_vec3 arm = kt_vec3_cross(a, kt_vec3_sub(kt_pose_apply(b->world, b->com), p));
+        const kt_vec3 inner = kt_mat3_apply_transposed(b->world.rotation, a);
+        sum += j->type == KT_MJCF_SLIDE
+                   ? b->mass
+                   : kt_vec3_dot(inner, kt_sym3_apply(b->inertia, inner)) + b->mass * kt_vec3_dot(arm, arm);
+    }
+    return sum;
+}
+
+/* The inertia along the length g L of an actuator. A joint with dL/dq = c adds its own inertia times 1 / (g c)^2. */
+static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
+    const char *tendon = kt_xml_attribute(e, "tendon");
+    if (tendon == NULL) {
+        const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
+        const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
+        return joint >= 0 ? carried_inertia(m, kt_mjcf_joint_at(m, joint)) / (gear * gear) : 0.0;
+    }
+    const kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon));
+    double sum = 0.0;
+    for (int i = 0; i < t->count; i++) {
+        const kt_mjcf_term *term = kt_mjcf_term_at(m, t->first + i);
+        const double c = gear * term->coefficient;
+        sum += carried_inertia(m, kt_mjcf_joint_at(m, term->joint)) / (c * c);
+    }
+    return sum;
+}
+
+/* If the damping of an actuator of positions is above zero, it is a ratio to the critical one, 2 sqrt(stiffness
+ * inertia). */
+void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear) {
+    if (is_position(a) && a->bias[2] > 0.0 && gear != 0.0)
+        a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia_along(m, e, gear)));
+}
+
+/* The limits of the joint or tendon of an actuator; false if it has none. */
+static bool read_limits_along(kt_mjcf *m, const kt_element *e, double range[2]) {
+    const char *tendon = kt_xml_attribute(e, "tendon");
+    if (tendon != NULL) {
+        const kt_element *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon))->element;
+        return kt_mjcf_is_limited(m, t, "tendon", "limited", "range") &&
+               kt_mjcf_numbers(m, t, "tendon", "range", 2, 2, range) == 2;
+    }
+    const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
+    const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
+    if (joint < 0 || !kt_mjcf_joint_at(m, joint)->is_limited)
+        return false;
+    range[0] = kt_mjcf_joint_at(m, joint)->lower;
+    range[1] = kt_mjcf_joint_at(m, joint)->upper;
+    return true;
+}
+
+/* A range that is a part of the range of the actuator's joint or tendon; false if it is none. */
+bool kt_mjcf_inherited_range(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double range[2]) {
+    if (!(a->inherit > 0.0) || !is_position(a) || !read_limits_along(m, e, range))
+        return false;
+    const double middle = 0.5 * (range[0] + range[1]), half = 0.5 * a->inherit * (range[1] - range[0]);
+    range[0] = middle - half;
+    range[1] = middle + half;
+    return true;
+}
+
+/* The control, clamped to its range. */
+double kt_mjcf_control_of(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
+    double range[2];
+    const bool is_limited = kt_mjcf_actuator_range(m, e, "ctrllimited", "ctrlrange", range) ||
+                            (a->dynamics.type != KT_MJCF_INTEGRATOR && kt_mjcf_inherited_range(m, e, a, range));
+    return is_limited && !m->off.control_limits ? fmin(fmax(control, range[0]), range[1]) : control;
+}
+
+/* c0 + c1 L + c2 L', the force for a constant control. */
+void kt_mjcf_force_of(const kt_mjcf_actuator *a, double control, double c[3]) {
+    for (int i = 0; i < 3; i++)
+        c[i] = (i == 0 || a->gain_type == AFFINE ? a->gain[i] * control : 0.0) +
+               (a->bias_type == AFFINE_BIAS ? a->bias[i] : 0.0);
+}
+
+kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e) {
+    kt_mjcf_actuator a = {.gain = {1.0}};
+    apply_classes(m, e->number, &a);
+    apply_actuator(m, e, &a);
+    a.is_of_user = a.dynamics.type == KT_MJCF_LOST || a.gain_type > AFFINE || a.bias_type > AFFINE_BIAS;
+    a.has_affine_gain = a.gain_type == AFFINE;
+    return a;
+}

@@ -1,0 +1,140 @@
+/* Actuators of MJCF with activations: against closed forms, and against today's MuJoCo (mujoco_wasm.mjs), if
+ * KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
+#include "check.h"
+
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { JOINTS_MOST = 5 };
+
+/* The positions of the joints a, b, ... of a model after a time, from its keyframe k. */
+static bool run_model(const char *path, double time, int joints, double *q) {
+    const kt_robot_options options = {.keyframe = "k"};
+    const kt_run run = {.duration = time, .relative = 1e-12, .absolute = 1e-12};
+    kt_mechanism m;
+    kt_error error = {0};
+    kt_status status = kt_mechanism_load(path, &options, &run, &m, &error);
+    if (!kt_check_equal_int(error.message, status, KT_OK))
+        return false;
+    status = kt_simulation_advance(m.simulation, time, &error);
+    for (int i = 0; i < joints && status == KT_OK; i++) {
+        const char name[] = {(char)('a' + i), '\0'};
+        q[i] = kt_simulation_positions(m.simulation)[kt_body_coordinates(m.model, kt_body_find(m.model, name)).q];
+    }
+    kt_mechanism_free(&m);
+    return kt_check_equal_int(error.message, status, KT_OK);
+}
+
+/* A model in a folder of its own, of which MuJoCo copies all. */
+typedef struct model_file {
+    char folder[40], path[60];
+} model_file;
+
+static bool write_model(model_file *file, const char *text) {
+    *file = (model_file){.folder = "/tmp/kinetree-activation-XXXXXX"};
+    if (!kt_check_true("there is a folder", mkdtemp(file->folder) != NULL))
+        return false;
+    (void)snprintf(file->path, sizeof file->path, "%s/m.xml", file->folder);
+    FILE *to = fopen(file->path, "w");
+    return kt_check_true("the file is written", to != NULL && fputs(text, to) >= 0 && fclose(to) == 0);
+}
+
+static void remove_model(const model_file *file) {
+    (void)remove(file->path);
+    (void)rmdir(file->folder);
+}
+
+/* ---- closed forms ------------------------------------------------------------------------------------------------ */
+
+#define SLIDE(name) "<body name='" name "'><joint name='" name "' type='slide'/><geom size='.1' mass='2'/></body>"
+
+/* Masses of 2 kg without gravity. With w = u + (w0 - u) exp(-t/T) the force k w moves a mass at rest by
+ *     k/m (u t^2/2 + (w0 - u) (T^2 exp(-t/T) - T^2 + T t)),
+ * and with w = min(w0 + u t, w1), which reaches w1 at s, by
+ *     k/m (w0 t^2/2 + u t^3/6)  up to s, and from there with the constant force k w1. */
+KT_TEST(activations_move_masses_as_closed_forms_do) {
+    static const char text[] = "<mujoco><option gravity='0 0 0'/><worldbody>" SLIDE("a") SLIDE("b") SLIDE("c")
+        SLIDE("d") "</worldbody><actuator>"
+                   "<general name='f' joint='a' dyntype='filterexact' dynprm='.4' gainprm='3'/>"
+                   "<motor joint='b' gear='0'/>"
+                   "<general joint='b' dyntype='integrator' gainprm='3' actrange='-1 .5' ctrlrange='-1 .5'/>"
+                   "<cylinder joint='c' timeconst='.2' diameter='2' bias='1 0 0'/>"
+                   "<general joint='d' dyntype='filter' dynprm='0' gainprm='3'/>"
+                   "</actuator><keyframe><key name='k' ctrl='.7 0 9 .3 .2' act='.1 .2 -.4 .9'/></keyframe></mujoco>";
+    model_file file;
+    double q[4] = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    const double t = 1.5, s = (0.5 - 0.2) / 0.5, pi = 3.14159265358979323846;
+    if (!write_model(&file, text) || !run_model(file.path, t, 4, q))
+        return;
+    const double filter = 0.7 * t * t / 2.0 + (0.1 - 0.7) * (0.16 * exp(-t / 0.4) - 0.16 + 0.4 * t);
+    const double speed = 0.2 * s + 0.5 * s * s / 2.0, before = 0.2 * s * s / 2.0 + 0.5 * s * s * s / 6.0;
+    const double integral = before + speed * (t - s) + 0.5 * (t - s) * (t - s) / 2.0;
+    const double cylinder = 0.3 * t * t / 2.0 + (-0.4 - 0.3) * (0.04 * exp(-t / 0.2) - 0.04 + 0.2 * t);
+    kt_check_near("filter", q[0], 1.5 * filter, 1e-9);
+    kt_check_near("integrator within bounds", q[1], 1.5 * integral, 1e-9);
+    kt_check_near("cylinder", q[2], 0.5 * (pi * cylinder + t * t / 2.0), 1e-9);
+    kt_check_near("a time constant of zero", q[3], 1.5 * 0.2 * t * t / 2.0, 1e-9);
+    remove_model(&file);
+}
+
+KT_TEST(activations_of_a_keyframe_need_a_number_each) {
+    static const char text[] = "<mujoco><worldbody>" SLIDE(
+        "a") "</worldbody><actuator><general joint='a' dyntype='filter'/><muscle joint='a'/>"
+             "</actuator><keyframe><key name='k' act='.1'/></keyframe></mujoco>";
+    const kt_robot_options options = {.keyframe = "k"};
+    kt_scene scene;
+    kt_error error = {0};
+    kt_check_equal_int("status", kt_robot_parse("m", text, sizeof text - 1, &options, &scene, NULL, NULL, &error),
+                       KT_ERROR_SCENE);
+    kt_check_contains("message", error.message, "act: expected 2 numbers, found '.1'");
+}
+
+/* ---- MuJoCo ------------------------------------------------------------------------------------------------------ */
+
+/* Filters and integrators, which MuJoCo integrates with its method of fourth order: in joints and a tendon, with gears,
+ * bounds of force, defaults, and an affine gain. The step is a power of two, so that MuJoCo ends at 1 s. */
+static const char robot[] =
+    "<mujoco><option timestep='0.000244140625' integrator='RK4'><flag contact='disable' limit='disable'/></option>"
+    "<default><joint axis='0 1 0' damping='.3'/><geom type='capsule' fromto='0 0 0 0 0 -.3' size='.02' mass='1'/>"
+    "<default class='g'><general dyntype='filter' dynprm='.3' gainprm='4' biastype='affine' biasprm='.1 -3 "
+    "-.2'/></default>"
+    "</default><worldbody><body name='a'><joint name='a'/><geom/><body name='b' pos='0 0 -.3'><joint name='b'/><geom/>"
+    "<body name='c' pos='0 0 -.3'><joint name='c'/><geom/><body name='d' pos='0 0 -.3'><joint name='d'/><geom/>"
+    "<body name='e' pos='0 0 -.3'><joint name='e'/><geom/></body></body></body></body></body></worldbody>"
+    "<tendon><fixed name='t'><joint joint='d' coef='1'/><joint joint='e' coef='-.5'/></fixed></tendon><actuator>"
+    "<motor joint='a' gear='2'/><intvelocity joint='b' kp='15' kv='1'/>"
+    "<general class='g' joint='c' forcerange='-1 1.5'/><cylinder joint='d' timeconst='.4' area='2' bias='0 -1 -.1'/>"
+    "<general tendon='t' dyntype='filter' dynprm='.1' gaintype='affine' gainprm='1 .5 -.1' gear='1.5'/>"
+    "<intvelocity joint='e' kp='5'/><position joint='a' kp='3'/></actuator>"
+    "<keyframe><key name='k' qpos='.1 .2 .3 -.4 .5' ctrl='.1 .6 .7 .3 .8 .4 -.3' act='.05 .2 -.1 .3 .25'/></keyframe>"
+    "</mujoco>";
+
+KT_TEST(actuators_with_activations_move_as_those_of_mujoco_of_today) {
+    const char *package = getenv("KT_MUJOCO_WASM");
+    char command[1000], word[200];
+    model_file file;
+    double ours[JOINTS_MOST];
+    int count = 0;
+    if (package == NULL) {
+        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+        return;
+    }
+    if (!write_model(&file, robot) || !run_model(file.path, 1.0, JOINTS_MOST, ours))
+        return;
+    (void)snprintf(command, sizeof command, "node '%s' '%s' rest=1 '%s'", SCRIPT, package, file.path);
+    FILE *from = popen(command, "r");
+    for (int i = 0; i < 3 && from != NULL; i++) /* the path, `read`, the number of positions */
+        if (fscanf(from, "%199s", word) != 1)
+            break;
+    for (; count < JOINTS_MOST && from != NULL && fscanf(from, "%199s", word) == 1; count++)
+        kt_check_near("position after 1 s", ours[count], strtod(word, NULL), 1e-9);
+    kt_check_equal_int("positions", count, JOINTS_MOST);
+    kt_check_true("node runs", from != NULL && pclose(from) == 0);
+    remove_model(&file);
+}
