@@ -107,7 +107,7 @@ typedef struct kt_mjcf_site {
     kt_pose pose;
 } kt_mjcf_site;
 
-/* A fixed tendon: L = sum c_i q_i. */
+/* A fixed tendon: L = sum c_i q_i. A spatial one has no terms, but at least two sites. */
 typedef struct kt_mjcf_tendon {
     const kt_element *element;
     int first, count;   /* terms */
@@ -116,6 +116,8 @@ typedef struct kt_mjcf_tendon {
     double length;      /* at the reference positions */
     double rest;        /* while the springs of all its joints have no force */
     double start;       /* initially */
+    int first_site, site_count;
+    int segment; /* whose formula is being written */
 } kt_mjcf_tendon;
 
 typedef struct kt_mjcf_term {
@@ -169,6 +171,7 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
     const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
     kt_namer states_named;
+    kt_list paths; /* int: sites of spatial tendons */
     kt_left activations;
     int ctrl_count;
 
@@ -331,6 +334,22 @@ kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type t
 /* Finds, or makes, the joint that a tendon acts in; false if it has none. */
 bool kt_mjcf_find_length(kt_mjcf *m, kt_mjcf_tendon *t);
 
+/* ---- mjcf_formula.c ---------------------------------------------------------------------------------------------- */
+
+/* The text of a formula while it is written; `whole` is false if it has no room. Begins as {.whole = true}. */
+typedef struct kt_mjcf_formula {
+    char text[KT_EXPRESSION_LENGTH_MAX + 1];
+    size_t length;
+    bool whole;
+} kt_mjcf_formula;
+
+void kt_mjcf_put(kt_mjcf_formula *to, const char *text);
+void kt_mjcf_put_number(kt_mjcf_formula *to, double value);
+/* "2*position.a", "velocity.a": `quantity` is position or velocity. */
+void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint);
+/* The text for a description; NULL if it had no room, or there is no memory. */
+const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula);
+
 /* ---- mjcf_activation.c ------------------------------------------------------------------------------------------- */
 
 typedef enum kt_mjcf_dynamics_type {
@@ -358,6 +377,24 @@ int kt_mjcf_activations_of(const kt_mjcf_dynamics *d);
 /* Adds the auxiliary state of an actuator with a constant control; returns its name, NULL if there is no memory. */
 const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjcf_dynamics *d, double control,
                                    double initial);
+
+/* ---- mjcf_spatial.c ---------------------------------------------------------------------------------------------- */
+
+/* Reads the sites of a spatial tendon, and its length at the reference positions; false if it is left out. */
+bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t);
+
+/* Adds springs, dampers and stops along a spatial tendon. */
+void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t);
+
+/* Writes a force along the length, which pushes the ends apart if it is positive. */
+typedef void kt_mjcf_put_force(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to);
+
+/* Adds an effect for each segment that moves. */
+void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
+                            const void *user);
+
+/* "2*(length+0.3)" of a factor times the length of a path, or of its rate. */
+void kt_mjcf_put_path(const kt_mjcf *m, const kt_mjcf_tendon *t, double factor, bool is_rate, kt_mjcf_formula *to);
 
 /* ---- mjcf_gain.c ------------------------------------------------------------------------------------------------- */
 
@@ -391,22 +428,6 @@ void kt_mjcf_force_of(const kt_mjcf_actuator *a, double control, double c[3]);
 
 /* If the damping of an actuator of positions is above zero, it is a ratio to the critical one: replaces it. */
 void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear);
-
-/* ---- mjcf_formula.c ---------------------------------------------------------------------------------------------- */
-
-/* The text of a formula while it is written; `whole` is false if it has no room. Begins as {.whole = true}. */
-typedef struct kt_mjcf_formula {
-    char text[KT_EXPRESSION_LENGTH_MAX + 1];
-    size_t length;
-    bool whole;
-} kt_mjcf_formula;
-
-void kt_mjcf_put(kt_mjcf_formula *to, const char *text);
-void kt_mjcf_put_number(kt_mjcf_formula *to, double value);
-/* "2*position.a", "velocity.a": `quantity` is position or velocity. */
-void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint);
-/* The text for a description; NULL if it had no room, or there is no memory. */
-const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula);
 
 /* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);

@@ -41,6 +41,11 @@ static const kt_mjcf_term *terms_of(const kt_mjcf *m, const action *d, int *coun
     return t != NULL ? kt_mjcf_term_at(m, t->first) : &d->own;
 }
 
+/* Whether an action is that of a spatial tendon. */
+static bool is_along_path(const kt_mjcf *m, const action *d) {
+    return d->tendon >= 0 && kt_mjcf_tendon_at(m, d->tendon)->site_count > 0;
+}
+
 /* dL/dq of a joint. */
 static double lever_of(const kt_mjcf *m, const action *d, int joint) {
     int count;
@@ -62,9 +67,11 @@ static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
     }
     if (strcmp(attribute, "tendon") == 0) {
         d->tendon = kt_names_find(&m->names, KT_MJCF_TENDONS, kt_xml_attribute(e, "tendon"));
-        if (d->tendon < 0 || kt_mjcf_tendon_at(m, d->tendon)->count == 0)
+        const kt_mjcf_tendon *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon) : NULL;
+        const bool is_there = t != NULL && (t->count > 0 || t->site_count > 0);
+        if (!is_there)
             kt_unknown_count(&m->forces, "actuator of a tendon that is left out", e);
-        return d->tendon >= 0 && kt_mjcf_tendon_at(m, d->tendon)->count > 0;
+        return is_there;
     }
     const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
     d->own = (kt_mjcf_term){joint, 1.0};
@@ -353,6 +360,12 @@ static void put_affine(const kt_mjcf *m, const action *d, const double c[3], kt_
     int count;
     const kt_mjcf_term *terms = terms_of(m, d, &count);
     kt_mjcf_put_number(to, c[0]);
+    for (int k = 0; k < 2 && is_along_path(m, d); k++) {
+        if (c[k + 1] == 0.0)
+            continue;
+        kt_mjcf_put(to, " + ");
+        kt_mjcf_put_path(m, kt_mjcf_tendon_at(m, d->tendon), c[k + 1], k == 1, to);
+    }
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < count && c[k + 1] != 0.0; i++) {
             kt_mjcf_put(to, " + ");
@@ -468,6 +481,30 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
     kt_left_count(&m->sums, last->element);
 }
 
+/* Of a spatial tendon: the actions, and the first of those that share the tendon. */
+typedef struct pull {
+    const kt_list *actions;
+    const action *first;
+} pull;
+
+static void put_pull(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to) {
+    const pull *p = user;
+    (void)t;
+    put_action(m, p->actions, p->first, 1.0, to);
+}
+
+/* Adds the actions along spatial tendons. */
+static void pull_tendons(kt_mjcf *m, const kt_list *actions) {
+    for (int i = 0; i < actions->count && !m->r->out_of_memory; i++) {
+        const action *d = action_at(actions, i);
+        const pull p = {actions, d};
+        if (!is_along_path(m, d) || is_written_with_another(actions, i))
+            continue;
+        kt_mjcf_add_along_path(m, kt_mjcf_tendon_at(m, d->tendon), d->element, put_pull, &p);
+        kt_left_count(&m->sums, d->element);
+    }
+}
+
 /* The activations of the keyframe, for all actuators in their order; NULL if there are none. */
 static const double *read_activations(kt_mjcf *m) {
     const char *text = m->key != NULL ? kt_xml_attribute(m->key, "act") : NULL;
@@ -507,8 +544,9 @@ void kt_mjcf_actuators(kt_mjcf *m) {
     for (int i = 0; i < actions.count; i++)
         action_at(&actions, i)->is_formula = needs_formula(m, &actions, action_at(&actions, i));
     for (int i = 0; i < actions.count && !m->r->out_of_memory; i++)
-        if (!action_at(&actions, i)->is_formula)
+        if (!action_at(&actions, i)->is_formula && !is_along_path(m, action_at(&actions, i)))
             add_alone(m, action_at(&actions, i));
+    pull_tendons(m, &actions);
     for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++)
         add_sum(m, &actions, i);
 }

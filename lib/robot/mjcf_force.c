@@ -318,19 +318,29 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
         add_stop(m, &l, range[0], range[1]);
 }
 
+/* A spatial tendon that is left out has no sites. */
+static void make_spatial(kt_mjcf *m, kt_mjcf_tendon *t) {
+    if (kt_mjcf_read_path(m, t)) {
+        kt_mjcf_act_in_path(m, t);
+        return;
+    }
+    t->site_count = 0;
+    kt_unknown_count(&m->forces, "spatial tendon around geoms or with pulleys", t->element);
+}
+
 void kt_mjcf_make_tendons(kt_mjcf *m) {
     for (const kt_element *e = kt_mjcf_section(m, "tendon", NULL); e != NULL && !m->r->out_of_memory;
          e = kt_mjcf_section(m, "tendon", e)) {
         const int index = m->tendons.count;
-        if (strcmp(e->name, "fixed") != 0) {
-            kt_unknown_count(&m->forces, "spatial tendon", e);
-            continue;
-        }
         kt_mjcf_tendon *t = kt_list_add(m->r, &m->r->scratch, &m->tendons, sizeof *t);
         if (t == NULL)
             return;
         *t = (kt_mjcf_tendon){.element = e, .first = m->terms.count};
         kt_mjcf_add_name(m, KT_MJCF_TENDONS, e, index);
+        if (strcmp(e->name, "fixed") != 0) {
+            make_spatial(m, t);
+            continue;
+        }
         for (const kt_element *c = kt_xml_child(e, "joint"); c != NULL; c = kt_xml_next(c, "joint"))
             add_term(m, c, t);
         act_in_tendon(m, t);

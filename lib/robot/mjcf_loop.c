@@ -129,7 +129,7 @@ static bool find_joint(kt_mjcf *m, const kt_element *e, const char *attribute, s
 static bool find_tendon(kt_mjcf *m, const kt_element *e, const char *attribute, side *s) {
     const char *name = kt_xml_attribute(e, attribute);
     const int tendon = name != NULL ? kt_names_find(&m->names, KT_MJCF_TENDONS, name) : -1;
-    if (tendon < 0) {
+    if (tendon < 0 || kt_mjcf_tendon_at(m, tendon)->count == 0) {
         kt_unknown_count(&m->forces, "equality of a tendon that is left out", e);
         return false;
     }

@@ -537,6 +537,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/ties.xml", 4e-14, NULL, false, false},    {MODELS "/arm.urdf", 4e-14, NULL, false, false},
         {MODELS "/mjcf/tendons.xml", 4e-14, NULL, false, false}, {MODELS "/mjcf/meshes.xml", 1e-6, NULL, false, false},
         {MODELS "/mjcf/servos.xml", 4e-14, NULL, false, false},  {MODELS "/mjcf/attach.xml", 4e-14, NULL, false, false},
+        {MODELS "/mjcf/spatial.xml", 1e-13, "k", false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);

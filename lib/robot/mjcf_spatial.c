@@ -1,0 +1,237 @@
+/* Spatial tendons of MJCF that run through sites, as forces between these sites.
+ *
+ * The length of a tendon is that of its path, L = sum_i |p_{i+1} - p_i|. A force f along L is therefore a force f along
+ * each segment between two sites of different bodies. It pushes its ends apart if it is positive. A formula has the
+ * force of a segment. The segment itself is `length` and `speed` there; the other segments are written with markers:
+ *     |d| = sqrt(d_x^2 + d_y^2 + d_z^2),   |d|' = (d_x d_x' + d_y d_y' + d_z d_z') / |d|.
+ * Tendons around geoms, and those with pulleys, are left out. */
+#include "robot/mjcf.h"
+
+#include <math.h>
+#include <string.h>
+
+static const kt_mjcf_site *site_of(const kt_mjcf *m, const kt_mjcf_tendon *t, int i) {
+    return kt_mjcf_site_at(m, ((const int *)m->paths.items)[t->first_site + i]);
+}
+
+static bool moves(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
+    return site_of(m, t, segment)->body != site_of(m, t, segment + 1)->body;
+}
+
+/* The distance of the two sites at the reference positions. */
+static double reference_length(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
+    kt_vec3 at[2];
+    for (int i = 0; i < 2; i++) {
+        const kt_mjcf_site *site = site_of(m, t, segment + i);
+        at[i] = kt_pose_apply(kt_mjcf_body_at(m, site->body)->world, site->pose.position);
+    }
+    return kt_vec3_norm(kt_vec3_sub(at[1], at[0]));
+}
+
+bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
+    t->first_site = m->paths.count;
+    for (const kt_element *c = t->element->first; c != NULL; c = c->next) {
+        const int site = strcmp(c->name, "site") == 0 ? kt_mjcf_find(m, c, "site", KT_MJCF_SITES) : -1;
+        int *to = site >= 0 ? kt_list_add(m->r, &m->r->scratch, &m->paths, sizeof *to) : NULL;
+        if (to == NULL)
+            return false;
+        *to = site;
+    }
+    t->site_count = m->paths.count - t->first_site;
+    for (int i = 0; i + 1 < t->site_count; i++)
+        t->length += reference_length(m, t, i);
+    return t->site_count > 1;
+}
+
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+/* A coordinate of a site, or of its velocity: "marker.BODY.SITE.vx", or a number for a site of the world. */
+static void put_coordinate(const kt_mjcf *m, const kt_mjcf_site *site, int axis, bool is_rate, kt_mjcf_formula *to) {
+    static const char *const ends[2][3] = {{".x", ".y", ".z"}, {".vx", ".vy", ".vz"}};
+    const char *name = kt_xml_attribute(site->element, "name");
+    const kt_vec3 at = site->pose.position;
+    if (site->body == 0) {
+        kt_mjcf_put_number(to, is_rate ? 0.0 : axis == 0 ? at.x : axis == 1 ? at.y : at.z);
+        return;
+    }
+    to->whole = to->whole && name != NULL && kt_name_is_valid(name);
+    kt_mjcf_put(to, "marker.");
+    kt_mjcf_put(to, kt_mjcf_body_at(m, site->body)->name);
+    kt_mjcf_put(to, ".");
+    kt_mjcf_put(to, name != NULL ? name : "");
+    kt_mjcf_put(to, ends[is_rate][axis]);
+}
+
+static void put_difference(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, int axis, bool is_rate,
+                           kt_mjcf_formula *to) {
+    kt_mjcf_put(to, "(");
+    put_coordinate(m, site_of(m, t, segment + 1), axis, is_rate, to);
+    kt_mjcf_put(to, " - ");
+    put_coordinate(m, site_of(m, t, segment), axis, is_rate, to);
+    kt_mjcf_put(to, ")");
+}
+
+/* "sqrt((..)^2+(..)^2+(..)^2)", or a number if the segment does not change. */
+static void put_distance(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, kt_mjcf_formula *to) {
+    if (segment == t->segment) {
+        kt_mjcf_put(to, "length");
+        return;
+    }
+    if (!moves(m, t, segment)) {
+        kt_mjcf_put_number(to, reference_length(m, t, segment));
+        return;
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        kt_mjcf_put(to, axis == 0 ? "sqrt(" : "+");
+        put_difference(m, t, segment, axis, false, to);
+        kt_mjcf_put(to, "^2");
+    }
+    kt_mjcf_put(to, ")");
+}
+
+static void put_speed(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, kt_mjcf_formula *to) {
+    if (segment == t->segment || !moves(m, t, segment)) {
+        kt_mjcf_put(to, segment == t->segment ? "speed" : "0");
+        return;
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        kt_mjcf_put(to, axis == 0 ? "(" : "+");
+        put_difference(m, t, segment, axis, false, to);
+        kt_mjcf_put(to, "*");
+        put_difference(m, t, segment, axis, true, to);
+    }
+    kt_mjcf_put(to, ")/");
+    put_distance(m, t, segment, to);
+}
+
+void kt_mjcf_put_path(const kt_mjcf *m, const kt_mjcf_tendon *t, double factor, bool is_rate, kt_mjcf_formula *to) {
+    kt_mjcf_put_number(to, factor);
+    for (int i = 0; i + 1 < t->site_count; i++) {
+        kt_mjcf_put(to, i == 0 ? "*(" : "+");
+        if (is_rate)
+            put_speed(m, t, i, to);
+        else
+            put_distance(m, t, i, to);
+    }
+    kt_mjcf_put(to, ")");
+}
+
+/* ---- effects ----------------------------------------------------------------------------------------------------- */
+
+static void set_end(const kt_mjcf *m, const kt_mjcf_site *site, kt_end *end) {
+    end->body = kt_mjcf_body_at(m, site->body)->name;
+    end->at = site->pose.position;
+}
+
+/* Whether a segment's formula has no more variables than an expression may have. */
+static bool is_short(const kt_mjcf *m, const kt_mjcf_tendon *t) {
+    int markers = 0;
+    for (int i = 0; i < t->site_count && t->site_count > 2; i++)
+        markers += site_of(m, t, i)->body != 0;
+    return 6 * markers + 3 <= KT_FORMULA_VARIABLE_MAX;
+}
+
+void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
+                            const void *user) {
+    for (int i = 0; i + 1 < t->site_count; i++) {
+        kt_mjcf_formula to = {.whole = true};
+        if (!moves(m, t, i))
+            continue;
+        t->segment = i;
+        put(m, t, user, &to);
+        const char *text = is_short(m, t) ? kt_mjcf_keep_formula(m, &to) : NULL;
+        kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION) : NULL;
+        if (effect == NULL) {
+            kt_unknown_count(&m->forces, "force of a spatial tendon that is too long for a formula", e);
+            return;
+        }
+        const char *name = kt_xml_attribute(e, "name");
+        effect->formula[0] = text;
+        effect->name = name != NULL && *name != '\0' ? kt_namer_make(&m->effects_named, name) : NULL;
+        effect->end_count = 2;
+        set_end(m, site_of(m, t, i), &effect->between[0]);
+        set_end(m, site_of(m, t, i + 1), &effect->between[1]);
+    }
+}
+
+/* ---- springs, dampers and stops ---------------------------------------------------------------------------------- */
+
+typedef struct passive {
+    double stiffness, damping, rest[2];
+    bool only_beyond; /* a stop: damping acts beyond the lengths of rest alone */
+} passive;
+
+/* k times the length of the spring without force: "k*a", or "clamp(L, a, b)*k". */
+static void put_rest(const kt_mjcf *m, const kt_mjcf_tendon *t, const passive *p, kt_mjcf_formula *to) {
+    if (p->rest[0] == p->rest[1]) {
+        kt_mjcf_put_number(to, p->stiffness * p->rest[0]);
+        return;
+    }
+    kt_mjcf_put(to, "clamp(");
+    kt_mjcf_put_path(m, t, 1.0, false, to);
+    for (int i = 0; i < 2; i++) {
+        kt_mjcf_put(to, ", ");
+        kt_mjcf_put_number(to, p->rest[i]);
+    }
+    kt_mjcf_put(to, ")*");
+    kt_mjcf_put_number(to, p->stiffness);
+}
+
+/* "k*clamp(L, a, b) - k*L - d*L'". */
+static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to) {
+    const passive *p = user;
+    put_rest(m, t, p, to);
+    kt_mjcf_put(to, " + ");
+    kt_mjcf_put_path(m, t, -p->stiffness, false, to);
+    if (p->damping == 0.0)
+        return;
+    kt_mjcf_put(to, " + ");
+    kt_mjcf_put_path(m, t, -p->damping, true, to);
+    for (int i = 0; i < 2 && p->only_beyond; i++) {
+        kt_mjcf_put(to, i == 0 ? "*((" : ") + (");
+        kt_mjcf_put_path(m, t, 1.0, false, to);
+        kt_mjcf_put(to, i == 0 ? " < " : " > ");
+        kt_mjcf_put_number(to, p->rest[i]);
+    }
+    kt_mjcf_put(to, p->only_beyond ? "))" : "");
+}
+
+/* What a spatial tendon has and its forces do not. */
+static void count_lost(kt_mjcf *m, const kt_mjcf_tendon *t, const double stiffness[3], const double damping[3]) {
+    const kt_element *e = t->element;
+    if (stiffness[1] != 0.0 || stiffness[2] != 0.0 || damping[1] != 0.0 || damping[2] != 0.0)
+        kt_unknown_count(&m->changes,
+                         "stiffness or damping by a polynomial in a spatial tendon, whose first term alone "
+                         "acts",
+                         e);
+    if (kt_mjcf_number(m, e, "tendon", "armature", 0.0) != 0.0)
+        kt_unknown_count(&m->changes, "armature of a spatial tendon, which is left out", e);
+    if (kt_mjcf_number(m, e, "tendon", "frictionloss", 0.0) != 0.0 && !m->off.friction)
+        kt_unknown_count(&m->changes, "frictionloss of a spatial tendon, which is left out", e);
+}
+
+void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {
+    const kt_element *e = t->element;
+    const kt_robot_options *o = m->source->options;
+    double stiffness[3] = {0.0}, damping[3] = {0.0}, rest[2] = {-1.0, -1.0}, range[2];
+    (void)kt_mjcf_numbers(m, e, "tendon", "stiffness", 1, 3, stiffness);
+    (void)kt_mjcf_numbers(m, e, "tendon", "damping", 1, 3, damping);
+    if (kt_mjcf_numbers(m, e, "tendon", "springlength", 1, 2, rest) == 1)
+        rest[1] = rest[0];
+    if (rest[0] < 0.0)
+        rest[0] = rest[1] = t->length;
+    count_lost(m, t, stiffness, damping);
+    const passive p = {.stiffness = m->off.springs ? 0.0 : stiffness[0],
+                       .damping = m->off.dampers ? 0.0 : damping[0],
+                       .rest = {rest[0], rest[1]}};
+    if (p.stiffness != 0.0 || p.damping != 0.0)
+        kt_mjcf_add_along_path(m, t, e, put_passive, &p);
+    if (m->off.limits || !kt_mjcf_is_limited(m, e, "tendon", "limited", "range") ||
+        kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, range) != 2)
+        return;
+    kt_left_count(&m->limits, e);
+    const passive stop = {
+        .stiffness = o->stop_stiffness, .damping = o->stop_damping, .rest = {range[0], range[1]}, .only_beyond = true};
+    if (o->stop_stiffness != 0.0)
+        kt_mjcf_add_along_path(m, t, e, put_passive, &stop);
+}

@@ -1,0 +1,87 @@
+/* Spatial tendons of MJCF: stops, and what of them is left out. test/robot/mujoco_wasm compares their forces. */
+#include "check.h"
+
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define MODEL(tendon)                                                                                                  \
+    "<mujoco><worldbody><site name='h' pos='0 0 2'/><body name='a' pos='0 0 1.5'><joint name='a' type='slide' "        \
+    "axis='0 0 1'/><geom size='.1' mass='3'/><site name='s'/></body></worldbody><tendon>" tendon "</tendon></mujoco>"
+#define SITES "<site site='h'/><site site='s'/>"
+
+static bool read_text(const char *text, const kt_robot_options *options, kt_scene *scene) {
+    kt_error error = {0};
+    const kt_status status = kt_robot_parse("m.xml", text, strlen(text), options, scene, NULL, NULL, &error);
+    return kt_check_equal_int(error.message, status, KT_OK);
+}
+
+/* The positions of the mass after each of two times; it starts at 0, and the rope's length is then 0.5 m. */
+static void run_text(const char *text, const kt_robot_options *options, const double times[2], double q[2]) {
+    char folder[] = "/tmp/kinetree-spatial-XXXXXX", path[60];
+    kt_mechanism m;
+    kt_error error = {0};
+    q[0] = q[1] = (double)NAN;
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
+    FILE *to = fopen(path, "w");
+    kt_check_true("the file is written", to != NULL && fputs(text, to) >= 0 && fclose(to) == 0);
+    if (kt_check_equal_int(error.message, kt_mechanism_load(path, options, NULL, &m, &error), KT_OK)) {
+        for (int i = 0; i < 2; i++)
+            if (kt_check_equal_int("it runs", kt_simulation_advance(m.simulation, times[i], &error), KT_OK))
+                q[i] = kt_simulation_positions(m.simulation)[0];
+        kt_mechanism_free(&m);
+    }
+    (void)remove(path);
+    (void)rmdir(folder);
+}
+
+/* A mass on a rope of 1 m falls freely by 0.5 m, which takes 0.32 s. It comes to rest where the stop holds its weight,
+ * at 1 m + m g / k below the hook. */
+KT_TEST(limited_tendons_are_ropes_with_stops) {
+    const kt_robot_options options = {.stop_stiffness = 5e3, .stop_damping = 300.0};
+    const double times[2] = {0.3, 10.0};
+    double q[2];
+    run_text(MODEL("<spatial limited='true' range='0 1'>" SITES "</spatial>"), &options, times, q);
+    kt_check_near("while the rope is slack", q[0], -0.5 * 9.81 * 0.09, 1e-9);
+    kt_check_near("at rest", q[1], -0.5 - 3.0 * 9.81 / 5e3, 1e-9);
+    run_text(MODEL("<spatial limited='true' range='0 1'>" SITES "</spatial>"), NULL, times, q);
+    kt_check_near("without stops", q[0], -0.5 * 9.81 * 0.09, 1e-9);
+}
+
+/* The spring between 0.6 m and 0.8 m has no force: it holds the mass at 0.8 m + m g / k below the hook. */
+KT_TEST(springs_of_tendons_have_no_force_between_their_two_lengths) {
+    const double times[2] = {0.2, 20.0};
+    double q[2];
+    run_text(MODEL("<spatial stiffness='400' damping='40' springlength='.4 .8'>" SITES "</spatial>"), NULL, times, q);
+    kt_check_near("at rest", q[1], -0.3 - 3.0 * 9.81 / 400.0, 1e-6);
+}
+
+KT_TEST(what_tendons_lose_is_told) {
+    static const struct {
+        const char *text, *note;
+    } table[] = {
+        {MODEL("<spatial>" SITES "<geom geom='g'/></spatial>"), "spatial tendon around geoms or with pulleys: 1"},
+        {MODEL("<spatial><site site='h'/><pulley divisor='2'/><site site='s'/></spatial>"), "or with pulleys: 1"},
+        {MODEL("<spatial><site site='h'/></spatial>"), "or with pulleys: 1"},
+        {MODEL("<spatial frictionloss='1'>" SITES "</spatial>"), "frictionloss of a spatial tendon"},
+        {MODEL("<spatial armature='1'>" SITES "</spatial>"), "armature of a spatial tendon"},
+        {MODEL("<spatial stiffness='1 2'>" SITES "</spatial>"), "polynomial in a spatial tendon"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        bool found = false;
+        if (!read_text(table[i].text, NULL, &scene))
+            continue;
+        for (int k = 0; k < scene.note_count; k++)
+            found = found || (scene.notes[k].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[k].what, table[i].note));
+        kt_check_true(table[i].note, found);
+        kt_scene_free(&scene);
+    }
+}
