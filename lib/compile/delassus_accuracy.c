@@ -72,9 +72,16 @@ static void measure_delassus_accuracy(kt_model *model, kt_data *data, double *v,
     kt_forms_choose(model);
 }
 
+static bool has_delassus(const kt_model *model) {
+    for (size_t g = 0; g < model->n.group; g++)
+        if (model->group[g].form == KT_FORM_DELASSUS)
+            return true;
+    return false;
+}
+
 kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error) {
     kt_data *data = NULL;
-    kt_status status = model->has_delassus ? kt_data_create(model, &data, error) : KT_OK;
+    kt_status status = has_delassus(model) ? kt_data_create(model, &data, error) : KT_OK;
     double *numbers = data ? malloc(3 * model->n.v * sizeof *numbers) : NULL;
     bool *inexact = data ? calloc(model->n.group, sizeof *inexact) : NULL;
     if (data && (!numbers || !inexact))

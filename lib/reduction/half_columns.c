@@ -8,13 +8,22 @@ static const double independent_part = 1e-4;
 
 enum { LANES = KT_HALF_LANES };
 
-static void find(const kt_model *model, const kt_data *data, size_t g, kt_group_work *w, kt_half *h) {
-    kt_group_find(model, data, g, KT_ROWS_ALL, w);
-    h->m = w->m;
-    h->rank = model->group[g].rank[KT_ROWS_ALL];
+/* The place of the arrays among a group's matrices. */
+enum {
+#define PLACE(name, count, meaning) PLACE_OF_##name,
+    KT_GROUP_FIELDS(PLACE)
+#undef PLACE
+        HALF_COLUMNS = PLACE_OF_half_columns
+};
+
+/* Places the arrays; these are fewer operations than all matrices of a group take. */
+KT_INLINE void place(const kt_model *model, const kt_data *data, size_t g, kt_half *h) {
+    const kt_group *group = &model->group[g];
+    h->m = group->v_count;
+    h->rank = group->rank[KT_ROWS_ALL];
     h->n = (h->rank + LANES - 1) / LANES;
     const size_t m = (size_t)h->m, n = (size_t)h->n;
-    h->column = (kt_v4 *)(void *)w->half_columns; /* matrices begin at multiples of eight numbers */
+    h->column = (kt_v4 *)(void *)(data->dense + group->dense + group->at[HALF_COLUMNS]); /* a multiple of 8 */
     h->flow = h->column + n * m;
     h->rest = h->flow + 6 * m;
     h->term = h->rest + 2 * m;
@@ -41,10 +50,10 @@ static bool has_free_armature(const kt_model *model, const kt_group *group) {
 /* Chooses the equations; returns false if the group is left to its null space. A group that its equations hold as a
  * whole is left there, too: it then stays at rest to the last bit. */
 static bool choose(const kt_model *model, const kt_data *data, size_t g) {
-    kt_group_work w;
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_half h;
     int count = 0;
-    find(model, data, g, &w, &h);
+    place(model, data, g, &h);
     for (int r = 0; r < w.k; r++) {
         if (w.weight && w.weight[r] == 1.0)
             continue;
@@ -99,12 +108,11 @@ KT_INLINE void axis_of(const kt_link *link, const kt_link_motion *m, kt_v4 *angu
 
 void KT_KERNEL(kt_half_keep)(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x) {
     const kt_link *link = &model->link[i];
-    kt_group_work w;
     kt_half h;
     kt_v4 n, f;
     if (model->group[link->group].rank[KT_ROWS_ALL] == 0)
         return;
-    find(model, data, (size_t)link->group, &w, &h);
+    place(model, data, (size_t)link->group, &h);
     if (link->motion == KT_MOTION_FREE) {
         keep_free(model, data, i, x, &h);
         return;
@@ -356,11 +364,11 @@ static void add_responses(const kt_model *model, kt_data *data, const kt_group *
 
 bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
-    kt_group_work w;
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_half h;
     if (group->rank[KT_ROWS_ALL] == 0 || kt_group_is_locked(model, group))
         return true;
-    find(model, data, g, &w, &h);
+    place(model, data, g, &h);
     find_free(model, data, group, &h);
     for (int b = 0; b < h.n; b++) {
         find_columns(model, data, group, &w, &h, b);
