@@ -213,6 +213,7 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
                                    .output = {kind->output[0], kind->output[1]}};
     const kt_op_array array[3] = {KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN};
     const kt_op_counts n = kt_graph_count(p->graph, f->out, f->out_count);
+    kt_code_print_parts(p, f, &arrays, names[k]);
     fprintf(p->file, "/* %s: %s\n * Operations: %d products, %d sums, %d divisions. */\n", meanings[k], kind->equation,
             n.multiply, n.add, n.divide);
     print_signature(p->file, name, k, p->tree->constant);
@@ -227,7 +228,7 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
             fprintf(p->file, "    (void)%s;\n", kind->input[i]);
     if (!p->tree->constant)
         fputs("    (void)k;\n", p->file);
-    kt_code_print_function(p, f, &arrays);
+    kt_code_print_function(p, f, &arrays, names[k]);
     fputs("    return 0;\n}\n\n", p->file);
 }
 
@@ -253,7 +254,12 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
         kt_code_print_prepared(p);
         fputs("}\n\n", file);
     }
-    fprintf(file, "/* ---- functions ---- */\n\n%s", functions);
+    fputs("/* ---- functions ---- */\n\n", file);
+    if (p->has_parts)
+        fputs("#ifdef __GNUC__ /* a part has registers of its own */\n#define PART __attribute__((noinline))\n"
+              "#else\n#define PART\n#endif\n\n",
+              file);
+    fputs(functions, file);
 }
 
 /* ---- graphs ------------------------------------------------------------------------------------------------------ */
@@ -324,6 +330,7 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
             kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
             break;
         case KT_CODEGEN_MASS_INDEX:
+            f->writes_at_once = true;
             kt_code_mass(tree, f->out);
             f->out_count = f->output[0] = (int)(nv * nv);
             break;

@@ -2,6 +2,10 @@
  *
  * A node that is used once, and whose text is short, is written into its user. Brackets keep the order of operations,
  * so that all compilers round alike. Signs are written into their users.
+ *
+ * A compiler keeps the variables of a function in few registers. In a long one, it moves most of them to memory and
+ * back, often many times. A long function is therefore divided into parts, which are static functions. A number that
+ * another part reads is written once, to the array `w`.
  */
 #include "codegen/print.h"
 #include "document/number.h"
@@ -9,7 +13,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { KT_CODE_WIDTH = 48 }; /* the longest text that is written into another */
+enum {
+    KT_CODE_WIDTH = 48,  /* the longest text that is written into another */
+    KT_CODE_LONG = 1000, /* a function of more statements has parts */
+    KT_CODE_PART = 150   /* statements of a part, about */
+};
+
+/* Arguments of a part, behind the arrays of kt_op_array. */
+enum { CODE_PREPARED = KT_OP_COSINE + 1, CODE_OUTPUT, CODE_PLACES, CODE_ARGUMENTS, CODE_GUARDS = CODE_ARGUMENTS };
 
 /* The place of an operand: left or right in a sum, or in a product. */
 typedef enum code_place { CODE_SUM, CODE_SUM_RIGHT, CODE_PRODUCT, CODE_PRODUCT_RIGHT } code_place;
@@ -23,8 +34,11 @@ bool kt_code_printer_init(kt_code_printer *p, const kt_code_tree *tree, FILE *fi
     p->temporary = malloc(count * sizeof *p->temporary);
     p->prepared = malloc(count * sizeof *p->prepared);
     p->list = malloc(count * sizeof *p->list);
-    if (p->uses == NULL || p->user == NULL || p->width == NULL || p->temporary == NULL || p->prepared == NULL ||
-        p->list == NULL || tree->graph->failed)
+    p->part = malloc(count * sizeof *p->part);
+    p->place = malloc(count * sizeof *p->place);
+    p->needs = malloc(count * sizeof *p->needs);
+    if (p->part == NULL || p->place == NULL || p->needs == NULL || p->uses == NULL || p->user == NULL ||
+        p->width == NULL || p->temporary == NULL || p->prepared == NULL || p->list == NULL || tree->graph->failed)
         return false;
     for (size_t i = 0; i < count; i++)
         p->prepared[i] = -1;
@@ -38,6 +52,9 @@ void kt_code_printer_free(kt_code_printer *p) {
     free(p->temporary);
     free(p->prepared);
     free(p->list);
+    free(p->part);
+    free(p->place);
+    free(p->needs);
 }
 
 void kt_code_print_number(FILE *file, double value) {
@@ -97,6 +114,79 @@ static void lay_out(kt_code_printer *p, const kt_code_function *f) {
     for (int k = 0; k < f->guard_count; k++)
         if (p->graph->node[f->guard[k].pivot].kind != KT_OP_NEGATE)
             p->width[f->guard[k].pivot] = 0;
+}
+
+/* ---- parts ------------------------------------------------------------------------------------------------------- */
+
+static bool is_statement(const kt_code_printer *p, kt_op i) {
+    return p->uses[i] > 0 && p->width[i] == 0 && !is_leaf_of_code(p, i);
+}
+
+/* The node behind which a guard is printed; -1: before all. */
+static kt_op node_of_guard(const kt_code_printer *p, const kt_code_guard *guard) {
+    const kt_op pivot = is_leaf_of_code(p, guard->pivot) ? -1 : guard->pivot;
+    const kt_op limit = is_leaf_of_code(p, guard->limit) ? -1 : guard->limit;
+    return pivot > limit ? pivot : limit;
+}
+
+/* Notes what a part needs for the text of a node. */
+static void note_reads(kt_code_printer *p, kt_op i, int part) {
+    const kt_op_node *n = &p->graph->node[i];
+    if (is_leaf_of_code(p, i)) {
+        if (n->kind != KT_OP_CONSTANT)
+            p->needs[part] |= 1 << (n->kind == KT_OP_INPUT ? n->a : CODE_PREPARED);
+    } else if (p->width[i] == 0) {
+        if (p->part[i] == part)
+            return;
+        if (p->place[i] < 0)
+            p->place[i] = p->place_count++;
+        p->needs[part] |= 1 << CODE_PLACES;
+        p->needs[p->part[i]] |= 1 << CODE_PLACES;
+    } else {
+        note_reads(p, n->a, part);
+        if (n->b >= 0)
+            note_reads(p, n->b, part);
+    }
+}
+
+/* Divides a function into equal parts, and finds what each one needs. */
+static void plan_parts(kt_code_printer *p, const kt_code_function *f) {
+    const kt_graph *g = p->graph;
+    int count = 0, before = 0;
+    for (kt_op i = 0; i < g->count; i++) {
+        count += is_statement(p, i);
+        p->part[i] = 0;
+        p->place[i] = -1;
+    }
+    p->at_part = p->place_count = 0;
+    p->part_count = count > KT_CODE_LONG && p->origin == KT_OP_OF_STATE ? count / KT_CODE_PART : 1;
+    if (p->part_count == 1)
+        return;
+    memset(p->needs, 0, (size_t)(p->part_count + 1) * sizeof *p->needs);
+    for (kt_op i = 0; i < g->count; i++) {
+        const int part = (int)((int64_t)before * p->part_count / count);
+        p->part[i] = part < p->part_count ? part : p->part_count - 1;
+        before += is_statement(p, i);
+    }
+    for (kt_op i = 0; i < g->count; i++) {
+        if (!is_statement(p, i))
+            continue;
+        note_reads(p, g->node[i].a, p->part[i]);
+        note_reads(p, g->node[i].b, p->part[i]);
+    }
+    for (int k = 0; k < f->guard_count; k++) {
+        const kt_op at = node_of_guard(p, &f->guard[k]);
+        const int part = at < 0 ? 0 : p->part[at];
+        note_reads(p, f->guard[k].pivot, part);
+        note_reads(p, f->guard[k].limit, part);
+        p->needs[part] |= 1 << CODE_GUARDS;
+    }
+    for (int k = 0; k < f->out_count; k++) {
+        const int own = is_leaf_of_code(p, f->out[k]) ? 0 : p->part[f->out[k]];
+        const int part = f->writes_at_once ? own : p->part_count;
+        note_reads(p, f->out[k], part);
+        p->needs[part] |= 1 << CODE_OUTPUT;
+    }
 }
 
 /* ---- expressions ------------------------------------------------------------------------------------------------- */
@@ -162,6 +252,8 @@ static void print_operand(kt_code_printer *p, kt_op i, code_place place) {
         print_leaf(p, i, place);
     else if (p->width[i] > 0)
         print_expression(p, i, place);
+    else if (p->part[i] != p->at_part)
+        fprintf(p->file, "w[%d]", (int)p->place[i]);
     else if (n->name[0] != '\0')
         fputs(n->name, p->file);
     else
@@ -189,9 +281,7 @@ static void print_section(const kt_code_printer *p, kt_op i, int32_t *section) {
 static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i) {
     for (int k = 0; k < f->guard_count; k++) {
         const kt_code_guard *guard = &f->guard[k];
-        const kt_op pivot = is_leaf_of_code(p, guard->pivot) ? -1 : guard->pivot;
-        const kt_op limit = is_leaf_of_code(p, guard->limit) ? -1 : guard->limit;
-        if ((pivot > limit ? pivot : limit) != i)
+        if (node_of_guard(p, guard) != i)
             continue;
         fputs("    if (!(", p->file);
         print_operand(p, guard->pivot, CODE_SUM);
@@ -201,23 +291,62 @@ static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i)
     }
 }
 
-static void print_statements(kt_code_printer *p, const kt_code_function *f) {
+enum { OUTPUTS_ALL = -2 };
+
+/* Prints the assignment to output k. Equal ones, as in a symmetric matrix, are one statement: that of the first. */
+static void print_output(kt_code_printer *p, const kt_code_function *f, int k, int first, int array) {
+    const kt_op out = f->out[k];
+    const bool is_shared = p->graph->node[out].kind != KT_OP_CONSTANT;
+    for (int j = first; j < k && is_shared; j++)
+        if (f->out[j] == out)
+            return;
+    fputs("    ", p->file);
+    for (int j = k; j < first + f->output[array]; j++)
+        if (j == k || (is_shared && f->out[j] == out))
+            fprintf(p->file, "%s[%d] = ", p->arrays->output[array], j - first);
+    print_operand(p, out, CODE_SUM);
+    fputs(";\n", p->file);
+}
+
+/* Prints the outputs of node i; -1: those that are leaves; OUTPUTS_ALL: all. */
+static void print_outputs(kt_code_printer *p, const kt_code_function *f, kt_op i) {
+    for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
+        while (k - first >= f->output[array])
+            first += f->output[array++];
+        if (i == OUTPUTS_ALL || (i < 0 ? is_leaf_of_code(p, f->out[k]) : f->out[k] == i))
+            print_output(p, f, k, first, array);
+    }
+}
+
+/* Prints the statements of one part, with the outputs if it writes them at once. */
+static void print_statements(kt_code_printer *p, const kt_code_function *f, int32_t *temporary) {
     const kt_graph *g = p->graph;
-    int32_t section = -1, temporary = 0;
-    print_guards(p, f, -1);
+    const bool writes = p->part_count > 1 && f->writes_at_once;
+    int32_t section = -1;
+    if (p->at_part == 0)
+        print_guards(p, f, -1);
+    if (p->at_part == 0 && writes)
+        print_outputs(p, f, -1);
     for (kt_op i = 0; i < g->count; i++) {
-        if (p->uses[i] == 0 || is_leaf_of_code(p, i))
+        if (p->uses[i] == 0 || p->part[i] != p->at_part || is_leaf_of_code(p, i))
             continue;
         if (p->width[i] == 0) {
             print_section(p, i, &section);
-            p->temporary[i] = ++temporary;
+            p->temporary[i] = ++*temporary;
             fputs("    const real ", p->file);
             print_operand(p, i, CODE_SUM);
             fputs(" = ", p->file);
             print_expression(p, i, CODE_SUM);
             fputs(";\n", p->file);
+            if (p->place[i] >= 0) {
+                fprintf(p->file, "    w[%d] = ", (int)p->place[i]);
+                print_operand(p, i, CODE_SUM);
+                fputs(";\n", p->file);
+            }
         }
         print_guards(p, f, i);
+        if (writes)
+            print_outputs(p, f, i);
     }
 }
 
@@ -251,44 +380,86 @@ bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array ar
     return false;
 }
 
-/* Prints the assignments to the outputs. Equal ones, as in a symmetric matrix, are one statement. */
-static void print_outputs(kt_code_printer *p, const kt_code_function *f) {
-    fputs("\n", p->file);
-    for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
-        while (k - first >= f->output[array])
-            first += f->output[array++];
-        bool is_done = false;
-        for (int j = first; j < k && !is_done; j++)
-            is_done = f->out[j] == f->out[k] && f->out[k] != 0 && p->graph->node[f->out[k]].kind != KT_OP_CONSTANT;
-        if (is_done)
+/* Finds the statements and parts of a function. Returns false if memory is insufficient. */
+static bool plan_function(kt_code_printer *p, const kt_code_function *f, int origin, const kt_code_arrays *arrays) {
+    p->origin = origin;
+    p->arrays = arrays;
+    if (!count_uses(p, f))
+        return false;
+    lay_out(p, f);
+    plan_parts(p, f);
+    return true;
+}
+
+/* Prints the arguments of a part, as its declaration or a call has them. */
+static void print_arguments(const kt_code_printer *p, int part, bool declares) {
+    const char *const name[CODE_ARGUMENTS] = {"q", "v", p->arrays->given, "s", "c", "k", p->arrays->output[0], "w"};
+    bool is_next = false;
+    for (int k = 0; k < CODE_ARGUMENTS; k++) {
+        if (!(p->needs[part] & 1 << k))
             continue;
-        fputs("    ", p->file);
-        for (int j = k; j < first + f->output[array]; j++)
-            if (j == k || (f->out[j] == f->out[k] && p->graph->node[f->out[k]].kind != KT_OP_CONSTANT))
-                fprintf(p->file, "%s[%d] = ", p->arrays->output[array], j - first);
-        print_operand(p, f->out[k], CODE_SUM);
-        fputs(";\n", p->file);
+        fprintf(p->file, "%s%s%s", is_next ? ", " : "",
+                !declares         ? ""
+                : k < CODE_OUTPUT ? "const real *restrict "
+                                  : "real *restrict ",
+                name[k]);
+        is_next = true;
+    }
+    fputs(")", p->file);
+}
+
+void kt_code_print_parts(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays,
+                         const char *name) {
+    int32_t temporary = 0;
+    if (!plan_function(p, f, KT_OP_OF_STATE, arrays) || p->part_count == 1)
+        return;
+    p->has_parts = true;
+    for (p->at_part = 0; p->at_part < p->part_count; p->at_part++) {
+        const bool has_guards = p->needs[p->at_part] & 1 << CODE_GUARDS;
+        fprintf(p->file, "/* Part %d of %d. */\nPART static %s %s_%d(", p->at_part + 1, p->part_count,
+                has_guards ? "int" : "void", name, p->at_part + 1);
+        print_arguments(p, p->at_part, true);
+        fputs(" {\n", p->file);
+        print_statements(p, f, &temporary);
+        fputs(has_guards ? "    return 0;\n}\n\n" : "}\n\n", p->file);
     }
 }
 
-void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays) {
-    p->origin = KT_OP_OF_STATE;
-    p->arrays = arrays;
-    if (!count_uses(p, f))
+/* Prints the calls of all parts. */
+static void print_calls(kt_code_printer *p, const kt_code_function *f, const char *name) {
+    if (p->place_count > 0)
+        fprintf(p->file, "    real w[%d]; /* what parts read of others */\n", p->place_count);
+    fputs(f->guard_count > 0 ? "    int code;\n" : "", p->file);
+    for (int part = 0; part < p->part_count; part++) {
+        const bool has_guards = p->needs[part] & 1 << CODE_GUARDS;
+        fprintf(p->file, "    %s%s_%d(", has_guards ? "code = " : "", name, part + 1);
+        print_arguments(p, part, false);
+        fputs(has_guards ? ";\n    if (code != 0)\n        return code;\n" : ";\n", p->file);
+    }
+    p->at_part = p->part_count;
+}
+
+void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays,
+                            const char *name) {
+    int32_t temporary = 0;
+    if (!plan_function(p, f, KT_OP_OF_STATE, arrays))
         return;
-    lay_out(p, f);
-    print_statements(p, f);
-    print_outputs(p, f);
+    if (p->part_count > 1)
+        print_calls(p, f, name);
+    else
+        print_statements(p, f, &temporary);
+    fputs("\n", p->file);
+    if (p->part_count == 1 || !f->writes_at_once)
+        print_outputs(p, f, OUTPUTS_ALL);
 }
 
 void kt_code_print_prepared(kt_code_printer *p) {
     static const kt_code_arrays arrays = {.output = {"k"}};
     const kt_code_function f = {.out = p->list, .out_count = p->prepared_count, .output = {p->prepared_count}};
-    p->origin = KT_OP_OF_PARAMETERS;
-    p->arrays = &arrays;
-    if (!count_uses(p, &f))
+    int32_t temporary = 0;
+    if (!plan_function(p, &f, KT_OP_OF_PARAMETERS, &arrays))
         return;
-    lay_out(p, &f);
-    print_statements(p, &f);
-    print_outputs(p, &f);
+    print_statements(p, &f, &temporary);
+    fputs("\n", p->file);
+    print_outputs(p, &f, OUTPUTS_ALL);
 }

@@ -13,6 +13,7 @@ typedef struct kt_code_function {
     int output[3]; /* up to three arrays: how many of the outputs each has */
     kt_code_guard *guard;
     int guard_count;
+    bool writes_at_once; /* if it is long: no output can be an input, and no guard stops it */
 } kt_code_function;
 
 /* The names of the arrays of a function. */
@@ -34,14 +35,24 @@ typedef struct kt_code_printer {
     kt_op *list;        /* the prepared numbers */
     int prepared_count;
     const kt_code_arrays *arrays;
+    int part_count, at_part; /* of the function; the one that is printed */
+    int32_t *part;           /* of each node; `part_count` is the function itself */
+    int32_t *place;          /* of a number that another part reads, in `w`; -1: none */
+    int32_t *needs;          /* of each part: bits of its arguments */
+    int place_count;
+    bool has_parts; /* any function has them */
 } kt_code_printer;
 
 /* Begins for a complete graph. Returns false if memory is insufficient; kt_code_printer_free in any case. */
 bool kt_code_printer_init(kt_code_printer *p, const kt_code_tree *tree, FILE *file);
 void kt_code_printer_free(kt_code_printer *p);
 
-/* Prints the statements of a function. */
-void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays);
+/* Prints the parts of a long function `name`, each a static function. Call it before the next one. */
+void kt_code_print_parts(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays, const char *name);
+
+/* Prints the statements of a function, or the calls of its parts. */
+void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays,
+                            const char *name);
 
 /* Prints the statements that compute all prepared numbers; call it after all functions. */
 void kt_code_print_prepared(kt_code_printer *p);

@@ -150,40 +150,53 @@ KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
-/* The mass of the last link lies on its axis once its parameters are changed. */
-KT_TEST(forward_returns_the_body_whose_joint_has_no_inertia) {
+/* The mass of the last link of a chain lies on its axis once its parameters are changed. */
+static void check_no_inertia(int count) {
     static kt_generated g;
     small_tree t;
-    const double q[3] = {0.1, 0.2, 0.3}, zero[3] = {0.0};
-    double a[3] = {7.0, 7.0, 7.0}, parameter[KT_GENERATED_PARAMETERS];
+    const double zero[BODIES] = {0.0};
+    double q[BODIES], a[BODIES] = {7.0}, next[2 * BODIES], parameter[KT_GENERATED_PARAMETERS];
+    char last[16];
+    for (int i = 0; i < BODIES; i++)
+        q[i] = 0.1 * (i + 1);
+    if (!small_tree_make(&t, count) || !kt_generated_make(&g, t.model, "cc -O1"))
+        return;
+    const int body = kt_body_find(t.model, names[count - 1]);
+    kt_check_equal_int("parts", g.has_parts[0], count > 3);
+    kt_check_equal_int("regular", g.forward(g.model, q, zero, zero, a), 0);
+    memcpy(parameter, g.standard, sizeof(double) * (size_t)g.count);
+    const int length = snprintf(last, sizeof last, "%s_", names[count - 1]);
+    for (int i = 0; i < g.count; i++) {
+        const char *of = g.name[i] + length;
+        if (strncmp(g.name[i], last, (size_t)length) == 0 &&
+            (strncmp(of, "inertia", 7) == 0 || strcmp(of, "com_z") == 0 || strcmp(of, "com_x") == 0 ||
+             strcmp(of, "com_y") == 0))
+            parameter[i] = 0.0;
+    }
+    g.prepare(parameter, g.model);
+    a[0] = 7.0;
+    kt_check_equal_int("body", g.forward(g.model, q, zero, zero, a), body);
+    kt_check_near("nothing is written", a[0], 7.0, 0.0);
+    kt_generated_step *const step[3] = {g.heun, g.rk4, g.semi_implicit};
+    for (int k = 0; k < 3; k++) {
+        next[0] = next[count] = 7.0;
+        kt_check_equal_int("a step returns the body", step[k](g.model, q, zero, zero, 0.1, next, next + count), body);
+        kt_check_near("a step writes nothing", next[0] + next[count], 14.0, 0.0);
+    }
+    q[count / 2] = (double)NAN;
+    g.prepare(g.standard, g.model);
+    kt_check_above("a position that is not finite", g.forward(g.model, q, zero, zero, a), 1.0);
+    kt_generated_free(&g);
+    kt_model_free(t.model);
+}
+
+KT_TEST(forward_returns_the_body_whose_joint_has_no_inertia) {
     if (!kt_generated_has("cc")) {
         kt_skip("generated C", "there is no compiler of the name cc");
         return;
     }
-    if (!small_tree_make(&t, 3) || !kt_generated_make(&g, t.model, "cc -O1"))
-        return;
-    kt_check_equal_int("regular", g.forward(g.model, q, zero, zero, a), 0);
-    memcpy(parameter, g.standard, sizeof(double) * (size_t)g.count);
-    for (int i = 0; i < g.count; i++)
-        if (strncmp(g.name[i], "link3_inertia", 13) == 0 || strcmp(g.name[i], "link3_com_x") == 0 ||
-            strcmp(g.name[i], "link3_com_y") == 0)
-            parameter[i] = 0.0;
-    g.prepare(parameter, g.model);
-    a[0] = 7.0;
-    kt_check_equal_int("body", g.forward(g.model, q, zero, zero, a), kt_body_find(t.model, "link3"));
-    kt_check_near("nothing is written", a[0], 7.0, 0.0);
-    double next[6] = {7.0, 7.0, 7.0, 7.0, 7.0, 7.0};
-    kt_generated_step *const step[3] = {g.heun, g.rk4, g.semi_implicit};
-    for (int k = 0; k < 3; k++) {
-        const int code = step[k](g.model, q, zero, zero, 0.1, next, next + 3);
-        kt_check_equal_int("a step returns the body", code, kt_body_find(t.model, "link3"));
-        kt_check_near("a step writes nothing", next[0] + next[3], 14.0, 0.0);
-    }
-    const double bad[3] = {0.1, (double)NAN, 0.3};
-    g.prepare(g.standard, g.model);
-    kt_check_above("a position that is not finite", g.forward(g.model, bad, zero, zero, a), 1.0);
-    kt_generated_free(&g);
-    kt_model_free(t.model);
+    check_no_inertia(3);
+    check_no_inertia(BODIES);
 }
 
 /* x = cos q, y = sin q of a marker on a hinge. Bounds: one unit in the last place of 1, and `2^-82` absolutely. */

@@ -69,15 +69,18 @@ static bool write_files(kt_generated *g, const kt_model *model, bool fold) {
     return kt_tree_fine("generate", status, &error);
 }
 
-/* Finds which equation the accelerations have. */
+/* Finds which equation the accelerations have, and which functions are divided into parts. */
 static bool read_method(kt_generated *g) {
     char path[128], line[512];
     snprintf(path, sizeof path, "%s/mech.c", g->folder);
     FILE *file = fopen(path, "r");
     if (!kt_check_true("the source can be read", file != NULL))
         return false;
-    while (fgets(line, sizeof line, file) != NULL)
+    while (fgets(line, sizeof line, file) != NULL) {
         g->is_articulated |= strstr(line, "U = A s") != NULL;
+        g->has_parts[0] |= strstr(line, " forward_1(") != NULL;
+        g->has_parts[1] |= strstr(line, " mass_1(") != NULL;
+    }
     fclose(file);
     return true;
 }

@@ -22,6 +22,7 @@ typedef struct kt_generated {
     int count;     /* of parameters, with their names as in the header */
     char name[KT_GENERATED_PARAMETERS][KT_GENERATED_NAME];
     bool is_articulated;    /* its accelerations do not follow from the mass matrix */
+    bool has_parts[2];      /* the functions forward and mass are divided */
     const double *standard; /* NAME_default */
     double model[KT_GENERATED_PREPARED];
     kt_generated_prepare *prepare;

@@ -249,7 +249,7 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
         kt_skip("generated C", "there is no compiler of the name cc");
         return;
     }
-    int articulated = 0, by_mass = 0;
+    int articulated = 0, by_mass = 0, parts[2] = {0};
     for (int n = 0; n < count_mechanisms(20); n++) {
         kt_tree tree;
         const kt_tree_plan plan = draw_plan(&random, n);
@@ -260,6 +260,8 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
             fine =
                 n % 5 == 4 ? kt_generated_fold(&g, tree.model, "cc -O0") : kt_generated_make(&g, tree.model, "cc -O0");
             *(g.is_articulated ? &articulated : &by_mass) += 1;
+            for (int k = 0; k < 2; k++)
+                parts[k] += g.has_parts[k];
             for (int k = 0; k < 4 && fine; k++)
                 compare_all(&g, &tree, &random, &c, n);
             kt_generated_free(&g);
@@ -271,6 +273,8 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
     comparison_check(&c);
     kt_check_above("trees by articulated bodies", articulated, 3);
     kt_check_above("trees by the mass matrix", by_mass, 3);
+    kt_check_above("trees whose forward dynamics have parts", parts[0], 3);
+    kt_check_above("trees whose mass matrix has parts", parts[1], 0);
 }
 
 static int count_nonzero(const double *x, int count) {
