@@ -1,10 +1,12 @@
-/* Generated C against the library: forward and inverse dynamics and the mass matrix of trees, in turns.
+/* Generated C against the library: forward and inverse dynamics and the mass matrix of trees, in turns. The trees are
+ * scenes, and the chain of chain.h.
  *
  * The program writes the files with kt_codegen_write, compiles them with `cc` for this processor, and loads them. A
  * line is trusted if both results agree to 1e-9 of their largest number. Bars are ratios of times, library over
  * generated.
  */
 #include "kinetree/codegen.h"
+#include "chain.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"
 #include "report.h"
@@ -27,6 +29,7 @@ typedef void prepare_function(const void *parameters, void *model);
 /* A mechanism in both forms, at one state. */
 typedef struct subject {
     const char *scene;
+    int links; /* of the chain; 0: it is a scene */
     double bar[FUNCTIONS];
     kt_model *model;
     kt_data *data;
@@ -43,6 +46,7 @@ typedef struct subject {
 static subject subjects[] = {
     {.scene = "arm7", .bar = {2.0, 2.2, 3.0}},
     {.scene = "humanoid", .bar = {1.2, 1.5, 1.15}},
+    {.scene = "chain", .links = 32, .bar = {1.4, 2.0, 1.0}},
 };
 
 enum { SUBJECTS = sizeof subjects / sizeof *subjects };
@@ -110,17 +114,34 @@ static bool load_generated(subject *s) {
     return fine;
 }
 
-static bool load_subject(subject *s) {
+static kt_status compile_scene(subject *s, kt_error *error) {
     char path[512];
     kt_scene scene;
-    kt_error error = {0};
     snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, s->scene);
-    if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK)
-        return kt_bench_tell(&error) == KT_BENCH_DONE;
-    const bool fine = kt_model_compile(&scene.description, NULL, &s->model, &error) == KT_OK &&
-                      kt_data_create(s->model, &s->data, &error) == KT_OK && kt_model_nv(s->model) <= NV_MOST;
-    kt_scene_free(&scene);
-    if (!fine)
+    kt_status status = kt_scene_read(path, &scene, NULL, NULL, error);
+    if (status == KT_OK) {
+        status = kt_model_compile(&scene.description, NULL, &s->model, error);
+        kt_scene_free(&scene);
+    }
+    return status;
+}
+
+static kt_status compile_chain(subject *s, kt_error *error) {
+    kt_chain_description chain;
+    kt_status status = kt_chain_describe(s->links, 1, &chain, error);
+    if (status == KT_OK) {
+        status = kt_model_compile(&chain.description, NULL, &s->model, error);
+        kt_chain_describe_free(&chain);
+    }
+    return status;
+}
+
+static bool load_subject(subject *s) {
+    kt_error error = {0};
+    kt_status status = s->links > 0 ? compile_chain(s, &error) : compile_scene(s, &error);
+    if (status == KT_OK)
+        status = kt_data_create(s->model, &s->data, &error);
+    if (status != KT_OK || kt_model_nv(s->model) > NV_MOST)
         return kt_bench_tell(&error) == KT_BENCH_DONE;
     kt_model_initial(s->model, s->q, s->v);
     for (int i = 0; i < kt_model_nv(s->model); i++) {

@@ -22,13 +22,17 @@ typedef struct code_kind {
     const char *input[3]; /* NULL: no more */
     const char *output[2];
     bool is_step;
+    bool is_apart; /* the output is never an input */
 } code_kind;
 
 static const code_kind kinds[KT_CODEGEN_COUNT] = {
     [KT_CODEGEN_FORWARD_INDEX] = {.equation = "M a = tau - h", .input = {"q", "v", "tau"}, .output = {"a"}},
     [KT_CODEGEN_INVERSE_INDEX] = {.equation = "tau = M a + h", .input = {"q", "v", "a"}, .output = {"tau"}},
     [KT_CODEGEN_BIAS_INDEX] = {.equation = "tau = M a + h with a = 0", .input = {"q", "v"}, .output = {"h"}},
-    [KT_CODEGEN_MASS_INDEX] = {.equation = "M, NV x NV, both triangles", .input = {"q"}, .output = {"M"}},
+    [KT_CODEGEN_MASS_INDEX] = {.equation = "M, NV x NV, both triangles; not in the memory of q",
+                               .input = {"q"},
+                               .output = {"M"},
+                               .is_apart = true},
     [KT_CODEGEN_EFFECTS_INDEX] = {.equation = "add them to tau", .input = {"q", "v"}, .output = {"tau"}},
     [KT_CODEGEN_ENERGY_INDEX] = {.equation = "kinetic, potential", .input = {"q", "v"}, .output = {"energy"}},
     [KT_CODEGEN_MARKERS_INDEX] = {.equation = "three numbers for each marker",
@@ -120,7 +124,8 @@ uint64_t kt_codegen_structure(const kt_model *model) {
 
 /* ---- header ------------------------------------------------------------------------------------------------------ */
 
-static void print_signature(FILE *file, const char *name, int k, bool constant) {
+/* Prints the head of a function. C++, which reads declarations, has no word for is_apart. */
+static void print_signature(FILE *file, const char *name, int k, bool constant, bool declares) {
     const code_kind *kind = &kinds[k];
     fprintf(file, "int %s_%s(", name, names[k]);
     if (!constant)
@@ -130,7 +135,8 @@ static void print_signature(FILE *file, const char *name, int k, bool constant) 
     if (kind->is_step)
         fprintf(file, "%s_real h, ", name);
     for (int i = 0; i < 2 && kind->output[i] != NULL; i++)
-        fprintf(file, "%s%s_real *%s", i > 0 ? ", " : "", name, kind->output[i]);
+        fprintf(file, "%s%s_real *%s%s", i > 0 ? ", " : "", name, kind->is_apart && !declares ? "restrict " : "",
+                kind->output[i]);
     fputs(")", file);
 }
 
@@ -190,7 +196,7 @@ static void print_header(FILE *file, const kt_code_tree *tree, const char *name,
     for (int k = 0; k < KT_CODEGEN_COUNT; k++)
         if (functions & 1u << k) {
             fprintf(file, "/* %s: %s */\n", meanings[k], kinds[k].equation);
-            print_signature(file, name, k, tree->constant);
+            print_signature(file, name, k, tree->constant, true);
             fputs(";\n\n", file);
         }
     fputs("#ifdef __cplusplus\n}\n#endif\n#endif\n", file);
@@ -216,7 +222,7 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
     kt_code_print_parts(p, f, &arrays, names[k]);
     fprintf(p->file, "/* %s: %s\n * Operations: %d products, %d sums, %d divisions. */\n", meanings[k], kind->equation,
             n.multiply, n.add, n.divide);
-    print_signature(p->file, name, k, p->tree->constant);
+    print_signature(p->file, name, k, p->tree->constant, false);
     fputs(" {\n", p->file);
     const bool has_angles = kt_code_reads(p, f, KT_OP_SINE) || kt_code_reads(p, f, KT_OP_COSINE);
     if (!p->tree->constant)
@@ -316,6 +322,7 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
     const size_t count = nv * nv + 6 * markers + 2;
     f->out = calloc(count + 2 * nv, sizeof *f->out);
     f->guard = calloc(nv, sizeof *f->guard);
+    f->writes_at_once = kinds[k].is_apart;
     kt_op *work = calloc(count, sizeof *work);
     bool fine = f->out != NULL && f->guard != NULL && work != NULL;
     g->scope++;
@@ -330,7 +337,6 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
             kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
             break;
         case KT_CODEGEN_MASS_INDEX:
-            f->writes_at_once = true;
             kt_code_mass(tree, f->out);
             f->out_count = f->output[0] = (int)(nv * nv);
             break;
@@ -359,7 +365,7 @@ static bool print_steps(FILE *file, const kt_code_tree *tree, const char *name, 
         size_t length = 0;
         FILE *memory = open_memstream(&signature[i], &length);
         if (memory != NULL)
-            print_signature(memory, name, KT_CODEGEN_HEUN_INDEX + i, tree->constant);
+            print_signature(memory, name, KT_CODEGEN_HEUN_INDEX + i, tree->constant, false);
         fine &= memory != NULL && fclose(memory) == 0;
     }
     (void)snprintf(take, sizeof take, "const %s_model *model, ", name);
