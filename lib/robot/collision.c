@@ -151,6 +151,8 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
             kt_contact_law_apply(&law, &cone, t->mobility[item->body], mass, t->gravity, &shape);
         if (item->solid == KT_SOLID_ELLIPSOID)
             kt_left_count(&t->c->rounded, item->element);
+        if (item->solid == KT_SOLID_CYLINDER)
+            kt_left_count(&t->c->edged, item->element);
         kt_left_count(mass > 0.0 && kt_contact_add(t->d, &shape, &ground) ? &t->c->made : &t->c->lost, item->element);
     }
 }
@@ -165,7 +167,7 @@ void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source
     for (int i = 0; i < judge->count; i++)
         c->moves_freely = c->moves_freely || judge->bodies[i].joint.type == KT_JOINT_FREE;
     if (!o->contacts || !prepare_bodies(&t) ||
-        !kt_namer_init(&t.names, d->r, KT_CONTACT_EXTREMES * (c->items.count + 1)))
+        !kt_namer_init(&t.names, d->r, KT_CONTACT_POINTS_MOST * (c->items.count + 1)))
         return;
     if (o->has_ground)
         kt_left_count(&c->planes, d->root);
@@ -181,6 +183,11 @@ void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source
 }
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
+
+static const kt_note near_notes[] = {
+    KT_NOTE(kt_collisions, rounded, MOTION, KT_NOTE_ROUNDED),
+    KT_NOTE(kt_collisions, edged, MOTION, KT_NOTE_EDGED),
+};
 
 void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot_options *o, const kt_element *root,
                          kt_vec3 gravity) {
@@ -198,7 +205,7 @@ void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot
         notes, KT_NOTE_RANK_MOTION, &c->lost,
         "collision shapes that touch planes, left out, since they have no mesh that can be read, or no mass: %d",
         c->lost.count);
-    kt_note_put(notes, KT_NOTE_RANK_MOTION, &c->rounded, "%s %d", KT_NOTE_ROUNDED, c->rounded.count);
+    KT_NOTES_PUT(notes, c, near_notes);
     if (falls && c->planes.count == 0)
         kt_note_groundless(notes, root);
     kt_note_sunk(notes, root, c->depth);

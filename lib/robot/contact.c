@@ -15,7 +15,7 @@
 #include <float.h>
 #include <math.h>
 
-enum { RIM = 8 };
+enum { RIM = KT_CONTACT_POINTS_MOST / 2 };
 
 static void add_contact(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, kt_vec3 at,
                         double radius) {

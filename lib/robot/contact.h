@@ -25,7 +25,7 @@ kt_contact_law kt_contact_law_standard(void);
 /* ---- contact.c: solids on planes --------------------------------------------------------------------------------- */
 
 /* Directions in which a body without edges is sampled: to faces, edges and corners of a cube. */
-enum { KT_CONTACT_EXTREMES = 26 };
+enum { KT_CONTACT_EXTREMES = 26, KT_CONTACT_POINTS_MOST = 32 /* contacts of one solid with one plane */ };
 
 /* A solid of a body that touches planes, and how. */
 typedef struct kt_contact_shape {
@@ -60,6 +60,10 @@ int kt_contact_extremes(const kt_vec3 *vertices, int count, kt_vec3 points[KT_CO
 #define KT_NOTE_ROUNDED                                                                                                \
     "ellipsoids that touch planes, each as 26 spheres inside it, so that it sinks by up to 8 % of its longest half "   \
     "axis:"
+
+#define KT_NOTE_EDGED                                                                                                  \
+    "cylinders that touch planes, each with 16 points of both rims, so that a lying or rolling one sinks by up to "    \
+    "1.9 % of its radius:"
 
 /* ---- contact_tree.c: the tree of a robot that touches ------------------------------------------------------------ */
 
@@ -99,7 +103,7 @@ typedef struct kt_collision {
 typedef struct kt_collisions {
     kt_list items;                   /* kt_collision */
     kt_left all, planes, made, lost; /* lost: shapes that no contact can represent */
-    kt_left rounded;                 /* ellipsoids, of which contacts are near */
+    kt_left rounded, edged;          /* ellipsoids and cylinders, of which contacts are near */
     double depth;                    /* of the deepest contact at the start */
     bool moves_freely;               /* a body has a free joint */
 } kt_collisions;

@@ -73,6 +73,7 @@ static const kt_note contact_notes[] = {
     KT_NOTE(kt_mjcf, contacts_lost, MOTION,
             "geoms that touch planes, left out, since they have no mesh that can be read, or no mass:"),
     KT_NOTE(kt_mjcf, contacts_rounded, MOTION, KT_NOTE_ROUNDED),
+    KT_NOTE(kt_mjcf, contacts_edged, MOTION, KT_NOTE_EDGED),
     KT_NOTE(kt_mjcf, contacts_between, MOTION, "geoms that could touch other geoms than planes, left out:"),
 };
 
@@ -134,7 +135,7 @@ static bool init_names(kt_mjcf *m) {
            kt_namer_init(&m->states_named, m->r, m->elements + 2) &&
            kt_namer_init(&m->joints_named, m->r, 4 * m->elements + 4) &&
            kt_namer_init(&m->effects_named, m->r,
-                         (m->source->options->contacts ? KT_CONTACT_EXTREMES + 1 : 1) * (m->elements + 2));
+                         (m->source->options->contacts ? KT_CONTACT_POINTS_MOST + 1 : 1) * (m->elements + 2));
 }
 
 /* Prepares the tree of elements (files, attached models, replicates), the names, the classes and the options. */

@@ -183,8 +183,8 @@ typedef struct kt_mjcf {
         lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
-    double depth;             /* of the deepest contact at the start */
-    kt_left contacts_rounded; /* ellipsoids that touch planes */
+    double depth;                             /* of the deepest contact at the start */
+    kt_left contacts_rounded, contacts_edged; /* ellipsoids and cylinders that touch planes */
     kt_left contacts_made, contacts_lost, planes,
         contacts_between; /* geoms that touch planes, or cannot; planes; geoms that touch others */
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,

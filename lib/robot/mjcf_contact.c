@@ -177,6 +177,8 @@ static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surf
         kt_contact_law_apply(&l, of, b->mobility, mass, kt_vec3_norm(m->gravity), &shape);
     if (s->solid == KT_SOLID_ELLIPSOID)
         kt_left_count(&m->contacts_rounded, s->element);
+    if (s->solid == KT_SOLID_CYLINDER)
+        kt_left_count(&m->contacts_edged, s->element);
     if (!(shape.stiffness > 0.0) || !kt_contact_add(&m->draft, &shape, &ground))
         kt_left_count(&m->contacts_lost, s->element);
     else

@@ -56,7 +56,7 @@ def messages(folder, prefix):
         shared = path.name in ("inertia.c", "notes.c") or (path.name == "collision.c" and prefix != "mjcf")
         if not (path.name == f"{prefix}.c" or path.name.startswith(f"{prefix}_") or shared):
             continue
-        for rank, text in re.findall(rf"KT_NOTE\(kt_{prefix}, \w+, (\w+),\s*((?:\s*{TEXT})+)\)", code):
+        for rank, text in re.findall(rf"KT_NOTE\(kt_(?:{prefix}|collisions), \w+, (\w+),\s*((?:\s*{TEXT})+)\)", code):
             {"MOTION": changes, "START": start}.get(rank, set()).add(joined(text))
         for rank, text in re.findall(rf"kt_note_put\([^;]*?KT_NOTE_RANK_(\w+),[^;\"]*((?:\s*{TEXT})+)", code):
             {"MOTION": changes, "START": start}.get(rank, set()).add(joined(text))
@@ -73,7 +73,7 @@ def clean(text):
 def rows(texts):
     """A row for each message; those that are nothing but a frame for a name are left out."""
     texts = sorted((clean(text) for text in texts), key=str.lower)
-    return "".join(f"- {text}\n" for text in texts if not re.match(r"'\.\.\.'|a force or an equality", text))
+    return "".join(f"- {text}\n" for text in texts if not re.match(r"'\.\.\.'|a force or an equality|[. :]+$", text))
 
 
 def page_of(root):
