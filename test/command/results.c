@@ -180,6 +180,7 @@ KT_TEST(summary_tells_the_end_and_the_cost) {
         {"energy.potential", -100.0, 400.0 * DBL_EPSILON},
         {"energy.total", 0.0, 400.0 * DBL_EPSILON},
         {"energy.drift", 0.0, 400.0 * DBL_EPSILON},
+        {"energy.error", 0.0, 4.0 * DBL_EPSILON}, /* of 100 J */
         {"constraint.position", 0.0, 0.0},
         {"constraint.velocity", 0.0, 0.0},
         {"method.step", 0.125, 0.0},

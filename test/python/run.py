@@ -10,7 +10,7 @@ environment = {**os.environ, "PYTHONPATH": folder, "KINETREE_COMMAND": command, 
 ended = subprocess.run([sys.executable, "-m", "pytest", "-q", "-s", "-p", "no:cacheprovider", tests], env=environment)
 status = ended.returncode
 if importlib.util.find_spec("mypy"):
-    said = subprocess.run([sys.executable, "-m", "mypy", "--ignore-missing-imports", "--cache-dir", os.devnull, f"{folder}/kinetree"],
+    said = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "--cache-dir", os.devnull, f"{folder}/kinetree"],
                           env=environment, capture_output=True, text=True)
     print(said.stdout + said.stderr)
     print(f"[{'  FAILED  ' if said.returncode else '       OK '}] types_are_consistent_for_mypy", flush=True)

@@ -1,6 +1,7 @@
 """Arrays: views of batches, results that the caller passes in, other packages, and copies of data."""
 import copy
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -176,6 +177,24 @@ def test_a_plot_has_the_columns_that_match(scenes):
     assert np.array_equal(axes.get_lines()[1].get_ydata(), list(run.matching("position.*").values())[1])
     with pytest.raises(KeyError, match="no column matches"):
         run.plot("positon.*")
+
+
+def test_a_plot_has_the_panels_and_colours_of_the_command(scenes, tmp_path):
+    matplotlib = pytest.importorskip("matplotlib", reason="matplotlib is not on this machine")
+    matplotlib.use("agg")
+    run = kt.load(scenes / "four-bar.yaml").run(duration=0.2, out=tmp_path / "run.csv")
+    panels = run.plot("position.*", "marker.*.[xy]")
+    assert [each.get_title("left") for each in panels] == ["Position, rad", "Marker, m"]
+    assert [len(each.get_lines()) for each in panels] == [3, 6]
+    kt.command.run("plot", str(tmp_path / "run.csv"), "--columns", "position,marker", "--out", str(tmp_path / "run.svg"))
+    svg = (tmp_path / "run.svg").read_text()
+    ours = [line.get_color() for each in panels for line in each.get_lines()]
+    theirs = [each for each in re.findall(r"stroke:(#[0-9a-f]{6})", svg)]
+    quiet, faint = (matplotlib.colors.to_hex(each) for each in (panels[0].spines["left"].get_edgecolor(), panels[0].get_xgridlines()[0].get_color()))
+    curves = [each for each in theirs if each not in (quiet, faint)]
+    print("       colours of curves and keys:", len(curves), "of", len(theirs))
+    assert quiet in theirs and faint in theirs
+    assert curves == [*ours[:3], *ours[:3], *ours[3:], *ours[3:]]  # of each panel the curves, then the legend
 
 
 def test_a_notebook_shows_the_view(scenes):

@@ -201,3 +201,47 @@ def test_robots_have_the_dynamics_of_their_closed_form(name, tmp_path, held):
     held(abs(list(run.matching("position.*").values())[0][-1] - simulation.positions[0]), 1e-9, "rad")
     with pytest.raises(kt.ArgumentError, match="no option 'floatin'"):
         kt.load(tmp_path / name, floatin=True)
+
+
+# The program with which the package was specified, line by line. `L` is a number of the scene that it is given.
+EXAMPLE = """
+import kinetree as kt, numpy as np
+
+scene = kt.load("four-bar.yaml", set={"bodies.crank.mass": 2})
+run = scene.run(duration=5, tolerance=1e-10)
+run.time, run["position.crank"], run.summary["energy"]["error"]
+run.plot("position.*"); scene
+
+model = scene.model
+data = model.data()
+a = data.forward_dynamics(q, v, tau)
+A, B = simulation.step_derivatives(tau)
+for state in scene.simulation(step=1e-3): ...
+batch = model.batch(4096); batch.forward_dynamics(Q, V, TAU)
+table = scene.sweep(L=np.linspace(0.5, 2, 200), jobs=2)
+kt.Body("arm", joint=kt.revolute("z"), mass=1.2, shape=kt.rod(to=[1, 0, 0]))
+"""
+
+
+def test_the_example_of_the_specification_runs(scenes, tmp_path, monkeypatch, held):
+    matplotlib = pytest.importorskip("matplotlib", reason="matplotlib is not on this machine")
+    matplotlib.use("agg")
+    text = (scenes / "four-bar.yaml").read_text().replace("gravity: [0, -9.81, 0]", 'parameters: {L: 1}\ngravity: [0, "=-9.81*L", 0]')
+    (tmp_path / "four-bar.yaml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    start = kt.load("four-bar.yaml")
+    q, v = start.simulation(step=1e-3).data().assemble()
+    names = {"q": q, "v": v, "tau": np.zeros(3), "simulation": start.simulation(step=1e-3), "Q": np.tile(q, (4096, 1)), "V": np.tile(v, (4096, 1)),
+             "TAU": np.zeros((4096, 3))}
+    exec(EXAMPLE, names)
+    run, state = names["run"], names["state"]
+    assert run.time[-1] == 5 and run["position.crank"].shape == run.time.shape == (1001,)
+    held(run.summary["energy"]["error"], 1e-8, "energy error of the run")
+    assert 0 < run.summary["energy"]["error"] == run.summary["energy_watch"]["error"] / run.summary["energy_watch"]["scale"]
+    held(np.abs(names["batch"].forward_dynamics(names["Q"], names["V"], names["TAU"]) - names["a"]).max(), 0.0, "batch against one")
+    assert names["A"].shape == (6, 6) and names["B"].shape == (6, 3) and abs(state.time - 5) < 1e-9
+    held(np.abs(state.positions - [run[f"position.{each}"][-1] for each in ("crank", "coupler", "rocker")]).max(), 1e-4, "rk4 against dop853, rad")
+    table = names["table"]
+    assert len(table.to_records()) == 200 and set(table["status"]) == {"done"} and np.array_equal(table["L"], np.linspace(0.5, 2, 200))
+    same = start.sweep(L=[1.0], vary={"bodies.crank.mass": [2]})
+    held(abs(same["position.crank.end"][0] - run["position.crank"][-1]), 1e-7, "a sweep against a run, rad")

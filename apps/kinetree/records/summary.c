@@ -1,4 +1,5 @@
 /* The results of a run: the summary as JSON, and a short report for the terminal. */
+#include "advice/excess.h"
 #include "scene/released.h"
 #include "subcommands/run.h"
 #include "text/json.h"
@@ -197,6 +198,9 @@ static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     json_object_set_new(energy, "potential", kt_json_number(potential));
     json_object_set_new(energy, "total", kt_json_number(kinetic + potential));
     json_object_set_new(energy, "drift", kt_json_number(outcome->energy.change));
+    json_object_set_new(energy, "error", /* relative, as in the column energy.error of sweeps */
+                        kt_energy_is_known(&outcome->energy) ? kt_json_number(kt_energy_watch_error(&outcome->energy))
+                                                             : json_null());
     return energy;
 }
 

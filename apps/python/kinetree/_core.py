@@ -1,11 +1,20 @@
 """Errors, memory and arrays: the part that all other modules share."""
 from __future__ import annotations
 
-from typing import Any, NoReturn, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._kinetree import ffi, learn, lib
+from ._kinetree import ffi as ffi, learn, lib as lib
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    Vector = NDArray[np.float64]
+    Array = NDArray[Any]
+else:
+    Vector = Array = np.ndarray
+Json = Dict[str, Any]
+Shape = Tuple[int, ...]
 
 __all__ = ["Error", "ArgumentError", "ModelError", "ConstraintError", "StepError", "SceneError", "Busy", "KinetreeWarning"]
 
@@ -82,7 +91,7 @@ def check(status: int, error: Any) -> None:
 
 
 def text(pointer: Any) -> str:
-    return "" if pointer == ffi.NULL else ffi.string(pointer).decode("utf8", "replace")
+    return "" if pointer == ffi.NULL else str(ffi.string(pointer).decode("utf8", "replace"))
 
 
 def name_of(word: Any, what: str) -> bytes:
@@ -139,13 +148,13 @@ class Memory:
         self.address = self.array.ctypes.data
         self.pointer = ffi.cast("void *", self.address)
 
-    def view(self, pointer: Any, count: int) -> np.ndarray:
+    def view(self, pointer: Any, count: int) -> Vector:
         """A read-only view of `count` doubles in this memory."""
         found = self.strided(pointer, (count,), (8,))
         found.flags.writeable = False
         return found
 
-    def strided(self, pointer: Any, shape: Tuple[int, ...], strides: Tuple[int, ...]) -> np.ndarray:
+    def strided(self, pointer: Any, shape: Shape, strides: Shape) -> Vector:
         """A writable view of doubles in this memory."""
         if 0 in shape:
             return np.zeros(shape)
@@ -179,7 +188,7 @@ def busy() -> Busy:
     return Busy("another thread uses this object; give each thread its own data")
 
 
-def doubles(value: Any, shape: tuple, what: str) -> np.ndarray:
+def doubles(value: Any, shape: Shape, what: str) -> Vector:
     """`value` as a C-contiguous array of doubles of this shape. It is not copied if it already is one."""
     if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == shape and value.flags.c_contiguous:
         return value
@@ -200,17 +209,17 @@ def doubles(value: Any, shape: tuple, what: str) -> np.ndarray:
     return array
 
 
-def output(out: Optional[np.ndarray], shape: tuple, what: str = "out", order: str = "C") -> np.ndarray:
+def output(out: Optional[Vector], shape: Shape, what: str = "out", order: str = "C") -> Vector:
     """`out` if it can be written to in place, or a new array."""
     if out is None:
-        return np.empty(shape, order=order)  # type: ignore[call-overload]
+        return np.empty(shape, order=order)  # type: ignore[call-overload, no-any-return]
     if type(out) is not np.ndarray or out.dtype != np.float64 or out.shape != shape or not out.flags.writeable or \
             not (out.flags.c_contiguous if order == "C" else out.flags.f_contiguous):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a writable array of float64 in {order} order of shape {shape}")
     return out
 
 
-def outputs(out: Optional[Sequence[np.ndarray]], shapes: Sequence[tuple], order: str = "C") -> Tuple[np.ndarray, ...]:
+def outputs(out: Optional[Sequence[Vector]], shapes: Sequence[Shape], order: str = "C") -> Tuple[Vector, ...]:
     """`output` for a call with several results."""
     if out is None:
         return tuple(output(None, shape, order=order) for shape in shapes)
@@ -224,7 +233,7 @@ _known = np.zeros((2, 3))
 learn(_Array, _FLOAT, np.empty, _known, _known.ctypes.data, _known.flags.num)
 
 
-def address(value: Any, shape: tuple, own: Any, what: str) -> Any:
+def address(value: Any, shape: Shape, own: Any, what: str) -> Any:
     """The address of an input, which keeps its array alive; `own` if there is none. This path is short: control loops take it."""
     if value is None:
         return own
@@ -241,7 +250,7 @@ def address_number(of: Any) -> int:
     return int(ffi.cast("uintptr_t", of))
 
 
-def pointer(array: Optional[np.ndarray]) -> Any:
+def pointer(array: Optional[Array]) -> Any:
     """The address of an array of doubles for a call. The caller keeps the array."""
     if array is None or array.size == 0:
         return ffi.NULL

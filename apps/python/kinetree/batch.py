@@ -5,8 +5,8 @@ from typing import Any, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._core import ArgumentError, Fixed, Guard, Memory, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer
-from .model import Model, Vector
+from ._core import ArgumentError, Fixed, Guard, Memory, Vector, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer
+from .model import Model
 
 
 def _count(value: Any, least: int, most: int, what: str) -> int:

@@ -2,9 +2,18 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Callable, List, Optional, Tuple, Union
+from typing import Any, Callable, List, Optional, Tuple, TypeVar, Union
 
 from ._core import ArgumentError, ffi, lib, text
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def _extern(**options: int) -> Callable[[_Function], _Function]:
+    """Makes a function of Python the one of its name in C."""
+    made: Callable[[_Function], _Function] = ffi.def_extern(**options)
+    return made
+
 
 class Calls:
     """What C callbacks of one object need: the functions, and the first exception that one of them raised."""
@@ -19,13 +28,13 @@ class Calls:
             raise raised
 
 
-@ffi.def_extern()
+@_extern()
 def kt_python_report(user: Any, fault: Any) -> None:
     faults: List[Tuple[str, str]] = ffi.from_handle(user)
     faults.append((text(fault.where), text(fault.message)))
 
 
-@ffi.def_extern(error=-1)
+@_extern(error=-1)
 def kt_python_recorder(record: Any, user: Any) -> int:
     sink = ffi.from_handle(user)
     try:
@@ -35,7 +44,7 @@ def kt_python_recorder(record: Any, user: Any) -> int:
         return 1
 
 
-@ffi.def_extern(error=-1)
+@_extern(error=-1)
 def kt_python_event_value(at: Any, value: Any, error: Any, user: Any) -> int:
     event = ffi.from_handle(user)
     try:
@@ -46,7 +55,7 @@ def kt_python_event_value(at: Any, value: Any, error: Any, user: Any) -> int:
         return -1
 
 
-@ffi.def_extern(error=-1)
+@_extern(error=-1)
 def kt_python_event_action(simulation: Any, what: Any, error: Any, user: Any) -> int:
     event = ffi.from_handle(user)
     try:
@@ -56,7 +65,7 @@ def kt_python_event_action(simulation: Any, what: Any, error: Any, user: Any) ->
         return -1
 
 
-@ffi.def_extern(error=-1)
+@_extern(error=-1)
 def kt_python_joint_force(user: Any, t: float, q: float, v: float, force: Any, balance: Any) -> int:
     effect = ffi.from_handle(user)
     try:
@@ -67,11 +76,11 @@ def kt_python_joint_force(user: Any, t: float, q: float, v: float, force: Any, b
         return -1
 
 
-@ffi.def_extern(error=-1)
+@_extern(error=-1)
 def kt_python_control_law(user: Any, t: float, q: Any, v: Any, tau: Any) -> int:
     law = ffi.from_handle(user)
     try:
-        return law.turn(t)
+        return int(law.turn(t))
     except BaseException as raised:
         law.calls.raised = raised
         return -1

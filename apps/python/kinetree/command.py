@@ -5,12 +5,14 @@ import contextlib
 import os
 import pathlib
 import sys
-from typing import TYPE_CHECKING, Any, List, Optional
+from typing import TYPE_CHECKING, Any, List, Optional, Tuple
 
 if TYPE_CHECKING:
     import subprocess  # modules that only commands need are imported there: they take a third of the time of the package
 
-from ._core import ConstraintError, Error, SceneError, StepError
+    Completed = subprocess.CompletedProcess[str]
+
+from ._core import ConstraintError, Error, Json, SceneError, StepError
 
 _KINDS = {1: SceneError, 2: SceneError, 3: ConstraintError, 4: StepError}
 
@@ -30,7 +32,7 @@ def path() -> str:
     return found
 
 
-def words(options: dict) -> List[str]:
+def words(options: Json) -> List[str]:
     """Keyword arguments as options: ``max_step=0.1`` becomes ``--max-step=0.1``, True a flag, None and False nothing."""
     out: List[str] = []
     for name, value in options.items():
@@ -51,7 +53,7 @@ def number(value: Any) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, os.PathLike):
-        return os.fspath(value)  # type: ignore[return-value]
+        return str(os.fspath(value))
     return repr(value.item() if hasattr(value, "item") else value)
 
 
@@ -66,7 +68,7 @@ def has_bar() -> bool:
     return os.isatty(2) or in_notebook()
 
 
-def _relayed(words: List[str], text: Optional[str]) -> subprocess.CompletedProcess:
+def _relayed(words: List[str], text: Optional[str]) -> Completed:
     """Run a command as on a terminal, and write its messages and its progress bar to Python's standard error."""
     import codecs
     import pty
@@ -94,7 +96,7 @@ def _relayed(words: List[str], text: Optional[str]) -> subprocess.CompletedProce
     return subprocess.CompletedProcess(words, process.returncode, stdout, "".join(said).split("\x1b[K")[-1].replace("\r", ""))
 
 
-def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool = False, ok: tuple = (0,)) -> subprocess.CompletedProcess:
+def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool = False, ok: Tuple[int, ...] = (0,)) -> Completed:
     """Run a subcommand and return the completed process; stdout and stderr are str.
 
     Parameters

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Optional
 
-from ._core import ffi, lib, text
+from ._core import Json, ffi, lib, text
 from .scene import Scene
 
 
@@ -18,12 +18,12 @@ class Types:
         self._kind = kind
         self._descriptors = [descriptor(value) for value in range(count)]
 
-    def _functions(self) -> Dict[str, Callable[..., dict]]:
+    def _functions(self) -> Dict[str, Callable[..., Json]]:
         found = {text(each.name): _maker(each) for each in self._descriptors if each != ffi.NULL and each.help != ffi.NULL}
         self.__dict__.update(found)
         return found
 
-    def __getattr__(self, name: str) -> Callable[..., dict]:
+    def __getattr__(self, name: str) -> Callable[..., Json]:
         functions = {} if name.startswith("_") else self._functions()
         if name not in functions:
             raise AttributeError(f"there is no {self._kind} '{name}'; there are {', '.join(functions)}")
@@ -33,11 +33,11 @@ class Types:
         return sorted(self._functions())
 
 
-def _maker(descriptor: Any) -> Callable[..., dict]:
+def _maker(descriptor: Any) -> Callable[..., Json]:
     name = text(descriptor.name)
     keys = [descriptor.keys[i] for i in range(descriptor.key_count)]
 
-    def make(**values: Any) -> dict:
+    def make(**values: Any) -> Json:
         return {"type": name, **values}
 
     lines = [f"    {text(key.name).split('.')[-1]}: {text(key.help)}" + (f" ({text(key.unit)})" if text(key.unit) else "") for key in keys]
@@ -54,7 +54,7 @@ effect = Types("effect", lib.kt_effect_descriptor, 64)
 class _Shapes:
     """Shapes: ``shape.rod(to=[1, 0, 0])``, ``shape.box(size=[1, 1, 1])``, ``shape.sphere(radius=0.1)``, ..."""
 
-    def __getattr__(self, name: str) -> Callable[..., dict]:
+    def __getattr__(self, name: str) -> Callable[..., Json]:
         if name.startswith("_"):
             raise AttributeError(name)
         return lambda **values: {"type": name, **values}
@@ -63,17 +63,17 @@ class _Shapes:
 shape = _Shapes()
 
 
-def revolute(axis: Any = "z", **values: Any) -> dict:
+def revolute(axis: Any = "z", **values: Any) -> Json:
     """A revolute joint about `axis`."""
     return {"type": "revolute", "axis": axis, **values}
 
 
-def prismatic(axis: Any = "z", **values: Any) -> dict:
+def prismatic(axis: Any = "z", **values: Any) -> Json:
     """A prismatic joint along `axis`."""
     return {"type": "prismatic", "axis": axis, **values}
 
 
-def rod(to: Any, **values: Any) -> dict:
+def rod(to: Any, **values: Any) -> Json:
     """A slender rod from the origin of the body to `to`."""
     return {"type": "rod", "to": to, **values}
 
@@ -92,16 +92,16 @@ class Body:
         Other keys of a body in a scene: ``mass``, ``com``, ``inertia``, ``shape``, ``markers``, ...
     """
 
-    def __init__(self, name: str, joint: dict, parent: Any = None, **values: Any) -> None:
+    def __init__(self, name: str, joint: Json, parent: Any = None, **values: Any) -> None:
         self.name, self.joint, self.parent, self.values = name, joint, parent, values
 
-    def as_dict(self) -> dict:
+    def as_dict(self) -> Json:
         """The body as the mapping that a scene file has."""
         parent = self.parent.name if isinstance(self.parent, Body) else self.parent
         return {"name": self.name, "joint": self.joint, **({} if parent is None else {"parent": parent}), **self.values}
 
 
-def mechanism(bodies: List[Body], *, loops: Optional[List[dict]] = None, effects: Optional[List[dict]] = None,
+def mechanism(bodies: List[Body], *, loops: Optional[List[Json]] = None, effects: Optional[List[Json]] = None,
               gravity: Any = None, name: Optional[str] = None, **sections: Any) -> Scene:
     """A scene of bodies, loops and effects. Other sections of the format (``simulate``, ``output``, ...) are keywords."""
     content: Dict[str, Any] = {"kinetree": 1}

@@ -6,11 +6,10 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Guard, Memory, address, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of, output,
-                    outputs, pointer, text)
+from ._core import (ArgumentError, Fixed, Guard, Memory, Vector, address, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of,
+                    output, outputs, pointer, text)
 from ._kinetree import bind
 
-Vector = np.ndarray
 _Array = np.ndarray
 _forward, _inverse = lib.kt_python_forward, lib.kt_python_inverse
 Point = Sequence[float]
@@ -67,7 +66,7 @@ class Model(Fixed):
             raise TypeError("a model with functions of Python cannot be pickled; pickle its scene")
         return _compiled, (self.scene,)
 
-    def __deepcopy__(self, memo: dict) -> "Model":
+    def __deepcopy__(self, memo: Any) -> "Model":
         return self
 
     # ---- names ------------------------------------------------------------------------------------------------------
@@ -92,7 +91,7 @@ class Model(Fixed):
 
     def body(self, name: str) -> int:
         """The index of a body."""
-        found = lib.kt_body_find(self._pointer, name_of(name, "body"))
+        found: int = lib.kt_body_find(self._pointer, name_of(name, "body"))
         if found < 0:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "body", f"there is no body '{name}'; there are {', '.join(self.bodies[1:9])}")
         return found
@@ -173,7 +172,8 @@ class Model(Fixed):
 
 
 def _compiled(scene: Any) -> Model:
-    return scene.model
+    model: Model = scene.model
+    return model
 
 
 class ModelCopy(Model):
@@ -262,8 +262,8 @@ class Data(Fixed):
     def __reduce__(self) -> Any:
         return _data_at, (self.model, [array.copy() for array in (*self._state.arrays, self.x)])
 
-    def __deepcopy__(self, memo: dict) -> "Data":
-        return self.__reduce__()[0](*self.__reduce__()[1])
+    def __deepcopy__(self, memo: Any) -> "Data":
+        return _data_at(*self.__reduce__()[1])
 
     def _check(self, status: Optional[int]) -> None:
         if status:

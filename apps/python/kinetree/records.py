@@ -7,8 +7,15 @@ from typing import Any, Dict, Iterator, List, Optional
 
 import numpy as np
 
+from ._core import Array, Json
 
-def read_csv(text: str) -> Dict[str, np.ndarray]:
+# The colours of the light page of apps/kinetree/plot/palette.c, and points of matplotlib in a unit of its pictures, a pixel.
+_INK, _QUIET, _FAINT = "#212121", "#6b6b6b", "#e0e0e0"
+_SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+_POINT = 0.75
+
+
+def read_csv(text: str) -> Dict[str, Array]:
     """The columns of a CSV file. A column of numbers becomes float64 (an empty cell NaN), any other stays text."""
     import csv
     head, _, body = text.partition("\n")
@@ -24,7 +31,7 @@ def read_csv(text: str) -> Dict[str, np.ndarray]:
     return {name: _column([row[i] if i < len(row) else "" for row in rows]) for i, name in enumerate(names)}
 
 
-def _column(cells: List[str]) -> np.ndarray:
+def _column(cells: List[str]) -> Array:
     try:
         return np.array([float(cell) if cell else np.nan for cell in cells])
     except ValueError:
@@ -34,7 +41,7 @@ def _column(cells: List[str]) -> np.ndarray:
 class Table:
     """Columns of equal length, by name."""
 
-    def __init__(self, columns: Dict[str, np.ndarray]) -> None:
+    def __init__(self, columns: Dict[str, Array]) -> None:
         self._columns = columns
 
     @property
@@ -42,7 +49,7 @@ class Table:
         """The names of all columns, in the order of the file."""
         return list(self._columns)
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> Array:
         try:
             return self._columns[name]
         except KeyError:
@@ -60,11 +67,11 @@ class Table:
     def __len__(self) -> int:
         return len(next(iter(self._columns.values()), ()))
 
-    def matching(self, pattern: str) -> Dict[str, np.ndarray]:
+    def matching(self, pattern: str) -> Dict[str, Array]:
         """The columns whose names match a pattern of the shell, such as ``position.*``."""
         return {name: self._columns[name] for name in self._columns if fnmatch.fnmatchcase(name, pattern)}
 
-    def to_records(self) -> np.ndarray:
+    def to_records(self) -> Array:
         """All columns as one structured array."""
         kinds = [(name, column.dtype) for name, column in self._columns.items()]
         table = np.empty(len(self), kinds)
@@ -89,43 +96,71 @@ class Run(Table):
         The summary that ``kinetree run --summary`` writes: end state, cost, energy, warnings.
     """
 
-    def __init__(self, columns: Dict[str, np.ndarray], summary: dict, csv_text: str) -> None:
+    def __init__(self, columns: Dict[str, Array], summary: Json, csv_text: str) -> None:
         super().__init__(columns)
         self.summary = summary
         self.csv = csv_text
 
     @property
-    def time(self) -> np.ndarray:
+    def time(self) -> Array:
         return self["time"] if "time" in self else self[self.names[0]]
 
     @property
-    def warnings(self) -> List[dict]:
+    def warnings(self) -> List[Json]:
         """The warnings of the run."""
         return self.summary.get("warnings", [])
 
+    def _quantity(self, name: str) -> str:
+        """The title of the panel of a column: "Position, rad"."""
+        unit = self.summary.get("columns", {}).get(name, {}).get("unit")
+        return f"{name.partition('.')[0].capitalize()}, {unit}" if unit else name.partition(".")[0].capitalize()
+
     def plot(self, *patterns: str, axes: Optional[Any] = None) -> Any:
-        """Draw columns against time with matplotlib, and return the axes.
+        """Draw columns against time with matplotlib, in the style of ``kinetree plot``.
 
         Parameters
         ----------
         *patterns : str
             Names or patterns of columns. Default: ``position.*``.
         axes : matplotlib axes, optional
-            Default: new ones.
+            Draw all columns there. Default: a new figure with a panel for each quantity and unit.
+
+        Returns
+        -------
+        matplotlib axes
+            Or an array of them, if there are several panels.
         """
-        import matplotlib.pyplot as plt
-        if axes is None:
-            _, axes = plt.subplots(figsize=(8, 4.5), layout="constrained")
-        shown = {name: column for pattern in (patterns or ("position.*",)) for name, column in self.matching(pattern).items()}
+        shown = [name for name in self if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns or ("position.*",))]
         if not shown:
-            raise KeyError(f"no column matches {', '.join(patterns)}; there are {', '.join(self.names[:8])}")
-        for name, column in shown.items():
-            axes.plot(self.time, column, label=name, linewidth=1.5)
-        axes.set_xlabel("time, s")
-        axes.grid(True, linewidth=0.5, alpha=0.4)
+            raise KeyError(f"no column matches {', '.join(patterns or ('position.*',))}; there are {', '.join(self.names[:8])}")
+        panels: Dict[str, List[str]] = {}
+        for name in shown:
+            panels.setdefault(self._quantity(name), []).append(name)
+        if axes is not None:
+            self._draw(axes, "", shown)
+            return axes
+        import matplotlib.pyplot as plt
+        figure, grid = plt.subplots(len(panels), figsize=(9, 0.6 + 2.6 * len(panels)), sharex=True, squeeze=False, layout="constrained")
+        for each, (title, names) in zip(grid[:, 0], panels.items()):
+            self._draw(each, title, names)
+        if self.summary.get("scene"):
+            figure.suptitle(self.summary["scene"], x=0.02, ha="left", fontsize=16 * _POINT, fontweight="bold", color=_INK)
+        grid[-1, 0].set_xlabel("time, s", fontsize=13 * _POINT, color=_INK)
+        return grid[0, 0] if len(panels) == 1 else grid[:, 0]
+
+    def _draw(self, axes: Any, title: str, names: List[str]) -> None:
+        """A panel of apps/kinetree/plot/panel.c: the quantity at the top left, a faint grid, the legend on the right."""
+        for i, name in enumerate(names):
+            axes.plot(self.time, self[name], label=name, color=_SERIES[i % len(_SERIES)], linewidth=1.75 * _POINT)
+        axes.set_title(title, loc="left", fontsize=13 * _POINT, color=_INK)
+        axes.set_axisbelow(True)
+        axes.grid(True, linewidth=_POINT, color=_FAINT)
+        axes.margins(x=0)
+        axes.tick_params(length=0, labelsize=11.5 * _POINT, labelcolor=_INK)
         axes.spines[["top", "right"]].set_visible(False)
-        axes.legend(frameon=False)
-        return axes
+        for side in ("left", "bottom"):
+            axes.spines[side].set(color=_QUIET, linewidth=_POINT)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0, frameon=False, fontsize=11.5 * _POINT, labelcolor=_INK)
 
     def __repr__(self) -> str:
         return f"<kinetree.Run: {len(self)} records of {len(self.names)} columns>"

@@ -6,16 +6,17 @@ import os
 import pathlib
 import warnings
 import weakref
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import command
-from ._core import ArgumentError, Error, KinetreeWarning, check, ffi, fail, lib, text
+from ._core import ArgumentError, Error, Json, KinetreeWarning, check, ffi, fail, lib, text
 from .model import Model
 from .records import Run, Table, read_csv
 from .simulation import Simulation
 
+Path = Union[str, "os.PathLike[str]"]
 _SCENES = (".yaml", ".yml")
 _PARTIAL = 4  # exit status of a run that kept its records until then
 
@@ -26,7 +27,7 @@ def _folder() -> Any:
     return tempfile.TemporaryDirectory()
 
 
-def load(path: Union[str, os.PathLike], set: Optional[Mapping[str, Any]] = None, **options: Any) -> "Scene":
+def load(path: Path, set: Optional[Mapping[str, Any]] = None, **options: Any) -> "Scene":
     """Read a scene (YAML) or a robot (URDF, MJCF, SDF) from a file.
 
     Parameters
@@ -57,7 +58,7 @@ class Scene:
         Values that replace those of the scene.
     """
 
-    def __init__(self, content: Union[str, dict, None], *, path: Union[str, os.PathLike, None] = None,
+    def __init__(self, content: Union[str, Json, None], *, path: Optional[Path] = None,
                  set: Optional[Mapping[str, Any]] = None, **options: Any) -> None:
         if (content is None) == (path is None):
             raise ArgumentError(1, "Scene", "give the text of a scene; kinetree.load reads a file")
@@ -181,7 +182,7 @@ class Scene:
 
     # ---- the command ------------------------------------------------------------------------------------------------
 
-    def command(self, subcommand: str, *words: str, show: bool = False, ok: tuple = (0,), **options: Any) -> Any:
+    def command(self, subcommand: str, *words: str, show: bool = False, ok: Tuple[int, ...] = (0,), **options: Any) -> command.Completed:
         """Run a subcommand of the command with this scene. Options are keyword arguments."""
         if self.is_robot and self.options:
             return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
@@ -194,7 +195,7 @@ class Scene:
         done = command.run("import", *command.words(chosen), self.path or "")
         return Scene(done.stdout)
 
-    def run(self, *, out: Union[str, os.PathLike, None] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
+    def run(self, *, out: Optional[Path] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
         """Simulate the scene with the command, and return its records.
 
         The records have the bytes that ``kinetree run`` writes. Its options are keyword arguments: ``duration``, ``integrator``,
@@ -231,7 +232,7 @@ class Scene:
                 warnings.warn(warning.get("text") or str(warning), KinetreeWarning, stacklevel=2)
         return found
 
-    def sweep(self, vary: Optional[Mapping[str, Any]] = None, *, out: Union[str, os.PathLike, None] = None, resume: bool = False,
+    def sweep(self, vary: Optional[Mapping[str, Any]] = None, *, out: Optional[Path] = None, resume: bool = False,
               quiet: Optional[bool] = None, columns: Any = None, jobs: Optional[int] = None, **values: Any) -> Table:
         """Run the scene with other values, and return a line for each run.
 
@@ -263,21 +264,21 @@ class Scene:
             self.command("sweep", *words, show=not silent, out=table, resume=resume, jobs=jobs, columns=columns, quiet=bool(quiet))
             return Table(read_csv(table.read_text(encoding="utf8")))
 
-    def evaluate(self, **options: Any) -> dict:
+    def evaluate(self, **options: Any) -> Json:
         """Mass matrix, bias, accelerations, poses and constraint matrices of the initial state."""
-        return json.loads(self.command("evaluate", **options).stdout)
+        return _json(self.command("evaluate", **options))
 
-    def modes(self, **options: Any) -> dict:
+    def modes(self, **options: Any) -> Json:
         """Frequencies, damping and shapes of small motions, and the state matrices."""
-        return json.loads(self.command("modes", json=True, **options).stdout)
+        return _json(self.command("modes", json=True, **options))
 
-    def equilibrium(self, **options: Any) -> dict:
+    def equilibrium(self, **options: Any) -> Json:
         """The position of rest, and its stability."""
-        return json.loads(self.command("equilibrium", json=True, **options).stdout)
+        return _json(self.command("equilibrium", json=True, **options))
 
-    def stability(self, **options: Any) -> dict:
+    def stability(self, **options: Any) -> Json:
         """The fastest modes, and the largest stable step of each method."""
-        return json.loads(self.command("stability", json=True, **options).stdout)
+        return _json(self.command("stability", json=True, **options))
 
     def accuracy(self, **options: Any) -> Table:
         """Error and CPU time of every method at many steps or tolerances."""
@@ -331,6 +332,11 @@ class Picture(str):
 
 def _again(content: Any, path: Any, set: Any, options: Any) -> Scene:
     return Scene(content, path=path, set=set, **options)
+
+
+def _json(done: command.Completed) -> Json:
+    found: Json = json.loads(done.stdout)
+    return found
 
 
 def _plain(value: Any) -> Any:

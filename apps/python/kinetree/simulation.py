@@ -8,9 +8,10 @@ from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional
 import numpy as np
 
 from . import callbacks
-from ._core import ArgumentError, Fixed, Guard, Memory, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of, output, pointer, text
+from ._core import (ArgumentError, Fixed, Guard, Json, Memory, Vector, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of, output,
+                    pointer, text)
 from ._kinetree import turns
-from .model import Data, Model, ModelCopy, Vector
+from .model import Data, Model, ModelCopy
 
 _ROOM = 16  # events that a program may add
 _tick, _feed_back, _time = lib.kt_python_tick, lib.kt_python_feed_back, lib.kt_simulation_time
@@ -205,7 +206,7 @@ class Simulation(Fixed):
         self._check(lib.kt_scene_watch_create(scene, self.model._pointer, self._simulation, ffi.NULL, 0, watch, self._error))
         self._keep.append(ffi.gc(watch[0], lib.kt_scene_watch_free))
 
-    def _changing(self) -> ContextManager:
+    def _changing(self) -> ContextManager[None]:
         """The guard of a change, which the action of an event may make, too: the call that led to the action holds the guard."""
         return contextlib.nullcontext() if self._acting == threading.get_ident() else self._guard  # type: ignore[return-value]
 
@@ -223,7 +224,7 @@ class Simulation(Fixed):
     @property
     def time(self) -> float:
         """Time, s."""
-        return _time(self._simulation)
+        return float(_time(self._simulation))
 
     def set_state(self, t: float, q: Vector, v: Optional[Vector] = None) -> None:
         """Set time, positions and velocities (default: at rest)."""
@@ -330,7 +331,7 @@ class Simulation(Fixed):
         if status != lib.KT_PYTHON_ENDED:
             self._check(status)
 
-    def run(self) -> Dict[str, np.ndarray]:
+    def run(self) -> Dict[str, Vector]:
         """Run to the duration. Returns the records as arrays ``time``, ``q`` and ``v``."""
         sink = Recorder(self)
         handle = ffi.new_handle(sink)
@@ -384,7 +385,7 @@ class Simulation(Fixed):
         if self._data is None:
             self._data = Data(self.model)
         tau = self.torque if tau is None else tau
-        return self._data.step_derivatives(h or self.step_size or 1e-3, self.positions, self.velocities, tau, t=self.time,
+        return self._data.step_derivatives(h or self.step_size or 1e-3, self.positions, self.velocities, tau, x=self.states, t=self.time,
                                            method=self.integrator if self.step_size > 0.0 and self.integrator else "rk4", out=out)
 
     @property
@@ -460,14 +461,14 @@ class Simulation(Fixed):
             raise TypeError("a simulation with events of Python or a model of its own cannot be pickled; save() keeps its state")
         return _restored, (self.model.scene, self._how, self.save())
 
-    def __deepcopy__(self, memo: dict) -> "Simulation":
-        return self.__reduce__()[0](*self.__reduce__()[1])
+    def __deepcopy__(self, memo: Any) -> "Simulation":
+        return _restored(*self.__reduce__()[1])
 
     def __repr__(self) -> str:
         return f"<kinetree.Simulation of '{self.model.name}' at t = {self.time:g} s>"
 
 
-def _restored(scene: Any, how: dict, block: bytes) -> Simulation:
+def _restored(scene: Any, how: Json, block: bytes) -> Simulation:
     simulation = Simulation(scene.model, **how)
     simulation.restore(block)
     return simulation
