@@ -1,6 +1,6 @@
-"""Views and parts that outlive their owners: outlive.py SCENES-FOLDER [broken]. valgrind watches each access of memory.
+"""Views and parts that outlive their owners: outlive.py SCENES-FOLDER [broken]. valgrind and AddressSanitizer watch it.
 
-With `broken` it reads memory after its owner is gone, by the C interface without checks: valgrind must see this.
+With `broken` it reads memory after its owner is gone, by the C interface without checks: both must see this.
 """
 import copy
 import gc
@@ -46,7 +46,7 @@ def use(part):
     gc.collect()
     trash = [np.full(5000, np.nan) for _ in range(20)]  # takes memory that was released
     if isinstance(part, np.ndarray):
-        total = float(np.sum(part))
+        total = float(np.sum(np.frombuffer(part.tobytes())))  # a copy of memory, which AddressSanitizer checks, too
         if part.flags.writeable:
             part[...] = 0.5
         return total
@@ -70,7 +70,7 @@ def main():
         address = data._memory.pointer
         del data
         gc.collect()
-        print(sum(kt.ffi.buffer(address, 4000)))
+        print(sum(bytes(kt.ffi.buffer(address, 4000))))
         return
     count = 0
     for part in parts(folder):

@@ -45,6 +45,29 @@ def test_a_batch_computes_its_memory_in_place(scenes, random_state):
         assert np.array_equal(again[0], place.rows(place.q))
 
 
+def test_sensors_of_a_batch_have_the_bits_of_single_calls(scenes, random_state):
+    for name in ("arm7", "humanoid", "four-bar"):
+        model, count = kt.load(scenes / f"{name}.yaml").model, 19
+        states = [random_state(model, seed) for seed in range(count)]
+        Q, V, TAU = (np.array([state[k] for state in states]) for k in range(3))
+        batch, data = model.batch(count, threads=2), model.data()
+        points = [model.bodies[-1], model.bodies[1], *(["crank.tip"] if name == "four-bar" else [])]
+        A = batch.forward_dynamics(Q, V, TAU)
+        seen = batch.sense(points, jacobian=True)
+        for i in range(count):
+            data.kinematics(Q[i], V[i], A[i])
+            for k, point in enumerate(points):
+                wanted = {"position": data.position(point), "velocity": data.velocity(point), "acceleration": data.acceleration(point),
+                          "jacobian": data.jacobian(point)}
+                assert all(np.array_equal(seen[each][i, k], wanted[each]) for each in wanted), (name, point, i)
+                assert np.array_equal(seen["rotation"][i, k], data.pose(point.split(".")[0])[0])
+                assert np.abs(wanted["jacobian"][:3] @ V[i] - seen["angular_velocity"][i, k]).max() < 1e-12
+        assert np.abs(seen["acceleration"]).max() > 1 and np.abs(seen["angular_acceleration"]).max() > 1 and "jacobian" not in batch.sense(points)
+    for wrong in ("crank", [], ["crank.tap"], [7], None):
+        with pytest.raises(kt.ArgumentError, match="points|point|body"):
+            batch.sense(wrong)
+
+
 def test_results_are_written_to_arrays_of_the_caller(scenes, random_state):
     model = kt.load(scenes / "arm7.yaml").model
     data, n = model.data(), model.nv

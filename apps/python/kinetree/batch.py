@@ -1,12 +1,19 @@
 """Many states of one model at once, in lanes and threads."""
 from __future__ import annotations
 
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 
 from ._core import ArgumentError, Fixed, Guard, Memory, Vector, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer
 from .model import Model
+
+_PLACES = {name: sum(ffi.offsetof(*each) for each in parts) // 8 for name, parts in {  # of parts of a motion
+    "position": [("kt_frame_motion", "pose"), ("kt_pose", "position")],
+    "angular_velocity": [("kt_frame_motion", "velocity"), ("kt_twist", "angular")],
+    "velocity": [("kt_frame_motion", "velocity"), ("kt_twist", "linear")],
+    "angular_acceleration": [("kt_frame_motion", "acceleration"), ("kt_twist", "angular")],
+    "acceleration": [("kt_frame_motion", "acceleration"), ("kt_twist", "linear")]}.items()}
 
 
 def _count(value: Any, least: int, most: int, what: str) -> int:
@@ -166,6 +173,44 @@ class Batch(Fixed):
             lib.kt_python_batch_get(self._batch, self._all(tau=pointer(out)))
         del inputs, V_, A_
         return out
+
+    def sense(self, points: Sequence[str], *, jacobian: bool = False) -> Dict[str, Vector]:
+        """Sensors of every state in the memory: the motion of bodies and markers, in world axes.
+
+        Accelerations are those of the last `forward_dynamics`, or those that `a` holds. An accelerometer measures them minus gravity.
+
+        Parameters
+        ----------
+        points : list of str
+            Bodies and markers, ``"body"`` or ``"body.marker"``.
+        jacobian : bool
+            Also the Jacobians, as `Data.jacobian`.
+
+        Returns
+        -------
+        dict
+            Each states x points x its shape: ``rotation`` (3 x 3), ``position`` (3), m; ``angular_velocity``, ``velocity``,
+            ``angular_acceleration`` and ``acceleration`` (3), rad and m; ``jacobian`` (6 x nv).
+        """
+        if isinstance(points, str) or not isinstance(points, (list, tuple)) or not points:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "points", f"expected a list of names of bodies and markers, got {points!r}")
+        count, nv = len(points), self.model.nv
+        frames = ffi.new("kt_batch_frame[]", [self.model._frame(each) for each in points])
+        motion = np.zeros((self.states, count, ffi.sizeof("kt_frame_motion") // 8))
+        matrices = np.zeros((self.states, count, nv, 6)) if jacobian else None
+        sensors = ffi.new("kt_batch_sensors *", {"frames": frames, "count": count, "jacobian": pointer(matrices),
+                                                 "motion": ffi.cast("kt_frame_motion *", pointer(motion))})
+        with self._guard:
+            self._job.sensors = sensors
+            try:
+                self._run(lib.KT_BATCH_SENSE)
+            finally:
+                self._job.sensors = ffi.NULL
+        found = {name: motion[..., at:at + 3] for name, at in _PLACES.items()}
+        found["rotation"] = motion[..., :9].reshape(self.states, count, 3, 3).swapaxes(2, 3)
+        if matrices is not None:
+            found["jacobian"] = matrices.swapaxes(2, 3)
+        return found
 
     def step(self, h: float, steps: int, Q: Optional[Vector] = None, V: Optional[Vector] = None, TAU: Optional[Vector] = None, *,
              X: Optional[Vector] = None, t: float = 0.0, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:

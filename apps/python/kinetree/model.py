@@ -96,17 +96,22 @@ class Model(Fixed):
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "body", f"there is no body '{name}'; there are {', '.join(self.bodies[1:9])}")
         return found
 
-    def point(self, name: str) -> Tuple[int, Vector]:
-        """Body and place of a marker, ``"body.marker"``, or of a body's origin."""
+    def _frame(self, name: str) -> Tuple[int, int]:
+        """Body and marker of ``"body.marker"``; marker -1 of a body."""
         body, _, marker = name.rpartition(".") if isinstance(name, str) else ("", "", "")
         if not body:
-            return self.body(name), np.zeros(3)
+            return self.body(name), -1
         at = self.body(body)
-        found = lib.kt_marker_find(self._pointer, at, name_of(marker, "marker"))
+        found: int = lib.kt_marker_find(self._pointer, at, name_of(marker, "marker"))
         if found < 0:
             names = [text(lib.kt_marker_name(self._pointer, at, i)) for i in range(lib.kt_marker_count(self._pointer, at))]
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "point", f"body '{body}' has no marker '{marker}'; it has {', '.join(names) or 'none'}")
-        return at, _vector(lib.kt_marker_at(self._pointer, at, found))
+        return at, found
+
+    def point(self, name: str) -> Tuple[int, Vector]:
+        """Body and place of a marker, ``"body.marker"``, or of a body's origin."""
+        body, marker = self._frame(name)
+        return body, np.zeros(3) if marker < 0 else _vector(lib.kt_marker_at(self._pointer, body, marker))
 
     @property
     def initial(self) -> Tuple[Vector, Vector]:
