@@ -38,7 +38,7 @@ typedef int kt_command_main(int argc, char **argv);
     X(check, "find every fault of scene files")                                                                        \
     X(demo, "run one of the bundled scenes, or list them")                                                             \
     X(import, "read a robot in URDF, MJCF or SDF and write it as a scene")                                             \
-    X(export, "write a scene as a robot in URDF or MJCF, or its equations as C")                                       \
+    X(export, "write a scene as URDF or MJCF, its equations as C, or an FMU")                                          \
     X(make, "write chains, pendulums and trees of any size as scenes")                                                 \
     X(stability, "find the fastest modes, and the largest stable step of each method")                                 \
     X(integrators, "list the integration methods and their publications")                                              \

@@ -1,7 +1,8 @@
-/* kinetree export: writes the mechanism of a scene as a robot in URDF or MJCF, or its equations as C. */
+/* kinetree export: writes the mechanism of a scene as a robot in URDF or MJCF, its equations as C, or an FMU. */
 #include "command.h"
 #include "records/output.h"
 #include "subcommands/export_c.h"
+#include "subcommands/export_fmu.h"
 #include "text/arguments.h"
 
 #include "kinetree/export.h"
@@ -12,8 +13,8 @@
 #include <string.h>
 
 typedef struct kt_export_arguments {
-    const char *out, *functions;
-    bool urdf, mjcf, c, constant;
+    const char *out, *functions, *inputs;
+    bool urdf, mjcf, c, fmu, constant;
     kt_settings settings;
 } kt_export_arguments;
 
@@ -22,6 +23,8 @@ static const kt_option options[] = {
     {"urdf", KT_OPTION_FLAG, AT(urdf), NULL, "write URDF, the format of ROS", NULL},
     {"mjcf", KT_OPTION_FLAG, AT(mjcf), NULL, "write MJCF, the format of MuJoCo", NULL},
     {"c", KT_OPTION_FLAG, AT(c), NULL, "write C: FILE.c and FILE.h, without any library", NULL},
+    {"fmu", KT_OPTION_FLAG, AT(fmu), NULL, "write an FMU of FMI 3.0, for other simulation tools", NULL},
+    {"input", KT_OPTION_TEXT, AT(inputs), "LIST", "take forces and torques of these joints as inputs of an FMU", NULL},
     {"functions", KT_OPTION_TEXT, AT(functions), "LIST",
      "write these functions of C; default: forward,inverse,bias,mass", NULL},
     {"fold", KT_OPTION_FLAG, AT(constant), NULL, "write all numbers of C as constants", NULL},
@@ -35,11 +38,12 @@ const kt_usage kt_usage_export = {
     .command = "export",
     .examples = "  kinetree export --urdf arm.yaml --out arm.urdf\n"
                 "  kinetree export --mjcf four-bar.yaml --set L=1.5 --out four-bar.xml\n"
-                "  kinetree export --c arm.yaml --functions forward,mass --out arm.c\n",
+                "  kinetree export --c arm.yaml --functions forward,mass --out arm.c\n"
+                "  kinetree export --fmu arm.yaml --input shoulder,elbow --out arm.fmu\n",
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Writes the mechanism of a scene as a robot in URDF or MJCF, or its equations as C.\n"
+    .about = "Writes the mechanism of a scene as a robot in URDF or MJCF, its equations as C, or all of it as an FMU.\n"
              "Both robot formats have bodies, joints, masses, shapes, meshes, dampers, friction, limits and couplings "
              "of two joints.\n"
              "MJCF also has gravity, markers, springs in joints, motors, servos and couplings of several joints.\n"
@@ -51,7 +55,12 @@ const kt_usage kt_usage_export = {
              "Zeros, axes and rotations are folded; other numbers stay parameters, unless --fold is given.\n"
              "Functions: forward, inverse, bias, mass, effects, energy, markers,\n"
              "           heun, rk4, semi_implicit.\n"
-             "effects has the forces of springs and dampers in joints; the others leave out effects.\n",
+             "effects has the forces of springs and dampers in joints; the others leave out effects.\n"
+             "\n"
+             "An FMU of FMI 3.0 is for model exchange and co-simulation in other tools, on systems like this one.\n"
+             "Its outputs are the records of the scene. Parameters of the scene are parameters of the FMU.\n"
+             "Scenes with events or hard contacts have co-simulation alone. A scene that needs other files is "
+             "rejected.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -99,24 +108,29 @@ int kt_command_export(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_export, argc, argv, &a, &operands);
     if (code >= 0)
         return code;
-    if (a.urdf + a.mjcf + a.c != 1) {
-        kt_say("export: give --urdf, --mjcf or --c%s", a.urdf || a.mjcf || a.c ? ", one of them" : "");
+    if (a.urdf + a.mjcf + a.c + a.fmu != 1) {
+        kt_say("export: give --urdf, --mjcf, --c or --fmu%s", a.urdf || a.mjcf || a.c || a.fmu ? ", one of them" : "");
         return KT_EXIT_USAGE;
     }
     if (!a.c && (a.functions != NULL || a.constant)) {
         kt_say("export: %s is an option of --c", a.constant ? "--fold" : "--functions");
         return KT_EXIT_USAGE;
     }
+    if (!a.fmu && a.inputs != NULL) {
+        kt_say("export: --input is an option of --fmu");
+        return KT_EXIT_USAGE;
+    }
     const kt_export_c c = {argv[1], a.functions, a.out, &a.settings, a.constant};
-    code = a.c ? kt_export_c_check(&c) : -1;
+    const kt_export_fmu fmu = {argv[1], a.inputs, a.out, &a.settings};
+    code = a.c ? kt_export_c_check(&c) : a.fmu ? kt_export_fmu_check(&fmu) : -1;
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", a.out, true}};
     code = kt_check_files("export", uses, 2);
     if (code >= 0)
         return code;
-    if (a.c)
-        return kt_export_c_write(&c);
+    if (a.c || a.fmu)
+        return a.c ? kt_export_c_write(&c) : kt_export_fmu_write(&fmu);
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_scene(argv[1], &a.settings, &scene);

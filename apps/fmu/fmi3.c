@@ -1,0 +1,456 @@
+/* The C interface of FMI 3.0: model exchange and co-simulation. The names of the functions are those of the standard.
+ * Variables are numbers of 64 bits (reference.h); functions for other types report an error if they get any.
+ */
+#include "exchange.h"
+#include "instance.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- messages ---------------------------------------------------------------------------------------------------- */
+
+static KT_PRINTF(2, 3) kt_fmi_status report_error(kt_fmu *fmu, const char *format, ...) {
+    char text[1024];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    if (fmu->log != NULL)
+        fmu->log(fmu->environment, KT_FMI_ERROR, "error", text);
+    return KT_FMI_ERROR;
+}
+
+static kt_fmi_status report_status(kt_fmu *fmu, kt_status status, const kt_error *error) {
+    if (status == KT_OK)
+        return KT_FMI_OK;
+    return report_error(fmu, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "", error->message);
+}
+
+static bool is_in(const kt_fmu *fmu, kt_fmu_phase a, kt_fmu_phase b) { return fmu->phase == a || fmu->phase == b; }
+
+#define KT_FMU_REQUIRE(condition, ...)                                                                                 \
+    if (!(condition))                                                                                                  \
+    return report_error(fmu, __VA_ARGS__)
+
+/* ---- instances --------------------------------------------------------------------------------------------------- */
+
+typedef struct kt_fmu_request {
+    const char *token, *folder;
+    void *environment;
+    kt_fmi_log *log;
+    bool is_logging, is_exchange;
+} kt_fmu_request;
+
+static kt_fmu *instantiate(const kt_fmu_request *request) {
+    kt_error error = {0};
+    kt_fmu *fmu = calloc(1, sizeof *fmu);
+    if (fmu == NULL)
+        return NULL;
+    fmu->log = request->log;
+    fmu->environment = request->environment;
+    fmu->is_logging = request->is_logging;
+    fmu->is_exchange = request->is_exchange;
+    kt_status status = kt_fmu_open(fmu, request->folder != NULL ? request->folder : "", &error);
+    if (status == KT_OK && (request->token == NULL || strcmp(request->token, fmu->token.text) != 0))
+        status = kt_error_set(&error, KT_ERROR_ARGUMENT, NULL,
+                              "the instantiation token is not that of the resources; export the FMU again");
+    if (status == KT_OK)
+        status = kt_fmu_start(fmu, &error);
+    const char *reason =
+        status == KT_OK && fmu->is_exchange ? kt_fmu_reason_against_exchange(&fmu->scene, fmu->model) : NULL;
+    if (reason != NULL)
+        status = kt_error_set(&error, KT_ERROR_UNSUPPORTED, NULL, "%s: use co-simulation", reason);
+    if (status == KT_OK)
+        return fmu;
+    (void)report_status(fmu, status, &error);
+    kt_fmu_close(fmu);
+    free(fmu);
+    return NULL;
+}
+
+KT_FMI(void *fmi3InstantiateModelExchange(const char *name, const char *token, const char *folder, bool visible,
+                                          bool logging, void *environment, kt_fmi_log *log)) {
+    (void)name, (void)visible;
+    return instantiate(&(kt_fmu_request){token, folder, environment, log, logging, true});
+}
+
+KT_FMI(void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *folder, bool visible,
+                                         bool logging, bool event_mode, bool early_return,
+                                         const kt_fmi_reference *required, size_t required_count, void *environment,
+                                         kt_fmi_log *log, kt_fmi_update *update)) {
+    (void)name, (void)visible, (void)early_return, (void)required, (void)required_count, (void)update;
+    const kt_fmu_request request = {token, folder, environment, log, logging, false};
+    if (event_mode) {
+        if (log != NULL)
+            log(environment, KT_FMI_ERROR, "error", "this FMU has no event mode in co-simulation (hasEventMode)");
+        return NULL;
+    }
+    return instantiate(&request);
+}
+
+KT_FMI(void *fmi3InstantiateScheduledExecution(const char *name, const char *token, const char *folder, bool visible,
+                                               bool logging, void *environment, kt_fmi_log *log, void *clock_update,
+                                               void *lock, void *unlock)) {
+    (void)name, (void)token, (void)folder, (void)visible, (void)logging, (void)clock_update, (void)lock, (void)unlock;
+    if (log != NULL)
+        log(environment, KT_FMI_ERROR, "error", "this FMU has no scheduled execution");
+    return NULL;
+}
+
+KT_FMI(void fmi3FreeInstance(void *instance)) {
+    if (instance != NULL)
+        kt_fmu_close(instance);
+    free(instance);
+}
+
+KT_FMI(const char *fmi3GetVersion(void)) { return "3.0"; }
+
+KT_FMI(kt_fmi_status fmi3SetDebugLogging(void *instance, bool logging, size_t count, const char *const *names)) {
+    (void)count, (void)names;
+    ((kt_fmu *)instance)->is_logging = logging;
+    return KT_FMI_OK;
+}
+
+/* ---- phases ------------------------------------------------------------------------------------------------------ */
+
+/* Compiles the scene again if parameters were given. */
+static kt_fmi_status settle(kt_fmu *fmu) {
+    kt_error error = {0};
+    KT_FMU_REQUIRE(fmu->model != NULL || fmu->is_stale, "the scene could not be compiled; reset or free the instance");
+    if (!fmu->is_stale)
+        return KT_FMI_OK;
+    const double time = fmu->time;
+    kt_status status = kt_fmu_compile(fmu, &error);
+    fmu->time = time;
+    return report_status(fmu, status, &error);
+}
+
+KT_FMI(kt_fmi_status fmi3EnterInitializationMode(void *instance, bool has_tolerance, double tolerance, double start,
+                                                 bool has_stop, double stop)) {
+    kt_fmu *fmu = instance;
+    (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_INSTANTIATED, "fmi3EnterInitializationMode must follow the instantiation");
+    KT_FMU_REQUIRE(start == 0.0, "a scene starts at time 0, not at %g: shift its functions of time, and start at 0",
+                   start);
+    fmu->phase = KT_FMU_INITIALIZATION;
+    return settle(fmu);
+}
+
+KT_FMI(kt_fmi_status fmi3ExitInitializationMode(void *instance)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_INITIALIZATION, "the instance is not in initialization mode");
+    fmu->phase = fmu->is_exchange ? KT_FMU_EVENT : KT_FMU_STEP;
+    return settle(fmu);
+}
+
+KT_FMI(kt_fmi_status fmi3EnterEventMode(void *instance)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_CONTINUOUS, "event mode follows continuous-time mode of model exchange");
+    fmu->phase = KT_FMU_EVENT;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3EnterContinuousTimeMode(void *instance)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(fmu->is_exchange && fmu->phase == KT_FMU_EVENT, "continuous-time mode follows event mode");
+    fmu->phase = KT_FMU_CONTINUOUS;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3EnterStepMode(void *instance)) {
+    return report_error(instance, "this FMU has no event mode in co-simulation");
+}
+
+KT_FMI(kt_fmi_status fmi3Terminate(void *instance)) {
+    ((kt_fmu *)instance)->phase = KT_FMU_TERMINATED;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    for (int i = 0; i < fmu->parameter_count; i++)
+        fmu->is_given[i] = false;
+    memset(fmu->torque, 0, (size_t)fmu->nv * sizeof *fmu->torque);
+    fmu->phase = KT_FMU_INSTANTIATED;
+    return report_status(fmu, kt_fmu_compile(fmu, &error), &error);
+}
+
+/* ---- variables --------------------------------------------------------------------------------------------------- */
+
+/* Returns the index of a reference of a kind with `count` members; -1: it is of another kind. */
+static int index_of(kt_fmi_reference reference, kt_fmi_reference first, int count) {
+    return reference >= first && reference - first < (kt_fmi_reference)count ? (int)(reference - first) : -1;
+}
+
+static kt_fmi_status get_value(kt_fmu *fmu, kt_fmi_reference reference, double *value) {
+    kt_error error = {0};
+    kt_fmi_status status = KT_FMI_OK;
+    int i;
+    if (reference == 0) {
+        *value = fmu->time;
+    } else if ((i = index_of(reference, 0, (int)fmu->columns.count)) >= 0) {
+        status = report_status(fmu, kt_fmu_evaluate(fmu, &error), &error);
+        if (status == KT_FMI_OK)
+            *value = fmu->values[i];
+    } else if ((i = index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
+        *value = fmu->torque[i];
+    } else if ((i = index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count)) >= 0) {
+        *value = fmu->scene.parameters[i].value;
+    } else if ((i = index_of(reference, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0) {
+        *value = kt_fmu_state(fmu)[i];
+    } else if ((i = index_of(reference, KT_FMU_DERIVATIVE, kt_fmu_size(fmu))) >= 0) {
+        status = report_status(fmu, kt_fmu_derive(fmu, &error), &error);
+        if (status == KT_FMI_OK)
+            *value = fmu->rates[i];
+    } else {
+        return report_error(fmu, "there is no variable with the reference %u", (unsigned)reference);
+    }
+    return status;
+}
+
+KT_FMI(kt_fmi_status fmi3GetFloat64(void *instance, const kt_fmi_reference *references, size_t count, double *values,
+                                    size_t value_count)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(count == value_count, "%zu references go with %zu values", count, value_count);
+    kt_fmi_status status = settle(fmu);
+    for (size_t i = 0; i < count && status == KT_FMI_OK; i++)
+        status = get_value(fmu, references[i], &values[i]);
+    return status;
+}
+
+static kt_fmi_status set_value(kt_fmu *fmu, kt_fmi_reference reference, double value) {
+    int i;
+    KT_FMU_REQUIRE(isfinite(value), "the value of the variable %u is not finite", (unsigned)reference);
+    if ((i = index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
+        if (fmu->torque[i] != value)
+            kt_fmu_change(fmu);
+        fmu->torque[i] = value;
+        return KT_FMI_OK;
+    }
+    i = index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count);
+    KT_FMU_REQUIRE(i >= 0, "the variable %u cannot be set", (unsigned)reference);
+    KT_FMU_REQUIRE(is_in(fmu, KT_FMU_INSTANTIATED, KT_FMU_INITIALIZATION),
+                   "the parameter %s is fixed: it can be set before the end of the initialization",
+                   fmu->scene.parameters[i].name);
+    /* Parameters that are set to their present values stay as they are, and follow others. */
+    if (fmu->is_given[i] ? fmu->given[i] != value : fmu->scene.parameters[i].value != value) {
+        fmu->is_given[i] = true;
+        fmu->given[i] = value;
+        fmu->is_stale = true;
+    }
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *references, size_t count,
+                                    const double *values, size_t value_count)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(count == value_count, "%zu references go with %zu values", count, value_count);
+    kt_fmi_status status = KT_FMI_OK;
+    for (size_t i = 0; i < count && status == KT_FMI_OK; i++)
+        status = set_value(fmu, references[i], values[i]);
+    return status;
+}
+
+/* ---- co-simulation ----------------------------------------------------------------------------------------------- */
+
+/* Whether a step must be refused, after a message. */
+static kt_fmi_status check_step(kt_fmu *fmu, double from, double step) {
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_STEP, "fmi3DoStep needs step mode");
+    KT_FMU_REQUIRE(!fmu->is_over, "an event of the scene has ended the simulation at %g s", fmu->time);
+    KT_FMU_REQUIRE(isfinite(step) && step > 0.0, "the step %g is not above zero", step);
+    KT_FMU_REQUIRE(fabs(from - fmu->time) <= 1e-6 * step, "the step begins at %.17g, but the instance is at %.17g",
+                   from, fmu->time);
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool is_final, bool *needs_event,
+                                bool *terminate, bool *early, double *last)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    (void)is_final;
+    *needs_event = *terminate = *early = false;
+    *last = fmu->time;
+    kt_fmi_status result = check_step(fmu, from, step);
+    if (result != KT_FMI_OK)
+        return result;
+    kt_status status = kt_simulation_set_torque(fmu->simulation, fmu->torque, &error);
+    if (status == KT_OK)
+        status = kt_simulation_tick(fmu->simulation, step, &error);
+    kt_fmu_change(fmu);
+    *last = fmu->time = kt_simulation_time(fmu->simulation);
+    fmu->is_over = status == KT_OK && kt_simulation_stopped(fmu->simulation) != NULL;
+    *terminate = fmu->is_over;
+    return report_status(fmu, status, &error);
+}
+
+/* ---- model exchange ---------------------------------------------------------------------------------------------- */
+
+KT_FMI(kt_fmi_status fmi3SetTime(void *instance, double time)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(fmu->is_exchange && isfinite(time), "the time %g cannot be set", time);
+    fmu->time = time;
+    kt_fmu_change(fmu);
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3SetContinuousStates(void *instance, const double *states, size_t count)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(fmu->is_exchange && count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu",
+                   kt_fmu_size(fmu), count);
+    memcpy(fmu->y, states, count * sizeof *states);
+    kt_fmu_change(fmu);
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3GetContinuousStates(void *instance, double *states, size_t count)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),
+                   count);
+    const kt_fmi_status status = settle(fmu);
+    if (status == KT_FMI_OK)
+        memcpy(states, kt_fmu_state(fmu), count * sizeof *states);
+    return status;
+}
+
+KT_FMI(kt_fmi_status fmi3GetContinuousStateDerivatives(void *instance, double *derivatives, size_t count)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),
+                   count);
+    kt_fmi_status status = settle(fmu);
+    if (status == KT_FMI_OK)
+        status = report_status(fmu, kt_fmu_derive(fmu, &error), &error);
+    if (status == KT_FMI_OK)
+        memcpy(derivatives, fmu->rates, count * sizeof *derivatives);
+    return status;
+}
+
+KT_FMI(kt_fmi_status fmi3GetNominalsOfContinuousStates(void *instance, double *nominals, size_t count)) {
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),
+                   count);
+    for (size_t i = 0; i < count; i++)
+        nominals[i] = 1.0;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3GetNumberOfContinuousStates(void *instance, size_t *count)) {
+    *count = (size_t)kt_fmu_size(instance);
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3GetNumberOfEventIndicators(void *instance, size_t *count)) {
+    (void)instance;
+    *count = 0;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3GetEventIndicators(void *instance, const double *indicators, size_t count)) {
+    (void)indicators;
+    return count == 0 ? KT_FMI_OK : report_error(instance, "there are no event indicators");
+}
+
+/* Event mode is requested if the state has left the loops. */
+KT_FMI(kt_fmi_status fmi3CompletedIntegratorStep(void *instance, bool is_final, bool *enter_event, bool *terminate)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    (void)is_final;
+    *enter_event = *terminate = false;
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_CONTINUOUS, "the instance is not in continuous-time mode");
+    const kt_status status = kt_fmu_project(fmu, &error);
+    *enter_event = status == KT_OK && fmu->is_moved;
+    return report_status(fmu, status, &error);
+}
+
+KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update, bool *terminate,
+                                              bool *nominals_changed, bool *values_changed, bool *has_next,
+                                              double *next)) {
+    kt_fmu *fmu = instance;
+    *need_update = *terminate = *nominals_changed = *has_next = false;
+    *next = 0.0;
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_EVENT, "the instance is not in event mode");
+    *values_changed = fmu->is_moved;
+    if (fmu->is_moved) {
+        memcpy(fmu->y, fmu->moved, (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
+        kt_fmu_change(fmu);
+    }
+    fmu->is_moved = false;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3EvaluateDiscreteStates(void *instance)) {
+    (void)instance;
+    return KT_FMI_OK;
+}
+
+/* ---- states ------------------------------------------------------------------------------------------------------ */
+
+/* A state in the memory of the importer: its size and the block. */
+typedef struct kt_fmu_kept {
+    size_t size;
+    double block[];
+} kt_fmu_kept;
+
+static kt_fmu_kept *take_kept(kt_fmu_kept **kept, size_t size) {
+    if (*kept != NULL && (*kept)->size == size)
+        return *kept;
+    kt_fmu_kept *other = realloc(*kept, sizeof *other + size);
+    if (other != NULL) {
+        other->size = size;
+        *kept = other;
+    }
+    return other;
+}
+
+KT_FMI(kt_fmi_status fmi3GetFMUState(void *instance, void **state)) {
+    kt_fmu *fmu = instance;
+    const kt_fmi_status status = settle(fmu);
+    if (status != KT_FMI_OK)
+        return status;
+    kt_fmu_kept *kept = take_kept((kt_fmu_kept **)state, kt_fmu_block_size(fmu));
+    KT_FMU_REQUIRE(kept != NULL, "there is not enough memory for a state");
+    kt_fmu_save(fmu, kept->block);
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3SetFMUState(void *instance, void *state)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    const kt_fmu_kept *kept = state;
+    KT_FMU_REQUIRE(kept != NULL, "the state is NULL");
+    return report_status(fmu, kt_fmu_restore(fmu, kept->block, kept->size, &error), &error);
+}
+
+KT_FMI(kt_fmi_status fmi3FreeFMUState(void *instance, void **state)) {
+    (void)instance;
+    free(*state);
+    *state = NULL;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3SerializedFMUStateSize(void *instance, void *state, size_t *size)) {
+    if (state == NULL)
+        return report_error(instance, "the state is NULL");
+    *size = ((const kt_fmu_kept *)state)->size;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3SerializeFMUState(void *instance, void *state, unsigned char *bytes, size_t size)) {
+    const kt_fmu_kept *kept = state;
+    if (kept == NULL || size != kept->size)
+        return report_error(instance, "a serialized state has another size");
+    memcpy(bytes, kept->block, size);
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3DeserializeFMUState(void *instance, const unsigned char *bytes, size_t size, void **state)) {
+    kt_fmu *fmu = instance;
+    kt_fmu_kept *kept = take_kept((kt_fmu_kept **)state, size);
+    KT_FMU_REQUIRE(kept != NULL, "there is not enough memory for a state");
+    memcpy(kept->block, bytes, size);
+    return KT_FMI_OK;
+}

@@ -1,0 +1,260 @@
+/* Instances of an FMU: resources, the compiled scene, derivatives and outputs. */
+#include "instance.h"
+
+#include "records/quantities.h"
+
+#include "kinetree/dynamics.h"
+#include "kinetree/joint.h"
+#include "kinetree/mechanism.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char no_memory[] = "there is not enough memory";
+
+/* ---- resources --------------------------------------------------------------------------------------------------- */
+
+/* Reads a whole file, with a zero behind it. */
+static kt_status read_resource(const char *folder, const char *name, char **text, size_t *size, kt_error *error) {
+    char path[4096];
+    const size_t length = strlen(folder);
+    const char *slash = length > 0 && folder[length - 1] == '/' ? "" : "/";
+    if ((size_t)snprintf(path, sizeof path, "%s%s%s", folder, slash, name) >= sizeof path)
+        return kt_error_set(error, KT_ERROR_FILE, NULL, "the path of the resources is too long");
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+        return kt_error_set(error, KT_ERROR_FILE, path, "it cannot be read: %s", strerror(errno));
+    long end = fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
+    *text = end >= 0 ? malloc((size_t)end + 1) : NULL;
+    bool fine = *text != NULL && fseek(file, 0, SEEK_SET) == 0;
+    *size = fine ? fread(*text, 1, (size_t)end, file) : 0;
+    fine = fine && *size == (size_t)end;
+    if (fine)
+        (*text)[*size] = '\0';
+    (void)fclose(file);
+    return fine ? KT_OK : kt_error_set(error, KT_ERROR_FILE, path, "it cannot be read as a whole");
+}
+
+static int count_lines(const char *text) {
+    int count = 0;
+    for (; *text != '\0'; text++)
+        count += *text == '\n';
+    return count;
+}
+
+/* Makes a list of the lines, and ends each of them with a zero. */
+static void split_lines(char *text, const char **lines) {
+    int count = 0;
+    for (char *at = text; *at != '\0'; count++) {
+        lines[count] = at;
+        at += strcspn(at, "\n");
+        if (*at != '\0')
+            *at++ = '\0';
+    }
+}
+
+/* ---- the compiled scene ------------------------------------------------------------------------------------------ */
+
+static void release_scene(kt_fmu *fmu) {
+    kt_columns_free(&fmu->columns);
+    kt_simulation_free(fmu->simulation);
+    kt_scene_watch_free(fmu->watch);
+    kt_data_free(fmu->data);
+    kt_model_free(fmu->model);
+    kt_scene_free(&fmu->scene);
+    fmu->simulation = NULL;
+    fmu->watch = NULL;
+    fmu->data = NULL;
+    fmu->model = NULL;
+}
+
+static kt_status parse_scene(kt_fmu *fmu, kt_error *error) {
+    kt_scene_options options = kt_scene_options_default();
+    options.settings = fmu->settings;
+    options.setting_count = fmu->setting_count;
+    for (int i = 0; i < fmu->parameter_count; i++) {
+        if (!fmu->is_given[i])
+            continue;
+        char *text = fmu->given_text[i]; /* "NAME=VALUE"; the name was written when the parameters were first read */
+        (void)snprintf(strchr(text, '=') + 1, 32, "%.17g", fmu->given[i]);
+        fmu->settings[options.setting_count++] = text;
+    }
+    return kt_scene_parse_with(KT_FMU_SCENE, fmu->scene_text, fmu->scene_size, &options, &fmu->scene, NULL, NULL,
+                               error);
+}
+
+static kt_status list_outputs(kt_fmu *fmu, kt_error *error) {
+    unsigned record = 0;
+    if (!kt_columns_list(&fmu->columns, &fmu->scene, fmu->model, &fmu->scene.run,
+                         kt_run_record(&fmu->scene.run, fmu->model)))
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, no_memory);
+    return kt_columns_add_own(&fmu->columns, &fmu->scene, &record, error);
+}
+
+static kt_status create_simulation(kt_fmu *fmu, kt_error *error) {
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_status status = kt_columns_own_record(&fmu->scene, fmu->model, &options.record, error);
+    if (status != KT_OK)
+        return status;
+    if (((kt_run_record(&fmu->scene.run, fmu->model) | options.record) & KT_RECORD_EFFECT) != 0 &&
+        kt_quantities_need_reactions(&fmu->scene.description))
+        options.record |= KT_RECORD_REACTION;
+    options.events = kt_scene_event_room(&fmu->scene);
+    status = kt_simulation_create(fmu->model, &fmu->scene.run, &options, &fmu->simulation, error);
+    if (status == KT_OK && options.events > 0)
+        status = kt_scene_watch_create(&fmu->scene, fmu->model, fmu->simulation, NULL, -1, &fmu->watch, error);
+    return status;
+}
+
+static kt_status compile_scene(kt_fmu *fmu, kt_error *error) {
+    kt_model_options options = kt_model_options_default();
+    options.metric = fmu->scene.run.metric;
+    options.plan = fmu->scene.run.plan;
+    options.settable = kt_scene_sets(&fmu->scene);
+    kt_status status = kt_model_compile(&fmu->scene.description, &options, &fmu->model, error);
+    if (status == KT_OK)
+        status = kt_data_create(fmu->model, &fmu->data, error);
+    if (status == KT_OK)
+        status = create_simulation(fmu, error);
+    if (status == KT_OK)
+        status = list_outputs(fmu, error);
+    return status;
+}
+
+kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
+    release_scene(fmu);
+    kt_fmu_change(fmu);
+    fmu->is_stale = false;
+    kt_status status = parse_scene(fmu, error);
+    if (status == KT_OK)
+        status = compile_scene(fmu, error);
+    if (status != KT_OK) {
+        release_scene(fmu);
+        return status;
+    }
+    fmu->nq = kt_model_nq(fmu->model);
+    fmu->nv = kt_model_nv(fmu->model);
+    fmu->nx = kt_own_state_count(fmu->model);
+    fmu->time = kt_simulation_time(fmu->simulation);
+    fmu->is_over = false;
+    if (fmu->y != NULL)
+        memcpy(fmu->y, kt_simulation_positions(fmu->simulation), (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
+    return KT_OK;
+}
+
+/* Allocates what depends on the sizes of the model. */
+static kt_status take_memory(kt_fmu *fmu, kt_error *error) {
+    const size_t size = (size_t)kt_fmu_size(fmu) + 1, parameters = (size_t)fmu->scene.parameter_count + 1;
+    fmu->y = calloc(size, sizeof *fmu->y);
+    fmu->rates = calloc(size, sizeof *fmu->rates);
+    fmu->moved = calloc(size, sizeof *fmu->moved);
+    fmu->torque = calloc((size_t)fmu->nv + 1, sizeof *fmu->torque);
+    fmu->given = calloc(parameters, sizeof *fmu->given);
+    fmu->is_given = calloc(parameters, sizeof *fmu->is_given);
+    fmu->given_text = calloc(parameters, sizeof *fmu->given_text);
+    const char **settings = realloc(fmu->settings, ((size_t)fmu->setting_count + parameters) * sizeof *settings);
+    fmu->settings = settings != NULL ? settings : fmu->settings;
+    if (fmu->y == NULL || fmu->rates == NULL || fmu->moved == NULL || fmu->torque == NULL || fmu->given == NULL ||
+        fmu->is_given == NULL || fmu->given_text == NULL || settings == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, no_memory);
+    for (int i = 0; i < fmu->scene.parameter_count; i++)
+        if (snprintf(fmu->given_text[i], sizeof fmu->given_text[i] - 32, "%s=", fmu->scene.parameters[i].name) >=
+            (int)sizeof fmu->given_text[i] - 32)
+            return kt_error_set(error, KT_ERROR_SCENE, NULL, "the name of a parameter has more than 158 characters");
+    fmu->parameter_count = fmu->scene.parameter_count;
+    memcpy(fmu->y, kt_simulation_positions(fmu->simulation), (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
+    return KT_OK;
+}
+
+kt_status kt_fmu_open(kt_fmu *fmu, const char *folder, kt_error *error) {
+    kt_status status = read_resource(folder, KT_FMU_SCENE, &fmu->scene_text, &fmu->scene_size, error);
+    if (status == KT_OK)
+        status = read_resource(folder, KT_FMU_SETTINGS, &fmu->settings_text, &fmu->settings_size, error);
+    if (status != KT_OK)
+        return status;
+    fmu->token = kt_fmu_token_of(fmu->scene_text, fmu->scene_size, fmu->settings_text, fmu->settings_size);
+    fmu->setting_count = count_lines(fmu->settings_text);
+    fmu->settings = calloc((size_t)fmu->setting_count + 1, sizeof *fmu->settings);
+    if (fmu->settings == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, no_memory);
+    return KT_OK;
+}
+
+kt_status kt_fmu_start(kt_fmu *fmu, kt_error *error) {
+    split_lines(fmu->settings_text, fmu->settings);
+    const kt_status status = kt_fmu_compile(fmu, error);
+    return status == KT_OK ? take_memory(fmu, error) : status;
+}
+
+void kt_fmu_close(kt_fmu *fmu) {
+    release_scene(fmu);
+    free(fmu->scene_text);
+    free(fmu->settings_text);
+    free(fmu->settings);
+    free(fmu->given_text);
+    free(fmu->given);
+    free(fmu->is_given);
+    free(fmu->torque);
+    free(fmu->y);
+    free(fmu->rates);
+    free(fmu->moved);
+}
+
+/* ---- derivatives and outputs ------------------------------------------------------------------------------------- */
+
+/* q' = position rate of v, v' = accelerations, x' = rates of the auxiliary states. */
+kt_status kt_fmu_derive(kt_fmu *fmu, kt_error *error) {
+    if (fmu->has_rates)
+        return KT_OK;
+    const double *y = kt_fmu_state(fmu), *v = y + fmu->nq;
+    double *rates = fmu->rates;
+    if (fmu->nx > 0)
+        memcpy(kt_own_states(fmu->model, fmu->data), v + fmu->nv, (size_t)fmu->nx * sizeof *v);
+    kt_status status =
+        kt_acceleration_evaluate(fmu->model, fmu->data, fmu->time, y, v, fmu->torque, NULL, rates + fmu->nq, error);
+    if (status == KT_OK && fmu->nx > 0)
+        status = kt_own_state_rates(fmu->model, fmu->data, fmu->time, y, v, rates + fmu->nq + fmu->nv, error);
+    if (status != KT_OK)
+        return status;
+    kt_position_rate(fmu->model, y, v, rates);
+    fmu->has_rates = true;
+    return KT_OK;
+}
+
+/* Lets the simulation take over the state of the importer. */
+static kt_status set_importers_state(kt_fmu *fmu, kt_error *error) {
+    const double *y = fmu->y;
+    kt_status status = kt_simulation_set_state(fmu->simulation, fmu->time, y, y + fmu->nq, error);
+    if (status == KT_OK && fmu->nx > 0)
+        status = kt_simulation_set_own_states(fmu->simulation, y + fmu->nq + fmu->nv, error);
+    return status;
+}
+
+kt_status kt_fmu_evaluate(kt_fmu *fmu, kt_error *error) {
+    kt_record record;
+    if (fmu->values != NULL)
+        return KT_OK;
+    kt_status status = fmu->is_exchange ? set_importers_state(fmu, error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_simulation_set_torque(fmu->simulation, fmu->torque, error);
+    if (status == KT_OK)
+        status = kt_simulation_sense(fmu->simulation, &record, error);
+    if (status == KT_OK)
+        fmu->values = kt_columns_evaluate(&fmu->columns, &record);
+    return status;
+}
+
+kt_status kt_fmu_project(kt_fmu *fmu, kt_error *error) {
+    static const double least = 1e-10;
+    const int size = kt_fmu_size(fmu);
+    memcpy(fmu->moved, fmu->y, (size_t)size * sizeof *fmu->moved);
+    const kt_status status =
+        kt_state_project(fmu->model, fmu->data, fmu->time, fmu->moved, fmu->moved + fmu->nq, NULL, error);
+    fmu->is_moved = false;
+    for (int i = 0; i < size && status == KT_OK; i++)
+        fmu->is_moved |= fabs(fmu->moved[i] - fmu->y[i]) > least * fmax(1.0, fabs(fmu->y[i]));
+    return status;
+}

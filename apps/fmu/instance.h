@@ -1,0 +1,97 @@
+/* An instance of an FMU: the scene of its resources, compiled, with its inputs, parameters and state.
+ *
+ * In co-simulation the state is that of a simulation. In model exchange the importer integrates y = (q, v, x), and the
+ * simulation only computes outputs. An instance shares nothing with other instances.
+ */
+#ifndef KT_FMU_INSTANCE_H
+#define KT_FMU_INSTANCE_H
+
+#include "fmi3.h"
+#include "reference.h"
+
+#include "records/columns.h"
+
+#include "kinetree/scene.h"
+
+typedef enum kt_fmu_phase {
+    KT_FMU_INSTANTIATED,
+    KT_FMU_INITIALIZATION,
+    KT_FMU_EVENT,      /* model exchange: states may change */
+    KT_FMU_CONTINUOUS, /* model exchange: the importer integrates */
+    KT_FMU_STEP,       /* co-simulation */
+    KT_FMU_TERMINATED,
+} kt_fmu_phase;
+
+typedef struct kt_fmu {
+    /* Resources and settings. */
+    char *scene_text, *settings_text;
+    size_t scene_size, settings_size;
+    kt_fmu_token token;
+    const char **settings; /* lines of settings_text, then those of given parameters */
+    int setting_count;
+    char (*given_text)[192];
+
+    /* The compiled scene. */
+    kt_scene scene;
+    kt_model *model;
+    kt_simulation *simulation;
+    kt_scene_watch *watch; /* NULL: no events */
+    kt_columns columns;
+    kt_data *data; /* for model exchange */
+    int nq, nv, nx, parameter_count;
+
+    /* Inputs and state. */
+    double *given; /* [parameter_count] */
+    bool *is_given;
+    double *torque; /* [nv] */
+    double *y;      /* [nq + nv + nx]: in model exchange the state of the importer */
+    double *rates;  /* likewise */
+    double *moved;  /* likewise: the projected state */
+    double time;
+    const double *values; /* of the columns; NULL: not evaluated in this state */
+    bool is_exchange, is_stale, has_rates, is_moved, is_over;
+    kt_fmu_phase phase;
+
+    kt_fmi_log *log;
+    void *environment;
+    bool is_logging;
+} kt_fmu;
+
+/* Reads the resources in a folder into *fmu, which is zero but for the importer's members, and computes their token.
+ * Ownership: kt_fmu_close releases all members, also after an error. */
+kt_status kt_fmu_open(kt_fmu *fmu, const char *folder, kt_error *error);
+void kt_fmu_close(kt_fmu *fmu);
+
+/* Compiles the scene for the first time, and allocates all memory of the instance. */
+kt_status kt_fmu_start(kt_fmu *fmu, kt_error *error);
+
+/* Compiles the scene again, with the given parameters, from its start. On failure the instance has no model. */
+kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error);
+
+static inline int kt_fmu_size(const kt_fmu *fmu) { return fmu->nq + fmu->nv + fmu->nx; }
+
+/* Returns the state (q, v, x): of the importer, or of the simulation. */
+static inline const double *kt_fmu_state(const kt_fmu *fmu) {
+    return fmu->is_exchange ? fmu->y : kt_simulation_positions(fmu->simulation);
+}
+
+/* Computes the derivatives of the state into fmu->rates, and the columns into fmu->values, unless they are there. */
+kt_status kt_fmu_derive(kt_fmu *fmu, kt_error *error);
+kt_status kt_fmu_evaluate(kt_fmu *fmu, kt_error *error);
+
+/* Marks that inputs, time or state have changed. */
+static inline void kt_fmu_change(kt_fmu *fmu) {
+    fmu->values = NULL;
+    fmu->has_rates = false;
+}
+
+/* Projects the state of the importer onto the loops and quaternions into fmu->moved. Sets fmu->is_moved if a number
+ * changes by more than 1e-10 of its size or of unity. */
+kt_status kt_fmu_project(kt_fmu *fmu, kt_error *error);
+
+/* The size of a state of this instance, and a copy from and to a block of this size, aligned as a double. */
+size_t kt_fmu_block_size(const kt_fmu *fmu);
+void kt_fmu_save(const kt_fmu *fmu, void *block);
+kt_status kt_fmu_restore(kt_fmu *fmu, const void *block, size_t size, kt_error *error);
+
+#endif

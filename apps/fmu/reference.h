@@ -1,0 +1,39 @@
+/* References of the variables of an FMU, and its token. The command writes them into modelDescription.xml, and the
+ * binary of the FMU reads them. */
+#ifndef KT_FMU_REFERENCE_H
+#define KT_FMU_REFERENCE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+/* The first reference of each kind. Below KT_FMU_INPUT a reference is the index of a column; column 0 is time. */
+enum {
+    KT_FMU_INPUT = 1 << 20,      /* + index in v: the force or torque of a joint */
+    KT_FMU_PARAMETER = 2 << 20,  /* + index in the parameters of the scene */
+    KT_FMU_STATE = 3 << 20,      /* + index in (q, v, x) */
+    KT_FMU_DERIVATIVE = 4 << 20, /* likewise */
+};
+
+/* The resources of an FMU. */
+#define KT_FMU_SCENE "scene.yaml"
+#define KT_FMU_SETTINGS "settings.txt"
+
+typedef struct kt_fmu_token {
+    char text[24];
+} kt_fmu_token;
+
+/* Returns a checksum of both resources (FNV-1a), which ties the description to them. */
+static inline kt_fmu_token kt_fmu_token_of(const char *scene, size_t scene_size, const char *settings,
+                                           size_t settings_size) {
+    uint64_t sum = 14695981039346656037u;
+    for (size_t i = 0; i < scene_size + settings_size; i++) {
+        sum ^= (unsigned char)(i < scene_size ? scene[i] : settings[i - scene_size]);
+        sum *= 1099511628211u;
+    }
+    kt_fmu_token token = {{0}};
+    (void)snprintf(token.text, sizeof token.text, "{%016llx}", (unsigned long long)sum);
+    return token;
+}
+
+#endif

@@ -1,0 +1,327 @@
+/* The archive of `kinetree export --fmu`: the description, the binary for this system, and the text of the scene.
+ *
+ *     modelDescription.xml    binaries/PLATFORM/NAME.so    resources/scene.yaml    resources/settings.txt
+ *
+ * The binary is the same for all scenes. It reads the scene of the resources as a file without a folder. The command
+ * reads it in the same way, so that a scene that needs other files is rejected here and not in the importer.
+ */
+#include "subcommands/export_fmu.h"
+
+#include "command.h"
+#include "records/output.h"
+
+#include "kinetree/joint.h"
+#include "kinetree/mechanism.h"
+
+#include "../fmu/exchange.h"
+#include "../fmu/reference.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char ending[] = ".fmu";
+
+enum { KT_FMU_TEXT = 64, KT_FMU_PATH = 4096 };
+
+/* Writes the name of the binary: that of the archive, with letters, digits and _. */
+static void name_of_fmu(const char *out, char name[KT_FMU_TEXT]) {
+    const char *slash = strrchr(out, '/'), *base = slash != NULL ? slash + 1 : out;
+    (void)snprintf(name, KT_FMU_TEXT, "%s%.*s", isdigit((unsigned char)base[0]) ? "_" : "",
+                   (int)(strlen(base) - strlen(ending)), base);
+    for (char *at = name; *at != '\0'; at++)
+        if (!isalnum((unsigned char)*at))
+            *at = '_';
+}
+
+int kt_export_fmu_check(const kt_export_fmu *fmu) {
+    const size_t length = strlen(fmu->out);
+    if (length > strlen(ending) && strcmp(fmu->out + length - strlen(ending), ending) == 0)
+        return -1;
+    kt_say("export: --fmu writes an archive; give --out FILE.fmu");
+    return KT_EXIT_USAGE;
+}
+
+#ifdef KT_HAS_FMU
+
+#include <minizip/zip.h>
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+/* The content of a file. */
+typedef struct kt_content {
+    char *text;
+    size_t size;
+} kt_content;
+
+/* Reads a whole file. Returns an exit code; text is NULL after printing an error. The caller frees it. */
+static int read_content(const char *path, kt_content *content) {
+    *content = (kt_content){NULL, 0};
+    FILE *file = fopen(path, "rb");
+    const long end = file != NULL && fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
+    char *text = end >= 0 ? malloc((size_t)end + 1) : NULL;
+    if (text != NULL && fseek(file, 0, SEEK_SET) == 0 && fread(text, 1, (size_t)end, file) == (size_t)end) {
+        text[end] = '\0';
+        *content = (kt_content){text, (size_t)end};
+    } else {
+        kt_say("%s cannot be read: %s", kt_show(path).text, strerror(errno));
+        free(text);
+    }
+    if (file != NULL)
+        (void)fclose(file);
+    return content->text != NULL ? KT_EXIT_DONE : KT_EXIT_SCENE;
+}
+
+/* Finds the binary: next to the installed program, in the folder of the build, or in the configured folder. */
+static bool find_binary(char path[KT_FMU_PATH]) {
+    static const char *const configured[] = {KT_FMU_BUILT, KT_FMU_INSTALLED};
+    char own[KT_FMU_PATH / 2];
+    const ssize_t length = readlink("/proc/self/exe", own, sizeof own - 1);
+    if (length > 0) {
+        own[length] = '\0';
+        char *slash = strrchr(own, '/');
+        if (slash != NULL)
+            *slash = '\0';
+        (void)snprintf(path, KT_FMU_PATH, "%s/%s", own, KT_FMU_FROM_PROGRAM);
+        if (access(path, R_OK) == 0)
+            return true;
+    }
+    for (size_t i = 0; i < sizeof configured / sizeof *configured; i++) {
+        (void)snprintf(path, KT_FMU_PATH, "%s", configured[i]);
+        if (access(path, R_OK) == 0)
+            return true;
+    }
+    kt_say("export: the binary of FMUs is neither in %s next to the program nor %s; install Kinetree as a whole",
+           KT_FMU_FROM_PROGRAM, KT_FMU_INSTALLED);
+    return false;
+}
+
+/* Returns the settings as lines; NULL: not enough memory. */
+static char *lines_of(const kt_settings *settings) {
+    size_t size = 1;
+    for (int i = 0; i < settings->count; i++)
+        size += strlen(settings->text[i]) + 1;
+    char *lines = malloc(size), *at = lines;
+    for (int i = 0; lines != NULL && i < settings->count; i++)
+        at += sprintf(at, "%s\n", settings->text[i]);
+    if (lines != NULL)
+        *at = '\0';
+    return lines;
+}
+
+/* ---- the archive ------------------------------------------------------------------------------------------------- */
+
+static bool add_entry(zipFile zip, const char *name, kt_content content) {
+    const zip_fileinfo info = {.dosDate = 0x210000}; /* 1980-01-01: equal scenes give equal bytes */
+    if (zipOpenNewFileInZip(zip, name, &info, NULL, 0, NULL, 0, NULL, Z_DEFLATED, Z_DEFAULT_COMPRESSION) != ZIP_OK)
+        return false;
+    const bool fine = content.size == 0 || zipWriteInFileInZip(zip, content.text, (unsigned)content.size) == ZIP_OK;
+    return zipCloseFileInZip(zip) == ZIP_OK && fine;
+}
+
+typedef struct kt_fmu_parts {
+    const char *name;
+    kt_content description, binary, scene, settings;
+} kt_fmu_parts;
+
+static bool write_entries(const char *path, const kt_fmu_parts *parts) {
+    char binary[KT_FMU_TEXT + 64];
+    (void)snprintf(binary, sizeof binary, "binaries/%s/%s.so", KT_FMU_PLATFORM, parts->name);
+    zipFile zip = zipOpen(path, APPEND_STATUS_CREATE);
+    if (zip == NULL)
+        return false;
+    const bool fine = add_entry(zip, "modelDescription.xml", parts->description) &&
+                      add_entry(zip, binary, parts->binary) &&
+                      add_entry(zip, "resources/" KT_FMU_SCENE, parts->scene) &&
+                      add_entry(zip, "resources/" KT_FMU_SETTINGS, parts->settings);
+    return zipClose(zip, NULL) == ZIP_OK && fine;
+}
+
+static int write_archive(const char *out, const kt_fmu_parts *parts) {
+    kt_output output = {.lock = -1};
+    if (kt_output_start(&output, out) >= 0)
+        return KT_EXIT_INTEGRATION;
+    const bool fine = write_entries(kt_output_path(&output), parts);
+    if (!fine)
+        kt_say("%s cannot be written", kt_show(out).text);
+    if (kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0 || !fine)
+        return KT_EXIT_INTEGRATION;
+    return KT_EXIT_DONE;
+}
+
+/* ---- the scene --------------------------------------------------------------------------------------------------- */
+
+static kt_status parse_alone(const kt_content *text, const kt_settings *settings, const char *more, kt_scene *scene,
+                             kt_error *error) {
+    const char *list[KT_SETTINGS_MAX + 1];
+    kt_scene_options options = kt_scene_options_default();
+    options.settings = list;
+    for (int i = 0; i < settings->count; i++)
+        list[options.setting_count++] = settings->text[i];
+    if (more != NULL)
+        list[options.setting_count++] = more;
+    return kt_scene_parse_with(KT_FMU_SCENE, text->text, text->size, &options, scene, NULL, NULL, error);
+}
+
+/* Returns why a scene cannot be an FMU, with the alternative; NULL if it can. */
+static const char *reason_against(const kt_scene *scene) {
+    const kt_scene usual = kt_scene_default();
+    if (scene->formulation != usual.formulation)
+        return "simulate.formulation is not that of tree coordinates; remove it";
+    if (scene->reduction != usual.reduction)
+        return "simulate.reduction is for comparisons; remove it";
+    if (scene->from != NULL)
+        return "initial.from names a file; write its state into the scene with 'kinetree run --from ... --scene'";
+    return NULL;
+}
+
+/* Marks the parameters that change with others. A changed parameter that the scene rejects marks nothing. */
+static void find_followers(const kt_content *text, const kt_settings *settings, const kt_scene *scene, bool *follows) {
+    for (int i = 0; i < scene->parameter_count; i++) {
+        char setting[512];
+        kt_scene other;
+        kt_error error;
+        const double value = scene->parameters[i].value;
+        (void)snprintf(setting, sizeof setting, "%s=%.17g", scene->parameters[i].name,
+                       value == 0.0 ? 1e-3 : value * (1.0 + 1e-3));
+        if (parse_alone(text, settings, setting, &other, &error) != KT_OK)
+            continue;
+        for (int k = 0; k < scene->parameter_count; k++)
+            follows[k] |= k != i && other.parameters[k].value != scene->parameters[k].value;
+        kt_scene_free(&other);
+    }
+}
+
+/* Marks the velocities of the joints in a list. Returns false after printing an error. */
+static bool find_inputs(const kt_model *model, const char *list, bool *is_input) {
+    for (const char *at = list; at != NULL; at = strchr(at, ',') != NULL ? strchr(at, ',') + 1 : NULL) {
+        char word[KT_FMU_TEXT * 4];
+        (void)snprintf(word, sizeof word, "%.*s", (int)strcspn(at, ","), at);
+        kt_nearest nearest = kt_nearest_make(word, NULL);
+        int body = 1;
+        while (body < kt_model_body_count(model) && strcmp(kt_joint_name(model, body), word) != 0)
+            (void)kt_nearest_try(&nearest, kt_joint_name(model, body++));
+        if (body == kt_model_body_count(model)) {
+            kt_say("export: --input names the joint '%s', which the scene does not have%s", kt_show(word).text,
+                   kt_ask(&nearest, "").text);
+            return false;
+        }
+        const kt_coordinates c = kt_body_coordinates(model, body);
+        for (int k = 0; k < c.nv; k++)
+            is_input[c.v + k] = true;
+    }
+    return true;
+}
+
+/* ---- the export -------------------------------------------------------------------------------------------------- */
+
+static int describe_and_write(const kt_export_fmu *fmu, const kt_fmu_model *described, kt_fmu_parts *parts) {
+    char path[KT_FMU_PATH];
+    FILE *stream = open_memstream(&parts->description.text, &parts->description.size);
+    if (stream == NULL)
+        return KT_EXIT_INTEGRATION;
+    kt_fmu_describe(described, stream);
+    int code = fclose(stream) == 0 && find_binary(path) ? read_content(path, &parts->binary) : KT_EXIT_INTEGRATION;
+    if (code == KT_EXIT_DONE)
+        code = write_archive(fmu->out, parts);
+    free(parts->description.text);
+    free(parts->binary.text);
+    return code;
+}
+
+/* Writes the archive of a compiled scene. */
+static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt_model *model, kt_fmu_parts *parts) {
+    kt_error error = {0};
+    kt_columns columns = {.count = 0};
+    unsigned record = 0;
+    bool *is_input = calloc((size_t)kt_model_nv(model) + 1, sizeof *is_input);
+    bool *follows = calloc((size_t)scene->parameter_count + 1, sizeof *follows);
+    const char *reason = kt_fmu_reason_against_exchange(scene, model);
+    int code = KT_EXIT_INTEGRATION;
+    if (is_input == NULL || follows == NULL ||
+        !kt_columns_list(&columns, scene, model, &scene->run, kt_run_record(&scene->run, model))) {
+        kt_say("there is not enough memory");
+    } else if (kt_columns_add_own(&columns, scene, &record, &error) != KT_OK) {
+        kt_say_error(&error);
+        code = KT_EXIT_SCENE;
+    } else if (!find_inputs(model, fmu->inputs, is_input)) {
+        code = KT_EXIT_USAGE;
+    } else {
+        const kt_fmu_token token =
+            kt_fmu_token_of(parts->scene.text, parts->scene.size, parts->settings.text, parts->settings.size);
+        find_followers(&parts->scene, fmu->settings, scene, follows);
+        const kt_fmu_model described = {parts->name, token.text, scene,   model,
+                                        &columns,    is_input,   follows, reason == NULL};
+        code = describe_and_write(fmu, &described, parts);
+    }
+    if (code == KT_EXIT_DONE && reason != NULL)
+        fprintf(stderr, "%s: note: the FMU is for co-simulation alone: %s\n", fmu->scene, reason);
+    kt_columns_free(&columns);
+    free(is_input);
+    free(follows);
+    return code;
+}
+
+/* Reads the scene of the resources and compiles it. */
+static int write_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
+    kt_error error = {0};
+    kt_scene scene;
+    kt_model *model = NULL;
+    if (parse_alone(&parts->scene, fmu->settings, NULL, &scene, &error) != KT_OK) {
+        kt_say("%s cannot be exported as an FMU: it reads other files, which an FMU does not have; write their numbers "
+               "into the scene (%s: %s)",
+               fmu->scene, error.where, error.message);
+        return KT_EXIT_SCENE;
+    }
+    const char *reason = reason_against(&scene);
+    int code = KT_EXIT_SCENE;
+    if (reason != NULL)
+        kt_say("%s cannot be exported as an FMU: %s", fmu->scene, reason);
+    else
+        code = kt_compile_scene(&scene, &model);
+    if (code == KT_EXIT_DONE)
+        code = write_model(fmu, &scene, model, parts);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}
+
+int kt_export_fmu_write(const kt_export_fmu *fmu) {
+    kt_scene scene;
+    kt_fmu_parts parts = {.name = NULL};
+    char name[KT_FMU_TEXT];
+    int code = kt_read_scene(fmu->scene, fmu->settings, &scene); /* prints all faults with their places in the file */
+    if (code != KT_EXIT_DONE)
+        return code;
+    kt_scene_free(&scene);
+    code = read_content(fmu->scene, &parts.scene);
+    if (code != KT_EXIT_DONE)
+        return code;
+    name_of_fmu(fmu->out, name);
+    parts.name = name;
+    parts.settings.text = lines_of(fmu->settings);
+    parts.settings.size = parts.settings.text != NULL ? strlen(parts.settings.text) : 0;
+    if (parts.scene.text[strspn(parts.scene.text, " \t\r\n")] == '<') {
+        kt_say("%s is a robot, not a scene; 'kinetree import' writes it as a scene", fmu->scene);
+        code = KT_EXIT_SCENE;
+    } else {
+        code = parts.settings.text != NULL ? write_scene(fmu, &parts) : KT_EXIT_INTEGRATION;
+    }
+    free(parts.scene.text);
+    free(parts.settings.text);
+    return code;
+}
+
+#else
+
+int kt_export_fmu_write(const kt_export_fmu *fmu) {
+    kt_say("%s cannot be exported as an FMU: this build has no support of FMUs, which need Linux, minizip and shared "
+           "libraries",
+           fmu->scene);
+    return KT_EXIT_USAGE;
+}
+
+#endif

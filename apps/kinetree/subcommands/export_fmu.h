@@ -1,0 +1,37 @@
+/* `kinetree export --fmu`: an FMU of FMI 3.0, for model exchange and co-simulation. */
+#ifndef KT_COMMAND_SUBCOMMANDS_EXPORT_FMU_H
+#define KT_COMMAND_SUBCOMMANDS_EXPORT_FMU_H
+
+#include "records/columns.h"
+#include "text/arguments.h"
+
+#include <stdbool.h>
+
+typedef struct kt_export_fmu {
+    const char *scene, *inputs, *out; /* inputs: joints, apart by commas; NULL: none */
+    const kt_settings *settings;
+} kt_export_fmu;
+
+/* Checks the command line. Returns -1, or an exit code after printing the error. */
+int kt_export_fmu_check(const kt_export_fmu *fmu);
+
+/* Reads the scene and writes the archive. Returns an exit code. */
+int kt_export_fmu_write(const kt_export_fmu *fmu);
+
+/* ---- the description --------------------------------------------------------------------------------------------- */
+
+/* All that modelDescription.xml depends on. */
+typedef struct kt_fmu_model {
+    const char *name, *token; /* the name of the binary, and the token of the resources */
+    const kt_scene *scene;
+    const kt_model *model;
+    const kt_columns *columns;
+    const bool *is_input; /* [nv]: joint forces that are inputs */
+    const bool *follows;  /* [parameter_count]: computed from other parameters */
+    bool has_exchange;    /* model exchange is offered */
+} kt_fmu_model;
+
+/* Writes modelDescription.xml. Errors of the stream stay in it (ferror). */
+void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream);
+
+#endif
