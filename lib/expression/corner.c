@@ -24,8 +24,17 @@ typedef struct search {
     bool corners;
     double after;  /* the time after which changes are sought; a change at that time is excluded */
     double length; /* of the interval that is halved */
-    int effort;    /* intervals that may still be evaluated */
+    int effort;    /* intervals that this search may still evaluate */
+    int64_t *left; /* operations that all searches may still take */
 } search;
+
+/* The bounds of the formula from `from` to `to`. */
+static kt_jet bound(search *s, double from, double to, kt_jet_meet *meet, void *user) {
+    *s->left -= (int64_t)s->expression->count;
+    return kt_expression_bound(s->expression, from, to, meet, user);
+}
+
+static bool is_cut(const search *s) { return s->effort <= 0; }
 
 /* ---- one interval ------------------------------------------------------------------------------------------------ */
 
@@ -60,7 +69,7 @@ static finding bound_on(search *s, double from, double to) {
     static const double rounding = 1e-13, nothing_at_all = 1e-60; /* in any unit of a machine */
     finding worst = NOTHING;
     s->effort--;
-    const kt_jet jet = kt_expression_bound(s->expression, from, to, s->corners ? meet : NULL, &worst);
+    const kt_jet jet = bound(s, from, to, s->corners ? meet : NULL, &worst);
     double nothing = rounding * jet.size + nothing_at_all, whole = nothing;
     if (s->corners || jet.defined == KT_DEFINED_NOWHERE)
         return worst;
@@ -78,10 +87,10 @@ static finding bound_on(search *s, double from, double to) {
 /* ---- one time ---------------------------------------------------------------------------------------------------- */
 
 /* All branches at a time, or the signs of the derivatives, as a number that changes with each of them. */
-static uint64_t signature_of(const search *s, double t) {
+static uint64_t signature_of(search *s, double t) {
     if (s->corners)
         return kt_expression_branches(s->expression, &t);
-    const kt_jet jet = kt_expression_bound(s->expression, t, t, NULL, NULL);
+    const kt_jet jet = bound(s, t, t, NULL, NULL);
     uint64_t signs = 0;
     for (int k = 1; k < KT_JET_ORDER; k++)
         signs = signs << 1U | (uint64_t)(jet.c[k].lo + jet.c[k].hi > 0.0);
@@ -89,9 +98,8 @@ static uint64_t signature_of(const search *s, double t) {
 }
 
 /* Whether a derivative has another sign at `to`, in spite of rounding. */
-static bool changes_sign(const search *s, double from, double to) {
-    const kt_jet a = kt_expression_bound(s->expression, from, from, NULL, NULL);
-    const kt_jet b = kt_expression_bound(s->expression, to, to, NULL, NULL);
+static bool changes_sign(search *s, double from, double to) {
+    const kt_jet a = bound(s, from, from, NULL, NULL), b = bound(s, to, to, NULL, NULL);
     for (int k = 1; k < KT_JET_ORDER; k++)
         if ((a.c[k].lo > 0.0 && b.c[k].hi < 0.0) || (a.c[k].hi < 0.0 && b.c[k].lo > 0.0))
             return true;
@@ -100,7 +108,7 @@ static bool changes_sign(const search *s, double from, double to) {
 
 /* The first time at which the signature differs from that at `from`; at `to` it does. Corners are found to the last
  * bit: the branch is that of the formula's own rounded values. */
-static double change_between(const search *s, double from, double to) {
+static double change_between(search *s, double from, double to) {
     const uint64_t before = signature_of(s, from);
     const double enough = s->corners ? 0.0 : 1e-9 * (to - from);
     while (to - from > enough) {
@@ -117,9 +125,16 @@ static double change_between(const search *s, double from, double to) {
 
 /* ---- many intervals ---------------------------------------------------------------------------------------------- */
 
-/* A search that is cut continues at a time that is later by a part of itself. If every search of a run is cut, there
- * are CUTS_PER_TIME of them for each factor e of its duration. */
-enum { DEPTH = 30, EFFORT = 4000, CUTS_PER_TIME = 16 };
+/* A search is cut after EFFORT intervals, or if it has taken a part 1 / SEARCHES of the operations that are left for
+ * all searches. So those that are cut leave some for the others. A search that is cut continues at a time that is later
+ * by a part of itself. If every search of a run is cut, there are CUTS_PER_TIME of them for each factor e of its
+ * duration. */
+enum { DEPTH = 30, EFFORT = 4000, SEARCHES = 32, CUTS_PER_TIME = 16 };
+
+static int effort_of(const search *s) {
+    const int64_t most = *s->left / ((int64_t)s->expression->count * SEARCHES);
+    return most < EFFORT ? (int)most : EFFORT;
+}
 
 /* The first change in (from, to]; HUGE_VAL: none. *clear is the time up to which there is certainly none. */
 static double first_change(search *s, double from, double to, double *clear) {
@@ -131,11 +146,11 @@ static double first_change(search *s, double from, double to, double *clear) {
         const double last = end[depth], middle = begin + 0.5 * (last - begin);
         const finding found = bound_on(s, begin, last);
         const bool divisible = depth < DEPTH && middle > begin && middle < last;
-        if (found == UNKNOWN && divisible && s->effort > 0) {
+        if (found == UNKNOWN && divisible && !is_cut(s)) {
             end[++depth] = middle;
             continue;
         }
-        if (found == UNKNOWN && s->effort <= 0)
+        if (found == UNKNOWN && is_cut(s))
             return HUGE_VAL;
         const double first = begin > s->after ? begin : fmin(nextafter(begin, HUGE_VAL), last);
         const bool sought = found == HIDDEN ? changes_sign(s, first, last) : found != NOTHING;
@@ -153,13 +168,14 @@ static double seek(search *s, double t, double limit, bool *known) {
     static const double first_length = 1.0 / 1024.0;
     double from = t, length = fmax(first_length, 1e-9 * fabs(t)), clear = t;
     s->after = t;
-    s->effort = EFFORT;
+    s->effort = effort_of(s);
     *known = true;
     while (from < limit) {
-        const double to = fmin(from + length, limit), change = first_change(s, from, to, &clear);
+        const double to = fmin(from + length, limit);
+        const double change = is_cut(s) ? HUGE_VAL : first_change(s, from, to, &clear);
         if (change < HUGE_VAL)
             return change;
-        if (s->effort <= 0) {
+        if (is_cut(s)) {
             *known = false;
             return fmax(clear, t + fmax(length, fabs(t) / CUTS_PER_TIME));
         }
@@ -186,9 +202,10 @@ static int jump_of(const kt_expression *expression) {
 }
 
 /* The first corner after t. Times next to 0 are not distinguished from 0. */
-static double next_corner(const kt_expression *expression, double t, double until, int *order) {
+static double next_corner(const kt_expression *expression, double t, double until, int64_t *left, int *order) {
     search s = {.expression = expression, .corners = true};
     bool known;
+    s.left = left;
     const int jump = jump_of(expression);
     double next = jump < 3 ? seek(&s, t, until, &known) : HUGE_VAL;
     if (next < HUGE_VAL)
@@ -202,12 +219,12 @@ static double next_corner(const kt_expression *expression, double t, double unti
     return next;
 }
 
-double kt_expression_next_corner(const kt_expression *expression, double t, double until, int *order) {
+double kt_expression_next_corner(const kt_expression *expression, double t, double until, int64_t *left, int *order) {
     static const double nearest = 1e-30; /* s: from 0 */
     *order = 4;
     if (!(fabs(t) < horizon) || kt_expression_symbols(expression, 0, NULL) == 0)
         return HUGE_VAL;
-    const double next = next_corner(expression, t >= 0.0 ? fmax(t, nearest) : t, fmin(until, horizon), order);
+    const double next = next_corner(expression, t >= 0.0 ? fmax(t, nearest) : t, fmin(until, horizon), left, order);
     return fabs(next) <= nearest ? 0.0 : next;
 }
 

@@ -8,8 +8,10 @@
 /* Returns the first corner, feature or cut after t, or HUGE_VAL if there is none up to `until`. At a corner a branch
  * changes; *order is then the lowest derivative that may jump there, with 0 for the value. At a feature f', f'' or f'''
  * changes its sign, and *order is 4. If the search was cut, *order is KT_CORNER_CUT.
- * Cost: some hundred evaluations of the formula, and some thousand if the search is cut. */
-KT_INNER double kt_expression_next_corner(const kt_expression *expression, double t, double until, int *order);
+ * Cost: some hundred evaluations of the formula, and some thousand if the search is cut. *left is reduced by their
+ * operations. From 0 on, every search is cut at once. */
+KT_INNER double kt_expression_next_corner(const kt_expression *expression, double t, double until, int64_t *left,
+                                          int *order);
 
 /* The size of the terms of the first derivative at t, estimated from their loss by rounding. */
 double kt_expression_speed(const kt_expression *expression, double t);

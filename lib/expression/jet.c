@@ -38,7 +38,7 @@ static kt_between widened(double lo, double hi) {
         return everything;
     if (lo == 0.0 && hi == 0.0)
         return zero;
-    const double least = fmin(lo, DBL_MAX), most = fmax(hi, -DBL_MAX);
+    const double least = smaller(lo, DBL_MAX), most = larger(hi, -DBL_MAX);
     const kt_between wide = {least - 2.0 * DBL_EPSILON * fabs(least) - DBL_TRUE_MIN,
                              most + 2.0 * DBL_EPSILON * fabs(most) + DBL_TRUE_MIN};
     return wide;
@@ -48,20 +48,20 @@ static bool is_point(kt_between x, double value) { return x.lo == value && x.hi 
 static bool holds(kt_between x, double value) { return x.lo <= value && value <= x.hi; }
 static bool holds_infinity(kt_between x) { return holds(x, HUGE_VAL) || holds(x, -HUGE_VAL); }
 
-static double most(kt_between x) { return fmax(fabs(x.lo), fabs(x.hi)); }
-static double least(kt_between x) { return holds(x, 0.0) ? 0.0 : fmin(fabs(x.lo), fabs(x.hi)); }
+static double most(kt_between x) { return larger(fabs(x.lo), fabs(x.hi)); }
+static double least(kt_between x) { return holds(x, 0.0) ? 0.0 : smaller(fabs(x.lo), fabs(x.hi)); }
 
 static kt_between add(kt_between x, kt_between y) { return widened(x.lo + y.lo, x.hi + y.hi); }
 static kt_between negate(kt_between x) { return (kt_between){-x.hi, -x.lo}; }
 static kt_between subtract(kt_between x, kt_between y) { return add(x, negate(y)); }
-static kt_between hull(kt_between x, kt_between y) { return (kt_between){fmin(x.lo, y.lo), fmax(x.hi, y.hi)}; }
+static kt_between hull(kt_between x, kt_between y) { return (kt_between){smaller(x.lo, y.lo), larger(x.hi, y.hi)}; }
 
 static double bound_product(double x, double y) { return x == 0.0 || y == 0.0 ? 0.0 : x * y; }
 
 static kt_between multiply(kt_between x, kt_between y) {
     const double a = bound_product(x.lo, y.lo), b = bound_product(x.lo, y.hi), c = bound_product(x.hi, y.lo),
                  d = bound_product(x.hi, y.hi);
-    return widened(fmin(fmin(a, b), fmin(c, d)), fmax(fmax(a, b), fmax(c, d)));
+    return widened(smaller(smaller(a, b), smaller(c, d)), larger(larger(a, b), larger(c, d)));
 }
 
 static kt_between scale(double factor, kt_between x) { return multiply((kt_between){factor, factor}, x); }
@@ -83,15 +83,15 @@ static kt_between raise(double (*f)(double), kt_between x) {
 /* Bounds of sin over [lo, hi]. Its crests are at (4 n + 1) pi / 2. */
 static kt_between bound_sin(kt_between x) {
     static const double pi = 3.14159265358979323846;
-    const double slop = 4.0 * DBL_EPSILON * (1.0 + fmax(fabs(x.lo), fabs(x.hi)));
+    const double slop = 4.0 * DBL_EPSILON * (1.0 + larger(fabs(x.lo), fabs(x.hi)));
     if (!(x.hi - x.lo < 2.0 * pi) || !(slop < 1.0))
         return (kt_between){-1.0, 1.0};
     const double a = sin(x.lo), b = sin(x.hi);
     const double crest = ceil((x.lo - slop - 0.5 * pi) / (2.0 * pi)) * 2.0 * pi + 0.5 * pi;
     const double trough = ceil((x.lo - slop + 0.5 * pi) / (2.0 * pi)) * 2.0 * pi - 0.5 * pi;
-    const kt_between ends = widened(fmin(a, b), fmax(a, b));
-    return (kt_between){trough <= x.hi + slop ? -1.0 : fmax(-1.0, ends.lo - slop),
-                        crest <= x.hi + slop ? 1.0 : fmin(1.0, ends.hi + slop)};
+    const kt_between ends = widened(smaller(a, b), larger(a, b));
+    return (kt_between){trough <= x.hi + slop ? -1.0 : larger(-1.0, ends.lo - slop),
+                        crest <= x.hi + slop ? 1.0 : smaller(1.0, ends.hi + slop)};
 }
 
 static kt_between bound_cos(kt_between x) {
@@ -101,7 +101,7 @@ static kt_between bound_cos(kt_between x) {
 
 /* Restricts x to the domain [lo, hi] of a function. Returns `everything` if x lies outside it. */
 static kt_between within(kt_between x, double lo, double hi) {
-    const kt_between cut = {fmax(x.lo, lo), fmin(x.hi, hi)};
+    const kt_between cut = {larger(x.lo, lo), smaller(x.hi, hi)};
     return cut.lo <= cut.hi ? cut : everything;
 }
 
@@ -127,7 +127,7 @@ static kt_between ratio_of(const kt_jet *x, int k) {
 
 /* The intersection of two intervals that contain the same number. */
 static kt_between common(kt_between x, kt_between y) {
-    const kt_between both = {fmax(x.lo, y.lo), fmin(x.hi, y.hi)};
+    const kt_between both = {larger(x.lo, y.lo), smaller(x.hi, y.hi)};
     return both.lo <= both.hi ? both : x;
 }
 
@@ -282,8 +282,8 @@ static kt_jet jet_sqrt(const kt_jet *x) {
 static kt_jet jet_exp(const kt_jet *x) {
     kt_jet z = {.size = 0.0};
     z.c[0] = raise(exp, x->c[0]);
-    z.c[0].lo = fmax(0.0, z.c[0].lo);
-    z.c[0].hi = fmax(DBL_TRUE_MIN, z.c[0].hi); /* above zero, for every factor */
+    z.c[0].lo = larger(0.0, z.c[0].lo);
+    z.c[0].hi = larger(DBL_TRUE_MIN, z.c[0].hi); /* above zero, for every factor */
     for (int k = 1; k <= ORDER; k++)
         z.c[k] = everything;
     kt_between ratio[ORDER + 1] = {{1.0, 1.0}};
@@ -334,7 +334,7 @@ static kt_jet jet_integral(kt_between value, const kt_jet *x, const kt_jet *y) {
 static kt_jet one_plus_square(const kt_jet *x, double sign) {
     kt_jet square = jet_product(x, x);
     const kt_jet one = number(1.0);
-    square.c[0].lo = fmax(0.0, square.c[0].lo);
+    square.c[0].lo = larger(0.0, square.c[0].lo);
     square = jet_scale(sign, &square);
     return jet_sum(&one, &square);
 }
@@ -387,13 +387,13 @@ static kt_jet jet_tanh(const kt_jet *x) {
 /* x^n, by squares. */
 static kt_jet jet_whole_power(const kt_jet *x, int n) {
     kt_jet z = number(1.0), square = *x;
-    for (int rest = n; rest > 0; rest /= 2) {
+    for (int rest = n, bits = 0; rest > 0; rest /= 2) {
         if (rest % 2 != 0)
-            z = jet_product(&z, &square);
-        square = jet_product(&square, &square);
+            z = bits++ > 0 ? jet_product(&z, &square) : square;
+        square = rest > 1 ? jet_product(&square, &square) : square;
     }
     if (n > 0 && n % 2 == 0)
-        z.c[0].lo = fmax(0.0, z.c[0].lo);
+        z.c[0].lo = larger(0.0, z.c[0].lo);
     return z;
 }
 
@@ -523,17 +523,17 @@ static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_
     switch (code) {
     case KT_OPERATOR_ABS: {
         kt_jet z = chosen(&decision, x, &minus);
-        z.c[0].lo = fmax(0.0, z.c[0].lo);
+        z.c[0].lo = larger(0.0, z.c[0].lo);
         return z;
     }
     case KT_OPERATOR_MIN: {
         kt_jet z = chosen(&decision, y, x);
-        z.c[0].hi = fmin(z.c[0].hi, fmin(x->c[0].hi, y->c[0].hi));
+        z.c[0].hi = smaller(z.c[0].hi, smaller(x->c[0].hi, y->c[0].hi));
         return z;
     }
     case KT_OPERATOR_MAX: {
         kt_jet z = chosen(&decision, x, y);
-        z.c[0].lo = fmax(z.c[0].lo, fmax(x->c[0].lo, y->c[0].lo));
+        z.c[0].lo = larger(z.c[0].lo, larger(x->c[0].lo, y->c[0].lo));
         return z;
     }
     default:
@@ -565,8 +565,8 @@ static kt_jet jet_atan2(const kt_jet *y, const kt_jet *x) {
 
 static kt_jet jet_hypot(const kt_jet *x, const kt_jet *y) {
     kt_jet a = jet_product(x, x), b = jet_product(y, y);
-    a.c[0].lo = fmax(0.0, a.c[0].lo);
-    b.c[0].lo = fmax(0.0, b.c[0].lo);
+    a.c[0].lo = larger(0.0, a.c[0].lo);
+    b.c[0].lo = larger(0.0, b.c[0].lo);
     a = jet_sum(&a, &b);
     return jet_sqrt(&a);
 }
@@ -602,9 +602,9 @@ static double size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const 
     case KT_OPERATOR_SQRT:
         return x->size / value;
     case KT_OPERATOR_LOG:
-        return fmax(least(z->c[0]), x->size / most(x->c[0]));
+        return larger(least(z->c[0]), x->size / most(x->c[0]));
     default:
-        return fmax(fmax(x->size, y->size), isfinite(value) ? value : 0.0);
+        return larger(larger(x->size, y->size), isfinite(value) ? value : 0.0);
     }
 }
 
@@ -684,7 +684,7 @@ static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt
 }
 
 kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_jet_meet *meet, void *user) {
-    const kt_jet time = {.c = {{from, to}, {1.0, 1.0}}, .size = fmax(fabs(from), fabs(to))};
+    const kt_jet time = {.c = {{from, to}, {1.0, 1.0}}, .size = larger(fabs(from), fabs(to))};
     kt_jet stack[KT_EXPRESSION_DEPTH_MAX];
     int top = -1;
     stack[0] = number(0.0);

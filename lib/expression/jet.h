@@ -10,6 +10,10 @@ typedef struct kt_between {
     double lo, hi;
 } kt_between;
 
+/* As fmin and fmax for numbers, which a compiler need not call. If one of them is NaN, the result is the second. */
+static inline double smaller(double x, double y) { return x < y ? x : y; }
+static inline double larger(double x, double y) { return x > y ? x : y; }
+
 enum { KT_JET_ORDER = 4 };
 
 /* Whether a value may be NaN: nowhere in an interval, at some times, or everywhere. Examples are sqrt(-1), and inf/inf

@@ -59,9 +59,12 @@ static number number_log(number x) {
 
 /* x^p = e^(p log m) 2^(e p). */
 static number number_power(number x, double p) {
+    static const double most = 1e12;
     const double usual = pow(double_of(x), p), exponent = x.e * p, k = nearbyint(exponent);
     if ((isfinite(usual) && usual != 0.0) || x.m == 0.0)
         return number_of(usual);
+    if (!(fabs(p) < most)) /* m^p and 2^(e p) may both be beyond the exponents */
+        return number_of(usual == 0.0 ? 0.0 : (double)NAN);
     const number part = fabs(p) < 500.0 ? number_of(pow(x.m, p)) : number_exp(number_of(p * log(x.m)));
     return times(part, normal(exp2(exponent - k), k));
 }

@@ -504,26 +504,26 @@ static kt_corner next_row(const double *rows, int count, double t) {
     return (kt_corner){HUGE_VAL, 0};
 }
 
-static kt_corner next_corner_of_parts(const kt_curve *curve, const double *numbers, double t, double until) {
+static kt_corner corner_of_parts(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left) {
     kt_corner first = {HUGE_VAL, KT_CORNER_ORDER_MAX};
     for (int i = 0; i < curve->count; i++) {
         const kt_curve part = part_of(curve, numbers, i);
-        const kt_corner corner = kt_curve_next_corner(&part, numbers, t, until);
+        const kt_corner corner = kt_curve_next_corner(&part, numbers, t, until, left);
         if (corner.time < first.time || (corner.time == first.time && corner.order < first.order))
             first = corner;
     }
     return first;
 }
 
-kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until) {
+kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left) {
     if (!kt_curve_has_corners(curve))
         return (kt_corner){HUGE_VAL, 0};
     if (curve->type == KT_FUNCTION_TABLE)
         return next_row(numbers + curve->first, curve->count, t);
     if (has_parts(curve->type))
-        return next_corner_of_parts(curve, numbers, t, until);
+        return corner_of_parts(curve, numbers, t, until, left);
     if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
-        return kt_curve_formula_corner(curve, numbers, t, until);
+        return kt_curve_formula_corner(curve, numbers, t, until, left);
     return t < curve->c ? (kt_corner){curve->c, 2} : t < curve->d ? (kt_corner){curve->d, 2} : (kt_corner){HUGE_VAL, 0};
 }
 

@@ -55,10 +55,11 @@ enum { KT_CORNER_ORDER_MAX = 3 };
  * two breakpoints it is one polynomial, one sine, or a formula that is monotone with its first two derivatives. */
 bool kt_curve_has_corners(const kt_curve *curve);
 
-/* Returns the first breakpoint after t; those of formulas are sought up to `until`.
+/* Returns the first breakpoint after t; those of formulas are sought up to `until`. *left is reduced by the operations
+ * of the search (expression/corner.h).
  * Cost: O(1). For a table O(log rows), plus 1 for each row without a breakpoint. For a formula some hundred
  * evaluations. */
-kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until);
+kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left);
 
 /* The longest step whose stages resolve the function between two breakpoints. It is a quarter of a sine's period. A
  * product of sines counts as a sine with the sum of their frequencies. HUGE_VAL for all others. */

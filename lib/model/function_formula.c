@@ -93,10 +93,10 @@ double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, doub
 
 /* ---- breakpoints ------------------------------------------------------------------------------------------------- */
 
-kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t, double until) {
+kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left) {
     kt_corner first = {HUGE_VAL, KT_CORNER_ORDER_MAX};
     if (curve->type == KT_FUNCTION_BUMP)
         return (kt_corner){t < curve->c ? curve->c : t < curve->d ? curve->d : HUGE_VAL, KT_CORNER_ORDER_MAX};
-    first.time = kt_expression_next_corner(formula_of(curve, numbers), t, until, &first.order);
+    first.time = kt_expression_next_corner(formula_of(curve, numbers), t, until, left, &first.order);
     return first;
 }

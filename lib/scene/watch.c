@@ -197,9 +197,10 @@ static kt_status keep_parts(kt_pool *pool, formula *f, kt_error *error) {
 static double next_corner(void *user, double t) {
     const formula *f = &((const watched *)user)->formula;
     double next = HUGE_VAL;
+    int64_t left = KT_CORNER_OPERATIONS;
     int order;
     for (int k = 0; k < f->part_count; k++)
-        next = fmin(next, kt_expression_next_corner(f->parts[k], t, next, &order));
+        next = fmin(next, kt_expression_next_corner(f->parts[k], t, next, &left, &order));
     return next;
 }
 

@@ -42,23 +42,31 @@ static void meet(corner *first, double t, double time, bool jumps) {
     first->time = time;
 }
 
+/* The next breakpoint of a function. All searches of a run take no more than KT_CORNER_OPERATIONS. */
+static kt_corner seek(kt_simulation *simulation, const kt_curve *curve, double t, double until) {
+    int64_t left = KT_CORNER_OPERATIONS - simulation->memory.sought;
+    const kt_corner next = kt_curve_next_corner(curve, simulation->model->number, t, until, &left);
+    simulation->memory.sought = KT_CORNER_OPERATIONS - left;
+    return next;
+}
+
 /* order: the highest derivative of the function that the accelerations depend on. */
-static void meet_curve(corner *first, double t, const kt_curve *curve, const double *numbers, int order) {
-    const kt_corner next = kt_curve_next_corner(curve, numbers, t, HUGE_VAL);
+static void meet_curve(kt_simulation *simulation, corner *first, double t, const kt_curve *curve, int order) {
+    const kt_corner next = seek(simulation, curve, t, first->time);
     meet(first, t, next.time, next.order <= order);
     first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_CORNER_CUT && next.time == first->time));
 }
 
-static corner next_corner(const kt_simulation *simulation, double t) {
+static corner next_corner(kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
     corner first = {HUGE_VAL, false, false};
     for (size_t i = 0; i < model->n.loop; i++)
-        meet_curve(&first, t, &model->loop[i].curve, model->number, 2);
+        meet_curve(simulation, &first, t, &model->loop[i].curve, 2);
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
         const int order = kt_effect_kind_of(effect->type)->derivatives;
         for (int k = 0; k < 3; k++)
-            meet_curve(&first, t, &effect->curve[k], model->number, order);
+            meet_curve(simulation, &first, t, &effect->curve[k], order);
         if (effect->corner != NULL)
             meet(&first, t, effect->corner(effect->user, t), true);
     }
@@ -66,9 +74,9 @@ static corner next_corner(const kt_simulation *simulation, double t) {
         if (model->state[i].corner != NULL)
             meet(&first, t, model->state[i].corner(model->state[i].user, t), true);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
-        meet_curve(&first, t, &model->time_part[i], model->number, 0);
+        meet_curve(simulation, &first, t, &model->time_part[i], 0);
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
-        meet_curve(&first, t, kt_mass_curve(model, k), model->number, 1); /* powers depend on the rates */
+        meet_curve(simulation, &first, t, kt_mass_curve(model, k), 1); /* powers depend on the rates */
     if (simulation->corners.own != NULL)
         meet(&first, t, simulation->corners.own(simulation->user, t), true);
     return first;
@@ -108,11 +116,12 @@ double kt_simulation_longest_step(const kt_model *model) {
 }
 
 /* The least distance of two breakpoints of one function, or `least` if that is less, at times from 0 on. */
-static double shortest_piece(const kt_curve *curve, const double *numbers, double duration, double least) {
+static double shortest_piece(const kt_curve *curve, const double *numbers, double duration, int64_t *left,
+                             double least) {
     double last = -HUGE_VAL;
-    for (kt_corner c = kt_curve_next_corner(curve, numbers, 0.0, duration); c.time < duration;
-         c = kt_curve_next_corner(curve, numbers, c.time, duration)) {
-        least = fmin(least, c.time - last);
+    for (kt_corner c = kt_curve_next_corner(curve, numbers, 0.0, duration, left); c.time < duration;
+         c = kt_curve_next_corner(curve, numbers, c.time, duration, left)) {
+        least = c.order == KT_CORNER_CUT ? least : fmin(least, c.time - last);
         last = c.time;
     }
     return least;
@@ -120,15 +129,16 @@ static double shortest_piece(const kt_curve *curve, const double *numbers, doubl
 
 double kt_simulation_shortest_feature(const kt_model *model, double duration) {
     double least = kt_simulation_longest_step(model);
+    int64_t left = KT_CORNER_OPERATIONS;
     for (size_t i = 0; i < model->n.loop; i++)
-        least = shortest_piece(&model->loop[i].curve, model->number, duration, least);
+        least = shortest_piece(&model->loop[i].curve, model->number, duration, &left, least);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
-        least = shortest_piece(&model->time_part[i], model->number, duration, least);
+        least = shortest_piece(&model->time_part[i], model->number, duration, &left, least);
     for (size_t i = 0; i < model->n.effect; i++)
         for (int k = 0; k < 3; k++)
-            least = shortest_piece(&model->effect[i].curve[k], model->number, duration, least);
+            least = shortest_piece(&model->effect[i].curve[k], model->number, duration, &left, least);
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
-        least = shortest_piece(kt_mass_curve(model, k), model->number, duration, least);
+        least = shortest_piece(kt_mass_curve(model, k), model->number, duration, &left, least);
     return least;
 }
 
@@ -151,6 +161,7 @@ void kt_simulation_forget_corners(kt_simulation *simulation) {
 static bool enter_piece(kt_simulation *simulation, double t) {
     kt_corners *c = &simulation->corners;
     const double margin = margin_at(t);
+    const int64_t before = simulation->memory.sought;
     double last = t;
     bool jumps = false;
     corner next = next_corner(simulation, nextafter(t - margin, -HUGE_VAL));
@@ -160,6 +171,7 @@ static bool enter_piece(kt_simulation *simulation, double t) {
         next = next_corner(simulation, next.time);
     }
     simulation->memory.piece = t;
+    simulation->memory.before = before;
     *c = (kt_corners){.any = true,
                       .own = c->own,
                       .from = t,
@@ -183,6 +195,7 @@ void kt_simulation_recall_corners(kt_simulation *simulation) {
     const double t = kt_integrator_time(simulation->integrator);
     if (!isnan(c->from) || !(simulation->memory.piece <= t))
         return;
+    simulation->memory.sought = simulation->memory.before; /* the search is repeated */
     (void)enter_piece(simulation, simulation->memory.piece);
     if (KT_HAS_EVENTS && c->jumps && !(t < c->next - margin_at(c->next)))
         end_at_corner(c, t, fmin(c->next, t) - aside(simulation, c->next));
@@ -303,29 +316,31 @@ static bool changes(const kt_curve *curve, const double *numbers, double a, doub
 }
 
 /* The first breakpoint after t with a jump of any order. HUGE_VAL if there is none before `until`. */
-static double next_jump(const kt_curve *curve, const double *numbers, double t, double until) {
+static double next_jump(kt_simulation *simulation, const kt_curve *curve, double t, double until) {
     kt_corner next = {t, KT_CORNER_ORDER_MAX + 1};
-    while (next.order > KT_CORNER_ORDER_MAX && next.time < until)
-        next = kt_curve_next_corner(curve, numbers, next.time, until);
+    while (next.order > KT_CORNER_ORDER_MAX && next.time < until) {
+        next = seek(simulation, curve, next.time, until);
+        simulation->memory.cut += next.order == KT_CORNER_CUT && next.time < until;
+    }
     return next.time < until ? next.time : HUGE_VAL;
 }
 
 /* Whether t lies between two breakpoints of the function, *a and *b, both within the last step, between which the
  * function changes without a stage. */
-static bool is_missed(const kt_simulation *simulation, const kt_curve *curve, double t, double *a, double *b) {
+static bool is_missed(kt_simulation *simulation, const kt_curve *curve, double t, double *a, double *b) {
     const kt_integrator *integrator = simulation->integrator;
     const double *numbers = simulation->model->number;
     const double t0 = kt_integrator_previous_time(integrator), t1 = kt_integrator_time(integrator);
-    *b = next_jump(curve, numbers, nextafter(t0, -HUGE_VAL), t1);
+    *b = next_jump(simulation, curve, nextafter(t0, -HUGE_VAL), t1);
     do {
         *a = *b;
-        *b = next_jump(curve, numbers, *a, t1);
+        *b = next_jump(simulation, curve, *a, t1);
     } while (*b < t);
     return *a < t && *b < t1 && changes(curve, numbers, *a, *b) &&
            !has_stage_between(kt_integrator_method(integrator), t0, t1 - t0, *a, *b);
 }
 
-kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t, kt_error *error) {
+kt_status kt_simulation_check_corners(kt_simulation *simulation, double t, kt_error *error) {
     const kt_model *model = simulation->model;
     double a = 0.0, b = 0.0;
     bool missed = false;

@@ -43,9 +43,10 @@ typedef struct kt_simulation_memory {
     bool changed;        /* a parameter was set */
     bool refined;        /* the works of the last step are those of balance.c */
     uint64_t balance_evaluations;
-    uint64_t joined; /* states within steps that do not come from the dense output (dense.c) */
-    uint64_t cut;    /* searches of features that reached their limit */
-    double piece;    /* s, from where the breakpoint after the last step was sought; NaN: not available */
+    uint64_t joined;        /* states within steps that do not come from the dense output (dense.c) */
+    uint64_t cut;           /* searches of features that reached their limit */
+    double piece;           /* s, from where the breakpoint after the last step was sought; NaN: not available */
+    int64_t sought, before; /* operations of all searches of features; and before the search from `piece` */
     uint64_t factorizations;
     kt_iterations iterations;
     kt_crossings crossings;
@@ -605,9 +606,8 @@ bool kt_simulation_has_inner_stage(const kt_method *method);
  * whether it did. The end of the next step is then *t_limit. */
 bool kt_simulation_take_back_missed(kt_simulation *simulation, double *t_limit);
 
-/* With fixed steps: rejects a record at t, within the last step, if no stage has sampled a change of a function of time
- * there. */
-KT_CHECKED kt_status kt_simulation_check_corners(const kt_simulation *simulation, double t, kt_error *error);
+/* With fixed steps: rejects a record at t, in the last step, if no stage has sampled a change of a function there. */
+KT_CHECKED kt_status kt_simulation_check_corners(kt_simulation *simulation, double t, kt_error *error);
 
 /* The time at which forces at t are evaluated, if steps end at breakpoints. At a breakpoint that ends or begins a step,
  * it is the limit from inside of the step. */

@@ -20,6 +20,12 @@ static const kt_expression *formula(const char *text, double memory[MEMORY]) {
     return expression;
 }
 
+/* The next corner of a search that may take all operations of a run. */
+static double next_corner(const kt_expression *f, double t, double until, int *order) {
+    int64_t left = KT_CORNER_OPERATIONS;
+    return kt_expression_next_corner(f, t, until, &left, order);
+}
+
 /* ---- bounds ------------------------------------------------------------------------------------------------------ */
 
 /* Every function and operator, over intervals in which it is defined. */
@@ -161,7 +167,7 @@ KT_TEST(corners_are_where_branches_change) {
         kt_check_true(rows[i].text, f != NULL);
         while (f != NULL && found < rows[i].count && steps++ < 200) {
             int order;
-            t = kt_expression_next_corner(f, t, HUGE_VAL, &order);
+            t = next_corner(f, t, HUGE_VAL, &order);
             if (order > 3)
                 continue;
             kt_check_equal_int("order", order, rows[i].order);
@@ -171,7 +177,7 @@ KT_TEST(corners_are_where_branches_change) {
         kt_check_equal_int("found", found, rows[i].count);
         for (steps = 0; f != NULL && rows[i].count < 4 && t < 1e11 && steps < 100; steps++) {
             int order;
-            t = kt_expression_next_corner(f, t, HUGE_VAL, &order);
+            t = next_corner(f, t, HUGE_VAL, &order);
             kt_check_true("no more", order > 3);
         }
     }
@@ -186,7 +192,7 @@ KT_TEST(corners_are_found_at_ends_of_intervals) {
         char text[40];
         (void)snprintf(text, sizeof text, "t <= %.10f", k / 1024.0);
         const kt_expression *f = formula(text, memory);
-        kt_check_near(text, f != NULL ? kt_expression_next_corner(f, 0.0, HUGE_VAL, &order) : -1.0, k / 1024.0,
+        kt_check_near(text, f != NULL ? next_corner(f, 0.0, HUGE_VAL, &order) : -1.0, k / 1024.0,
                       4.0 * DBL_EPSILON * k / 1024.0);
         kt_check_equal_int("order", order, 0);
     }
@@ -206,7 +212,7 @@ KT_TEST(formulas_are_monotone_between_features) {
             enum { SAMPLES = 60 };
             int order, signs[2] = {0, 0};
             const double from = t;
-            t = fmin(kt_expression_next_corner(f, t, HUGE_VAL, &order), 8.0);
+            t = fmin(next_corner(f, t, HUGE_VAL, &order), 8.0);
             pieces++;
             for (int k = 1; k < SAMPLES; k++) {
                 const double at = from + (t - from) * (0.001 + 0.998 * k / SAMPLES), rate = 1.0;
@@ -256,7 +262,7 @@ KT_TEST(features_of_random_pulses_are_found) {
         (void)snprintf(text, sizeof text, "%.17g%s((t - %.17g)/%.17g)%s", height, p->before, c, w, p->behind);
         const kt_expression *f = formula(text, memory);
         for (double t = c - 50.0 * w; f != NULL && t < c + 50.0 * w && count < 64; count++)
-            found[count] = t = kt_expression_next_corner(f, t, HUGE_VAL, &order);
+            found[count] = t = next_corner(f, t, HUGE_VAL, &order);
         for (int k = 0; k < 2 * p->count; k++) {
             const double u = k % 2 ? -p->u[k / 2] : p->u[k / 2];
             double nearest = HUGE_VAL;
@@ -284,12 +290,68 @@ KT_TEST(searches_have_an_end) {
         const kt_expression *f = formula(rows[i].text, memory);
         int order, count = 0, cut = 0;
         for (double t = rows[i].cut ? 6.0 : 0.0; f != NULL && t < 10.0 && count < 100; count++) {
-            t = kt_expression_next_corner(f, t, 10.0, &order);
+            t = next_corner(f, t, 10.0, &order);
             cut += t < 10.0 && order == KT_CORNER_CUT;
         }
         kt_check_below(rows[i].text, count, rows[i].cut ? 20.0 : 8.0);
         kt_check_true("cut", rows[i].cut == (cut > 0));
     }
+}
+
+/* x = a (t - b), r sin(w t + c), or their sum. */
+static void write_argument(kt_random *random, char *text, size_t size) {
+    const bool line = kt_random_int(random, 0, 2) > 0, wave = !line || kt_random_int(random, 0, 1) > 0;
+    const double slope = exp(kt_random_uniform(random, -1.0, 7.0)), at = kt_random_uniform(random, 0.0, 10.0);
+    const double range = exp(kt_random_uniform(random, -2.0, 3.4)), rate = exp(kt_random_uniform(random, 0.0, 5.7));
+    (void)snprintf(text, size, "%.4g*(t - %.4g) + %.4g*sin(%.4g*t + %.4g)", line ? slope : 0.0, at, wave ? range : 0.0,
+                   rate, at);
+}
+
+/* A sum of steep functions, some of which multiply waves. */
+static void write_steep_formula(kt_random *random, char *text, size_t size) {
+    static const char *const functions[] = {"exp(-(%s)^2)",  "tanh(%s)",        "exp(sin(%s))",
+                                            "log(cosh(%s))", "1/(1 + exp(%s))", "sqrt(1 + (%s)^2)*sin(300*t)"};
+    const int terms = kt_random_int(random, 1, 4);
+    size_t end = 0;
+    for (int k = 0; k < terms; k++) {
+        char argument[128], term[192];
+        write_argument(random, argument, sizeof argument);
+        const char *function = functions[kt_random_int(random, 0, 5)], *hole = strstr(function, "%s");
+        (void)snprintf(term, sizeof term, "%.*s%s%s", (int)(hole - function), function, argument, hole + 2);
+        end += (size_t)snprintf(text + end, size - end, "%s%.4g*%s", k > 0 ? " + " : "",
+                                kt_random_uniform(random, -8.0, 8.0), term);
+    }
+}
+
+/* The operations of all searches of a run are limited, and so are the searches that are cut: 16 for each factor e of
+ * the time after the first 16/1024 s, and 16 before. Every change has at most 60 bisections more. */
+KT_TEST(searches_of_random_formulas_share_a_limit) {
+    enum { FORMULAS = 60, LIMIT = KT_CORNER_OPERATIONS / 50, MOST_CUT = 16 + 16 * 7 };
+    kt_random random = kt_random_of_test();
+    kt_worst taken = kt_worst_make("operations over the limit"), most = kt_worst_make("cut");
+    int formulas_cut = 0;
+    double memory[MEMORY];
+    for (int i = 0; i < FORMULAS; i++) {
+        static const char *const known[] = {"sin(t)^2 + cos(t)^2", "sin(1/(t - 5))",
+                                            "tanh(20*sin(200*t)) + exp(-(5*sin(190*t))^2)"};
+        char text[1024];
+        write_steep_formula(&random, text, sizeof text);
+        const kt_expression *f = formula(i < 3 ? known[i] : text, memory);
+        int64_t left = LIMIT;
+        int order, cut = 0;
+        for (double t = 0.0; f != NULL && t < 10.0 && left > -LIMIT;) {
+            t = kt_expression_next_corner(f, t, 10.0, &left, &order);
+            cut += t < 10.0 && order == KT_CORNER_CUT;
+        }
+        formulas_cut += cut > 0;
+        const double more = f != NULL ? 60.0 * (double)f->count : 0.0;
+        kt_worst_below(&taken, (double)(LIMIT - left), LIMIT + more, "%s", i < 3 ? known[i] : text);
+        kt_worst_below(&most, cut, MOST_CUT, "%s", i < 3 ? known[i] : text);
+    }
+    kt_check_worst(&taken);
+    kt_check_worst(&most);
+    kt_check_above("formulas that are cut", formulas_cut, 15.0);
+    kt_check_below("formulas that are cut", formulas_cut, FORMULAS);
 }
 
 /* If exp overflows or underflows, and if the root of 0 stays 0, the search finds the first feature. It does not find
@@ -312,12 +374,12 @@ KT_TEST(features_are_found_behind_numbers_that_are_too_large) {
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const kt_expression *f = formula(rows[i].text, memory);
         int order;
-        kt_check_near(rows[i].text, f != NULL ? kt_expression_next_corner(f, 1e-3, HUGE_VAL, &order) : -1.0,
-                      rows[i].first, 1e-6 * rows[i].first);
+        kt_check_near(rows[i].text, f != NULL ? next_corner(f, 1e-3, HUGE_VAL, &order) : -1.0, rows[i].first,
+                      1e-6 * rows[i].first);
     }
     const kt_expression *f = formula("tanh(1000*t)", memory);
     int order;
-    kt_check_equal_int("none behind", f != NULL && kt_expression_next_corner(f, 0.5, HUGE_VAL, &order) > 1e9, true);
+    kt_check_equal_int("none behind", f != NULL && next_corner(f, 0.5, HUGE_VAL, &order) > 1e9, true);
 }
 
 /* ---- parts ------------------------------------------------------------------------------------------------------- */

@@ -343,6 +343,21 @@ KT_TEST(operation_that_makes_a_value_infinite_is_named) {
     }
 }
 
+/* The result of such a power is infinite or zero, as is that of pow. */
+KT_TEST(powers_with_exponents_beyond_all_numbers_are_not_mended) {
+    static const char *const powers[] = {"2^(1e21*x)",     "0.5^(1e21*x)",   "0.5^(-1e21*x)",
+                                         "2^(-1e21*x)",    "y^(1e13*x)",     "2^9^(22*x)",
+                                         "1/(2^(1e21*x))", "3*2^(1e21*x)/y", "2 - 2^(1e18*x)"};
+    static const double expected[] = {HUGE_VAL, 0.0, HUGE_VAL, 0.0, HUGE_VAL, HUGE_VAL, 0.0, HUGE_VAL, -HUGE_VAL};
+    static const double at[] = {1.0, 8000.0};
+    for (size_t k = 0; k < sizeof powers / sizeof *powers; k++) {
+        const kt_expression *formula = read_formula(powers[k]);
+        const double value = formula != NULL ? kt_expression_evaluate(formula, at) : (double)NAN;
+        kt_note("%s is %g, expected %g", powers[k], value, expected[k]);
+        kt_check_true(powers[k], value == expected[k]);
+    }
+}
+
 /* An infinite derivative remains infinite, and the value keeps its bits. */
 KT_TEST(infinite_derivatives_are_not_mended) {
     static const char *const endless[] = {"sqrt(x)", "x^0.5 + 1/cosh(y)", "asin(1 + x) + y"};

@@ -57,6 +57,7 @@ static void find_corners(const kt_expression *formula) {
     enum { MOST = 40 };
     int used[MOST], order = 0;
     const size_t count = kt_expression_symbols(formula, MOST, used);
+    int64_t left = KT_CORNER_OPERATIONS / 16;
     double t = -0.5;
     if (formula->count > MOST)
         return;
@@ -65,7 +66,7 @@ static void find_corners(const kt_expression *formula) {
             return;
     for (int k = 0; k < 3 && t < 1e6; k++) {
         check_bounds(formula, t);
-        const double next = kt_expression_next_corner(formula, t, HUGE_VAL, &order);
+        const double next = kt_expression_next_corner(formula, t, HUGE_VAL, &left, &order);
         kt_fuzz_must(next > t, "the corner %.17g after %.17g comes later", next, t);
         t = next;
     }

@@ -37,10 +37,11 @@ static double jump(const curve *c, double t, int order, double *rounding) {
 static void check_corners(const char *name, kt_function function, int count, const double *times, const int *orders) {
     const curve c = compiled(function);
     double t = -1.0, rounding;
+    int64_t left = 1;
     kt_worst continuous = kt_worst_make("continuous below");
     kt_check_equal_int(name, kt_curve_has_corners(&c.of), count > 0);
     for (int k = 0; k < count; k++) {
-        const kt_corner corner = kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL);
+        const kt_corner corner = kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL, &left);
         kt_check_near("time, s", corner.time, times[k], 0.0);
         if (!kt_check_equal_int("order", corner.order, orders[k]) || corner.order < 1)
             return;
@@ -54,7 +55,8 @@ static void check_corners(const char *name, kt_function function, int count, con
     }
     if (count > 0)
         kt_check_worst(&continuous);
-    kt_check_equal_int("no further one", kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL).time == HUGE_VAL, 1);
+    kt_check_equal_int("no further one", kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL, &left).time == HUGE_VAL,
+                       1);
 }
 
 #define KT_CORNERS(name, function, ...)                                                                                \

@@ -148,6 +148,8 @@ static double corner_of_pulse(void *user, double t) {
     (void)user;
     return t < 7.0 ? 7.0 : t < 7.01 ? 7.01 : HUGE_VAL;
 }
+
+/* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
 static int jump_in_equations(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     (void)rate, (void)error;
     return pulse(user, at->t, 0.0, 0.0, a, NULL);
@@ -302,6 +304,39 @@ KT_TEST(restored_run_has_the_same_bits_at_corners) {
         (void)kt_fine("advance", kt_simulation_advance(first, when + 0.7, &error), &error);
         (void)kt_fine("advance", kt_simulation_advance(second, when + 0.7, &error), &error);
         kt_check_equal_bits("velocities", kt_simulation_velocities(second), kt_simulation_velocities(first), 2);
+    }
+    kt_simulation_free(second);
+    kt_simulation_free(first);
+    kt_model_free(model);
+}
+
+/* The searches of a run share their operations. A resumed run has no more of them, and therefore cuts the same ones. */
+KT_TEST(restored_run_cuts_the_same_searches) {
+    static double block[4096];
+    pushed p;
+    kt_error error = {0};
+    kt_run run = kt_run_default();
+    push_by(&p, KT_EFFECT_MOTOR);
+    p.effect.torque =
+        kt_function_expression("-1.439*sqrt(1 + (10.23*sin(134.7*t + 3.07))^2) + -4.332*1/(1 + (0.6895*sin(11.06*t + "
+                               "1.34) + 16.5*(t - 5.9902))^2) + 3.131*tanh(976.84*(t - 7.6522))*exp(-(8.9389*(t - "
+                               "9.1834))^2) + -0.3038*log(cosh(374.22*(t - 6.2779)))");
+    kt_model *model = kt_scene_compile(&p.lone.description);
+    kt_simulation *first = model ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *second = first ? kt_scene_simulate(model, &run, NULL) : NULL;
+    if (second != NULL && kt_check_true("room", kt_simulation_state_size(first) <= sizeof block) &&
+        kt_fine("advance", kt_simulation_advance(first, 0.2, &error), &error)) {
+        const uint64_t before = kt_simulation_counts_get(first).cut;
+        kt_simulation_save(first, block);
+        (void)kt_fine("restore", kt_simulation_restore(second, block, &error), &error);
+        (void)kt_fine("advance", kt_simulation_advance(first, 1.0, &error), &error);
+        (void)kt_fine("advance", kt_simulation_advance(second, 1.0, &error), &error);
+        const kt_simulation_counts a = kt_simulation_counts_get(first), b = kt_simulation_counts_get(second);
+        kt_check_above("cut before", (double)before, 10.0);
+        kt_check_above("cut behind", (double)(a.cut - before), 10.0);
+        kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);
+        kt_check_equal_int("corners of the restored run", (long)b.corners, (long)a.corners);
+        kt_check_equal_bits("velocities", kt_simulation_velocities(second), kt_simulation_velocities(first), 1);
     }
     kt_simulation_free(second);
     kt_simulation_free(first);

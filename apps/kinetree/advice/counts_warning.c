@@ -27,7 +27,7 @@ static void warn_of_caps(kt_outcome *outcome) {
             capped, capped == 1 ? "" : "s");
 }
 
-/* Warns if the search for the next feature of a formula of time was cut, because it took too many evaluations. */
+/* Warns if the search for the next feature of a formula of time was cut: all searches of a run share a limit. */
 static void warn_of_cuts(kt_outcome *outcome) {
     const unsigned long long cut = kt_simulation_counts_get(outcome->simulation).cut;
     const kt_warning warning = kt_warning_of(
