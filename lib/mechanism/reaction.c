@@ -25,7 +25,7 @@ KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_d
         memset(data->loaded, 0, model->n.body * sizeof *data->loaded);
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
     loaded.tau = loaded.tau ? loaded.tau : model->zero;
-    if (data->interpolated || data->in_range || model->sweep != KT_SWEEP_SPATIAL)
+    if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
         (void)kernels->forward(model, data, &loaded, false, data->scratch);
     kernels->multipliers(model, data, at->v, a);
     kernels->react(model, data, at->t, data->loaded, data->loop_wrench);
@@ -39,7 +39,7 @@ void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_
 #endif
 
 /* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
- * equations of the last evaluation, unless it was planar, in range space, or interpolated from neighbouring states. */
+ * equations of the last evaluation unless it was planar or interpolated from neighbouring states. */
 static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
     if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also if only auxiliary states read markers */

@@ -8,10 +8,11 @@
  *
  *     (1 - G) N = N0
  *
- * The contacts are rows in range space (range_space.c), where G takes no recursion. If the rows have no such form, the
- * accelerations are evaluated without friction, with a unit of each force, and with N. If k contacts slip, this takes
- * k + 2 evaluations. If slip is slow (below), it takes 2 k + 2. If 1 - G_ii of a contact is not positive, friction
- * wedges it in its own direction of slip. Then the force has no value, or two (Painleve 1895), and this is an error.
+ * The accelerations are evaluated without friction. If the contacts are solved in range space
+ * (reduction/half_columns.h), G and the accelerations with friction follow from this evaluation. Otherwise they are
+ * evaluated with a unit of each force, and with N. If k contacts slip, this takes k + 2 evaluations. If slip is slow
+ * (below), it takes 2 k + 2. If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip.
+ * Then the force has no value, or two (Painleve 1895), and this is an error.
  *
  * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contact.c). The steps before
  * must see no jump. So e is -s / |s| if s . d < 0, and d if s = 0. Here d is the direction in which the contact began
@@ -42,13 +43,12 @@
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
  * on Painleve paradoxes, Eur. J. Mech. A 18, 1999.
  */
+#include "mechanism/slip.h"
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
 #include "linear/cholesky.h"
-#include "linear/coulomb.h"
 #include "mechanism/evaluate.h"
-#include "mechanism/range_space.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -65,48 +65,12 @@ static const double directed = 1e-11, aligned = 0.9;
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
- * along both axes. */
-#define SLIP_FIELDS(X)                                                                                                 \
-    X(char, range, kt_range_size(count), "all closed contacts, in range space")                                        \
-    X(double, unit_force, 2 * n * count->v, "there: joint forces of a unit of force along each axis of each contact")  \
-    X(double, force, count->v, "there: joint forces that are added")                                                   \
-    X(double, W, 9 * n * n, "of slow slip: responses")                                                                 \
-    X(double, N0, n, "normal forces without friction")                                                                 \
-    X(double, N, n, "likewise under a unit of force")                                                                  \
-    X(double, rate0, 2 * n, "J a without friction")                                                                    \
-    X(double, rate, 2 * n, "likewise under a unit of force")                                                           \
-    X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
-    X(double, tau, n, "of each contact, s")                                                                            \
-    X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
-    X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
-    X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")
-
-typedef struct slip_problem {
-    kt_range *r; /* NULL: the contacts are evaluated by recursions */
-    kt_coulomb *c;
-    kt_coulomb_solution *to, *held;
-    double unit;
-    KT_ARENA_DECLARE(SLIP_FIELDS)
-} slip_problem;
-
-KT_ARENA_LAYOUT(lay_out_slip, slip_problem, SLIP_FIELDS, size_t n, const kt_counts *count)
+KT_ARENA_LAYOUT(lay_out_slip, kt_slip_problem, SLIP_FIELDS, size_t n, const kt_counts *count)
 
 void kt_slip_add(kt_model *model) {
     model->n.slip++;
     model->n.slip_work = lay_out_slip(NULL, model->n.slip, &model->n);
     *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
-}
-
-static slip_problem *problem_of(const kt_data *data) { return (slip_problem *)(void *)data->slip_work; }
-
-/* The k-th loop that slips. */
-static const kt_loop_record *loop_of(const kt_model *model, size_t k) {
-    size_t i = 0;
-    for (size_t left = k + 1; i < model->n.loop; i++)
-        if (model->loop[i].slips > 0 && --left == 0)
-            break;
-    return &model->loop[i];
 }
 
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
@@ -142,7 +106,7 @@ static void direction_of(const double s[2], const double d[2], double e[2]) {
 /* Finds the slip velocity of a contact, and unless frame is NULL the axes and arms of its friction. */
 static void find_slip(const kt_model *model, const kt_link_kinematics *links, size_t k, double s[2],
                       kt_slip_frame *frame) {
-    const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k)->slips - 1);
+    const kt_effect_record *effect = kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1);
     const slip_end centre = end_of(links, effect, 0), plane = end_of(links, effect, 1);
     const kt_vec3 down = kt_contact_lowest(effect, centre.axes, plane.axes.z);
     const kt_vec3 lever = kt_vec3_sub(kt_vec3_add(centre.point, down), plane.point);
@@ -158,8 +122,8 @@ static void find_slip(const kt_model *model, const kt_link_kinematics *links, si
 }
 
 /* Adds the wrenches of a force on the sphere, in the plane's axes, and its opposite on the plane. */
-static void add_wrenches(const kt_model *model, kt_data *data, size_t k, double x, double y) {
-    const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k)->slips - 1);
+static void add_force(const kt_model *model, kt_data *data, size_t k, double x, double y) {
+    const kt_effect_record *effect = kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1);
     const kt_slip_frame *frame = &data->slip_frame[k];
     for (int end = 0; end < 2; end++) {
         const double sign = end == 0 ? 1.0 : -1.0;
@@ -171,48 +135,14 @@ static void add_wrenches(const kt_model *model, kt_data *data, size_t k, double 
     }
 }
 
-/* The joint forces of a unit of this force along each axis. */
-static void find_unit_forces(const kt_model *model, const kt_data *data, slip_problem *p) {
-    memset(p->unit_force, 0, 2 * model->n.slip * model->n.v * sizeof *p->unit_force);
-    for (size_t k = 0; k < 2 * model->n.slip; k++) {
-        const kt_effect_record *effect = kt_effect_record_find(model, loop_of(model, k / 2)->slips - 1);
-        const kt_slip_frame *frame = &data->slip_frame[k / 2];
-        for (int end = 0; end < 2; end++) {
-            const kt_vec3 force = kt_vec3_scale(end == 0 ? 1.0 : -1.0, frame->axis[k % 2]);
-            kt_range_add_wrench(model, p->r, effect->link[end], kt_vec3_cross(frame->lever[end], force), force,
-                                p->unit_force + k * model->n.v);
-        }
-    }
-}
-
-/* Adds the force. */
-static void add_force(const kt_model *model, kt_data *data, size_t k, double x, double y) {
-    slip_problem *p = problem_of(data);
-    const size_t nv = model->n.v;
-    if (p->r == NULL) {
-        add_wrenches(model, data, k, x, y);
-        return;
-    }
-    const double *along_x = p->unit_force + 2 * k * nv, *along_y = along_x + nv;
-    for (size_t i = 0; i < nv; i++)
-        p->force[i] += x * along_x[i] + y * along_y[i];
-}
-
-static double friction_of(const kt_model *model, size_t k) {
-    return kt_effect_record_find(model, loop_of(model, k)->slips - 1)->friction;
-}
-
 static void add_friction(const kt_model *model, kt_data *data, size_t k, double normal) {
-    const double *e = data->slip_direction + 2 * k, force = -friction_of(model, k) * normal;
+    const double *e = data->slip_direction + 2 * k, force = -kt_slip_friction(model, k) * normal;
     add_force(model, data, k, force * e[0], force * e[1]);
 }
 
 /* Begins the forces that act: the external ones alone. */
 static void load(const kt_model *model, kt_data *data, const kt_wrench *external) {
-    slip_problem *p = problem_of(data);
-    if (p->r)
-        memset(p->force, 0, model->n.v * sizeof *p->force);
-    else if (external)
+    if (external)
         memcpy(data->slip_loaded, external, model->n.body * sizeof *data->slip_loaded);
     else
         memset(data->slip_loaded, 0, model->n.body * sizeof *data->slip_loaded);
@@ -220,40 +150,43 @@ static void load(const kt_model *model, kt_data *data, const kt_wrench *external
 
 /* ---- normal forces ----------------------------------------------------------------------------------------------- */
 
-/* The same in range space, where normal forces need no accelerations. */
-static kt_status evaluate_in_range(const kt_model *model, slip_problem *p, double *a, double *normal) {
-    kt_range *r = p->r;
-    if (normal == NULL)
-        return kt_range_accelerate(model, r, p->force, a) ? KT_OK : KT_ERROR_NOT_FINITE;
-    kt_range_respond(r, p->force, r->change);
-    for (size_t k = 0; k < model->n.slip; k++) {
-        const int row = kt_range_row(model, loop_of(model, k));
-        normal[k] = r->multiplier[row] + r->change[row];
-    }
-    return KT_OK;
-}
-
-/* The normal forces under the forces that act, or (NULL) the accelerations. */
+/* Accelerations under the wrenches in slip_loaded, and unless NULL the normal forces with them. */
 static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *normal,
                           kt_error *error) {
     kt_dynamic_state loaded = *at;
-    if (problem_of(data)->r)
-        return evaluate_in_range(model, problem_of(data), a, normal);
     loaded.external = data->slip_loaded;
     kt_status status = KT_HAS_LOOPS ? kt_closed_forward(model, data, &loaded, a, error) : KT_ERROR_UNSUPPORTED;
     if (status != KT_OK || normal == NULL)
         return status;
-    kt_multipliers_find(model, data, &loaded, a);
-    status = kt_multipliers_take(model, data, at->t, data->slip_multiplier, error);
-    for (size_t k = 0; status == KT_OK && k < model->n.slip; k++)
-        normal[k] = data->slip_multiplier[loop_of(model, k)->equation];
+    const bool known = kt_slip_has_responses(model, data);
+    if (!known) {
+        kt_multipliers_find(model, data, &loaded, a);
+        status = kt_multipliers_take(model, data, at->t, data->slip_multiplier, error);
+    }
+    for (size_t k = 0; status == KT_OK && k < model->n.slip; k++) {
+        const kt_loop_record *loop = kt_slip_loop(model, k);
+        normal[k] = known ? kt_slip_multiplier(model, data, loop) : data->slip_multiplier[loop->equation];
+    }
+    return status;
+}
+
+/* Accelerations and normal forces without friction, and responses if they are known. per: as in kt_slip_problem. */
+static kt_status evaluate_without_friction(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                           size_t per, double *normal, kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    p->per = per;
+    load(model, data, at->external);
+    const kt_status status = evaluate(model, data, at, a, normal, error);
+    p->responds = status == KT_OK && kt_slip_has_responses(model, data);
+    if (p->responds)
+        kt_slip_find_responses(model, data, p);
     return status;
 }
 
 static kt_status refuse(const kt_model *model, size_t k, double t, double pivot, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
-                   kt_loop_name(model, (int)(loop_of(model, k) - model->loop)), t);
+                   kt_loop_name(model, (int)(kt_slip_loop(model, k) - model->loop)), t);
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
                         "it slips in a direction in which friction wedges it: its normal force has no value, or two "
                         "(Painleve's paradox; 1 - dN/dN = %.3g); take less friction, or an elastic contact (stiffness)",
@@ -291,12 +224,17 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
                               kt_error *error) {
     const size_t n = model->n.slip;
     double *A = data->slip_matrix, *N0 = A + n * n, scale = 0.0;
-    load(model, data, at->external);
-    kt_status status = evaluate(model, data, at, a, N0, error);
+    const kt_slip_problem *p = kt_slip_problem_of(data);
+    kt_status status = evaluate_without_friction(model, data, at, a, 1, N0, error);
+    for (size_t k = 0; status == KT_OK && p->responds && k < n; k++) {
+        const double mu = kt_slip_friction(model, k);
+        for (size_t i = 0; i < n; i++)
+            A[k * n + i] = (i == k ? 1.0 : 0.0) + mu * p->by_normal[k * n + i];
+    }
     for (size_t k = 0; k < n; k++)
         scale = fmax(scale, fabs(N0[k]));
     scale = status == KT_OK && scale > 0.0 ? scale : 1.0;
-    for (size_t k = 0; status == KT_OK && k < n; k++) {
+    for (size_t k = 0; status == KT_OK && !p->responds && k < n; k++) {
         load(model, data, at->external);
         add_friction(model, data, k, scale);
         status = evaluate(model, data, at, a, A + k * n, error);
@@ -308,7 +246,7 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
 
 /* ---- slow slip --------------------------------------------------------------------------------------------------- */
 
-static void begin_slow_slip(size_t n, slip_problem *p) {
+static void begin_slow_slip(size_t n, kt_slip_problem *p) {
     p->unit = 0.0;
     p->c = kt_coulomb_init(n, 3 * n, p->problem);
     p->to = kt_coulomb_solution_init(n, 3 * n, p->solution);
@@ -341,39 +279,59 @@ static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_st
         drift[i] = (drift[i] - data->slip_velocity[i]) / ahead;
 }
 
-/* Normal forces and J a under the forces that act. */
-static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *normal,
-                         double *rates, kt_error *error) {
-    const slip_problem *p = problem_of(data);
-    kt_status status = evaluate(model, data, at, a, normal, error);
-    if (status == KT_OK && p->r)
-        status = evaluate(model, data, at, a, NULL, error);
-    if (status == KT_OK && !p->r)
+/* J a */
+static void find_rates_of(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
+                          double *rates) {
+    const kt_slip_problem *p = kt_slip_problem_of(data);
+    if (!p->responds)
         find_rates(model, data, at->q, a, rates);
-    for (size_t k = 0; status == KT_OK && p->r && k < 2 * model->n.slip; k++)
+    for (size_t k = 0; p->responds && k < 2 * model->n.slip; k++)
         rates[k] = kt_dense_dot(p->unit_force + k * model->n.v, a, (int)model->n.v);
-    return status;
+}
+
+/* Responses to a unit of force j: of N in its unit, and of J a. */
+static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, size_t j,
+                         kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    const size_t n = model->n.slip;
+    double *N = p->N, *rate = p->rate;
+    if (p->responds) {
+        for (size_t k = 0; k < n; k++)
+            N[k] = p->by_normal[j * n + k];
+        for (size_t k = 0; k < 2 * n; k++)
+            rate[k] = p->unit * p->by_rate[j * 2 * n + k];
+        return KT_OK;
+    }
+    load(model, data, at->external);
+    add_force(model, data, j / 2, j % 2 == 0 ? p->unit : 0.0, j % 2 == 1 ? p->unit : 0.0);
+    const kt_status status = evaluate(model, data, at, a, N, error);
+    if (status != KT_OK)
+        return status;
+    find_rates(model, data, at->q, a, rate);
+    for (size_t k = 0; k < n; k++)
+        N[k] = (N[k] - p->N0[k]) / p->unit;
+    for (size_t k = 0; k < 2 * n; k++)
+        rate[k] -= p->rate0[k];
+    return KT_OK;
 }
 
 /* Finds W and b from accelerations without friction, and for a unit of force along each axis of each contact. */
 static kt_status find_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                               slip_problem *p, kt_error *error) {
+                               kt_slip_problem *p, kt_error *error) {
     const size_t n = model->n.slip, rows = 3 * n;
     memset(p->W, 0, rows * rows * sizeof *p->W);
-    double *N0 = p->N0, *N = p->N, *rate0 = p->rate0, *rate = p->rate;
-    load(model, data, at->external);
-    kt_status status = respond(model, data, at, a, N0, rate0, error);
+    const double *N0 = p->N0, *rate0 = p->rate0;
+    kt_status status = evaluate_without_friction(model, data, at, a, 2, p->N0, error);
+    if (status == KT_OK)
+        find_rates_of(model, data, at, a, p->rate0);
     for (size_t k = 0; status == KT_OK && k < n; k++)
         p->unit = fmax(p->unit, fabs(N0[k]));
     p->unit = p->unit > 0.0 ? p->unit : 1.0;
     for (size_t j = 0; status == KT_OK && j < 2 * n; j++) {
-        load(model, data, at->external);
-        add_force(model, data, j / 2, j % 2 == 0 ? p->unit : 0.0, j % 2 == 1 ? p->unit : 0.0);
-        status = respond(model, data, at, a, N, rate, error);
+        status = respond(model, data, at, a, j, error);
         double *column = p->W + 3 * (j / 2) + 1 + j % 2;
         for (size_t i = 0; status == KT_OK && i < rows; i++)
-            column[i * rows] = i % 3 == 0 ? (N0[i / 3] - N[i / 3]) / p->unit
-                                          : rate[2 * (i / 3) + i % 3 - 1] - rate0[2 * (i / 3) + i % 3 - 1];
+            column[i * rows] = i % 3 == 0 ? -p->N[i / 3] : p->rate[2 * (i / 3) + i % 3 - 1];
     }
     for (size_t k = 0; status == KT_OK && k < n; k++) {
         p->W[3 * k * rows + 3 * k] = 1.0;
@@ -385,7 +343,7 @@ static kt_status find_response(const kt_model *model, kt_data *data, const kt_dy
 }
 
 /* Sets all contacts that slip, with their present directions. */
-static void set_items(const kt_model *model, const kt_data *data, slip_problem *p) {
+static void set_items(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     kt_coulomb *c = p->c;
     c->n = (int)model->n.slip;
     c->rows = c->stride = 3 * c->n;
@@ -399,13 +357,13 @@ static void set_items(const kt_model *model, const kt_data *data, slip_problem *
         c->item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
                                        .row = (int)(3 * k),
                                        .across = (int)(3 * k + 1),
-                                       .friction = friction_of(model, k),
+                                       .friction = kt_slip_friction(model, k),
                                        .e = {e[0], e[1]}};
     }
 }
 
 /* tau, limited using the force that would hold the contact while the others slip as they do. */
-static double limited_time_ahead(const kt_data *data, slip_problem *p, int k) {
+static double limited_time_ahead(const kt_data *data, kt_slip_problem *p, int k) {
     kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
     const double *s = data->slip_velocity + 2 * k, most = time_ahead(data, (size_t)k);
@@ -426,7 +384,7 @@ static double limited_time_ahead(const kt_data *data, slip_problem *p, int k) {
 }
 
 /* Predicts the directions of those that are slow, from the ones that they have. */
-static void predict_directions(const kt_data *data, slip_problem *p) {
+static void predict_directions(const kt_data *data, kt_slip_problem *p) {
     kt_coulomb *c = p->c;
     for (int k = 0; k < c->n; k++)
         p->tau[k] = limited_time_ahead(data, p, k);
@@ -444,7 +402,7 @@ static void predict_directions(const kt_data *data, slip_problem *p) {
 static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                            kt_error *error) {
     const size_t n = model->n.slip;
-    slip_problem *p = problem_of(data);
+    kt_slip_problem *p = kt_slip_problem_of(data);
     begin_slow_slip(n, p);
     const kt_status status = find_response(model, data, at, a, p, error);
     if (status != KT_OK)
@@ -456,7 +414,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         memcpy(data->slip_direction + 2 * k, p->to->e[k], sizeof p->to->e[k]);
     data->unconverged += !found;
     for (size_t k = 0; k < n; k++) {
-        const double *e = data->slip_direction + 2 * k, mu = friction_of(model, k);
+        const double *e = data->slip_direction + 2 * k, mu = kt_slip_friction(model, k);
         for (size_t i = 0; i < n; i++) {
             const double *G = p->W + 3 * i * 3 * n + 3 * k + 1;
             data->slip_matrix[k * n + i] = (i == k ? 1.0 : 0.0) - mu * (G[0] * e[0] + G[1] * e[1]);
@@ -496,7 +454,7 @@ static bool find_directions(const kt_model *model, kt_data *data, const kt_dynam
         is_slow = is_slow || time_ahead(data, k) > 0.0;
     }
     if (is_slow)
-        find_drift(model, data, at, step, problem_of(data)->drift);
+        find_drift(model, data, at, step, kt_slip_problem_of(data)->drift);
     return is_slow;
 }
 
@@ -509,40 +467,16 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
     load(model, data, at->external);
     for (size_t k = 0; k < model->n.slip; k++)
         add_friction(model, data, k, data->slip_normal[k]);
+    if (kt_slip_problem_of(data)->responds && kt_slip_add_to(model, data, at, a))
+        return KT_OK;
     return evaluate(model, data, at, a, NULL, error);
-}
-
-/* Does the same in range space. Returns KT_ERROR_NOT_FINITE if the contacts do not have this form. */
-static kt_status accelerate_in_range(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool is_slow,
-                                     double *a, kt_error *error) {
-    slip_problem *p = problem_of(data);
-    kt_range *range = kt_range_init(model, p->range);
-    if (!kt_range_prepare(model, data, at, range))
-        return KT_ERROR_NOT_FINITE;
-    p->r = range;
-    find_unit_forces(model, data, p);
-    const kt_status status = accelerate(model, data, at, is_slow, a, error);
-    p->r = NULL;
-    data->interpolated = false;
-    data->in_range = status == KT_OK;
-    load(model, data, at->external); /* the wrenches, for reactions */
-    for (size_t k = 0; status == KT_OK && k < model->n.slip; k++)
-        add_friction(model, data, k, data->slip_normal[k]);
-    return status;
 }
 
 kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                           kt_error *error) {
-    slip_problem *p = problem_of(data);
+    kt_slip_problem *p = kt_slip_problem_of(data);
     (void)lay_out_slip(p, model->n.slip, &model->n);
-    p->r = NULL;
-    data->in_range = false;
-    const uint32_t unconverged = data->unconverged;
     const bool is_slow = find_directions(model, data, at, a);
-    const kt_status status = accelerate_in_range(model, data, at, is_slow, a, error);
-    if (status != KT_ERROR_NOT_FINITE)
-        return status;
-    data->unconverged = unconverged;
     return accelerate(model, data, at, is_slow, a, error);
 }
 
@@ -553,14 +487,14 @@ kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *err
                      error, KT_ERROR_UNSUPPORTED, where,
                      "'%.60s' is a hard contact that slips, and derivatives of its friction are not computed; take "
                      "differences, or an elastic contact (stiffness)",
-                     kt_loop_name(model, (int)(loop_of(model, 0) - model->loop)));
+                     kt_loop_name(model, (int)(kt_slip_loop(model, 0) - model->loop)));
 }
 
 double kt_slip_power(const kt_model *model, const kt_data *data) {
     double sum = 0.0;
     for (size_t k = 0; k < model->n.slip; k++) {
         const double *s = data->slip_velocity + 2 * k, *e = data->slip_direction + 2 * k;
-        sum += friction_of(model, k) * data->slip_normal[k] * (e[0] * s[0] + e[1] * s[1]);
+        sum += kt_slip_friction(model, k) * data->slip_normal[k] * (e[0] * s[0] + e[1] * s[1]);
     }
     return sum;
 }

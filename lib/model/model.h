@@ -484,7 +484,6 @@ struct kt_data {
     bool dead;         /* the last projection was rejected at a dead point (closure/dead_point.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */
-    bool in_range;     /* likewise in range space: no group is factored (mechanism/range_space.c) */
     kt_crossings crossings; /* since the last call of kt_data_crossings */
     kt_passage passage;
     kt_iterations iterations;   /* since the last call of kt_data_iterations */

@@ -206,12 +206,20 @@ KT_INLINE void shift(kt_v4 r, wrenches *p) {
     p->x[2] += x * p->x[4] - y * p->x[3];
 }
 
-/* The entries of four equations for one coordinate. */
-KT_INLINE kt_v4 entries(const kt_group_work *w, const int32_t *slot, int local) {
+/* Four columns of joint forces (NULL: none), equations or others, and where their half columns go. The numbers have the
+ * order of the group's coordinates, or of the model's. */
+typedef struct batch {
+    const double *force[KT_HALF_LANES];
+    bool of_model;
+    kt_v4 *column;
+    uint8_t *live; /* NULL: not asked for */
+} batch;
+
+KT_INLINE kt_v4 entries(const batch *b, size_t at) {
     kt_v4 x = kt_v4_splat(0.0);
     for (int r = 0; r < LANES; r++)
-        if (slot[r] >= 0)
-            x[r] = w->a[(size_t)slot[r] * (size_t)w->m + (size_t)local];
+        if (b->force[r])
+            x[r] = b->force[r][at];
     return x;
 }
 
@@ -243,22 +251,23 @@ KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
     h->given[local] = 1;
 }
 
-static void find_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_group_work *w,
-                         const kt_half *h, int batch) {
-    const int32_t *link = model->group_link + group->link, *slot = h->slot + LANES * batch;
+static void find_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h,
+                         const batch *b) {
+    const int32_t *link = model->group_link + group->link;
     bool from_child = false;
     wrenches p;
     memset(h->given, 0, (size_t)h->m);
     for (int l = group->link_count - 1; l >= 0; l--) {
         const kt_link *at = &model->link[link[l]];
         const int32_t local = at->local, up = at->parent;
-        kt_v4 *column = h->column + (size_t)batch * (size_t)h->m + local;
+        kt_v4 *column = b->column + local;
         bool live = from_child || h->given[local];
         for (int k = 0; k < kt_link_dofs(at); k++) {
-            column[k] = entries(w, slot, local + k);
+            column[k] = entries(b, (size_t)(b->of_model ? at->v : local) + (size_t)k);
             live = live || !is_zero(column[k]);
         }
-        memset(h->live + (size_t)batch * (size_t)h->m + local, live, (size_t)kt_link_dofs(at));
+        if (b->live)
+            memset(b->live + local, live, (size_t)kt_link_dofs(at));
         for (int c = 0; c < 6 && !from_child; c++)
             p.x[c] = kt_v4_splat(0.0);
         for (int c = 0; c < 6 && h->given[local]; c++)
@@ -269,6 +278,17 @@ static void find_columns(const kt_model *model, const kt_data *data, const kt_gr
         if (live && !from_child && up != 0)
             pass_on(h, model->link[up].local, &p);
     }
+}
+
+/* The batch of equations. */
+static batch equations(const kt_group_work *w, const kt_half *h, int index) {
+    const size_t first = (size_t)index * (size_t)h->m;
+    batch b = {.column = h->column + first, .live = h->live + first};
+    for (int r = 0; r < LANES; r++) {
+        const int32_t slot = h->slot[LANES * index + r];
+        b.force[r] = slot >= 0 ? w->a + (size_t)slot * (size_t)w->m : NULL;
+    }
+    return b;
 }
 
 /* ---- S ----------------------------------------------------------------------------------------------------------- */
@@ -291,23 +311,39 @@ static void find_block(const kt_half *h, int i, int j) {
 }
 
 /* lambda = b'' - A M^-1 f */
-static void find_right(const kt_group_work *w, const kt_half *h, int batch) {
-    const kt_v4 *u = h->column + (size_t)batch * (size_t)h->m;
-    const uint8_t *live = h->live + (size_t)batch * (size_t)h->m;
+static void find_right(const kt_group_work *w, const kt_half *h, int index) {
+    const kt_v4 *u = h->column + (size_t)index * (size_t)h->m;
+    const uint8_t *live = h->live + (size_t)index * (size_t)h->m;
     kt_v4 sum = kt_v4_splat(0.0);
     for (int l = 0; l < h->m; l++)
         if (live[l])
             sum += kt_v4_splat(h->free[l]) * u[l];
     for (int r = 0; r < LANES; r++) {
-        const int32_t slot = h->slot[LANES * batch + r];
-        h->multiplier[LANES * batch + r] = slot >= 0 ? w->right[slot] - sum[r] : 0.0;
+        const int32_t slot = h->slot[LANES * index + r];
+        h->multiplier[LANES * index + r] = slot >= 0 ? w->right[slot] - sum[r] : 0.0;
+    }
+}
+
+/* S x = x, with the factor of S. */
+static void substitute(const kt_half *h, double *x) {
+    const size_t stride = LANES * (size_t)h->n;
+    const double *l = h->square;
+    for (int j = 0; j < h->rank; j++) {
+        x[j] /= l[(size_t)j * (stride + 1)];
+        for (int i = j + 1; i < h->rank; i++)
+            x[i] -= l[(size_t)j * stride + (size_t)i] * x[j];
+    }
+    for (int j = h->rank - 1; j >= 0; j--) {
+        for (int i = j + 1; i < h->rank; i++)
+            x[j] -= l[(size_t)j * stride + (size_t)i] * x[i];
+        x[j] /= l[(size_t)j * (stride + 1)];
     }
 }
 
 /* Solves S lambda = right by Cholesky's method. */
-static bool solve(const kt_half *h) {
+static bool find_multipliers(const kt_half *h) {
     const size_t stride = LANES * (size_t)h->n;
-    double *l = h->square, *x = h->multiplier, sum = 0.0;
+    double *l = h->square, sum = 0.0;
     bool independent = true;
     for (int j = 0; j < h->rank; j++)
         h->diagonal[j] = l[(size_t)j * (stride + 1)];
@@ -316,16 +352,10 @@ static bool solve(const kt_half *h) {
     for (int j = 0; j < h->rank; j++) {
         const double pivot = l[(size_t)j * (stride + 1)];
         independent = independent && pivot * pivot > independent_part * h->diagonal[j];
-        x[j] /= pivot;
-        for (int i = j + 1; i < h->rank; i++)
-            x[i] -= l[(size_t)j * stride + (size_t)i] * x[j];
     }
-    for (int j = h->rank - 1; j >= 0; j--) {
-        for (int i = j + 1; i < h->rank; i++)
-            x[j] -= l[(size_t)j * stride + (size_t)i] * x[i];
-        x[j] /= l[(size_t)j * (stride + 1)];
-        sum += x[j];
-    }
+    substitute(h, h->multiplier);
+    for (int j = 0; j < h->rank; j++)
+        sum += h->multiplier[j];
     return independent && isfinite(sum);
 }
 
@@ -342,20 +372,22 @@ static double response_of(const kt_half *h, int local) {
     return h->inverse[local] * ((sum[0] + sum[1]) + (sum[2] + sum[3]));
 }
 
-static void add_responses(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
+/* x: d (U' lambda), by coordinates */
+static void add_responses(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h,
+                          const double *x) {
     const int32_t *link = model->group_link + group->link;
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *at = &model->link[link[l]];
         if (at->motion != KT_MOTION_FREE) {
-            kt_response_add(&data->response[link[l]], response_of(h, at->local));
+            kt_response_add(&data->response[link[l]], x[at->local]);
             continue;
         }
         kt_v4 alpha = kt_v4_splat(0.0), linear = alpha;
         for (int k = 0; k < KT_DOF_MAX; k++) {
             const kt_v4 *term = h->term + 4 * (at->local + k);
-            const double x = response_of(h, at->local + k) - kt_v4_dot2(term[2], alpha, term[3], linear);
-            alpha += kt_v4_splat(x) * term[0];
-            linear += kt_v4_splat(x) * term[1];
+            const double own = x[at->local + k] - kt_v4_dot2(term[2], alpha, term[3], linear);
+            alpha += kt_v4_splat(own) * term[0];
+            linear += kt_v4_splat(own) * term[1];
         }
         data->articulated[at->articulated].moment += alpha;
         data->articulated[at->articulated].force += linear;
@@ -371,16 +403,94 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     place(model, data, g, &h);
     find_free(model, data, group, &h);
     for (int b = 0; b < h.n; b++) {
-        find_columns(model, data, group, &w, &h, b);
+        const batch rows = equations(&w, &h, b);
+        find_columns(model, data, group, &h, &rows);
         find_right(&w, &h, b);
         for (int j = 0; j <= b; j++)
             find_block(&h, b, j);
     }
-    if (!solve(&h))
+    if (!find_multipliers(&h))
         return false;
     memset(w.multiplier, 0, (size_t)w.k * sizeof *w.multiplier);
     for (int r = 0; r < h.rank; r++)
         w.multiplier[h.slot[r]] = h.multiplier[r];
-    add_responses(model, data, group, &h);
+    for (int l = 0; l < h.m; l++)
+        h.free[l] = response_of(&h, l);
+    add_responses(model, data, group, &h, h.free);
     return true;
+}
+
+/* ---- more forces ------------------------------------------------------------------------------------------------- */
+
+/* Half columns of joint forces, in batches. */
+static void find_force_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h,
+                               const double *force, int count, kt_v4 *column) {
+    for (int j = 0; j < count; j += LANES) {
+        batch b = {.column = column + (size_t)(j / LANES) * (size_t)h->m, .of_model = true};
+        for (int r = 0; r < LANES; r++)
+            b.force[r] = j + r < count ? force + (size_t)(j + r) * model->n.v : NULL;
+        find_columns(model, data, group, h, &b);
+    }
+}
+
+/* The change of lambda due to one force, whose half column is in a lane: S change = -A M^-1 f. */
+static void find_change(const kt_half *h, const double *u, double *change) {
+    for (int b = 0; b < h->n; b++) {
+        const kt_v4 *row = h->column + (size_t)b * (size_t)h->m;
+        kt_v4 sum = kt_v4_splat(0.0);
+        for (int l = 0; l < h->m; l++)
+            sum += kt_v4_splat(h->inverse[l] * u[LANES * l]) * row[l];
+        for (int r = 0; r < LANES && LANES * b + r < h->rank; r++)
+            change[LANES * b + r] = -sum[r];
+    }
+    substitute(h, change);
+}
+
+/* Adds f_i' M^-1 (f_j + A' change) for all forces i. */
+static void add_rates(const kt_half *h, const kt_v4 *column, const double *u, int count, double *rate) {
+    double *y = h->free; /* y and K A0 are not needed any more */
+    for (int l = 0; l < h->m; l++)
+        y[l] = h->inverse[l] * u[LANES * l] + response_of(h, l);
+    for (int i = 0; i < count; i += LANES) {
+        const kt_v4 *with = column + (size_t)(i / LANES) * (size_t)h->m;
+        kt_v4 sum = kt_v4_splat(0.0);
+        for (int l = 0; l < h->m; l++)
+            sum += kt_v4_splat(y[l]) * with[l];
+        for (int r = 0; r < LANES && i + r < count; r++)
+            rate[i + r] += sum[r];
+    }
+}
+
+void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size_t g, const double *force, int count,
+                                double *column, double *change, double *rate) {
+    const kt_group *group = &model->group[g];
+    kt_v4 *u = (kt_v4 *)(void *)column;
+    kt_half h;
+    place(model, data, g, &h);
+    find_force_columns(model, data, group, &h, force, count, u);
+    for (int j = 0; j < count; j++) {
+        const double *own = (const double *)(u + (size_t)(j / LANES) * (size_t)h.m) + j % LANES;
+        double *to = change + (size_t)j * (size_t)group->row_count;
+        find_change(&h, own, h.multiplier);
+        memset(to, 0, (size_t)group->row_count * sizeof *to);
+        for (int r = 0; r < h.rank; r++)
+            to[h.slot[r]] = h.multiplier[r];
+        if (rate)
+            add_rates(&h, u, own, count, rate + (size_t)j * (size_t)count);
+    }
+}
+
+void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *force,
+                                   double *column) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    kt_half h;
+    place(model, data, g, &h);
+    find_force_columns(model, data, group, &h, force, 1, (kt_v4 *)(void *)column);
+    find_change(&h, column, h.multiplier);
+    for (int r = 0; r < h.rank; r++)
+        w.multiplier[h.slot[r]] += h.multiplier[r];
+    for (int l = 0; l < h.m; l++)
+        h.free[l] = h.inverse[l] * column[LANES * l] + response_of(&h, l);
+    add_responses(model, data, group, &h, h.free);
 }

@@ -48,6 +48,15 @@ typedef struct kt_half {
     uint8_t *live;      /* n m: whether half columns of this vector are not zero */
 } kt_half;
 
+/* Whether the last accelerations left what kt_half_respond needs of a group. */
+static inline bool kt_half_has_terms(const kt_model *model, const kt_data *data, size_t g) {
+    const kt_group *group = &model->group[g];
+    return data->special_form[g] && group->form == KT_FORM_DENSE && !kt_group_is_locked(model, group);
+}
+
+/* The size of half columns of joint forces. */
+static inline size_t kt_half_response_count(size_t nv, size_t count) { return (count + 3) / 4 * 4 * nv; }
+
 /* kt_half_prepare chooses the equations of a group that have been filled. Returns false if the group is left to its
  * null space.
  *
@@ -57,12 +66,26 @@ typedef struct kt_half {
  * on is not projected. Stores what its multiplier is found from, as kt_group_assemble.
  *
  * kt_half_solve adds the multipliers' accelerations to the joints' free ones, between backward and forward pass. Stores
- * lambda. Returns false if the equations are not independent, or a number is not finite. */
+ * lambda. Returns false if the equations are not independent, or a number is not finite.
+ *
+ * kt_half_respond finds responses to more joint forces f_j (nv each), after `solve`. Adds f_i' a to rate unless it is
+ * NULL (count x count), with the accelerations a due to f_j. Stores the changes of lambda in the columns of `change`
+ * (row_count numbers each, by slots). column: kt_half_response_count numbers.
+ *
+ * kt_half_add_forces adds joint forces, after `solve`: to lambda, and to the free accelerations of the joints.
+ *
+ * kt_spatial_links_resume repeats the forward pass of the last accelerations, after kt_half_add_forces. It is in
+ * spatial_links.c. */
 #define KT_HALF_DECLARE_ISA(isa)                                                                                       \
     bool kt_half_prepare_##isa(const kt_model *model, kt_data *data, size_t g);                                        \
     void kt_half_keep_##isa(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x);            \
     void kt_half_lock_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
-    bool kt_half_solve_##isa(const kt_model *model, kt_data *data, size_t g);
+    bool kt_half_solve_##isa(const kt_model *model, kt_data *data, size_t g);                                          \
+    void kt_half_respond_##isa(const kt_model *model, const kt_data *data, size_t g, const double *force, int count,   \
+                               double *column, double *change, double *rate);                                          \
+    void kt_half_add_forces_##isa(const kt_model *model, kt_data *data, size_t g, const double *force,                 \
+                                  double *column);                                                                     \
+    void kt_spatial_links_resume_##isa(const kt_model *model, kt_data *data, const double *v, size_t end, double *a);
 KT_HALF_DECLARE_ISA(baseline)
 KT_HALF_DECLARE_ISA(v3)
 KT_HALF_DECLARE_ISA(v4)

@@ -304,3 +304,14 @@ size_t KT_KERNEL(kt_spatial_links_accelerate)(const kt_model *model, kt_data *da
         kt_articulated_forward(model, data, end, respond, a);
     return failed;
 }
+
+#ifndef KT_LANES
+void KT_KERNEL(kt_spatial_links_resume)(const kt_model *model, kt_data *data, const double *v, size_t end, double *a) {
+    KT_KERNEL(kt_spatial_links_move)(model, data, v, end);
+    data->motion[0].linear = -model->gravity;
+    if (model->has_armature)
+        kt_articulated_forward(model, data, end, respond_armature, a);
+    else
+        kt_articulated_forward(model, data, end, respond_delassus, a);
+}
+#endif

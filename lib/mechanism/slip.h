@@ -1,0 +1,89 @@
+/* What hard contacts that slip share: their problem, and responses to forces at them in range space (slip.c,
+ * slip_response.c). */
+#ifndef KT_MECHANISM_SLIP_H
+#define KT_MECHANISM_SLIP_H
+
+#include "base/arena.h"
+#include "linear/coulomb.h"
+#include "mechanism/evaluate.h"
+#include "reduction/half_columns.h"
+
+/* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
+ * along both axes. */
+#define SLIP_FIELDS(X)                                                                                                 \
+    X(double, column, kt_half_response_count(count->v, 2 * n), "of unit forces: half columns")                         \
+    X(double, unit_force, 2 * n * count->v, "joint forces of a unit of force along each axis of each contact")         \
+    X(double, friction, count->v, "joint forces of friction")                                                          \
+    X(double, change, 2 * n * count->row, "of a group's multipliers, due to these")                                    \
+    X(double, by_normal, 2 * n * n, "of normal forces, due to these")                                                  \
+    X(double, by_rate, 4 * n * n, "of J a, due to these")                                                              \
+    X(double, W, 9 * n * n, "of slow slip: responses")                                                                 \
+    X(double, N0, n, "normal forces without friction")                                                                 \
+    X(double, N, n, "likewise under a unit of force")                                                                  \
+    X(double, rate0, 2 * n, "J a without friction")                                                                    \
+    X(double, rate, 2 * n, "likewise under a unit of force")                                                           \
+    X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
+    X(double, tau, n, "of each contact, s")                                                                            \
+    X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
+    X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
+    X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")
+
+typedef struct kt_slip_problem {
+    bool responds; /* responses to unit forces are known: */
+    size_t per;    /* of each contact one, along e, or two, along both axes */
+    kt_coulomb *c;
+    kt_coulomb_solution *to, *held;
+    double unit;
+    KT_ARENA_DECLARE(SLIP_FIELDS)
+} kt_slip_problem;
+
+static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
+    return (kt_slip_problem *)(void *)data->slip_work;
+}
+
+/* The k-th loop that slips. */
+static inline const kt_loop_record *kt_slip_loop(const kt_model *model, size_t k) {
+    size_t i = 0;
+    for (size_t left = k + 1; i < model->n.loop; i++)
+        if (model->loop[i].slips > 0 && --left == 0)
+            break;
+    return &model->loop[i];
+}
+
+/* The coefficient of friction of the k-th contact. */
+static inline double kt_slip_friction(const kt_model *model, size_t k) {
+    return kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1)->friction;
+}
+
+#if KT_HAS_LOOPS
+/* Whether the last accelerations left what responses follow from: the groups of all contacts that slip are solved in
+ * range space (reduction/half_columns.h). */
+bool kt_slip_has_responses(const kt_model *model, const kt_data *data);
+
+/* The multiplier of the first equation of such a contact. */
+double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop);
+
+/* Responses to unit forces: of normal forces, and of J a if there are two of each contact. */
+void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p);
+
+/* Adds friction to the last accelerations, whose responses are known. Returns false if a number is not finite. */
+bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a);
+#else
+static inline bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
+    (void)model, (void)data;
+    return false;
+}
+static inline double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop) {
+    (void)model, (void)data, (void)loop;
+    return 0.0;
+}
+static inline void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+    (void)model, (void)data, (void)p;
+}
+static inline bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a) {
+    (void)model, (void)data, (void)at, (void)a;
+    return false;
+}
+#endif
+
+#endif

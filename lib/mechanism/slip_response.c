@@ -1,0 +1,96 @@
+/* Responses to forces at contacts that slip, in range space (slip.h). */
+#include "algebra/finite.h"
+#include "mechanism/slip.h"
+
+#include <string.h>
+
+/* Adds the joint forces of a wrench about the origin of a link, whose pose data hold. */
+static void add_joint_forces(const kt_model *model, const kt_data *data, int32_t link, kt_vec3 moment, kt_vec3 force,
+                             double *x) {
+    kt_real3 m = kt_from3(moment), f = kt_from3(force);
+    for (int32_t i = link; i > 0; i = model->link[i].parent) {
+        kt_subspace s;
+        kt_link_subspace(&model->link[i], &data->motion[model->link[i].parent], &data->motion[i], &s);
+        for (int k = 0; k < s.count; k++)
+            x[model->link[i].v + k] += kt_along(s.angular[k], s.linear[k], m, f);
+        m = kt_add3(m, kt_cross3(data->motion[i].offset, f));
+    }
+}
+
+/* The joint forces of units of force. */
+static void find_unit_forces(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+    memset(p->unit_force, 0, p->per * model->n.slip * model->n.v * sizeof *p->unit_force);
+    for (size_t j = 0; j < p->per * model->n.slip; j++) {
+        const size_t k = j / p->per;
+        const kt_effect_record *effect = kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1);
+        const kt_slip_frame *frame = &data->slip_frame[k];
+        const double *e = data->slip_direction + 2 * k;
+        const kt_vec3 along =
+            p->per == 2 ? frame->axis[j % 2]
+                        : kt_vec3_add(kt_vec3_scale(e[0], frame->axis[0]), kt_vec3_scale(e[1], frame->axis[1]));
+        for (int end = 0; end < 2; end++) {
+            const kt_vec3 force = kt_vec3_scale(end == 0 ? 1.0 : -1.0, along);
+            add_joint_forces(model, data, effect->link[end], kt_vec3_cross(frame->lever[end], force), force,
+                             p->unit_force + j * model->n.v);
+        }
+    }
+}
+
+bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
+    bool all = true;
+    for (size_t k = 0; k < model->n.slip && all; k++)
+        all = kt_half_has_terms(model, data, (size_t)kt_slip_loop(model, k)->group);
+    return all;
+}
+
+/* The slot of the normal force in the contact's group; -1: it carries none. */
+static int32_t slot_of(const kt_model *model, const kt_loop_record *loop) {
+    return kt_rows_slots(model, &model->group[loop->group], loop)[0];
+}
+
+double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop) {
+    const int32_t slot = slot_of(model, loop);
+    return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
+}
+
+void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+    const size_t n = model->n.slip, count = p->per * n;
+    find_unit_forces(model, data, p);
+    memset(p->by_normal, 0, count * n * sizeof *p->by_normal);
+    memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const size_t rows = (size_t)model->group[g].row_count;
+        if (!kt_half_has_terms(model, data, g))
+            continue;
+        KT_BY_ISA(model->isa, , kt_half_respond,
+                  (model, data, g, p->unit_force, (int)count, p->column, p->change, p->per == 2 ? p->by_rate : NULL));
+        for (size_t k = 0; k < n; k++) {
+            const kt_loop_record *loop = kt_slip_loop(model, k);
+            for (size_t j = 0; j < count && loop->group == (int32_t)g && slot_of(model, loop) >= 0; j++)
+                p->by_normal[j * n + k] = p->change[j * rows + (size_t)slot_of(model, loop)];
+        }
+    }
+}
+
+bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    const size_t n = model->n.slip, nv = model->n.v, end = model->n.planar > 0 ? model->n.spatial : model->n.link;
+    double *force = p->friction, *found = data->scratch;
+    memset(force, 0, nv * sizeof *force);
+    for (size_t j = 0; j < p->per * n; j++) {
+        const size_t k = j / p->per;
+        const double along = p->per == 2 ? data->slip_direction[j] : 1.0;
+        const double size = -kt_slip_friction(model, k) * data->slip_normal[k] * along;
+        for (size_t i = 0; i < nv; i++)
+            force[i] += size * p->unit_force[j * nv + i];
+    }
+    for (size_t g = 0; g < model->n.group; g++)
+        if (kt_half_has_terms(model, data, g))
+            KT_BY_ISA(model->isa, , kt_half_add_forces, (model, data, g, force, p->column));
+    memcpy(found, a, nv * sizeof *a);
+    KT_BY_ISA(model->isa, , kt_spatial_links_resume, (model, data, at->v, end, found));
+    if (!kt_all_finite(found, nv))
+        return false;
+    memcpy(a, found, nv * sizeof *a);
+    return true;
+}
