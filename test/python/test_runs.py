@@ -113,6 +113,17 @@ def test_a_compiled_force_is_called_by_its_address(held):
     python.advance(0.2)
     held(np.abs(compiled.positions - python.positions).max(), 0.0)
 
+    @numba.cfunc(types.int32(types.voidptr, types.double, *[types.CPointer(types.double)] * 3))
+    def law(user, t, q, v, tau):
+        tau[0] = 9 - 40 * (q[0] - 2) - 3 * v[0]
+        return 0
+
+    controlled, again = (scene.simulation(step=1e-3, duration=0.3) for _ in range(2))
+    controlled.control(law)
+    again.control(lambda t, q, v: 9 - 40 * (q - 2) - 3 * v)
+    assert controlled.counts["steps"] == 300 and not np.array_equal(controlled.positions, python.positions)
+    held(np.abs(controlled.state - again.state).max(), 1e-14, "a law of numba against one of Python")
+
 
 def test_a_control_loop_holds_a_pendulum(held):
     rod = kt.mechanism([kt.Body("rod", joint=kt.revolute("y", position=0.3), mass=1, shape=kt.rod(to=[1, 0, 0]))], gravity=[0, 0, -9.81])
