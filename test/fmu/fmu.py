@@ -26,6 +26,8 @@ STEP, STEPS = 0.01, 200  # s between values; the fixed steps of the scenes divid
 # Own steps of 1 ms, so that the end of each is a time at which a step of an FMU may end, too.
 FIXED = ["double-pendulum", "four-bar", "arm7", "bouncing-ball", "lugre", "furuta-pendulum", "cart-pole"]
 EXCHANGED = {"double-pendulum": 1e-12, "four-bar": 1e-12, "arm7": 1e-12}  # rounding; measured: 0, 4e-15, 0
+# fmusim writes 16 digits. In model exchange its method has a tolerance of 1e-10, and the run has its own error.
+FMUSIM = {"cs": 1e-13, "me": 1e-5}
 
 
 def run(*words):
@@ -227,13 +229,14 @@ def check_fmusim(folder):
         scene = fixed_scene(name, folder)
         fmu, out = Fmu(scene, folder), folder / f"{name}.csv"
         for words in (["--interface-type", "cs"], ["--interface-type", "me", "--solver", "cvode"]):
-            status, _, errors = run(fmusim, *words, "--output-interval", STEP, "--stop-time", STEP * STEPS,
-                                    "--output-file", out, fmu.archive)
+            status, _, errors = run(fmusim, *words, "--tolerance", 1e-10, "--output-interval", STEP,
+                                    "--stop-time", STEP * STEPS, "--output-file", out, fmu.archive)
             ours = rows(out.read_text()) if status == 0 else [[math.nan]]
-            theirs, _ = records(scene)
-            found = differences([row[:len(theirs[0])] for row in ours], theirs)
-            note(f"{name}, {words[1]}: largest difference {found:g}, bound 1e-3")
-            problems += [] if found <= 1e-3 else [f"{name}, {words[1]}: {found:g} {errors}"]
+            ours = list({row[0]: row for row in ours}.values())  # the last of those of a time: after its event
+            found = differences(ours, records(scene)[0])
+            bound = FMUSIM[words[1]]
+            note(f"{name}, {words[1]}: largest difference {found:g}, bound {bound:g}")
+            problems += [] if found <= bound else [f"{name}, {words[1]}: {found:g} {errors}"]
     claim("fmusim_agrees", problems)
 
 
