@@ -5,9 +5,10 @@
  * constants. The range of a formula follows from interval arithmetic, with every variable anywhere in [-1e30, 1e30].
  * Parameters count as variables: their values are those of one run, and another run may have others.
  *
- * Intervals forget that two values are the same. Equal operands are therefore replaced first: x*x by x^2, x - x by 0
- * and x/x by 1. Zeros that follow from other identities, such as (x + 1)^2 - x^2 - 2*x - 1, are not found: deciding
- * whether an expression is zero is undecidable for formulas with sin. A run names such events at its end.
+ * Intervals forget that two values are the same. Equal operands are therefore replaced first: x*x by x^2, x*y*x by
+ * x^2*y, x - x by 0 and x/x by 1. Zeros that follow from other identities, such as (x + 1)^2 - x^2 - 2*x - 1, are not
+ * found: deciding whether an expression is zero is undecidable for formulas with sin. A run names such events at its
+ * end.
  */
 #include "scene/event.h"
 
@@ -47,16 +48,16 @@ static bool find_any(void *user, const char *name, kt_symbol *symbol) {
 
 /* ---- equal operands ---------------------------------------------------------------------------------------------- */
 
-/* Terms of an operand, and the power to which it is raised: the terms of u in u^3, and 3. */
+/* Terms of an operand, and its power: the terms of u in u^3, and 3. `after`: the term after it. */
 typedef struct factor {
-    size_t begin, end;
-    double power;
+    size_t begin, end, after;
+    double power; /* 0: there is no such operand */
 } factor;
 
 static factor factor_of(const kt_expression_term *term, size_t begin, size_t end) {
     const bool is_power =
         end - begin > 2 && term[end - 1].code == KT_OPERATOR_POWER && term[end - 2].code == KT_OPERATOR_NUMBER;
-    return is_power ? (factor){begin, end - 2, term[end - 2].number} : (factor){begin, end, 1.0};
+    return is_power ? (factor){begin, end - 2, end, term[end - 2].number} : (factor){begin, end, end, 1.0};
 }
 
 static bool are_same(const kt_expression_term *term, factor a, factor b) {
@@ -69,23 +70,51 @@ static bool are_same(const kt_expression_term *term, factor a, factor b) {
     return same;
 }
 
+/* The first term of the operand that ends at `end`. */
+static size_t find_operand(const kt_expression_term *term, size_t end) {
+    for (int missing = 1; missing > 0;) {
+        const kt_operator code = (kt_operator)term[--end].code;
+        missing += code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL ? -1 : kt_operator_is_binary(code) ? 1 : 0;
+    }
+    return end;
+}
+
+/* The factor of a product u1 u2 ... that is equal to b but for its power. */
+static factor find_factor(const kt_expression_term *term, size_t begin, size_t end, factor b) {
+    for (;;) {
+        const factor all = factor_of(term, begin, end);
+        if (are_same(term, all, b))
+            return all;
+        if (term[end - 1].code != KT_OPERATOR_MULTIPLY)
+            return (factor){.power = 0.0};
+        const size_t last = find_operand(term, end - 1);
+        const factor a = factor_of(term, last, end - 1);
+        if (are_same(term, a, b))
+            return a;
+        end = last;
+    }
+}
+
 static kt_expression_term number_term(double number) {
     return (kt_expression_term){.number = number, .code = KT_OPERATOR_NUMBER};
 }
 
-/* Replaces the operator of the last two operands, if these are equal. Returns the number of terms; `end` if not. */
+/* Replaces the operator of the last two operands, if these are equal or have an equal factor. Returns the number of
+ * terms; `end` if not. */
 static size_t merge_operator(kt_expression_term *term, size_t first, size_t second, size_t end, kt_operator code) {
-    const factor a = factor_of(term, first, second), b = factor_of(term, second, end - 1);
-    const bool same = are_same(term, (factor){first, second, 1.0}, (factor){second, end - 1, 1.0});
+    const factor b = factor_of(term, second, end - 1);
+    const bool same = are_same(term, (factor){first, second, second, 1.0}, (factor){second, end - 1, end - 1, 1.0});
     if (same && (code == KT_OPERATOR_SUBTRACT || code == KT_OPERATOR_DIVIDE)) {
         term[first] = number_term(code == KT_OPERATOR_DIVIDE);
         return first + 1;
     }
-    if (code != KT_OPERATOR_MULTIPLY || !are_same(term, a, b))
+    const factor a = code == KT_OPERATOR_MULTIPLY ? find_factor(term, first, second, b) : (factor){.power = 0.0};
+    if (a.power == 0.0)
         return end;
+    memmove(&term[a.end + 2], &term[a.after], (second - a.after) * sizeof *term);
     term[a.end] = number_term(a.power + b.power);
     term[a.end + 1] = (kt_expression_term){.code = KT_OPERATOR_POWER};
-    return a.end + 2;
+    return a.end + 2 + (second - a.after);
 }
 
 static void merge_equal_operands(kt_expression *expression) {

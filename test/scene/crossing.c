@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
@@ -45,10 +46,8 @@ static void push(drawn *f, term what) {
 static void number(drawn *f, double value) {
     char text[32];
     snprintf(text, sizeof text, "%.3f", value);
-    double read = value;
-    sscanf(text, "%lf", &read);
     put(f, text);
-    push(f, (term){.code = 'n', .number = read});
+    push(f, (term){.code = 'n', .number = strtod(text, NULL)});
 }
 
 static void variable(drawn *f) {
@@ -303,6 +302,10 @@ KT_TEST(equal_operands_are_seen) {
     kt_check_true("at least 60 formulas", crossing > 60);
     kt_check_equal_int("accepted", accepted, 0);
     kt_check_equal_int("cubes that are accepted", cubes, crossing);
+    static const char *const even[] = {"s*t*s*t", "s*t*t*s", "t*s^3*t*s", "s^2*t*t + 1", "-(t*s*t*s*s*s)"};
+    for (size_t k = 0; k < sizeof even / sizeof *even; k++)
+        kt_check_text("a product of even powers that is accepted", is_accepted(even[k]) ? even[k] : "", "");
+    kt_check_true("a product with an odd power is accepted", is_accepted("s*t*s") && is_accepted("s*t*s*t*s"));
     kt_check_true("a product is accepted", is_accepted("s*t") && is_accepted("(s - 1)*(s + 1)"));
     kt_check_true("a square minus a number is accepted", is_accepted("s*s - 1") && is_accepted("s*s < 0.25"));
 }
