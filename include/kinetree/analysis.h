@@ -374,7 +374,7 @@ KT_API KT_CHECKED kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, con
 
 /* Clears the spectrum and adds the modes at states spaced evenly over a run from its start to its end. There are as
  * many states as there is room for. If there is room for one, it is the start. States at singular positions of loops
- * are left out. Allocates a simulation and releases it.
+ * are left out, and so are states in which a hard contact touches. Allocates a simulation and releases it.
  *
  * The motion is computed with adaptive steps, for any step of the run. The method is that of the run if the run is
  * adaptive, otherwise the default method at tolerance 1e-6.

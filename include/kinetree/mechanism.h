@@ -63,8 +63,14 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
  * through the position. The interpolation is used if it is more accurate than direct computation, and if the path does
  * not bend between the states. The function kt_data_crossings reports these cases. An interpolation takes up to 50
  * further evaluations and projections.
- * Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; for effects of the caller KT_ERROR_EFFECT, KT_ERROR_CALLBACK. The
- * output a is untouched on failure.
+ *
+ * The model's set decides which contacts are closed (kt_switch_set). If an open hard contact, stop or slack rope
+ * touches and does not part, the result would leave its reaction out. The call rejects such a state. It also rejects
+ * friction that sticks if the model lets it slip the other way. kt_simulation_model has the set of a simulation. Data
+ * that a simulation passes to callbacks are exempt, as a simulation follows its contacts. The same holds for all calls
+ * that evaluate accelerations, reactions, powers, actuation and derivatives, here and in other headers.
+ * Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; for effects of the caller KT_ERROR_EFFECT, KT_ERROR_CALLBACK.
+ * KT_ERROR_UNSUPPORTED for such a contact. The output a is untouched on failure.
  * Cost: O(bodies) + O(coordinates^3) of each group that is reduced by one dense matrix. */
 KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                      const double *v, const double *tau, const kt_wrench *external,
@@ -363,8 +369,9 @@ typedef struct kt_effect_load {
  * index in the description. The force of a contact acts at the sphere's lowest point, so its wrench about the centre
  * also has a moment. Positions are those in the world: far from its origin a wrench loses digits that
  * kt_acceleration_evaluate keeps. The call allocates nothing.
- * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect. KT_ERROR_ARGUMENT if there is
- * no such effect, or if it has ends and the data hold the kinematics of another q or v. The output *load is untouched
+ * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect. KT_ERROR_UNSUPPORTED if a
+ * loop bears its force, since it is hard and closed, or sticks (kt_reaction_evaluate). KT_ERROR_ARGUMENT if there is no
+ * such effect, or if it has ends and the data hold the kinematics of another q or v. The output *load is untouched
  * on failure.
  * Cost: O(nq + log effects). */
 KT_API KT_CHECKED kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
@@ -404,7 +411,9 @@ KT_API bool kt_effect_is_sliding(const kt_model *model, int effect);
 
 /* Computes all quantities of all effects at (t, q, v), effect by effect in the description's order. The number of
  * values is the sum of kt_effect_quantity_count over all effects. A value is NaN if a callback cannot compute its
- * force. Arguments and precision are those of kt_effect_evaluate.
+ * force. Forces and powers are NaN while a loop bears them: those of a hard contact or stop that is closed, and of
+ * friction that sticks. These are reactions (kt_reaction_evaluate, kt_multiplier_evaluate). Arguments and precision are
+ * those of kt_effect_evaluate.
  * Errors: KT_ERROR_ARGUMENT, KT_ERROR_NOT_FINITE for q or v. The output values is untouched on failure.
  * Cost: O(nq + effects log effects). */
 KT_API KT_CHECKED kt_status kt_effect_quantities_evaluate(const kt_model *model, const kt_data *data, double t,

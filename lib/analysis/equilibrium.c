@@ -29,6 +29,7 @@
 #include "linear/cholesky.h"
 #include "linear/lapack.h"
 #include "loop/loop.h"
+#include "mechanism/evaluate.h"
 
 #include <float.h>
 #include <math.h>
@@ -513,6 +514,8 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     else if (status == KT_OK)
         status = run_from(&s, q, settings->most > 0 ? settings->most : STEPS_MOST, &result, error);
     l->of_force = false;
+    if (status == KT_OK)
+        status = kt_open_contacts_check(l->model, l->data, t, l->q0, l->model->zero, error);
     if (status != KT_OK)
         return status;
     kt_copy(q, l->q0, l->size.q * sizeof *q);

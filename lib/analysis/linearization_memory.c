@@ -118,8 +118,9 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     l->model = model;
     l->differences = settings->differences;
     status = kt_data_init(model, l->data_memory, sizes.data, &l->data, error);
-    if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
-        return status;   /* GCOVR_EXCL_LINE */
+    if (status != KT_OK)      /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
+        return status;        /* GCOVR_EXCL_LINE */
+    l->data->followed = true; /* states between are not checked, only the first or the last (kt_open_contacts_check) */
     if (settings->inputs)
         memcpy(l->input_coordinate, settings->inputs, sizes.inputs * sizeof(int));
     else

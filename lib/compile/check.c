@@ -250,6 +250,18 @@ static void check_small_effect(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "stick", -1, KT_NOT_IN_SMALL);
 }
 
+/* In a library without loops, contacts and stops are elastic and friction is smooth. */
+static void check_effect_of_tree(kt_checker *checker, const kt_effect *effect) {
+    if (kt_effect_is_hard(effect))
+        kt_checker_fault(checker, "restitution", -1,
+                         "hard stops and contacts are loops, and this library was built without (-Dloops=disabled); "
+                         "give a stiffness instead");
+    if (kt_effect_sticks(effect))
+        kt_checker_fault(checker, "stick", -1,
+                         "friction that sticks is a loop, and this library was built without (-Dloops=disabled); leave "
+                         "`stick` out");
+}
+
 static void check_effect(kt_checker *checker, const kt_effect *effect) {
     kt_checker_name(checker, KT_SCOPE_EFFECT, "effects", effect->name, true);
     if (effect->type != KT_EFFECT_CUSTOM && kt_effect_descriptor(effect->type) == NULL)
@@ -260,6 +272,8 @@ static void check_effect(kt_checker *checker, const kt_effect *effect) {
         kt_effect_check(checker, effect);
     if (!KT_HAS_SWITCHES)
         check_small_effect(checker, effect);
+    if (!KT_HAS_LOOPS)
+        check_effect_of_tree(checker, effect);
     check_switching(checker, effect->switching);
 }
 

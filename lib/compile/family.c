@@ -269,6 +269,18 @@ static size_t data_size_of(const compilation *c, const kt_model *model) {
     return kt_data_size(&slipping);
 }
 
+/* Adds the bits of the contacts of a model, and of friction that sticks. */
+static void set_contact_bits(kt_family *family, const kt_model *model) {
+    for (int i = 0; i < (int)model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        if (loop->side == KT_SIDE_NONE && loop->friction == 0)
+            continue;
+        const uint64_t back = kt_switch_bits(model, kt_effect_switch(model, loop->friction - 1));
+        family->contacts |= kt_switch_bits(model, kt_loop_switch(model, i)) | back;
+        family->back |= back;
+    }
+}
+
 /* Copies all models into one block. */
 static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
     const uint64_t models = kt_switches_models(&c->switches);
@@ -293,6 +305,8 @@ static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
         to->family = family;
         family->at[k] = at;
         at += kt_arena_round(from->bytes);
+        set_contact_bits(family, to);
+        kt_contacts_link(&c->description, to);
         const size_t data = data_size_of(c, from);
         family->data = data > family->data ? data : family->data;
     }

@@ -32,27 +32,6 @@ typedef struct hard_parts {
     int loops, made; /* in all; of these, those of effects */
 } hard_parts;
 
-static bool bounds(const kt_loop *loop) { return loop->side != KT_SIDE_NONE || kt_loop_is_rope(loop); }
-
-/* How many loops a hard effect is. */
-static int loops_of(const kt_effect *effect) {
-    if (kt_effect_sticks(effect))
-        return 1;
-    if (!kt_effect_is_hard(effect))
-        return 0;
-    return effect->type == KT_EFFECT_CONTACT ? 1 + (int)(effect->friction > 0.0)
-                                             : (int)isfinite(effect->lower) + (int)isfinite(effect->upper);
-}
-
-int kt_contacts_count(const kt_description *d) {
-    int count = 0;
-    for (int i = 0; i < d->loop_count; i++)
-        count += bounds(&d->loops[i]);
-    for (int i = 0; i < d->effect_count; i++)
-        count += loops_of(&d->effects[i]);
-    return count;
-}
-
 static bool is_taken(const hard_parts *p, const char *name) {
     for (int i = 0; i < p->loops; i++)
         if (p->loop[i].name != NULL && strcmp(p->loop[i].name, name) == 0)
@@ -192,7 +171,7 @@ static kt_status expand(const kt_description *d, kt_description *to, void **memo
     kt_copy(p.loop, d->loops, loops * sizeof *p.loop);
     kt_copy(p.effect, d->effects, effects * sizeof *p.effect);
     for (size_t i = 0; i < loops; i++)
-        if (bounds(&p.loop[i]))
+        if (kt_loop_bounds(&p.loop[i]))
             p.loop[i].side = kt_loop_is_rope(&p.loop[i]) ? KT_SIDE_BELOW : p.loop[i].side;
     for (size_t i = 0; status == KT_OK && i < effects; i++) {
         kt_effect *effect = &p.effect[i];

@@ -22,7 +22,7 @@ static sizes sizes_of(const kt_model *model, int rows) {
     return (sizes){.v = model->n.v,
                    .closed = closed && !along ? model->n.v : 0,
                    .along = KT_HAS_LOOPS && along ? kt_kkt_init(NULL, NULL, model, NULL) : 0,
-                   .data = along ? kt_data_size(model) : 0,
+                   .data = along ? kt_data_size_followed(model) : 0,
                    .rows = (size_t)rows,
                    .terms = closed ? 0 : kt_inverse_layout(NULL, NULL, &model->n)};
 }
@@ -63,7 +63,7 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
         kt_model_units(model, w->unit);
     if (KT_HAS_LOOPS && s.along) {
         (void)kt_kkt_init(&w->kkt, w->along, model, NULL);
-        const kt_status made = kt_data_init(model, w->memory, s.data, &w->kkt.data, error);
+        const kt_status made = kt_data_init_followed(model, w->memory, s.data, &w->kkt.data, error);
         if (made != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
             return made;   /* GCOVR_EXCL_LINE */
     }

@@ -130,7 +130,9 @@ kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, 
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     const kt_acceleration_matrices to = {.by = {da_dq, da_dv, da_dtau}};
-    return kt_acceleration_derivatives_at(model, data, memory, memory_size, &at, NULL, &to, error);
+    const kt_status status = kt_open_contacts_refuse(model, data, &at, error);
+    return status == KT_OK ? kt_acceleration_derivatives_at(model, data, memory, memory_size, &at, NULL, &to, error)
+                           : status;
 }
 
 kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,

@@ -342,6 +342,8 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     const kt_stiffness_matrices to = {.basis = basis, .mass = mass, .stiffness = stiffness, .damping = damping};
-    const kt_status status = kt_slip_refuse(model, "kt_stiffness_evaluate", error);
+    kt_status status = kt_slip_refuse(model, "kt_stiffness_evaluate", error);
+    if (status == KT_OK)
+        status = kt_open_contacts_refuse(model, data, &at, error);
     return status != KT_OK ? status : kt_stiffness_evaluate_at(model, data, memory, memory_size, &at, a, &to, error);
 }

@@ -537,6 +537,19 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
                                                    &load->joint_force, NULL);
 }
 
+/* Rejects an effect whose force a loop bears. */
+static kt_status refuse_borne(const kt_model *model, const kt_effect_record *effect, double t, kt_error *error) {
+    const int loop = kt_effect_closed_loop(model, effect);
+    char where[KT_WHERE_SIZE];
+    if (loop < 0)
+        return KT_OK;
+    (void)snprintf(where, sizeof where, "effect '%.60s' at t = %.9g s", model->text + effect->name, t);
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                        "it is hard and closed, or it sticks: its force is the reaction of the loop '%.60s' "
+                        "(kt_reaction_evaluate, kt_multiplier_evaluate)",
+                        kt_loop_name(model, loop));
+}
+
 kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                              int effect, kt_effect_load *load, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, load))
@@ -545,8 +558,9 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
     if (!record)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %zu", effect,
                             model->n.effect + model->n.effect_off);
-    const kt_status status =
-        kt_effect_state_check(model, data, q, v, record->ends > 0 || record->variable_count > 0, error);
+    kt_status status = kt_effect_state_check(model, data, q, v, record->ends > 0 || record->variable_count > 0, error);
+    if (status == KT_OK)
+        status = refuse_borne(model, record, t, error);
     if (status != KT_OK)
         return status;
     sum s = {.model = model, .at = &(kt_dynamic_state){.t = t}, .failed = record};

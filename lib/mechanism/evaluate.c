@@ -27,8 +27,9 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
                                    const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
         return KT_ERROR_ARGUMENT;
-    return kt_acceleration_trusted(model, data, &(kt_dynamic_state){t, q, v ? v : model->zero, tau, external}, a,
-                                   error);
+    const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
+    const kt_status status = kt_open_contacts_refuse(model, data, &at, error);
+    return status == KT_OK ? kt_acceleration_trusted(model, data, &at, a, error) : status;
 }
 
 #if KT_HAS_VARIABLE_MASS

@@ -123,6 +123,42 @@ static inline kt_status kt_slip_refuse(const kt_model *model, const char *where,
 }
 #endif
 
+/* The first loop that bears the force of an effect at present: a closed contact or stop, or friction that sticks. -1:
+ * there is none, and the effect's own load is its force. */
+static inline int kt_effect_closed_loop(const kt_model *model, const kt_effect_record *effect) {
+#if KT_HAS_SWITCHES
+    for (int32_t i = effect->loop; i < effect->loop + effect->loops; i++)
+        if (!kt_loop_is_off(&model->loop[i]))
+            return i;
+#endif
+    (void)model, (void)effect;
+    return -1;
+}
+
+#if KT_HAS_SWITCHES
+/* Rejects a state in which an open contact touches and does not part, since an evaluation would leave its reaction out
+ * (open_contacts.c). Data keep all results.
+ *
+ * kt_open_contacts_refuse exempts data of an owner that follows contacts. */
+KT_INNER KT_CHECKED kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
+                                                     const double *v, kt_error *error);
+#else
+static inline kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
+                                               const double *v, kt_error *error) {
+    (void)model, (void)data, (void)t, (void)q, (void)v, (void)error;
+    return KT_OK;
+}
+#endif
+KT_CHECKED static inline kt_status kt_open_contacts_refuse(const kt_model *model, kt_data *data,
+                                                           const kt_dynamic_state *at, kt_error *error) {
+#if KT_HAS_SWITCHES
+    if (model->family != NULL && !data->followed)
+        return kt_open_contacts_check(model, data, at->t, at->q, at->v, error);
+#endif
+    (void)model, (void)data, (void)at, (void)error;
+    return KT_OK;
+}
+
 /* Completes the last evaluation of accelerations, a = kt_acceleration_evaluate at this state, from its results in data.
  * Writes the kinematics of the motion to links, and the reactions to joints and loops (unless both are NULL). An
  * interpolation near a singular position and the planar recursion leave some results out, and only these are computed

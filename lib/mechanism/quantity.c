@@ -255,8 +255,11 @@ static int evaluate_one(const kt_model *model, const kt_data *data, double t, co
         r.q = motion.position;
         r.v = motion.rate;
     }
-    for (int k = 0; k < count; k++)
-        values[k] = fine ? value_of(&r, quantities[k]) : (double)NAN;
+    const bool is_borne = kt_effect_closed_loop(model, effect) >= 0;
+    for (int k = 0; k < count; k++) {
+        const bool is_force = quantities[k] <= KT_QUANTITY_POWER;
+        values[k] = fine && !(is_borne && is_force) ? value_of(&r, quantities[k]) : (double)NAN;
+    }
     return count;
 }
 

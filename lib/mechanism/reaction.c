@@ -123,7 +123,9 @@ kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t,
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     double *a = kt_scratch_part(model, data, 2);
-    const kt_status status = kt_acceleration_trusted(model, data, &at, a, error);
+    kt_status status = kt_open_contacts_refuse(model, data, &at, error);
+    if (status == KT_OK)
+        status = kt_acceleration_trusted(model, data, &at, a, error);
     if (status != KT_OK)
         return status;
     load(model, data, &at, a);
@@ -136,5 +138,7 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
-    return kt_motion_evaluate(model, data, &at, kt_links_scratch(data), joints, loops, error);
+    const kt_status status = kt_open_contacts_refuse(model, data, &at, error);
+    return status == KT_OK ? kt_motion_evaluate(model, data, &at, kt_links_scratch(data), joints, loops, error)
+                           : status;
 }

@@ -57,10 +57,17 @@ void kt_model_free(kt_model *model) {
     kt_aligned_release(model);
 }
 
-size_t kt_data_size(const kt_model *model) {
+size_t kt_data_size_followed(const kt_model *model) {
     if (KT_HAS_SWITCHES && model && model->family && model->family->data)
         return model->family->data;
     return model ? lay_out_data(NULL, &model->n) : 0;
+}
+
+/* Data of a model with hard contacts have room for data of the model in which all are closed (open_contacts.c). */
+size_t kt_data_size(const kt_model *model) {
+    const size_t size = kt_data_size_followed(model);
+    const bool has_contacts = KT_HAS_SWITCHES && model && model->family && model->family->contacts != 0;
+    return has_contacts ? kt_arena_round(size) + size : size;
 }
 
 /* All bits set are a NaN: queries have no numbers until kt_kinematics_update has computed them. */
@@ -75,6 +82,7 @@ void kt_data_adapt(const kt_model *model, kt_data *data) {
     (void)lay_out_data(data, &model->n);
     data->owned = before.owned;
     data->bytes = before.bytes;
+    data->followed = before.followed;
     data->shape = model->shape;
     kt_copy(data->x, model->v0 + model->n.v, model->n.x * sizeof *data->x);
     data->iterations = before.iterations;
@@ -85,10 +93,9 @@ void kt_data_adapt(const kt_model *model, kt_data *data) {
 }
 #endif
 
-kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
-    if (KT_IS_MISSING(error, model, data))
-        return KT_ERROR_ARGUMENT;
-    const kt_status status = kt_arena_begin("kt_data_init", "kt_data_size", memory, size, kt_data_size(model), error);
+static kt_status init_data(const kt_model *model, void *memory, size_t size, size_t least, kt_data **data,
+                           kt_error *error) {
+    const kt_status status = kt_arena_begin("kt_data_init", "kt_data_size", memory, size, least, error);
     if (status != KT_OK)
         return status;
     (void)lay_out_data(memory, &model->n);
@@ -102,6 +109,19 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     kt_clear((*data)->slip, 2 * model->n.slip * sizeof(double));
 #endif
     return KT_OK;
+}
+
+kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
+    if (KT_IS_MISSING(error, model, data))
+        return KT_ERROR_ARGUMENT;
+    return init_data(model, memory, size, kt_data_size(model), data, error);
+}
+
+kt_status kt_data_init_followed(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
+    const kt_status status = init_data(model, memory, size, kt_data_size_followed(model), data, error);
+    if (status == KT_OK)
+        (*data)->followed = true;
+    return status;
 }
 
 kt_status kt_data_create(const kt_model *model, kt_data **data, kt_error *error) {

@@ -481,6 +481,7 @@ struct kt_data {
     uint64_t shape;    /* of its model */
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
+    bool followed;     /* their owner follows where contacts close and open: evaluations do not check this */
     bool dead;         /* the last projection was rejected at a dead point (closure/dead_point.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */
@@ -497,6 +498,11 @@ struct kt_data {
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
     size_t bytes; /* of its memory */
 };
+
+/* kt_data_size and kt_data_init for an owner that follows contacts, as simulations do. */
+size_t kt_data_size_followed(const kt_model *model);
+KT_CHECKED kt_status kt_data_init_followed(const kt_model *model, void *memory, size_t size, kt_data **data,
+                                           kt_error *error);
 
 /* Whether the model or data are missing, or the data do not serve the model. Data serve the models of their shape:
  * their own, its copies, and the original of a copy. *error is then filled. */

@@ -277,6 +277,8 @@ typedef struct kt_effect_record {
     bool in_body;      /* force, torque: components in the end's axes */
 #if KT_HAS_SWITCHES
     bool hard;        /* joint_limit, contact: loops are in its place */
+    int32_t loop;     /* hard, or friction that sticks: the first of its loops */
+    int32_t loops;    /* their number */
     bool disc;        /* contact: of the rim of a disc, not of a sphere */
     double direction; /* sign of slip, for joint_friction that sticks; 0: it is smoothed */
 #endif

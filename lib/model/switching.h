@@ -29,8 +29,10 @@ static const uint64_t kt_switches_any = (uint64_t)1 << 62, kt_switches_all = (ui
 /* One block of memory: this struct, the offsets of the models, the switches, and the models. */
 typedef struct kt_family {
     size_t bytes;
-    size_t data; /* bytes of the largest data */
-    bool placed; /* in the caller's memory (kt_model_copy) */
+    size_t data;       /* bytes of the largest data */
+    uint64_t contacts; /* bits of hard contacts, stops and ropes, and of friction that sticks; 0: there are none */
+    uint64_t back;     /* of these, friction of joints that slips backwards */
+    bool placed;       /* in the caller's memory (kt_model_copy) */
     kt_switches switches;
     size_t at[]; /* of each model, from the beginning of the block */
 } kt_family;
@@ -91,6 +93,15 @@ static inline const kt_switch *kt_family_switches(const kt_family *family) {
 static inline size_t kt_family_head(const kt_switches *of) {
     return kt_arena_round(sizeof(kt_family) + (size_t)kt_switches_models(of) * sizeof(size_t) +
                           (size_t)of->count * sizeof(kt_switch));
+}
+
+/* The model in which all contacts are closed and all friction sticks, with the other switches of a model's set. NULL:
+ * the model has no contacts. */
+static inline const kt_model *kt_family_closed(const kt_model *model) {
+    const kt_family *family = model->family;
+    return family != NULL && family->contacts != 0
+               ? kt_model_switched(model, (model->set | family->contacts) & ~family->back)
+               : NULL;
 }
 
 /* Copies one model, without the others of its family. */

@@ -37,6 +37,8 @@
  */
 #include "sensitivity/implicit.h"
 #include "algebra/lu.h"
+#include "derivative/stiffness.h"
+#include "mechanism/evaluate.h"
 
 #include <float.h>
 #include <math.h>
@@ -211,9 +213,12 @@ static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, cons
     if (has_coupled_mass(w)) {
         double *by_q = w->by_q + place * n * n, *by_v = w->by_v + place * n * n;
         const double *q = w->stage + stage * numbers_of(w);
-        const kt_status status = kt_stiffness_evaluate(
-            model, w->data, w->derivative, kt_acceleration_work_size(model), kt_step_time(step, stage), q,
-            q + model->n.q, step->tau, step->external, a, NULL, w->mass + place * n * n, by_q, by_v, error);
+        const kt_dynamic_state at = {kt_step_time(step, stage), q, q + model->n.q, step->tau, step->external};
+        const kt_stiffness_matrices to = {.mass = w->mass + place * n * n, .stiffness = by_q, .damping = by_v};
+        kt_status status = kt_slip_refuse(model, "kt_step", error);
+        if (status == KT_OK)
+            status = kt_stiffness_evaluate_at(model, w->data, w->derivative, kt_acceleration_work_size(model), &at, a,
+                                              &to, error);
         for (size_t l = 0; l < n * n && status == KT_OK; l++) {
             by_q[l] = -by_q[l];
             by_v[l] = -by_v[l];
@@ -276,12 +281,13 @@ static double size_of(const kt_step_work *w, kt_coupled c, const double *correct
         most = change > most ? change : most;
     }
     most = most > 0.0 ? most : 1.0;
-    for (size_t l = 0; l < (c.end - c.first) * m; l++) {
-        const double y = w->y[N - m + l % m];
-        const double scale = 4.0 * DBL_EPSILON * (fabs(y) + SMALL_PART * most) + DBL_MIN / DBL_EPSILON;
-        const double x = w->step->h * correction[l] / scale;
-        sum += x * x;
-    }
+    for (size_t k = 0; k < c.end - c.first; k++, correction += m)
+        for (size_t l = 0; l < m; l++) {
+            const double y = w->y[N - m + l];
+            const double scale = 4.0 * DBL_EPSILON * (fabs(y) + SMALL_PART * most) + DBL_MIN / DBL_EPSILON;
+            const double x = w->step->h * correction[l] / scale;
+            sum += x * x;
+        }
     return sqrt(sum / (double)((c.end - c.first) * m));
 }
 

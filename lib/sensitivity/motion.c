@@ -106,7 +106,7 @@ static void measure(motion *m, const kt_simulation *simulation) {
                   .nv = model->n.v,
                   .columns = kt_tangent_numbers(model) + model->n.v,
                   .saved = kt_simulation_state_size(simulation),
-                  .data_size = kt_data_size(model),
+                  .data_size = kt_data_size_followed(model),
                   .step_size = step_size_of(model, method_of(simulation))};
 }
 
@@ -150,7 +150,7 @@ static kt_status begin(motion *m, kt_simulation *simulation, void *work, size_t 
     memset(m->change, 0, m->N * m->columns * sizeof *m->change);
     for (size_t i = 0; i < m->N; i++)
         m->change[i * m->N + i] = 1.0;
-    return kt_data_init(m->model, m->data_memory, m->data_size, &m->data, error);
+    return kt_data_init_followed(m->model, m->data_memory, m->data_size, &m->data, error);
 }
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */

@@ -19,8 +19,8 @@ kt_status kt_step_rates(const kt_step_work *w, double t, const double *y, double
     const kt_model *model = w->model;
     const double *q = y, *v = y + model->n.q;
     kt_own_states_put(model, w->data, y);
-    const kt_status status =
-        kt_acceleration_evaluate(model, w->data, t, q, v, w->step->tau, w->step->external, a, error);
+    const kt_dynamic_state at = {t, q, v, w->step->tau, w->step->external};
+    const kt_status status = kt_acceleration_trusted(model, w->data, &at, a, error);
     return status == KT_OK && KT_HAS_FORMULAS && kt_has_own_states(model)
                ? kt_own_state_rates_trusted(model, w->data, t, q, v, a + model->n.v, error)
                : status;

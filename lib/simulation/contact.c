@@ -64,7 +64,7 @@ size_t kt_contacts_of(const kt_model *model) {
 }
 
 static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
-    kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
+    kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size_followed(model)};
     size_t sides = 0, rubs = 0;
     for (size_t i = 0; i < model->n.loop; i++) {
         sides += model->loop[i].side != KT_SIDE_NONE;
@@ -226,13 +226,13 @@ static kt_status find_touching(kt_simulation *simulation, double t, kt_error *er
     for (int k = 0; k < c->sides; k++) {
         if (kt_contact_is_released(&c->item[k]))
             continue;
-        if (c->gap[k] < -deep * scale) {
+        simulation->memory.beyond = c->gap[k] < -deep * scale;
+        if (simulation->memory.beyond) {
             snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
-            return kt_error_set(
-                error, KT_ERROR_CONSTRAINT, where,
-                "'%.60s' is %.3g (m or rad) beyond its boundary; begin on the side that is free, and bound "
-                "the steps (max_step) where one leaps over it",
-                kt_loop_name(c->all, c->item[k].loop), -c->gap[k]);
+            return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                                "'%.60s' is %.3g (m or rad) beyond its boundary; begin on its free side, and bound the "
+                                "steps (max_step)",
+                                kt_loop_name(c->all, c->item[k].loop), -c->gap[k]);
         }
         if (c->gap[k] <= touching * scale || c->item[k].meets || kt_contact_is_closed(simulation->model, &c->item[k]))
             add_row(c, k, 0);
@@ -707,7 +707,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
             c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
     kt_status status = refuse_massless(simulation, c, error);
     if (status == KT_OK)
-        status = kt_data_init(c->all, c->data_memory, s.data, &c->data, error);
+        status = kt_data_init_followed(c->all, c->data_memory, s.data, &c->data, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_event event = {.name = kt_loop_name(model, c->item[k].loop),
                                 .function = watch_contact,

@@ -17,10 +17,12 @@
  * therefore keeps the method's order.
  */
 #include "algebra/lane.h"
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
+#include "simulation/step_parts.h"
 
 #include <float.h>
 #include <math.h>
@@ -319,4 +321,37 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
         (void)kt_gap_list(simulation->model, simulation->gap_source);
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_corners(simulation);
+}
+
+kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) {
+#if KT_HAS_EVENTS
+    if (simulation->memory.beyond) {
+        simulation->memory.beyond = false;
+        return simulation->contact_calls->resolve(simulation, error);
+    }
+#endif
+    (void)simulation, (void)error;
+    return KT_OK;
+}
+
+kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, a || !simulation->size.user_nv))
+        return KT_ERROR_ARGUMENT;
+    const kt_simulation_memory *memory = &simulation->memory;
+    const double *y = kt_integrator_state(simulation->integrator), *q, *v, *shown;
+    const double *tau = memory->next.torque ? simulation->torque_next : NULL;
+    const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
+    double t = kt_integrator_time(simulation->integrator);
+    const kt_status status = kt_simulation_check_start(simulation, error);
+    if (status != KT_OK)
+        return status;
+    simulation->cause.code = KT_OK;
+    if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != 0)
+        return kt_simulation_fail(simulation, &simulation->cause, error);
+    kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
+    kt_copy(a, shown, simulation->size.user_nv * sizeof(double));
+    for (int k = 0; k < (int)simulation->size.nv && kt_simulation_balances_forces(simulation); k++)
+        if (kt_massless_moves(simulation->model, k))
+            a[k] = (double)NAN;
+    return KT_OK;
 }

@@ -136,7 +136,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
-    size->data = kt_data_size(model);
+    size->data = kt_data_size_followed(model);
     const kt_integrator_options solver = {.newton = newton_of(settings)};
     if (KT_HAS_JACOBIAN && solver.newton != NULL)
         kt_simulation_newton_measure(model, kt_method_family_of(settings->method)->exact, size);
@@ -150,7 +150,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
     size->body_wrench = transformed ? (size_t)kt_model_body_count(model) : 0;
     size->free_reaction = transformed && reacts ? (size_t)kt_loop_count(model) : 0;
-    size->user_data = transformed ? kt_data_size(user_model) : 0;
+    size->user_data = transformed ? kt_data_size_followed(user_model) : 0;
 }
 
 /* The largest sizes that any model of a family needs. */
@@ -244,11 +244,12 @@ static void set_records(kt_simulation *simulation, const kt_simulation_request *
 
 static kt_status init_data(kt_simulation *simulation, kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
-    kt_status status = kt_data_init(simulation->model, simulation->data_memory, size->data, &simulation->data, error);
+    kt_status status =
+        kt_data_init_followed(simulation->model, simulation->data_memory, size->data, &simulation->data, error);
     simulation->user_data = simulation->data;
     if (status == KT_OK && simulation->transformation != NULL)
-        status = kt_data_init(simulation->user_model, simulation->user_memory, size->user_data, &simulation->user_data,
-                              error);
+        status = kt_data_init_followed(simulation->user_model, simulation->user_memory, size->user_data,
+                                       &simulation->user_data, error);
     return status;
 }
 
@@ -315,6 +316,8 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
         status = kt_contacts_init(simulation, error);
     if (status == KT_OK && simulation->size.contact > 0)
         status = simulation->contact_calls->resolve(simulation, error);
+    if (simulation->memory.beyond) /* kt_simulation_set_state may follow; otherwise a step or a record reports it */
+        status = KT_OK;
 #endif
     return status;
 }

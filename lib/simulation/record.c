@@ -7,6 +7,7 @@
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
+#include "simulation/step_parts.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -208,6 +209,9 @@ kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *record
 
 kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
     kt_integrator *integrator = simulation->integrator;
+    const kt_status start = kt_simulation_check_start(simulation, error);
+    if (start != KT_OK)
+        return start;
     /* A record at the very start belongs to the step that begins there, and so do its torques. A record within the last
      * step belongs to that step. */
     if (simulation->memory.next_record < simulation->record_count &&
@@ -310,6 +314,9 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
 kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, record))
         return KT_ERROR_ARGUMENT;
+    const kt_status start = kt_simulation_check_start(simulation, error);
+    if (start != KT_OK)
+        return start;
     kt_record now = empty_record(simulation, KT_INDEX_EVENT, kt_integrator_time(simulation->integrator));
     kt_error from = {0};
     simulation->cause.code = KT_OK;

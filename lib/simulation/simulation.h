@@ -72,7 +72,7 @@ typedef struct kt_simulation_memory {
     uint64_t held;     /* friction that slips in joints that contacts or loops hold, as bits of the set */
     int64_t jumped;    /* forces have jumped since closed contacts were checked last */
 #endif
-    int64_t fires; /* events happened at the present time, and have not taken effect yet */
+    int64_t beyond, fires; /* a contact is beyond its boundary since the start; events have not taken effect yet */
 } kt_simulation_memory;
 
 /* The memory of a hard contact, or of friction that sticks, in the order of contact.c. */

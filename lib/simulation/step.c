@@ -244,7 +244,10 @@ kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, co
 
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_error from = {0};
-    kt_status status = kt_simulation_begin_step(simulation, &t_limit, &from);
+    kt_status status = kt_simulation_check_start(simulation, error);
+    if (status != KT_OK)
+        return status;
+    status = kt_simulation_begin_step(simulation, &t_limit, &from);
     if (status == KT_OK)
         status = (KT_HAS_GAP && (simulation->watches_gaps || simulation->watches_ends)) ||
                          (KT_HAS_EVENTS && simulation->watch != NULL)
@@ -603,23 +606,4 @@ kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model, kt_pa
     if (status == KT_OK && x != NULL)
         status = check_own_states(simulation, x, error);
     return status == KT_OK ? jump(simulation, &change, error) : status;
-}
-
-kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, a || !simulation->size.user_nv))
-        return KT_ERROR_ARGUMENT;
-    const kt_simulation_memory *memory = &simulation->memory;
-    const double *y = kt_integrator_state(simulation->integrator), *q, *v, *shown;
-    const double *tau = memory->next.torque ? simulation->torque_next : NULL;
-    const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
-    double t = kt_integrator_time(simulation->integrator);
-    simulation->cause.code = KT_OK;
-    if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != 0)
-        return kt_simulation_fail(simulation, &simulation->cause, error);
-    kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
-    kt_copy(a, shown, simulation->size.user_nv * sizeof(double));
-    for (int k = 0; k < (int)simulation->size.nv && kt_simulation_balances_forces(simulation); k++)
-        if (kt_massless_moves(simulation->model, k))
-            a[k] = (double)NAN;
-    return KT_OK;
 }

@@ -41,4 +41,7 @@ static inline kt_status kt_simulation_check_step(kt_simulation *simulation, int 
                : KT_OK;
 }
 
+/* Reports a contact that is beyond its boundary since the start (memory.beyond). */
+KT_CHECKED kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error);
+
 #endif

@@ -24,6 +24,7 @@
 #include "base/copy.h"
 #include "base/options.h"
 #include "integrator/multistep.h"
+#include "kinetree/loop.h"
 #include "linear/lapack.h"
 #include "model/model.h"
 
@@ -68,6 +69,16 @@ static kt_status check(const kt_dae_options *o, kt_error *error) {
     return KT_OK;
 }
 
+/* Hard contacts and friction that sticks have events, which the baselines do not follow. */
+static kt_status refuse_dae_contacts(const kt_model *model, kt_error *error) {
+    for (int i = 0; KT_HAS_SWITCHES && i < kt_loop_count(model); i++)
+        if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i))
+            return kt_error_set(error, KT_ERROR_UNSUPPORTED, kt_loop_name(model, i),
+                                "it is hard or sticks, and a differential-algebraic baseline does not follow where it "
+                                "closes, opens or slips; take a simulation");
+    return KT_OK;
+}
+
 /* Stages that are solved: all but a first one that is the start. */
 static int solved_stages(const kt_method *method) { return method->stages - 1; }
 
@@ -101,6 +112,8 @@ kt_status kt_dae_create(const kt_model *model, const kt_dae_options *given, kt_d
     kt_dae_options own = kt_dae_options_default(given->type);
     options = KT_OPTIONS(kt_dae_options, beta, &own, given, error);
     kt_status status = options ? check(options, error) : KT_ERROR_ARGUMENT;
+    if (status == KT_OK)
+        status = refuse_dae_contacts(model, error);
     if (status != KT_OK)
         return status;
     const size_t size = place(NULL, model, options->type, solved_stages(options->method));

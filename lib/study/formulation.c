@@ -5,6 +5,7 @@
 #include "study/formulation.h"
 #include "base/copy.h"
 #include "constraint/group.h"
+#include "mechanism/evaluate.h"
 #include "model/model.h"
 
 #include <math.h>
@@ -72,8 +73,12 @@ kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulat
     const bool projects = o->type == KT_CONSTRAINT_FORMULATION_PROJECTION;
     const bool stable =
         o->type == KT_CONSTRAINT_FORMULATION_BAUMGARTE || o->type == KT_CONSTRAINT_FORMULATION_AUGMENTED;
-    kt_status status = projects ? fill_projected(formulation, data, t, q, v, tau, external, error)
-                                : kt_formulation_fill(formulation, data, t, q, v, tau, external, error);
+    const kt_dynamic_state at = {t, q, v, tau, external};
+    kt_status status = kt_open_contacts_refuse(formulation->model, data, &at, error);
+    if (status != KT_OK)
+        return status;
+    status = projects ? fill_projected(formulation, data, t, q, v, tau, external, error)
+                      : kt_formulation_fill(formulation, data, t, q, v, tau, external, error);
     if (status != KT_OK)
         return status;
     formulation->found.evaluations++;

@@ -57,10 +57,13 @@ static kt_status choose_penalty(kt_constraint_formulation *formulation, kt_data 
         kt_state_assemble(formulation->model, data, 0.0, formulation->state_q, formulation->state_v, error);
     if (status != KT_OK)
         return status;
+    const bool followed = data->followed; /* the initial state may touch: only the sizes of the equations count */
+    data->followed = true;
     formulation->options.type = KT_CONSTRAINT_FORMULATION_GAUSS;
     status = kt_constraint_formulation_evaluate(formulation, data, 0.0, formulation->state_q, formulation->state_v,
                                                 NULL, NULL, NULL, formulation->velocity, error);
     formulation->options = wanted;
+    data->followed = followed;
     const double last = formulation->largest > 0.0 ? formulation->largest : 1.0;
     formulation->penalty = wanted.penalty / (last * last);
     kt_constraint_formulation_reset(formulation);

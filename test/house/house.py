@@ -26,7 +26,7 @@ STILL_LONG = {
     "lib/simulation/contact.c": 770,
     "lib/simulation/event.c": 787,
     "lib/simulation/simulation.h": 725,
-    "lib/simulation/step.c": 625,
+    "lib/simulation/step.c": 609,
     "apps/kinetree/subcommands/run.c": 766,
 }
 WIDE = 120  # columns of a line, as in .clang-format, which leaves comments and strings alone

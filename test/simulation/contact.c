@@ -642,7 +642,7 @@ KT_TEST(coin_rolls_on_its_contact_as_on_the_loop) {
             memcpy(state[i], kt_simulation_positions(run.simulation), 7 * sizeof(double));
             memcpy(state[i] + 7, kt_simulation_velocities(run.simulation), 6 * sizeof(double));
             kt_check_equal_int("sticks once", (long long)counts.sticks, 1 - i);
-            kt_check_equal_int("neither slips nor leaves", (long long)(counts.slips + counts.openings), 0);
+            kt_check_equal_int("neither slips nor leaves", (long long)counts.slips + (long long)counts.openings, 0);
         }
         coin_end(&run, 1e-12);
     }
@@ -763,7 +763,6 @@ KT_TEST(what_cannot_be_hard_is_told) {
     r.loop[0].poisson = true;
     check_refused("no rule", &r.description, "a loop that holds does not bounce");
     r.description.loop_count = 0;
-    kt_effect stop = r.effect[0];
     r.effect[0] = kt_effect_default();
     r.effect[0].type = KT_EFFECT_JOINT_FRICTION;
     r.effect[0].joint = "a";
@@ -784,15 +783,4 @@ KT_TEST(what_cannot_be_hard_is_told) {
     c.rim.restitution = (double)INFINITY;
     c.rim.stiffness = 1e4;
     check_refused("elastic", &c.description, "an elastic contact is that of a sphere");
-    r.effect[0] = stop;
-    r.description.loop_count = 0;
-    r.body[0].joint.position[0] = -0.01;
-    kt_model *model = kt_scene_compile(&r.description);
-    const kt_run run = kt_run_default();
-    kt_simulation *simulation = NULL;
-    kt_error error = {0};
-    kt_check_true("deep", kt_simulation_create(model, &run, NULL, &simulation, &error) == KT_ERROR_CONSTRAINT);
-    kt_check_contains("where", error.where, "contact 'a.lower' at t = 0 s");
-    kt_check_contains("words", error.message, "'a.lower' is 0.01 (m or rad) beyond its boundary");
-    kt_model_free(model);
 }

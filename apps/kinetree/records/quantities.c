@@ -57,10 +57,24 @@ static double joint_force_of(const kt_record *record, int first, int count) {
     return force;
 }
 
-static void add_joint_force(const kt_record *record, int index, int first, int count, double *values) {
+static double quantity_of(const kt_record *record, int index, kt_effect_quantity quantity, const double *values) {
     for (int k = 0; k < kt_effect_quantity_count(record->model, index); k++)
+        if (kt_effect_quantity_at(record->model, index, k) == quantity)
+            return values[k];
+    return (double)NAN;
+}
+
+/* Sets the force in a joint and its power if a loop bears it. */
+static void set_joint_force(const kt_record *record, int index, int first, int count, double *values) {
+    bool closed = false;
+    for (int loop = first; loop < first + count; loop++)
+        closed = closed || is_closed(record, loop);
+    const double force = closed ? joint_force_of(record, first, count) : 0.0;
+    for (int k = 0; closed && k < kt_effect_quantity_count(record->model, index); k++)
         if (kt_effect_quantity_at(record->model, index, k) == KT_QUANTITY_JOINT_FORCE)
-            values[k] += joint_force_of(record, first, count);
+            values[k] = force;
+        else if (kt_effect_quantity_at(record->model, index, k) == KT_QUANTITY_POWER)
+            values[k] = force * quantity_of(record, index, KT_QUANTITY_COORDINATE_RATE, values);
 }
 
 /* ---- of a contact ------------------------------------------------------------------------------------------------ */
@@ -75,13 +89,6 @@ typedef struct contact_force {
 static kt_vec3 force_on_sphere(const kt_record *record, int loop) {
     const double sign = kt_loop_type_of(record->model, loop) == KT_LOOP_ROLLING ? -1.0 : 1.0;
     return kt_vec3_scale(sign, record->loop_reactions[loop].force);
-}
-
-static double quantity_of(const kt_record *record, int index, kt_effect_quantity quantity, const double *values) {
-    for (int k = 0; k < kt_effect_quantity_count(record->model, index); k++)
-        if (kt_effect_quantity_at(record->model, index, k) == quantity)
-            return values[k];
-    return (double)NAN;
 }
 
 /* Returns the present coefficient of friction. Events can set the parameters of effects that have a name. */
@@ -183,7 +190,7 @@ void kt_quantities_evaluate(const kt_description *description, const kt_record *
         if (count > 0 && effect->type == KT_EFFECT_CONTACT)
             set_contact(record, effect, i, loop, values);
         else if (count > 0)
-            add_joint_force(record, i, loop, count, values);
+            set_joint_force(record, i, loop, count, values);
         loop += count;
         values += kt_effect_quantity_count(record->model, i);
     }

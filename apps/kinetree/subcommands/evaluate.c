@@ -262,19 +262,29 @@ static json_t *describe(const kt_evaluation *e, bool with_inverse) {
     return root;
 }
 
+/* Returns the model of the set in which `run` begins: contacts that touch and press are closed. */
+static const kt_model *model_of_start(const kt_scene *scene, const kt_model *model) {
+    kt_simulation *simulation = NULL;
+    kt_error ignored;
+    const kt_model *set = NULL;
+    if (kt_simulation_create(model, &scene->run, NULL, &simulation, &ignored) == KT_OK)
+        set = kt_model_switched(model, kt_switch_set(kt_simulation_model(simulation)));
+    kt_simulation_free(simulation);
+    return set != NULL ? set : model;
+}
+
 static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
     kt_evaluation e = {.may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
-    kt_say_open_contacts(model);
-    if (!allocate(&e, model)) {
+    if (!allocate(&e, model_of_start(scene, model))) {
         kt_say("there is not enough memory for %d velocity coordinates", kt_model_nv(model));
         code = KT_EXIT_INTEGRATION;
     }
     if (code < 0 && arguments->acceleration != NULL)
         code = read_accelerations(arguments->acceleration, &e);
     if (code < 0) {
-        const int start = kt_start_assemble(scene, model, e.data, e.q, e.v);
+        const int start = kt_start_assemble(scene, e.model, e.data, e.q, e.v);
         code = start == KT_EXIT_DONE ? -1 : start;
     }
     if (code < 0) {

@@ -1,0 +1,41 @@
+/* Which loops are in the place of hard effects: stops, contacts, and friction that sticks (hard.c makes them). They are
+ * the last loops of a description, in the order of the effects. */
+#include "compile/compile.h"
+
+#include "effect/effect.h"
+
+#include <math.h>
+
+/* How many loops a hard effect is. */
+static int loops_of(const kt_effect *effect) {
+    if (kt_effect_sticks(effect))
+        return 1;
+    if (!kt_effect_is_hard(effect))
+        return 0;
+    return effect->type == KT_EFFECT_CONTACT ? 1 + (int)(effect->friction > 0.0)
+                                             : (int)isfinite(effect->lower) + (int)isfinite(effect->upper);
+}
+
+int kt_contacts_count(const kt_description *d) {
+    int count = 0;
+    for (int i = 0; i < d->loop_count; i++)
+        count += kt_loop_bounds(&d->loops[i]);
+    for (int i = 0; i < d->effect_count; i++)
+        count += loops_of(&d->effects[i]);
+    return count;
+}
+
+void kt_contacts_link(const kt_description *expanded, kt_model *model) {
+    int loop = expanded->loop_count;
+    for (int i = 0; i < expanded->effect_count; i++)
+        loop -= loops_of(&expanded->effects[i]);
+    for (int i = 0; i < expanded->effect_count; i++) {
+        const int loops = loops_of(&expanded->effects[i]);
+        for (size_t k = 0; k < model->n.effect + model->n.effect_off; k++)
+            if (model->effect[k].source == i) {
+                model->effect[k].loop = loop;
+                model->effect[k].loops = loops;
+            }
+        loop += loops;
+    }
+}
