@@ -6,6 +6,7 @@ from pathlib import Path
 CONDITIONS = {
     'if kt_has_loops': 'KT_HAS_LOOPS',
     'if not kt_is_small': 'KT_IS_FULL',
+    'if kt_has_loops and not kt_is_small': 'KT_HAS_LOOPS && KT_IS_FULL',
 }
 
 # Folders above `analysis` are other libraries. Batches run in lanes, which need a second compilation of the recursions
@@ -42,6 +43,8 @@ class Folder:
             elif word == 'else':
                 condition = 'no'  # what a library for trees has in place of loops is compiled already
             elif word:
+                if word not in CONDITIONS:
+                    raise SystemExit(f'lib/{self.name}/meson.build: "{word}" is not known; add it to CONDITIONS')
                 condition = CONDITIONS[word]
             elif condition != 'no':
                 self.add(target, value, condition)

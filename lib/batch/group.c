@@ -100,6 +100,7 @@ kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model 
     return done & kernels->forward(model, work->lanes, &loaded, wrench, work->a);
 }
 
+#if KT_HAS_SWITCHES
 /* Fails the states in which an open contact touches (kt_acceleration_evaluate). */
 static void refuse_open_contacts(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     kt_error made;
@@ -114,6 +115,7 @@ static void refuse_open_contacts(kt_batch_work *w, kt_batch_group *group, const 
         group->live &= ~((kt_lane_mask)1 << lane);
     }
 }
+#endif
 
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;

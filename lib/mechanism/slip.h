@@ -8,6 +8,7 @@
 #include "mechanism/evaluate.h"
 #include "reduction/half_columns.h"
 
+#if KT_HAS_SWITCHES /* a small library has no hard contacts */
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
  * along both axes. */
 #define SLIP_FIELDS(X)                                                                                                 \
@@ -84,6 +85,8 @@ static inline bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt
     (void)model, (void)data, (void)at, (void)a;
     return false;
 }
+#endif
+
 #endif
 
 #endif

@@ -108,7 +108,7 @@ def main():
     if engine:
         run_sample(bench, engine)
         if len(sys.argv) > 5:
-            compare_bits(bench, engine, *sys.argv[4:5], sys.argv[5:8])
+            compare_bits(bench, engine, sys.argv[4], [str(pathlib.Path(name).resolve()) for name in sys.argv[5:8]])
     finish()
 
 

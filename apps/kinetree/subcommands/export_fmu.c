@@ -27,16 +27,6 @@ static const char ending[] = ".fmu";
 
 enum { KT_FMU_TEXT = 64, KT_FMU_PATH = 4096 };
 
-/* Writes the name of the binary: that of the archive, with letters, digits and _. */
-static void name_of_fmu(const char *out, char name[KT_FMU_TEXT]) {
-    const char *slash = strrchr(out, '/'), *base = slash != NULL ? slash + 1 : out;
-    (void)snprintf(name, KT_FMU_TEXT, "%s%.*s", isdigit((unsigned char)base[0]) ? "_" : "",
-                   (int)(strlen(base) - strlen(ending)), base);
-    for (char *at = name; *at != '\0'; at++)
-        if (!isalnum((unsigned char)*at))
-            *at = '_';
-}
-
 int kt_export_fmu_check(const kt_export_fmu *fmu) {
     const size_t length = strlen(fmu->out);
     if (length > strlen(ending) && strcmp(fmu->out + length - strlen(ending), ending) == 0)
@@ -48,6 +38,16 @@ int kt_export_fmu_check(const kt_export_fmu *fmu) {
 #ifdef KT_HAS_FMU
 
 #include <minizip/zip.h>
+
+/* Writes the name of the binary: that of the archive, with letters, digits and _. */
+static void name_of_fmu(const char *out, char name[KT_FMU_TEXT]) {
+    const char *slash = strrchr(out, '/'), *base = slash != NULL ? slash + 1 : out;
+    (void)snprintf(name, KT_FMU_TEXT, "%s%.*s", isdigit((unsigned char)base[0]) ? "_" : "",
+                   (int)(strlen(base) - strlen(ending)), base);
+    for (char *at = name; *at != '\0'; at++)
+        if (!isalnum((unsigned char)*at))
+            *at = '_';
+}
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
