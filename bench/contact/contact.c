@@ -23,7 +23,7 @@ static const struct subject {
     {"quadruped, 4 feet slip", kt_mechanism_quadruped, 4, false},
     {"humanoid, 8 corners stick", kt_mechanism_humanoid, 8, true},
     {"box, 4 corners stick", kt_mechanism_box, 4, true},
-    {"box, 3 corners slip", kt_mechanism_box, 3, false},
+    {"box, 3 corners slip", kt_mechanism_tripod, 3, false},
     {"chain in space, 10 stops", kt_mechanism_chain, 10, false},
     {"four-bar with a stop", kt_mechanism_fourbar, 1, false},
 };

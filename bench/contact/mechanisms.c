@@ -48,12 +48,18 @@ static void add_stop(kt_mechanism *m, int body, double lower) {
     m->item[m->items++] = (kt_mechanism_item){.stop = true, .body = m->name[body], .lower = lower};
 }
 
-void kt_mechanism_box(kt_mechanism *m) {
+/* A box on the first `corners` of its four contacts. The others are 1 mm higher. */
+static void add_box(kt_mechanism *m, int corners) {
     const kt_vec3 size = kt_vec3_make(0.4, 0.3, 0.2);
     const int box = add_base(m, 0.12, 2.0, kt_vec3_make(0.01, -0.02, 0.015), size);
     for (int k = 0; k < 4; k++)
-        add_contact(m, box, kt_vec3_make(k & 1 ? 0.2 : -0.2, k & 2 ? 0.15 : -0.15, -0.1), 0.02, 0.6);
+        add_contact(m, box, kt_vec3_make(k & 1 ? 0.2 : -0.2, k & 2 ? 0.15 : -0.15, k < corners ? -0.1 : -0.099), 0.02,
+                    0.6);
 }
+
+void kt_mechanism_box(kt_mechanism *m) { add_box(m, 4); }
+
+void kt_mechanism_tripod(kt_mechanism *m) { add_box(m, 3); }
 
 void kt_mechanism_quadruped(kt_mechanism *m) {
     const kt_vec3 size = kt_vec3_make(0.06, 0.06, 0.25);

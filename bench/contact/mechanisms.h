@@ -23,6 +23,7 @@ typedef struct kt_mechanism {
 } kt_mechanism;
 
 void kt_mechanism_box(kt_mechanism *m);
+void kt_mechanism_tripod(kt_mechanism *m); /* the box on three corners */
 void kt_mechanism_quadruped(kt_mechanism *m);
 void kt_mechanism_humanoid(kt_mechanism *m);
 void kt_mechanism_chain(kt_mechanism *m);   /* of 20 links in space, with 10 stops */

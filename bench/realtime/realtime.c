@@ -197,6 +197,8 @@ static kt_status find_inertia(plant *p, kt_error *error) {
     memset(p->v0, 0, nv * sizeof(double));
     if (status == KT_OK)
         status = kt_dynamics_inverse(p->model, data, p->q0, NULL, NULL, NULL, p->weight, error);
+    for (size_t i = 0; i < nv; i++)
+        p->v0[i] = 1e-6; /* rad/s: friction that sticks has a direction in motion alone */
     for (size_t i = 0; i < nv && status == KT_OK; i++) {
         double at[2];
         for (int unit = 0; unit < 2 && status == KT_OK; unit++) {
@@ -208,6 +210,7 @@ static kt_status find_inertia(plant *p, kt_error *error) {
         if (status == KT_OK)
             p->inertia[i] = 1.0 / (at[1] - at[0]);
     }
+    memset(p->v0, 0, nv * sizeof(double));
     kt_data_free(data);
     return status;
 }

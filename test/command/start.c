@@ -311,7 +311,7 @@ KT_TEST(check_refuses_a_start_beyond_a_hard_stop_as_a_run_does) {
         "effects: [{type: joint_limit, joint: slide, upper: 0.2, restitution: 0.5}]\n";
     static const char words[] =
         "contact 'slide.upper' at t = 0 s: 'slide.upper' is 0.3 (m or rad) beyond its boundary; begin on "
-        "the side that is free";
+        "its free side";
     char text[300];
     snprintf(text, sizeof text, slide, "0.5");
     kt_write_file("h.yaml", text);

@@ -4,6 +4,7 @@
 
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
+#include "kinetree/simulation.h"
 #include "model/model.h"
 
 #include <stdio.h>
@@ -23,6 +24,17 @@ typedef struct motion {
     kt_wrench joints[MOST];
 } motion;
 
+/* The accelerations of the start with the contacts that a simulation finds there. */
+static kt_status simulate_start(const kt_model *model, double *a, kt_error *error) {
+    const kt_run run = kt_run_default();
+    kt_simulation *simulation = NULL;
+    kt_status status = kt_simulation_create(model, &run, NULL, &simulation, error);
+    if (status == KT_OK)
+        status = kt_simulation_acceleration(simulation, a, error);
+    kt_simulation_free(simulation);
+    return status;
+}
+
 static void move(const kt_model *model, motion *m) {
     double q[MOST], v[MOST];
     kt_data *data = NULL;
@@ -36,7 +48,9 @@ static void move(const kt_model *model, motion *m) {
         status = kt_state_assemble(model, data, 0.0, q, v, &e);
     if (status == KT_OK)
         status = kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, m->a, &e);
-    if (status == KT_OK)
+    if (status == KT_ERROR_UNSUPPORTED) /* an open contact touches */
+        status = simulate_start(model, m->a, &e);
+    else if (status == KT_OK)
         status = kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, m->joints, NULL, &e);
     kt_data_free(data);
     (void)fine("motion", status, &e);

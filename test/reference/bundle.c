@@ -22,72 +22,74 @@ static void visit_all(kt_visit *visit) {
     free(entries);
 }
 
+/* Scenes that were promised. */
+static const char *const promised[] = {"pendulum",
+                                       "double-pendulum",
+                                       "rod-chain-3",
+                                       "rod-chain-5",
+                                       "spherical-pendulum",
+                                       "spinning-top",
+                                       "lagrange-top",
+                                       "precessing-top",
+                                       "flip",
+                                       "three-body",
+                                       "arm7",
+                                       "humanoid",
+                                       "conical-pendulum",
+                                       "trolley",
+                                       "screw",
+                                       "puck",
+                                       "sleeve",
+                                       "chain",
+                                       "bead",
+                                       "flyball-governor",
+                                       "four-bar",
+                                       "slider-crank",
+                                       "slider-crank-spring",
+                                       "n-four-bar-2",
+                                       "n-four-bar-40",
+                                       "andrews",
+                                       "bricard",
+                                       "scissor-lift",
+                                       "stewart",
+                                       "watt",
+                                       "stephenson",
+                                       "peaucellier",
+                                       "hooke-shaft",
+                                       "rolling-disc",
+                                       "skate",
+                                       "constant-velocity",
+                                       "spiral-wire",
+                                       "torus-marble",
+                                       "bicycle",
+                                       "cart-pole",
+                                       "furuta-pendulum",
+                                       "quarter-car",
+                                       "tethered-satellites",
+                                       "walking-beam-pump",
+                                       "landing-gear",
+                                       "thruster-lag",
+                                       "rocket",
+                                       "sliding-chain",
+                                       "leaking-pendulum",
+                                       "dc-motor",
+                                       "hydraulic-cylinder",
+                                       "pid-arm",
+                                       "lugre",
+                                       "flapping-wings",
+                                       "articulated-rotor",
+                                       "rolling-ball",
+                                       "rope",
+                                       "engine-mounts",
+                                       "servo-arm",
+                                       "fishing-rod",
+                                       "five-bar",
+                                       "shot"};
+
 KT_TEST(scenes_that_were_promised_are_there) {
-    static const char *const names[] = {"pendulum",
-                                        "double-pendulum",
-                                        "rod-chain-3",
-                                        "rod-chain-5",
-                                        "spherical-pendulum",
-                                        "spinning-top",
-                                        "lagrange-top",
-                                        "precessing-top",
-                                        "flip",
-                                        "three-body",
-                                        "arm7",
-                                        "humanoid",
-                                        "conical-pendulum",
-                                        "trolley",
-                                        "screw",
-                                        "puck",
-                                        "sleeve",
-                                        "chain",
-                                        "bead",
-                                        "flyball-governor",
-                                        "four-bar",
-                                        "slider-crank",
-                                        "slider-crank-spring",
-                                        "n-four-bar-2",
-                                        "n-four-bar-40",
-                                        "andrews",
-                                        "bricard",
-                                        "scissor-lift",
-                                        "stewart",
-                                        "watt",
-                                        "stephenson",
-                                        "peaucellier",
-                                        "hooke-shaft",
-                                        "rolling-disc",
-                                        "skate",
-                                        "constant-velocity",
-                                        "spiral-wire",
-                                        "torus-marble",
-                                        "bicycle",
-                                        "cart-pole",
-                                        "furuta-pendulum",
-                                        "quarter-car",
-                                        "tethered-satellites",
-                                        "walking-beam-pump",
-                                        "landing-gear",
-                                        "thruster-lag",
-                                        "rocket",
-                                        "sliding-chain",
-                                        "leaking-pendulum",
-                                        "dc-motor",
-                                        "hydraulic-cylinder",
-                                        "pid-arm",
-                                        "lugre",
-                                        "flapping-wings",
-                                        "articulated-rotor",
-                                        "rolling-ball",
-                                        "rope",
-                                        "engine-mounts",
-                                        "servo-arm",
-                                        "fishing-rod",
-                                        "five-bar",
-                                        "shot"};
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+    for (size_t i = 0; i < sizeof promised / sizeof promised[0]; i++) {
         kt_case c;
-        kt_check_true(names[i], kt_case_open(&c, names[i]));
+        kt_check_true(promised[i], kt_case_open(&c, promised[i]));
         kt_case_close(&c);
     }
 }
@@ -197,6 +199,21 @@ static char *write_text(const kt_scene *scene) {
     return NULL;
 }
 
+/* Accelerations of the start. If an open contact touches there, a simulation finds its set. */
+static kt_status accelerate(const kt_model *model, kt_data *data, const double *q, const double *v, double *a,
+                            kt_error *error) {
+    const kt_run run = kt_run_default();
+    kt_simulation *simulation = NULL;
+    kt_status status = kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, error);
+    if (status != KT_ERROR_UNSUPPORTED)
+        return status;
+    status = kt_simulation_create(model, &run, NULL, &simulation, error);
+    if (status == KT_OK)
+        status = kt_simulation_acceleration(simulation, a, error);
+    kt_simulation_free(simulation);
+    return status;
+}
+
 /* The same initial state, assembled, and the same accelerations there, to the bit. */
 static void check_same_motion(const kt_case *c, const kt_scene *again) {
     enum { NUMBERS = 256 };
@@ -212,8 +229,7 @@ static void check_same_motion(const kt_case *c, const kt_scene *again) {
         kt_model_initial(models[k], q[k], v[k]);
         fine = kt_fine("data", kt_data_create(models[k], &data, &error), &error) &&
                kt_fine("assembly", kt_state_assemble(models[k], data, 0.0, q[k], v[k], &error), &error) &&
-               kt_fine("accelerations",
-                       kt_acceleration_evaluate(models[k], data, 0.0, q[k], v[k], NULL, NULL, a[k], &error), &error);
+               kt_fine("accelerations", accelerate(models[k], data, q[k], v[k], a[k], &error), &error);
         kt_data_free(data);
     }
     const size_t nv = (size_t)kt_model_nv(c->model) * sizeof(double);
