@@ -389,7 +389,7 @@ static int choose_panels(kt_chart *chart, char *title, size_t size) {
 /* Paints the panels; the title is that of the arguments, the scene's name, or the name of the file. */
 static int paint(const kt_chart *chart, const char *base, const char *out) {
     const kt_plot_arguments *arguments = chart->arguments;
-    char subtitle[240];
+    char subtitle[400];
     write_subtitle(chart, subtitle, sizeof subtitle);
     const kt_plot plot = {.title = arguments->title != NULL  ? arguments->title
                                    : chart->scene[0] != '\0' ? chart->scene
