@@ -1,8 +1,10 @@
 /* Functions of FMI 3.0 for types and capabilities that these FMUs do not have. Getters and setters accept an empty
- * list; all else reports an error. Arguments that are never read are left out of the definitions where the calling
- * conventions allow it.
+ * list; all else reports an error. Most of the arguments are never read.
  */
 #include "instance.h"
+
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+/* NOLINTBEGIN(misc-unused-parameters): the standard sets the arguments */
 
 static kt_fmi_status report_absence(void *instance, const char *what, size_t count) {
     const kt_fmu *fmu = instance;
@@ -21,44 +23,47 @@ static kt_fmi_status report_absence(void *instance, const char *what, size_t cou
 #define KT_FMU_ABSENT(type)                                                                                            \
     KT_FMI(kt_fmi_status fmi3Get##type(void *instance, const kt_fmi_reference *references, size_t count, void *values, \
                                        size_t value_count)) {                                                          \
-        (void)references, (void)values, (void)value_count;                                                             \
         return report_absence(instance, "this FMU has no variables of the type " #type, count);                        \
     }                                                                                                                  \
     KT_FMI(kt_fmi_status fmi3Set##type(void *instance, const kt_fmi_reference *references, size_t count,               \
                                        const void *values, size_t value_count)) {                                      \
-        (void)references, (void)values, (void)value_count;                                                             \
         return report_absence(instance, "this FMU has no variables of the type " #type, count);                        \
     }
 KT_FMU_ABSENT_TYPES(KT_FMU_ABSENT)
 
-/* The sizes of binary values come between references and values. Clocks have no number of values. */
-#define KT_FMU_ABSENT_LIST(name)                                                                                       \
-    KT_FMI(kt_fmi_status fmi3##name(void *instance, const kt_fmi_reference *references, size_t count)) {               \
-        (void)references;                                                                                              \
+/* Lists of another form: references, their number, and further arguments. */
+#define KT_FMU_ABSENT_LIST(name, ...)                                                                                  \
+    KT_FMI(kt_fmi_status fmi3##name(void *instance, const kt_fmi_reference *references, size_t count, __VA_ARGS__)) {  \
         return report_absence(instance, "this FMU does not have fmi3" #name, count);                                   \
     }
-KT_FMU_ABSENT_LIST(GetBinary)
-KT_FMU_ABSENT_LIST(SetBinary)
-KT_FMU_ABSENT_LIST(GetClock)
-KT_FMU_ABSENT_LIST(SetClock)
-KT_FMU_ABSENT_LIST(GetIntervalDecimal)
-KT_FMU_ABSENT_LIST(GetIntervalFraction)
-KT_FMU_ABSENT_LIST(GetShiftDecimal)
-KT_FMU_ABSENT_LIST(GetShiftFraction)
-KT_FMU_ABSENT_LIST(SetIntervalDecimal)
-KT_FMU_ABSENT_LIST(SetIntervalFraction)
-KT_FMU_ABSENT_LIST(SetShiftDecimal)
-KT_FMU_ABSENT_LIST(SetShiftFraction)
-KT_FMU_ABSENT_LIST(GetOutputDerivatives)
+KT_FMU_ABSENT_LIST(GetBinary, size_t *sizes, const uint8_t **values, size_t value_count)
+KT_FMU_ABSENT_LIST(SetBinary, const size_t *sizes, const uint8_t *const *values, size_t value_count)
+KT_FMU_ABSENT_LIST(GetClock, bool *values)
+KT_FMU_ABSENT_LIST(SetClock, const bool *values)
+KT_FMU_ABSENT_LIST(GetIntervalDecimal, double *intervals, int *qualifiers)
+KT_FMU_ABSENT_LIST(GetIntervalFraction, uint64_t *counters, uint64_t *resolutions, int *qualifiers)
+KT_FMU_ABSENT_LIST(GetShiftDecimal, double *shifts)
+KT_FMU_ABSENT_LIST(GetShiftFraction, uint64_t *counters, uint64_t *resolutions)
+KT_FMU_ABSENT_LIST(SetIntervalDecimal, const double *intervals)
+KT_FMU_ABSENT_LIST(SetIntervalFraction, const uint64_t *counters, const uint64_t *resolutions)
+KT_FMU_ABSENT_LIST(SetShiftDecimal, const double *shifts)
+KT_FMU_ABSENT_LIST(SetShiftFraction, const uint64_t *counters, const uint64_t *resolutions)
+KT_FMU_ABSENT_LIST(GetOutputDerivatives, const int32_t *orders, double *values, size_t value_count)
 
-#define KT_FMU_ABSENT_CALL(name)                                                                                       \
-    KT_FMI(kt_fmi_status fmi3##name(void *instance)) {                                                                 \
+#define KT_FMU_ABSENT_CALL(name, ...)                                                                                  \
+    KT_FMI(kt_fmi_status fmi3##name(__VA_ARGS__)) {                                                                    \
         return report_absence(instance, "this FMU does not have fmi3" #name, 1);                                       \
     }
-KT_FMU_ABSENT_CALL(GetNumberOfVariableDependencies)
-KT_FMU_ABSENT_CALL(GetVariableDependencies)
-KT_FMU_ABSENT_CALL(GetDirectionalDerivative)
-KT_FMU_ABSENT_CALL(GetAdjointDerivative)
-KT_FMU_ABSENT_CALL(EnterConfigurationMode)
-KT_FMU_ABSENT_CALL(ExitConfigurationMode)
-KT_FMU_ABSENT_CALL(ActivateModelPartition)
+KT_FMU_ABSENT_CALL(GetNumberOfVariableDependencies, void *instance, kt_fmi_reference reference, size_t *count)
+KT_FMU_ABSENT_CALL(GetVariableDependencies, void *instance, kt_fmi_reference dependent, size_t *dependent_elements,
+                   kt_fmi_reference *independents, size_t *independent_elements, int *kinds, size_t count)
+KT_FMU_ABSENT_CALL(GetDirectionalDerivative, void *instance, const kt_fmi_reference *unknowns, size_t unknown_count,
+                   const kt_fmi_reference *knowns, size_t known_count, const double *seed, size_t seed_count,
+                   double *sensitivity, size_t sensitivity_count)
+KT_FMU_ABSENT_CALL(GetAdjointDerivative, void *instance, const kt_fmi_reference *unknowns, size_t unknown_count,
+                   const kt_fmi_reference *knowns, size_t known_count, const double *seed, size_t seed_count,
+                   double *sensitivity, size_t sensitivity_count)
+KT_FMU_ABSENT_CALL(EnterConfigurationMode, void *instance)
+KT_FMU_ABSENT_CALL(ExitConfigurationMode, void *instance)
+KT_FMU_ABSENT_CALL(ActivateModelPartition, void *instance, kt_fmi_reference clock, double time)
+/* NOLINTEND(misc-unused-parameters) */

@@ -2,9 +2,15 @@
  *
  *     importer BINARY RESOURCES TOKEN MODE STEP COUNT STATES [REFERENCE[=VALUE]...]
  *
- * MODE is cs (co-simulation), serial (another instance continues from a state at half time) or me (model exchange with
- * the classical method of fourth order). A reference with a value is set before the initialization. The others are
- * written after each step with 17 digits. The last line counts allocations of all steps.
+ * MODE is one of
+ *     cs         co-simulation
+ *     two        co-simulation while another instance takes half steps
+ *     serial     co-simulation; another instance continues from the serialised state at half time
+ *     save=FILE  co-simulation to half time, and the serialised state to a file
+ *     load=FILE  co-simulation from the state of a file, at half time, to the end
+ *     me         model exchange with the classical method of fourth order
+ * A reference with a value is set before the initialization. The others are written after each step with 17 digits. The
+ * last line counts allocations of all steps.
  */
 #include "interpose.h"
 
@@ -104,44 +110,94 @@ static void show(const request *r, void *instance) {
 
 /* ---- co-simulation ----------------------------------------------------------------------------------------------- */
 
+/* A serialised state. */
+typedef struct block {
+    uint8_t *bytes;
+    size_t size;
+} block;
+
+static block serialise(void *instance) {
+    void *state = NULL;
+    block b;
+    require(fmi_GetFMUState(instance, &state) == 0 && fmi_SerializedFMUStateSize(instance, state, &b.size) == 0,
+            "state");
+    b.bytes = malloc(b.size);
+    require(b.bytes != NULL && fmi_SerializeFMUState(instance, state, b.bytes, b.size) == 0, "serialised state");
+    require(fmi_FreeFMUState(instance, &state) == 0 && state == NULL, "release of a state");
+    return b;
+}
+
+static void restore(void *instance, block b) {
+    void *state = NULL;
+    require(fmi_DeserializeFMUState(instance, b.bytes, b.size, &state) == 0, "deserialised state");
+    require(fmi_SetFMUState(instance, state) == 0 && fmi_FreeFMUState(instance, &state) == 0, "restored state");
+}
+
 /* Goes on in a new instance from the serialised state. */
 static void *pass_on(const request *r, void *instance) {
-    void *state = NULL, *other = NULL;
-    size_t size = 0;
-    require(fmi_GetFMUState(instance, &state) == 0 && fmi_SerializedFMUStateSize(instance, state, &size) == 0, "state");
-    uint8_t *bytes = malloc(size);
-    require(bytes != NULL && fmi_SerializeFMUState(instance, state, bytes, size) == 0, "serialised state");
-    require(fmi_FreeFMUState(instance, &state) == 0 && state == NULL, "release of a state");
+    void *other = NULL;
+    const block b = serialise(instance);
     fmi_FreeInstance(instance);
     instance = start(r, false);
-    require(fmi_DeserializeFMUState(instance, bytes, size, &other) == 0, "deserialised state");
-    require(fmi_SetFMUState(instance, other) == 0 && fmi_FreeFMUState(instance, &other) == 0, "restored state");
+    restore(instance, b);
     /* A block that is damaged is rejected, and the instance goes on. */
-    bytes[0] ^= 1;
-    require(fmi_DeserializeFMUState(instance, bytes, size, &other) == 0, "damaged state");
+    b.bytes[0] ^= 1;
+    require(fmi_DeserializeFMUState(instance, b.bytes, b.size, &other) == 0, "damaged state");
     require(fmi_SetFMUState(instance, other) != 0, "a damaged state is accepted");
     require(fmi_FreeFMUState(instance, &other) == 0, "release of a damaged state");
-    free(bytes);
+    free(b.bytes);
     return instance;
 }
 
+static void save(void *instance, const char *name) {
+    FILE *file = fopen(name, "wb");
+    const block b = serialise(instance);
+    require(file != NULL && fwrite(b.bytes, 1, b.size, file) == b.size && fclose(file) == 0, "a state cannot be saved");
+    free(b.bytes);
+}
+
+static void load(void *instance, const char *name) {
+    FILE *file = fopen(name, "rb");
+    block b = serialise(instance); /* has the size */
+    require(file != NULL && fread(b.bytes, 1, b.size, file) == b.size && fgetc(file) == EOF, "a state cannot be read");
+    fclose(file);
+    restore(instance, b);
+    free(b.bytes);
+}
+
+/* Returns the file of a mode, NULL if it is another mode. */
+static const char *file_of(const request *r, const char *mode) {
+    return strncmp(r->mode, mode, strlen(mode)) == 0 ? r->mode + strlen(mode) : NULL;
+}
+
 static void simulate(const request *r) {
-    void *instance = start(r, false);
+    const char *saved = file_of(r, "save="), *loaded = file_of(r, "load=");
+    void *instance = start(r, false), *second = strcmp(r->mode, "two") == 0 ? start(r, false) : NULL;
     long allocations = 0;
     bool event, end = false, early;
     double last;
-    show(r, instance);
-    for (int k = 0; k < r->count && !end; k++) {
+    if (loaded != NULL)
+        load(instance, loaded);
+    else
+        show(r, instance);
+    for (int k = loaded != NULL ? r->count / 2 : 0; k < (saved != NULL ? r->count / 2 : r->count) && !end; k++) {
         if (strcmp(r->mode, "serial") == 0 && k == r->count / 2)
             instance = pass_on(r, instance);
+        if (second != NULL)
+            require(fmi_DoStep(second, 0.5 * k * r->step, 0.5 * r->step, true, &event, &end, &early, &last) == 0,
+                    "a step of the second instance fails");
         kt_interpose_start();
         const int status = fmi_DoStep(instance, k * r->step, r->step, true, &event, &end, &early, &last);
         allocations += kt_interpose_stop();
         require(status == 0, "a step fails");
         show(r, instance);
     }
+    if (saved != NULL)
+        save(instance, saved);
     fmi_Terminate(instance);
     fmi_FreeInstance(instance);
+    if (second != NULL)
+        fmi_FreeInstance(second);
     printf("allocations %ld\n", allocations);
 }
 
