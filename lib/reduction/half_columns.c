@@ -32,7 +32,7 @@ KT_INLINE void place(const kt_model *model, const kt_data *data, size_t g, kt_ha
     h->multiplier = h->diagonal + LANES * n;
     h->inverse = h->multiplier + LANES * n;
     h->free = h->inverse + m;
-    h->slot = (int32_t *)(h->free + m);
+    h->slot = (int32_t *)(void *)(h->free + m);
     h->given = (uint8_t *)(h->slot + LANES * n);
     h->live = h->given + m;
 }

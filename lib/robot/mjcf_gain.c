@@ -66,7 +66,8 @@ static void apply_actuator(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a)
         read_here(m, e, "timeconst", 1, 1, &dynamics.time);
         if (kt_xml_attribute(e, "timeconst") != NULL)
             dynamics.type = KT_MJCF_FILTER;
-        a->dynamics = integrates ? (kt_mjcf_dynamics){.type = KT_MJCF_INTEGRATOR} : dynamics;
+        const kt_mjcf_dynamics integrator = {.type = KT_MJCF_INTEGRATOR};
+        a->dynamics = integrates ? integrator : dynamics;
     } else if (strcmp(e->name, "velocity") == 0) {
         read_here(m, e, "kv", 1, 1, k);
         *a = (kt_mjcf_actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, 0.0, -k[0]}};
