@@ -123,8 +123,8 @@ static inline kt_status kt_slip_refuse(const kt_model *model, const char *where,
 }
 #endif
 
-/* The first loop that bears the force of an effect at present: a closed contact or stop, or friction that sticks. -1:
- * there is none, and the effect's own load is its force. */
+/* The first loop that bears the force of an effect: a closed contact or stop, or friction that sticks. -1: the effect
+ * bears its force itself. */
 static inline int kt_effect_closed_loop(const kt_model *model, const kt_effect_record *effect) {
 #if KT_HAS_SWITCHES
     for (int32_t i = effect->loop; i < effect->loop + effect->loops; i++)

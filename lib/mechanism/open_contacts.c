@@ -36,7 +36,7 @@ static kt_status refuse_wrong_friction(const kt_model *model, size_t loop, doubl
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                        "the rate is %.3g, and the model's set has friction that slips the other way. Let it stick "
+                        "its friction slips in the model's set, but not at the rate %.3g of this state. Let it stick "
                         "(kt_loop_enable) or slip backwards (kt_effect_enable), take the model of a simulation in this "
                         "state (kt_simulation_model), or leave stick out",
                         rate);

@@ -1,5 +1,4 @@
-/* What hard contacts that slip share: their problem, and responses to forces at them in range space (slip.c,
- * slip_response.c). */
+/* The problem of hard contacts that slip (slip.c), and their responses to forces in range space (slip_response.c). */
 #ifndef KT_MECHANISM_SLIP_H
 #define KT_MECHANISM_SLIP_H
 
