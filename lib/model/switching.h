@@ -99,7 +99,7 @@ static inline size_t kt_family_head(const kt_switches *of) {
  * the model has no contacts. */
 static inline const kt_model *kt_family_closed(const kt_model *model) {
     const kt_family *family = model->family;
-    return family != NULL && family->contacts != 0
+    return KT_HAS_SWITCHES && family != NULL && family->contacts != 0
                ? kt_model_switched(model, (model->set | family->contacts) & ~family->back)
                : NULL;
 }

@@ -453,7 +453,10 @@ static inline kt_mjcf_site *kt_mjcf_site_at(const kt_mjcf *m, int i) { return (k
 static inline kt_mjcf_tendon *kt_mjcf_tendon_at(const kt_mjcf *m, int i) {
     return (kt_mjcf_tendon *)m->tendons.items + i;
 }
-static inline kt_mjcf_term *kt_mjcf_term_at(const kt_mjcf *m, int i) { return (kt_mjcf_term *)m->terms.items + i; }
+/* NULL beyond the last: the first of a tendon without terms, for one. */
+static inline kt_mjcf_term *kt_mjcf_term_at(const kt_mjcf *m, int i) {
+    return i < m->terms.count ? (kt_mjcf_term *)m->terms.items + i : NULL;
+}
 static inline int kt_mjcf_nq(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 7 : type == KT_MJCF_BALL ? 4 : 1; }
 static inline int kt_mjcf_nv(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 6 : type == KT_MJCF_BALL ? 3 : 1; }
 static inline bool kt_mjcf_is_scalar(const kt_mjcf_joint *j) { return j->type >= KT_MJCF_SLIDE; }
