@@ -91,8 +91,8 @@ static const kt_note first_notes[] = {
     KT_NOTE(kt_sdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
     KT_NOTE(kt_sdf, floating, START, "links that move freely, since no joint connects them with the world:"),
     KT_NOTE(kt_sdf, reserved, MOTION,
-            "links called 'world', which is the world's name alone: what names it is joined to the world, and these "
-            "links to nothing; give them another name:"),
+            "links with the name 'world', which is reserved: joints to 'world' hold the world, and these links are "
+            "free; give them another name:"),
     KT_NOTE(kt_sdf, freed, START, "links that are fixed to the world and move freely, by --floating:"),
     KT_NOTE(kt_sdf, at_rest, START, "links of static models, fixed to the world:"),
     KT_NOTE(kt_sdf, standard_masses, START,

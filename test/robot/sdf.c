@@ -65,7 +65,7 @@ KT_TEST(parent_world_is_the_world_and_no_link_or_joint_of_that_name) {
         kt_check_true("its parent is the world", a->parent == NULL);
         kt_check_equal_int("type", a->joint.type, KT_JOINT_REVOLUTE);
         kt_check_equal_bits("it starts where it says", a->joint.position, &(double){0.5}, 1);
-        kt_check_true("told", has_note(&scene, "links called 'world'") == (i == 0));
+        kt_check_true("told", has_note(&scene, "links with the name 'world'") == (i == 0));
         kt_scene_free(&scene);
     }
 }
