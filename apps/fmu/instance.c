@@ -1,6 +1,8 @@
 /* Instances of an FMU: resources, the compiled scene, derivatives and outputs. */
 #include "instance.h"
 
+#include "own_rates.h"
+
 #include "records/quantities.h"
 
 #include "kinetree/dynamics.h"
@@ -205,21 +207,36 @@ void kt_fmu_close(kt_fmu *fmu) {
 
 /* ---- derivatives and outputs ------------------------------------------------------------------------------------- */
 
+/* Computes v' and x' in the state of the importer, with the model of the start. */
+static kt_status derive_exchanged(kt_fmu *fmu, const double *y, const double *v, kt_error *error) {
+    double *a = fmu->rates + fmu->nq;
+    if (fmu->nx > 0)
+        memcpy(kt_own_states(fmu->model, fmu->data), v + fmu->nv, (size_t)fmu->nx * sizeof *v);
+    const kt_status status =
+        kt_acceleration_evaluate(fmu->model, fmu->data, fmu->time, y, v, fmu->torque, NULL, a, error);
+    if (status != KT_OK || fmu->nx == 0)
+        return status;
+    return kt_own_state_rates(fmu->model, fmu->data, fmu->time, y, v, a + fmu->nv, error);
+}
+
+/* Computes v' and x' in the state of the simulation, with its contacts and with the parameters that its events set. */
+static kt_status derive_simulated(kt_fmu *fmu, kt_error *error) {
+    double *a = fmu->rates + fmu->nq;
+    kt_status status = kt_simulation_set_torque(fmu->simulation, fmu->torque, error);
+    if (status == KT_OK)
+        status = kt_simulation_acceleration(fmu->simulation, a, error);
+    return status == KT_OK ? kt_fmu_own_rates(fmu->simulation, a + fmu->nv, error) : status;
+}
+
 /* q' = position rate of v, v' = accelerations, x' = rates of the auxiliary states. */
 kt_status kt_fmu_derive(kt_fmu *fmu, kt_error *error) {
     if (fmu->has_rates)
         return KT_OK;
     const double *y = kt_fmu_state(fmu), *v = y + fmu->nq;
-    double *rates = fmu->rates;
-    if (fmu->nx > 0)
-        memcpy(kt_own_states(fmu->model, fmu->data), v + fmu->nv, (size_t)fmu->nx * sizeof *v);
-    kt_status status =
-        kt_acceleration_evaluate(fmu->model, fmu->data, fmu->time, y, v, fmu->torque, NULL, rates + fmu->nq, error);
-    if (status == KT_OK && fmu->nx > 0)
-        status = kt_own_state_rates(fmu->model, fmu->data, fmu->time, y, v, rates + fmu->nq + fmu->nv, error);
+    const kt_status status = fmu->is_exchange ? derive_exchanged(fmu, y, v, error) : derive_simulated(fmu, error);
     if (status != KT_OK)
         return status;
-    kt_position_rate(fmu->model, y, v, rates);
+    kt_position_rate(fmu->model, y, v, fmu->rates);
     fmu->has_rates = true;
     return KT_OK;
 }
@@ -242,9 +259,12 @@ kt_status kt_fmu_evaluate(kt_fmu *fmu, kt_error *error) {
         status = kt_simulation_set_torque(fmu->simulation, fmu->torque, error);
     if (status == KT_OK)
         status = kt_simulation_sense(fmu->simulation, &record, error);
-    if (status == KT_OK)
-        fmu->values = kt_columns_evaluate(&fmu->columns, &record);
-    return status;
+    if (status != KT_OK)
+        return status;
+    if (fmu->is_exchange) /* works are integrals along the motion, which the importer has */
+        record.work.dissipated = record.work.supplied = (double)NAN;
+    fmu->values = kt_columns_evaluate(&fmu->columns, &record);
+    return KT_OK;
 }
 
 kt_status kt_fmu_project(kt_fmu *fmu, kt_error *error) {

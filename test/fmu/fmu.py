@@ -26,8 +26,10 @@ STEP, STEPS = 0.01, 200  # s between values; the fixed steps of the scenes divid
 # Own steps of 1 ms, so that the end of each is a time at which a step of an FMU may end, too.
 FIXED = ["double-pendulum", "four-bar", "arm7", "bouncing-ball", "lugre", "furuta-pendulum", "cart-pole"]
 EXCHANGED = {"double-pendulum": 1e-12, "four-bar": 1e-12, "arm7": 1e-12}  # rounding; measured: 0, 4e-15, 0
-# fmusim writes 16 digits. In model exchange its method has a tolerance of 1e-10, and the run has its own error.
-FMUSIM = {"cs": 1e-13, "me": 1e-5}
+# fmusim with the method of the scene (cs), and with CVODE at a tolerance of 1e-10 (me). The run has its own error: the
+# rope a tolerance of 1e-4, the ball impacts of 2 MN/m^1.5, and the rocket a balance that is a difference of 1.6e5 J.
+FMUSIM_BOUND, INTERVALS = 2e-5, 200
+FMUSIM_LOOSE = {"rope": 1e-3, "rolling-ball": 5e-4, "rocket": 3e-4}
 
 
 def run(*words):
@@ -152,6 +154,29 @@ def check_exchange(folder):
     claim("model_exchange_follows_the_run_of_the_same_method", problems)
 
 
+def check_rates(folder):
+    """Derivatives of states in co-simulation: friction that sticks, an event that sets a parameter, own states."""
+    problems = []
+    for name, event, has_own in (("clutch", ("t - 3", "t - 1"), False), ("thruster-lag", ("", ""), True)):
+        scene = fixed_scene(name, folder)
+        scene.write_text(re.sub(r"record: \[", "record: [acceleration, ", scene.read_text().replace(*event)))
+        fmu = Fmu(scene, folder)
+        joints = [word[len("acceleration."):] for word in fmu.variables if word.startswith("acceleration.")]
+        names = [f"acceleration.{j}" for j in joints] + [f"der(v.{j})" for j in joints]
+        own = [word for word in fmu.variables if has_own and word.startswith("der(x.")]
+        status, text, errors = fmu.play("cs", "0", *map(fmu.reference, names + own + [f"state.{w[6:-1]}" for w in own]))
+        table, n = rows(text) if status == 0 else [], len(joints)
+        rates = [abs(row[1 + k] - row[1 + n + k]) for row in table for k in range(n)]
+        # An own state has no column of its rate: Simpson's rule from its values, on steps of 10 ms.
+        first, m = 1 + 2 * n, len(own)
+        slopes = [abs((c[first + m + k] - a[first + m + k]) / STEP * 3 - a[first + k] - 4 * b[first + k] - c[first + k])
+                  for a, b, c in zip(table, table[1:], table[2:]) for k in range(m)]
+        worst = [max(rates, default=math.nan), max(slopes, default=0.0 if not own else math.nan)]
+        note(f"{name}: accelerations differ by {worst[0]:g}, bound 1e-9; rates of states by {worst[1]:g}, bound 1e-6")
+        problems += [] if worst[0] <= 1e-9 and worst[1] <= 1e-6 else [f"{name}: {worst} {errors}"]
+    claim("derivatives_of_cosimulation_are_those_of_the_motion", problems)
+
+
 def check_values(folder):
     """A parameter and an input of the FMU act as a setting of a run and as a constant force do."""
     scene = folder / "slide.yaml"
@@ -233,25 +258,69 @@ def check_schema(folder):
     claim("descriptions_are_valid", problems)
 
 
+def play_foreign(fmusim, words, stop, archive, out):
+    """The rows of a foreign importer, and its messages. The last of the rows of a time is that after its event."""
+    out.unlink(missing_ok=True)
+    status, said, errors = run(fmusim, *words, "--tolerance", 1e-10, "--log-level", "ok", "--output-interval",
+                               repr(stop / INTERVALS), "--stop-time", repr(stop), "--output-file", out, archive)
+    text = out.read_text() if status == 0 else ""
+    return {round(row[0], 9): row for row in rows(text)}, (said + errors).strip()
+
+
+def largest_relative(ours, theirs, works):
+    """The largest difference over the larger of 1 and the column's size; columns in `works` must be NaN in ours."""
+    common = sorted(set(ours) & set(theirs))
+    if len(common) < INTERVALS or any(len(ours[t]) != len(theirs[t]) for t in common):
+        return math.nan
+    worst = 0.0
+    for k in range(1, len(ours[common[0]])):
+        pairs = [(ours[t][k], theirs[t][k]) for t in common]
+        if k in works:
+            worst = worst if all(math.isnan(a) for a, _ in pairs) else math.nan
+            continue
+        size = max([1.0] + [abs(b) for _, b in pairs if b == b])
+        found = [abs(a - b) / size for a, b in pairs if not (a != a and b != b)]
+        worst = math.nan if any(x != x for x in found) else max([worst, *found])
+        if math.isnan(worst):
+            break
+    return worst
+
+
 def check_fmusim(folder):
+    """Every bundled scene, with its own method, in a foreign importer: no complaint, and the numbers of the run."""
     fmusim = os.environ.get("KT_FMUSIM")
     if not fmusim:
         skip("fmusim_agrees", "KT_FMUSIM names no program")
         return
-    problems = []
-    for name in ("double-pendulum", "four-bar"):
-        scene = fixed_scene(name, folder)
-        fmu, out = Fmu(scene, folder), folder / f"{name}.csv"
-        for words in (["--interface-type", "cs"], ["--interface-type", "me", "--solver", "cvode"]):
-            status, _, errors = run(fmusim, *words, "--tolerance", 1e-10, "--output-interval", STEP,
-                                    "--stop-time", STEP * STEPS, "--output-file", out, fmu.archive)
-            ours = rows(out.read_text()) if status == 0 else [[math.nan]]
-            ours = list({row[0]: row for row in ours}.values())  # the last of those of a time: after its event
-            found = differences(ours, records(scene)[0])
-            bound = FMUSIM[words[1]]
-            note(f"{name}, {words[1]}: largest difference {found:g}, bound {bound:g}")
-            problems += [] if found <= bound else [f"{name}, {words[1]}: {found:g} {errors}"]
-    claim("fmusim_agrees", problems)
+    problems, worst, count = [], {"cs": (0.0, ""), "me": (0.0, "")}, 0
+    for scene in sorted(SCENES.glob("*.yaml")):
+        fmu = Fmu(scene, folder)
+        if fmu.status != 0:
+            problems.append(f"{scene.stem}: {fmu.errors.strip()}")
+            continue
+        stop = min(float(fmu.root.find("DefaultExperiment").get("stopTime")), 0.97)  # not at a kink of a drive
+        _, text, errors = run(COMMAND, "run", scene, "--duration", repr(stop), "--interval", repr(stop / INTERVALS),
+                              "--quiet", "--out", "-")
+        theirs = {round(row[0], 9): row for row in rows(text)}
+        works = [k for k, name in enumerate(text.partition("\n")[0].split(","))
+                 if name in ("energy.dissipated", "energy.supplied", "energy.balance")]
+        for mode in ("cs", "me"):
+            if fmu.root.find({"cs": "CoSimulation", "me": "ModelExchange"}[mode]) is None:
+                continue
+            words = ["--interface-type", mode] + (["--solver", "cvode"] if mode == "me" else [])
+            ours, complaint = play_foreign(fmusim, words, stop, fmu.archive, folder / "foreign.csv")
+            found = largest_relative(ours, theirs, works if mode == "me" else [])
+            bound = FMUSIM_LOOSE.get(scene.stem, FMUSIM_BOUND)
+            count += 1
+            if not found <= worst[mode][0] and scene.stem not in FMUSIM_LOOSE:
+                worst[mode] = found, scene.stem
+            if scene.stem in FMUSIM_LOOSE:
+                note(f"{scene.stem}, {mode}: relative difference {found:g}, bound {bound:g}")
+            if not found <= bound or complaint:
+                problems.append(f"{scene.stem}, {mode}: relative difference {found:g}, bound {bound:g}; {complaint}")
+    for mode, (found, stem) in worst.items():
+        note(f"{mode}: largest relative difference {found:g} ({stem}), bound {FMUSIM_BOUND:g}")
+    claim("fmusim_runs_every_bundled_scene_and_agrees", problems + ([] if count >= 100 else [f"only {count} runs"]))
 
 
 def main():
@@ -259,6 +328,7 @@ def main():
         folder = pathlib.Path(name)
         check_cosimulation(folder)
         check_exchange(folder)
+        check_rates(folder)
         check_values(folder)
         check_refusals(folder)
         check_binary(folder)
