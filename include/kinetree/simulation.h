@@ -759,8 +759,8 @@ typedef struct kt_simulation_counts {
     kt_iterations iterations; /* of projections, and of the assembly at the start; iterations.capped counts those that
                                  ended at their limit, including those of the method (`capped` above) */
     kt_crossings crossings;   /* of all accelerations, including those for records */
-    uint64_t cut;             /* searches for the next feature of a formula of time that reached their limit: a pulse
-                                 may be missed */
+    uint64_t cut;             /* searches for the next feature of a formula of time, also of an event, that reached
+                                 their limit: a pulse may be missed */
     uint64_t corners;         /* breakpoints of functions of time at which adaptive steps ended; 0 in a library without
                                  Jacobians */
 } kt_simulation_counts;

@@ -4,7 +4,6 @@
  */
 #include "base/require.h"
 #include "document/pool.h"
-#include "expression/corner.h"
 #include "expression/expression.h"
 #include "expression/part.h"
 #include "kinetree/dynamics.h"
@@ -14,6 +13,7 @@
 #include "scene/impulse.h"
 #include "scene/reset.h"
 #include "scene/response.h"
+#include "simulation/feature.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -57,6 +57,7 @@ typedef struct watched {
     double *velocities;        /* what they become */
     int state_count, set_count;
     const kt_scene_watch *watch;
+    kt_simulation *simulation;
 } watched;
 
 struct kt_scene_watch {
@@ -195,13 +196,9 @@ static kt_status keep_parts(kt_pool *pool, formula *f, kt_error *error) {
 
 /* The first breakpoint after t of the parts that depend on time alone (kt_event.corner). */
 static double next_corner(void *user, double t) {
-    const formula *f = &((const watched *)user)->formula;
-    double next = HUGE_VAL;
-    int64_t left = KT_CORNER_OPERATIONS;
-    int order;
-    for (int k = 0; k < f->part_count; k++)
-        next = fmin(next, kt_expression_next_corner(f->parts[k], t, next, &left, &order));
-    return next;
+    const watched *w = user;
+    return kt_simulation_next_feature(w->simulation, (const kt_expression *const *)w->formula.parts,
+                                      w->formula.part_count, t);
 }
 
 /* ---- formulas of events ------------------------------------------------------------------------------------------ */
@@ -492,6 +489,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
     kt_scene_watch *watch = in->watch;
     const kt_model *model = in->model;
     kt_status status = make_formula(watch, in->scene, event->when, true, &to->formula, error);
+    to->simulation = in->simulation;
     if (status == KT_OK)
         status = find_calls(&watch->pool, event, in->calls, in->call_count, to, error);
     if (status == KT_OK)

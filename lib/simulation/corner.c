@@ -16,9 +16,10 @@
  * jumps. A step that ends there needs the limit from the left, and the step that begins there the limit from the right.
  * The time of evaluation is moved by a few roundings into the step, and the slopes of the step before are forgotten.
  */
+#include "expression/corner.h"
 #include "effect/effect.h"
-#include "expression/expression.h"
 #include "integrator/integrator.h"
+#include "simulation/feature.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -142,6 +143,23 @@ double kt_simulation_shortest_feature(const kt_model *model, double duration) {
     return least;
 }
 
+#if KT_HAS_EVENTS && KT_HAS_FORMULAS
+double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression *const *parts, int count, double t) {
+    int64_t left = KT_CORNER_OPERATIONS - simulation->memory.sought;
+    double next = HUGE_VAL;
+    bool cut = false;
+    for (int k = 0; k < count; k++) {
+        int order;
+        const double found = kt_expression_next_corner(parts[k], t, next, &left, &order);
+        cut = found < next ? order == KT_CORNER_CUT : cut;
+        next = fmin(next, found);
+    }
+    simulation->memory.sought = KT_CORNER_OPERATIONS - left;
+    simulation->event_cut += cut;
+    return next;
+}
+#endif
+
 /* ---- of a step --------------------------------------------------------------------------------------------------- */
 
 /* Times this close to each other are equal: rounding would hide a step between them. */
@@ -195,8 +213,10 @@ void kt_simulation_recall_corners(kt_simulation *simulation) {
     const double t = kt_integrator_time(simulation->integrator);
     if (!isnan(c->from) || !(simulation->memory.piece <= t))
         return;
+    const int64_t sought = simulation->memory.sought;      /* with later searches of events */
     simulation->memory.sought = simulation->memory.before; /* the search is repeated */
     (void)enter_piece(simulation, simulation->memory.piece);
+    simulation->memory.sought = sought;
     if (KT_HAS_EVENTS && c->jumps && !(t < c->next - margin_at(c->next)))
         end_at_corner(c, t, fmin(c->next, t) - aside(simulation, c->next));
 }

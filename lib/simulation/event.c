@@ -429,6 +429,7 @@ static void begin_search(kt_simulation *simulation) {
     simulation->event_rate_end = largest_rate(simulation, kt_integrator_time(simulation->integrator),
                                               kt_integrator_state(simulation->integrator));
     kt_copy(simulation->event_value + LOOKS * n, simulation->event_value, n * sizeof(double));
+    simulation->event_cut = 0;
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
                                                         .spent = simulation->event_search[k].spent,
@@ -561,17 +562,16 @@ static double instant_of(kt_simulation *simulation, double first) {
 /* Accepts the last step: its end becomes the beginning of the next one. */
 static void pass(kt_simulation *simulation, bool fires) {
     const size_t n = simulation->size.event;
-    for (size_t k = 0; k < simulation->event_count; k++) {
-        simulation->event_memory[k].size = simulation->event_search[k].size;
-        simulation->event_memory[k].corner = simulation->event_search[k].corner;
-    }
     kt_copy(simulation->event_value, simulation->event_value + (LOOKS - 1) * n, n * sizeof(double));
     simulation->event_time = kt_integrator_time(simulation->integrator);
     simulation->event_rate = simulation->event_rate_end;
     kt_simulation_clear_jump(simulation);
+    simulation->memory.cut += simulation->event_cut;
     for (size_t k = 0; k < simulation->event_count; k++) {
         const int side = sign_of(simulation->event_value[k]);
         const bool due = fires && simulation->event_root[k].due;
+        simulation->event_memory[k].size = simulation->event_search[k].size;
+        simulation->event_memory[k].corner = simulation->event_search[k].corner;
         if (due || side != 0)
             simulation->event_memory[k].side = due ? simulation->event_root[k].side : side;
     }

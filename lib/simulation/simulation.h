@@ -344,9 +344,8 @@ struct kt_simulation {
     size_t contact_count;         /* the number of hard contacts, which are the first events */
     struct kt_contacts *contacts; /* NULL: there are none */
     const kt_contact_calls *contact_calls;
-    uint64_t contact_mask; /* the switches of hard contacts */
-    uint64_t
-        contact_friction; /* the switches of joint friction among them; released if both switches of a joint are on */
+    uint64_t contact_mask;     /* the switches of hard contacts */
+    uint64_t contact_friction; /* those of joint friction; both switches of a joint are on: it is released */
     uint64_t contact_released; /* the contacts that are released at first */
     double contact_margin;     /* the depth at which a contact penetrates that was left open, m or rad */
     double event_beyond;       /* the end of a try of this step that went beyond an event */
@@ -358,6 +357,7 @@ struct kt_simulation {
     bool event_searched;                   /* this step has been searched */
     double contact_time;                   /* s, of the values of contacts (contact.c); NaN: not available */
 #endif
+    uint64_t event_cut;                /* searches of features of events in this try that reached their limit */
     double event_time;                 /* of event_value; NaN: not available */
     double event_reach;                /* the end of the searched part of the last step */
     double event_rate, event_rate_end; /* the largest rate of a turn at event_time and at the end of the step, rad/s */

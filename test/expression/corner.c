@@ -1,5 +1,6 @@
 /* Corners and features of formulas of time, compared with dense samples of the formula and with exact times. */
 #include "check.h"
+#include "steep.h"
 
 #include "expression/corner.h"
 #include "expression/part.h"
@@ -298,31 +299,6 @@ KT_TEST(searches_have_an_end) {
     }
 }
 
-/* x = a (t - b), r sin(w t + c), or their sum. */
-static void write_argument(kt_random *random, char *text, size_t size) {
-    const bool line = kt_random_int(random, 0, 2) > 0, wave = !line || kt_random_int(random, 0, 1) > 0;
-    const double slope = exp(kt_random_uniform(random, -1.0, 7.0)), at = kt_random_uniform(random, 0.0, 10.0);
-    const double range = exp(kt_random_uniform(random, -2.0, 3.4)), rate = exp(kt_random_uniform(random, 0.0, 5.7));
-    (void)snprintf(text, size, "%.4g*(t - %.4g) + %.4g*sin(%.4g*t + %.4g)", line ? slope : 0.0, at, wave ? range : 0.0,
-                   rate, at);
-}
-
-/* A sum of steep functions, some of which multiply waves. */
-static void write_steep_formula(kt_random *random, char *text, size_t size) {
-    static const char *const functions[] = {"exp(-(%s)^2)",  "tanh(%s)",        "exp(sin(%s))",
-                                            "log(cosh(%s))", "1/(1 + exp(%s))", "sqrt(1 + (%s)^2)*sin(300*t)"};
-    const int terms = kt_random_int(random, 1, 4);
-    size_t end = 0;
-    for (int k = 0; k < terms; k++) {
-        char argument[128], term[192];
-        write_argument(random, argument, sizeof argument);
-        const char *function = functions[kt_random_int(random, 0, 5)], *hole = strstr(function, "%s");
-        (void)snprintf(term, sizeof term, "%.*s%s%s", (int)(hole - function), function, argument, hole + 2);
-        end += (size_t)snprintf(text + end, size - end, "%s%.4g*%s", k > 0 ? " + " : "",
-                                kt_random_uniform(random, -8.0, 8.0), term);
-    }
-}
-
 /* The operations of all searches of a run are limited, and so are the searches that are cut: 16 for each factor e of
  * the time after the first 16/1024 s, and 16 before. Every change has at most 60 bisections more. */
 KT_TEST(searches_of_random_formulas_share_a_limit) {
@@ -335,7 +311,7 @@ KT_TEST(searches_of_random_formulas_share_a_limit) {
         static const char *const known[] = {"sin(t)^2 + cos(t)^2", "sin(1/(t - 5))",
                                             "tanh(20*sin(200*t)) + exp(-(5*sin(190*t))^2)"};
         char text[1024];
-        write_steep_formula(&random, text, sizeof text);
+        kt_write_steep_formula(&random, text, sizeof text);
         const kt_expression *f = formula(i < 3 ? known[i] : text, memory);
         int64_t left = LIMIT;
         int order, cut = 0;

@@ -36,7 +36,7 @@ static void warn_of_cuts(kt_outcome *outcome) {
     if (cut > 0)
         kt_warn(&outcome->warnings, &warning,
                 "%llu search%s for the next feature of a formula of time %s cut after too many evaluations: a pulse of "
-                "the formula may have been missed",
+                "the formula, or an event, may have been missed",
                 cut, cut == 1 ? "" : "es", cut == 1 ? "was" : "were");
 }
 
