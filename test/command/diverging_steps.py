@@ -1,4 +1,5 @@
-"""run warns at the end of a run whose fixed steps diverge, and does not warn of motions that grow by themselves.
+"""run warns at the end of a run whose fixed steps diverge, and does not warn of motions that grow by themselves. Lines of
+a sweep report the same runs.
 
 Arguments: the program, and optionally a seed and a number of scenes. Each scene has an auxiliary state, so that its
 energy is not watched. Decays and oscillations just outside of the region of stability diverge. The oracle is the
@@ -6,6 +7,7 @@ method's polynomial of stability. Pendulums from the upright position, exponenti
 steps that resolve them.
 """
 import cmath
+import csv
 import json
 import math
 import pathlib
@@ -21,6 +23,7 @@ program = sys.argv[1]
 seed, count = (int(sys.argv[2]), int(sys.argv[3])) if len(sys.argv) > 3 else (41, 8)
 random.seed(seed)
 CODE = "diverging_steps"
+unlike = []
 
 # Coefficients of R(z): 1/k! up to the order, then those of the tables (dopri5: HNW II.5).
 POLYNOMIAL = {"heun": [1, 1, 1 / 2], "rk4": [1, 1, 1 / 2, 1 / 6, 1 / 24],
@@ -51,6 +54,14 @@ def run(text):
         ran = subprocess.run([program, "run", folder + "/scene.yaml", "--out", "/dev/null",
                               "--summary", folder + "/s.json"], capture_output=True, text=True)
         root = json.load(open(folder + "/s.json")) if ran.returncode == 0 else {"warnings": []}
+        swept = [subprocess.run([program, "sweep", folder + "/scene.yaml", "--vary", "bodies.mass.mass=1,1,1", "--out", "-",
+                                 *way], capture_output=True, text=True).stdout for way in ([], ["--one-by-one"])]
+    if ran.returncode == 0:
+        lines = [line for text in swept for line in csv.DictReader(text.splitlines())]
+        wanted = [warning["what"] for warning in root["warnings"] if warning["code"] == CODE] or [""]
+        status = "integration" if wanted[0] else "done"
+        if len(lines) != 6 or any(line["status"] != status or line["why"] != wanted[0] for line in lines):
+            unlike.append((text, wanted, [(line["status"], line["why"]) for line in lines]))
     return ran, [warning for warning in root["warnings"] if warning["code"] == CODE]
 
 
@@ -95,4 +106,5 @@ for _ in range(count):
     if ran.returncode != 0 or found:
         wrong.append((method, step, steps, grows, ran.returncode, [one["what"] for one in found], ran.stderr[:200]))
 claim("motions_that_grow_by_themselves_have_no_such_warning", wrong)
+claim("lines_of_sweeps_report_the_same_runs", unlike)
 finish()

@@ -17,13 +17,15 @@
 #include <string.h>
 
 /* The growth since the first half of the run that is suspicious, and the quotient of both continuations that proves
- * the fault. Coarse but stable steps have smaller quotients. */
+ * the fault. Coarse but stable steps have smaller quotients. From the doubt on, the motion is continued further. */
 #define KT_GROWTH_LEAST 100.0
 #define KT_GROWTH_QUOTIENT 2.0
+#define KT_GROWTH_DOUBT 1.2
 
 enum {
-    KT_GROWTH_STEPS = 16,    /* of the run, by which it is continued */
-    KT_GROWTH_TRIES = 20000, /* adaptive steps over that time, at most */
+    KT_GROWTH_STEPS = 16,      /* of the run, by which it is continued */
+    KT_GROWTH_STEPS_MOST = 64, /* likewise, if these leave a doubt */
+    KT_GROWTH_TRIES = 20000,   /* adaptive steps over that time, at most */
 };
 
 /* ---- during the run ---------------------------------------------------------------------------------------------- */
@@ -57,15 +59,15 @@ static double size_of(const kt_simulation *simulation, const suspect *s) {
 }
 
 /* Returns whether a value at the end is suspicious, and the one that has grown most. */
-static bool find_suspect(const kt_outcome *outcome, suspect *found) {
-    const double before[] = {outcome->growth.speed, outcome->growth.state};
-    const int count[] = {kt_model_nv(outcome->model), kt_own_state_count(outcome->model)};
+static bool find_suspect(const kt_growth *growth, const kt_grown_run *grown, suspect *found) {
+    const double before[] = {growth->speed, growth->state};
+    const int count[] = {kt_model_nv(grown->model), kt_own_state_count(grown->model)};
     double most = KT_GROWTH_LEAST;
     bool any = false;
     for (int kind = 0; kind < 2; kind++)
         for (int i = 0; i < count[kind]; i++) {
             suspect s = {.is_state = kind == 1, .index = i, .before = before[kind]};
-            s.end = size_of(outcome->simulation, &s);
+            s.end = size_of(grown->simulation, &s);
             if (s.before > 0.0 && s.end > most * s.before) {
                 most = s.end / s.before;
                 *found = s;
@@ -75,35 +77,35 @@ static bool find_suspect(const kt_outcome *outcome, suspect *found) {
     return any;
 }
 
-/* Continues the motion from its end, with steps of this length (0: adaptive). Returns the largest size of the value in
- * the second half of that time; NaN if the motion cannot be continued. */
-static double continue_motion(const kt_outcome *outcome, const suspect *s, double step) {
-    const kt_simulation *from = outcome->simulation;
-    const double begin = kt_simulation_time(from), length = outcome->run->step;
+/* Continues the motion from its end for the time of so many steps of the run, with steps of this length (0: adaptive).
+ * Returns the largest size of the value in the second half of that time; NaN if the motion cannot be continued. */
+static double continue_motion(const kt_grown_run *grown, const suspect *s, double step, int steps) {
+    const kt_simulation *from = grown->simulation;
+    const double begin = kt_simulation_time(from), length = grown->run->step;
     kt_simulation_options options = kt_simulation_options_default();
     kt_simulation *simulation = NULL;
-    kt_run run = *outcome->run;
+    kt_run run = *grown->run;
     kt_error error = {0};
-    kt_absolute_use(outcome->absolute, &options);
+    kt_absolute_use(grown->absolute, &options);
     options.max_steps = KT_GROWTH_TRIES;
     run.step = step;
     run.record = KT_RECORD_POSITION;
     run.marker_count = 0;
-    run.duration = begin + KT_GROWTH_STEPS * length;
+    run.duration = begin + steps * length;
     if (step == 0.0) {
         run.integrator = NULL; /* the default for the model */
         run.relative = run.absolute = 1e-6;
     }
-    kt_status status = kt_simulation_create(outcome->model, &run, &options, &simulation, &error);
+    kt_status status = kt_simulation_create(grown->model, &run, &options, &simulation, &error);
     if (status == KT_OK)
         status = kt_simulation_set_state(simulation, begin, kt_simulation_positions(from),
                                          kt_simulation_velocities(from), &error);
-    if (status == KT_OK && kt_own_state_count(outcome->model) > 0)
+    if (status == KT_OK && kt_own_state_count(grown->model) > 0)
         status = kt_simulation_set_own_states(simulation, kt_simulation_own_states(from), &error);
     double most = 0.0;
-    for (int i = 1; status == KT_OK && i <= KT_GROWTH_STEPS; i++) {
+    for (int i = 1; status == KT_OK && i <= steps; i++) {
         status = kt_simulation_advance(simulation, begin + i * length, &error);
-        if (status == KT_OK && 2 * i > KT_GROWTH_STEPS)
+        if (status == KT_OK && 2 * i > steps)
             most = fmax(most, size_of(simulation, s));
     }
     kt_simulation_free(simulation);
@@ -121,25 +123,41 @@ static bool is_reported(const kt_outcome *outcome) {
     return false;
 }
 
-void kt_warn_of_growth(kt_outcome *outcome) {
+double kt_growth_diverges(const kt_growth *growth, const kt_grown_run *grown, kt_error *error) {
+    const double step = grown->run->step;
     suspect s;
-    if (!(outcome->run->step > 0.0) || outcome->is_blown_up || outcome->failed.code != KT_OK || is_reported(outcome) ||
-        !find_suspect(outcome, &s))
-        return;
-    const double coarse = continue_motion(outcome, &s, outcome->run->step);
-    const double fine = coarse > s.end ? continue_motion(outcome, &s, 0.0) : (double)NAN;
-    if (!(coarse > KT_GROWTH_QUOTIENT * fine))
+    if (!(step > 0.0) || !find_suspect(growth, grown, &s))
+        return 0.0;
+    for (int steps = KT_GROWTH_STEPS; steps <= KT_GROWTH_STEPS_MOST; steps *= 4) {
+        const double coarse = continue_motion(grown, &s, step, steps);
+        const double fine = coarse > s.end ? continue_motion(grown, &s, 0.0, steps) : (double)NAN;
+        if (coarse > KT_GROWTH_QUOTIENT * fine) {
+            (void)kt_error_set(
+                error, KT_ERROR_STEP, NULL,
+                "steps of %g s let the %s '%s' grow to %.3g, %.2g times the largest such value in the first half of "
+                "the run. In the next %d steps it would reach %.3g, but with adaptive steps only %.3g: the integration "
+                "diverges",
+                step, s.is_state ? "state" : "speed of joint",
+                s.is_state ? kt_own_state_name(grown->model, s.index) : kt_name_column(grown->model, s.index).text,
+                s.end, s.end / s.before, steps, coarse, fine);
+            return s.end / s.before;
+        }
+        if (!(coarse > KT_GROWTH_DOUBT * fine))
+            break;
+    }
+    return 0.0;
+}
+
+void kt_warn_of_growth(kt_outcome *outcome) {
+    const kt_grown_run grown = {outcome->model, outcome->absolute, outcome->run, outcome->simulation};
+    kt_error error;
+    if (outcome->is_blown_up || outcome->failed.code != KT_OK || is_reported(outcome))
         return;
     const kt_warning warning = {.code = "diverging_steps",
                                 .time = kt_simulation_time(outcome->simulation),
-                                .value = s.end / s.before,
+                                .value = kt_growth_diverges(&outcome->growth, &grown, &error),
                                 .remedy = "Take smaller steps ('kinetree stability' shows which are stable), or an "
                                           "adaptive method"};
-    kt_warn(&outcome->warnings, &warning,
-            "steps of %g s let the %s '%s' grow to %.3g, %.2g times the largest such value in the first half of the "
-            "run. In the next %d steps it would reach %.3g, but with adaptive steps only %.3g: the integration "
-            "diverges",
-            outcome->run->step, s.is_state ? "state" : "speed of joint",
-            s.is_state ? kt_own_state_name(outcome->model, s.index) : kt_name_column(outcome->model, s.index).text,
-            s.end, s.end / s.before, KT_GROWTH_STEPS, coarse, fine);
+    if (warning.value > 0.0)
+        kt_warn(&outcome->warnings, &warning, "%s", error.message);
 }

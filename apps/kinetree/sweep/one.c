@@ -3,6 +3,7 @@
 #include "sweep/functional.h"
 
 #include "advice/excess.h"
+#include "advice/growth.h"
 #include "records/columns.h"
 #include "scene/play.h"
 #include "text/bytes.h"
@@ -64,6 +65,8 @@ typedef struct kt_sweep_run {
     kt_columns columns;
     kt_sweep_range *ranges; /* of each column of the lines */
     kt_energy_watch energy;
+    kt_growth growth;
+    kt_run run;             /* as the scene had it when this run was prepared */
     kt_sweep_result result; /* receives records, if they are kept */
     kt_status status;       /* of the preparation */
     kt_error error;
@@ -139,6 +142,7 @@ static kt_status prepare(made *m, kt_error *error) {
     if (status != KT_OK)
         return status;
     m->energy = kt_energy_watch_of(m->scene, m->model);
+    m->run = m->scene->run;
     status = list_columns(m, &options.record, error);
     options.record |= KT_RECORD_ENERGY;
     if (status == KT_OK)
@@ -218,6 +222,7 @@ static int take_record(const kt_record *record, void *user) {
         return -1;
     const double *values = kt_columns_evaluate(&m->columns, record);
     kt_energy_watch_add(&m->energy, record);
+    kt_growth_add(&m->growth, record, m->run.duration);
     for (size_t i = 0; i < m->sweep->column_count; i++)
         if (m->place[i] < m->columns.count)
             kt_sweep_range_extend(&m->ranges[i], record->time, values[m->place[i]]);
@@ -236,6 +241,9 @@ static kt_status judge(const made *m, kt_status status, kt_error *error) {
     if (status == KT_OK && kt_energy_watch_is_blown_up(&m->energy))
         return kt_error_set(error, KT_ERROR_STEP, NULL,
                             "the energy has risen in a scene that cannot gain any: the integration has blown up");
+    const kt_grown_run grown = {m->model, m->absolute, &m->run, m->simulation};
+    if (status == KT_OK && kt_growth_diverges(&m->growth, &grown, error) > 0.0)
+        return error->code;
     return status;
 }
 
