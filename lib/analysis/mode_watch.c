@@ -40,7 +40,7 @@ enum { ITERATIONS = 8 };
     X(double, moved_a, nv, "at the neighbouring state")                                                                \
     X(double, fast_q, nq, "where the mode was fastest")                                                                \
     X(double, fast_v, nv, "there")                                                                                     \
-    X(char, data_memory, kt_data_size_followed(model), "scratch")
+    X(char, data_memory, kt_data_size(model), "scratch")
 
 struct kt_mode_watch {
     void *owned; /* memory of kt_mode_watch_create, or NULL */
@@ -220,7 +220,7 @@ kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, k
     w->scale = 1.0;
     (void)lay_out(memory, model, w->nq, w->nv);
     kt_model_units(model, w->unit);
-    status = kt_data_init_followed(model, w->data_memory, kt_data_size_followed(model), &w->data, error);
+    status = kt_data_init_followed(model, w->data_memory, kt_data_size(model), &w->data, error);
     if (status == KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
         *watch = w;
     return status;

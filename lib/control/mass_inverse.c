@@ -22,7 +22,7 @@ static sizes sizes_of(const kt_model *model, int rows) {
     return (sizes){.v = model->n.v,
                    .closed = closed && !along ? model->n.v : 0,
                    .along = KT_HAS_LOOPS && along ? kt_kkt_init(NULL, NULL, model, NULL) : 0,
-                   .data = along ? kt_data_size_followed(model) : 0,
+                   .data = along ? kt_data_size(model) : 0,
                    .rows = (size_t)rows,
                    .terms = closed ? 0 : kt_inverse_layout(NULL, NULL, &model->n)};
 }

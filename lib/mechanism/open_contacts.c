@@ -9,9 +9,8 @@
  * the model lets slip in a direction that the joint does not have. Contacts that are released from the start do not
  * act. A simulation follows its contacts (simulation/contact.c), so that its data are exempt (kt_data.followed).
  *
- * The gaps are those of the model in which all contacts are closed. Its data lie behind those of the caller's model
- * (kt_data_size), which keep all results. */
-#include "base/copy.h"
+ * The equations are those of the model in which all contacts are closed. Only poses are computed, and velocities only
+ * if a gap has closed. Both lie in the caller's data, where the evaluation that follows writes its own. */
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "reduction/kernel.h"
@@ -42,36 +41,50 @@ static kt_status refuse_wrong_friction(const kt_model *model, size_t loop, doubl
                         rate);
 }
 
-/* Writes the gap of an open contact and its rate. Returns false if its equation is void. */
-static bool find_gap(const kt_model *all, kt_data *data, const kt_loop_record *loop, const double *v, double *gap,
-                     double *rate) {
-    const kt_group *group = &all->group[loop->group];
-    const kt_group_work w = kt_group_matrices(all, data, (size_t)loop->group, KT_ROWS_ALL);
-    const int32_t row = kt_rows_slots(all, group, loop)[0];
+/* The state that is checked, and data with its poses; with its velocities if `moves`. */
+typedef struct open_contacts {
+    const kt_model *all;
+    const kt_reduction_kernels *kernels;
+    kt_data *data;
+    double t;
+    const double *q, *v;
+    bool moves;
+} open_contacts;
+
+/* Whether an open contact touches and does not part; false for a NaN, which the evaluation rejects. Writes its gap. */
+static bool touches(open_contacts *c, size_t i, double least, double *gap) {
+    const kt_loop_record *loop = &c->all->loop[i];
     const double sign = loop->side == KT_SIDE_BELOW ? -1.0 : 1.0;
-    if (row < 0)
+    if (kt_rows_slots(c->all, &c->all->group[loop->group], loop)[0] < 0)
         return false;
-    double along = 0.0;
-    if (kt_group_has_fronts(group)) {
-        all->group_kernels->apply(all, data, (size_t)loop->group, KT_ROWS_ALL, v, kt_group_products(&w), NULL);
-        along = kt_group_products(&w)[row];
-    }
-    for (int i = 0; i < w.m && !kt_group_has_fronts(group); i++)
-        along += w.a[(size_t)row * (size_t)w.m + (size_t)i] * v[all->group_v[group->v + i]];
-    *gap = sign * w.residual[row];
-    *rate = sign * (along + w.rate[row]);
-    return true;
+    *gap = sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, NULL).residual;
+    if (!(*gap <= least))
+        return false;
+    if (!c->moves)
+        c->kernels->move(c->all, c->data, c->v);
+    c->moves = true;
+    return sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, c->v).rate <= parting;
 }
 
 static bool is_open_contact(const kt_loop_record *loop) {
     return loop->side != KT_SIDE_NONE && loop->contact && kt_loop_is_off(loop);
 }
 
-static bool has_open_contact(const kt_model *model) {
-    for (size_t i = 0; i < model->n.loop; i++)
-        if (is_open_contact(&model->loop[i]))
-            return true;
-    return false;
+static bool is_joint_friction(const kt_loop_record *loop) {
+    return loop->friction > 0 && loop->side == KT_SIDE_NONE && loop->type == KT_LOOP_RATES;
+}
+
+/* Returns the number of the first open contact or joint friction, or of loops. Sets whether a contact is open. */
+static size_t first_to_check(const kt_model *model, bool *is_open) {
+    size_t first = model->n.loop;
+    *is_open = false;
+    for (size_t i = model->n.loop; i-- > 0;) {
+        const bool open = is_open_contact(&model->loop[i]);
+        *is_open |= open;
+        if (open || is_joint_friction(&model->loop[i]))
+            first = i;
+    }
+    return first;
 }
 
 /* Checks friction of joints that sticks: forwards without its switches, backwards with that of its effect. */
@@ -81,35 +94,27 @@ static kt_status check_friction(const kt_model *model, const kt_model *all, size
     const uint64_t stick = kt_switch_bits(model, kt_loop_switch(model, (int)i)),
                    back = kt_switch_bits(model, kt_effect_switch(model, effect)), on = model->set & (stick | back);
     const double rate = v[all->link[all->loop[i].link[0]].v];
-    if (all->loop[i].type != KT_LOOP_RATES || (on & stick) != 0)
-        return KT_OK;
-    return (on != 0 ? -rate : rate) > parting ? KT_OK : refuse_wrong_friction(model, i, t, rate, error);
+    const bool is_wrong = (on & stick) == 0 && (on != 0 ? -rate : rate) <= parting;
+    return is_wrong ? refuse_wrong_friction(model, i, t, rate, error) : KT_OK;
 }
 
 kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                  kt_error *error) {
-    const kt_model *all = kt_family_closed(model);
-    const size_t size = kt_data_size_followed(model);
-    if (!KT_HAS_LOOPS || all == NULL || data->bytes < kt_data_size(model))
+    bool is_open;
+    const size_t first = KT_HAS_LOOPS ? first_to_check(model, &is_open) : model->n.loop;
+    const kt_model *all = first < model->n.loop ? kt_family_closed(model) : NULL;
+    if (all == NULL)
         return KT_OK;
-    const kt_input input = {.q = q, .v = v};
-    kt_status status = kt_input_check(model, &input, error);
-    kt_data *other = (kt_data *)(void *)((char *)data + kt_arena_round(size));
-    if (status != KT_OK)
-        return status;
-    if (has_open_contact(model)) {
-        kt_data_adapt(all, other);
-        kt_copy(other->x, data->x, model->n.x * sizeof *data->x);
-        all->group_kernels->fill(all, other, t, q, v);
-    }
+    open_contacts c = {.all = all, .kernels = kt_reduction_kernels_in_space(all), .data = data, .t = t, .q = q, .v = v};
+    if (is_open)
+        c.kernels->pose(all, data, q);
     const double least = touching * fmax(1.0, all->length);
-    for (size_t i = 0; status == KT_OK && i < model->n.loop; i++) {
-        const kt_loop_record *loop = &all->loop[i];
-        double gap, rate;
-        if (model->loop[i].friction > 0 && model->loop[i].side == KT_SIDE_NONE)
+    kt_status status = KT_OK;
+    for (size_t i = first; status == KT_OK && i < model->n.loop; i++) {
+        double gap;
+        if (is_joint_friction(&model->loop[i]))
             status = check_friction(model, all, i, t, v, error);
-        else if (is_open_contact(&model->loop[i]) && find_gap(all, other, loop, v, &gap, &rate) && gap <= least &&
-                 !(rate > parting))
+        else if (is_open_contact(&model->loop[i]) && touches(&c, i, least, &gap))
             status = refuse_open_contact(model, i, t, gap, error);
     }
     return status;

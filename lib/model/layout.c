@@ -57,17 +57,10 @@ void kt_model_free(kt_model *model) {
     kt_aligned_release(model);
 }
 
-size_t kt_data_size_followed(const kt_model *model) {
+size_t kt_data_size(const kt_model *model) {
     if (KT_HAS_SWITCHES && model && model->family && model->family->data)
         return model->family->data;
     return model ? lay_out_data(NULL, &model->n) : 0;
-}
-
-/* Data of a model with hard contacts have room for data of the model in which all are closed (open_contacts.c). */
-size_t kt_data_size(const kt_model *model) {
-    const size_t size = kt_data_size_followed(model);
-    const bool has_contacts = KT_HAS_SWITCHES && model && model->family && model->family->contacts != 0;
-    return has_contacts ? kt_arena_round(size) + size : size;
 }
 
 /* All bits set are a NaN: queries have no numbers until kt_kinematics_update has computed them. */
@@ -93,9 +86,10 @@ void kt_data_adapt(const kt_model *model, kt_data *data) {
 }
 #endif
 
-static kt_status init_data(const kt_model *model, void *memory, size_t size, size_t least, kt_data **data,
-                           kt_error *error) {
-    const kt_status status = kt_arena_begin("kt_data_init", "kt_data_size", memory, size, least, error);
+kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
+    if (KT_IS_MISSING(error, model, data))
+        return KT_ERROR_ARGUMENT;
+    const kt_status status = kt_arena_begin("kt_data_init", "kt_data_size", memory, size, kt_data_size(model), error);
     if (status != KT_OK)
         return status;
     (void)lay_out_data(memory, &model->n);
@@ -111,14 +105,8 @@ static kt_status init_data(const kt_model *model, void *memory, size_t size, siz
     return KT_OK;
 }
 
-kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
-    if (KT_IS_MISSING(error, model, data))
-        return KT_ERROR_ARGUMENT;
-    return init_data(model, memory, size, kt_data_size(model), data, error);
-}
-
 kt_status kt_data_init_followed(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
-    const kt_status status = init_data(model, memory, size, kt_data_size_followed(model), data, error);
+    const kt_status status = kt_data_init(model, memory, size, data, error);
     if (status == KT_OK)
         (*data)->followed = true;
     return status;

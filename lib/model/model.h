@@ -499,8 +499,7 @@ struct kt_data {
     size_t bytes; /* of its memory */
 };
 
-/* kt_data_size and kt_data_init for an owner that follows contacts, as simulations do. */
-size_t kt_data_size_followed(const kt_model *model);
+/* kt_data_init for an owner that follows contacts, as simulations do. */
 KT_CHECKED kt_status kt_data_init_followed(const kt_model *model, void *memory, size_t size, kt_data **data,
                                            kt_error *error);
 

@@ -45,5 +45,50 @@ static void basis(const kt_model *model, kt_data *data) {
     }
 }
 
-const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {KT_DRIVER_KERNELS, .multipliers = multipliers,
-                                                              .basis = basis, .react = KT_KERNEL(kt_react)};
+#if KT_HAS_SWITCHES
+static void pose(const kt_model *model, kt_data *data, const double *q) { set_pose(model, data, q); }
+
+static void move(const kt_model *model, kt_data *data, const double *v) {
+    KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);
+}
+
+static kt_relation_row relation_row(const kt_model *model, const kt_loop_record *loop, double t, const double *q,
+                                    const double *v) {
+    const bool has_formula = kt_has_formula_row(loop);
+    kt_formula_row f = {.value = 0.0};
+    double sum = 0.0, along = 0.0;
+    if (has_formula)
+        kt_formula_row_evaluate(model, loop, q, NULL, &f);
+    for (int k = 0; k < loop->term_count; k++) {
+        const kt_term_record *term = &model->term[loop->term + k];
+        sum += term->coefficient * q[model->link[term->link].q];
+        along += v ? (term->coefficient + (has_formula ? f.by[k] : 0.0)) * v[model->link[term->link].v] : 0.0;
+    }
+    kt_relation_row row = kt_loop_relate(loop, model->number, sum, t);
+    row.residual += f.value;
+    row.rate += along;
+    return row;
+}
+
+static kt_relation_row first_row(const kt_model *model, const kt_data *data, size_t loop, double t, const double *q,
+                                 const double *v) {
+    const kt_loop_record *of = &model->loop[loop];
+    if (of->term_count > 0)
+        return relation_row(model, of, t, q, v);
+    kt_loop_end end[2];
+    kt_loop_row rows[KT_LOOP_ROW_MAX];
+    for (int k = 0; k < 2; k++)
+        kt_end_follow(model, data, of, k, v != NULL, v, &end[k]);
+    (void)kt_loop_evaluate(of, model->number, end, t, rows);
+    const kt_real3 d = end[1].point - end[0].point, w = end[1].omega - end[0].omega;
+    const kt_real3 u = end[1].velocity - end[0].velocity - kt_cross3(end[0].omega, d);
+    return (kt_relation_row){.residual = rows[0].holonomic ? rows[0].residual : 0.0,
+                             .rate = kt_dot3(rows[0].moment, w) + kt_dot3(rows[0].force, u) + rows[0].rate};
+}
+#define KT_FIRST_ROW_KERNELS , .pose = pose, .move = move, .first_row = first_row
+#else
+#define KT_FIRST_ROW_KERNELS
+#endif
+
+const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {
+    KT_DRIVER_KERNELS, .multipliers = multipliers, .basis = basis, .react = KT_KERNEL(kt_react) KT_FIRST_ROW_KERNELS};

@@ -2,6 +2,7 @@
 #ifndef KT_REDUCTION_KERNEL_H
 #define KT_REDUCTION_KERNEL_H
 
+#include "loop/loop.h"
 #include "reduction/method.h"
 
 /* data->special_form: groups in the form of Delassus (delassus.h), closed contacts and stops (half_columns.h), and
@@ -46,6 +47,15 @@ typedef struct kt_reduction_kernels {
     void (*basis)(const kt_model *model, kt_data *data);
     /* Computes the wrenches of the loops for these multipliers (loop_wrenches.c); likewise NULL. */
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
+#if KT_HAS_SWITCHES
+    /* Compute only the poses of the links, then their velocities; likewise NULL. */
+    void (*pose)(const kt_model *model, kt_data *data, const double *q);
+    void (*move)(const kt_model *model, kt_data *data, const double *v);
+    /* Evaluates the first equation of a loop that is on, from these poses and velocities: phi as `residual`, and
+     * phi' = A v + phi_t as `rate`. If v is NULL, the velocities have not been computed, and the rate is undefined. */
+    kt_relation_row (*first_row)(const kt_model *model, const kt_data *data, size_t loop, double t, const double *q,
+                                 const double *v);
+#endif
 } kt_reduction_kernels;
 
 #define KT_REDUCTION_DECLARE(isa)                                                                                      \

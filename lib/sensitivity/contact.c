@@ -59,7 +59,7 @@ static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, 
                    *all = kt_model_switched(model, model->set | mask | model->family->switches.masked);
     const double least = -rounding * fmax(1.0, model->length);
     kt_data *data = NULL;
-    kt_status status = kt_data_init_followed(all, w->contact_memory, kt_data_size_followed(model), &data, error);
+    kt_status status = kt_data_init_followed(all, w->contact_memory, kt_data_size(model), &data, error);
     if (status == KT_OK)
         status = kt_loop_equations(all, data, w->step->t + w->step->h, next, next + model->n.q, NULL, w->contact_row,
                                    NULL, NULL, error);
@@ -79,7 +79,7 @@ static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *
     const kt_model *model = w->model;
     kt_data *data = NULL;
     double most = 0.0;
-    kt_status status = kt_data_init_followed(model, w->contact_memory, kt_data_size_followed(model), &data, error);
+    kt_status status = kt_data_init_followed(model, w->contact_memory, kt_data_size(model), &data, error);
     if (status != KT_OK)
         return status;
     kt_own_states_put(model, data, next);

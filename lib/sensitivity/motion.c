@@ -106,7 +106,7 @@ static void measure(motion *m, const kt_simulation *simulation) {
                   .nv = model->n.v,
                   .columns = kt_tangent_numbers(model) + model->n.v,
                   .saved = kt_simulation_state_size(simulation),
-                  .data_size = kt_data_size_followed(model),
+                  .data_size = kt_data_size(model),
                   .step_size = step_size_of(model, method_of(simulation))};
 }
 

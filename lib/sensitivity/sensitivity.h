@@ -300,7 +300,7 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
     X(double, first, r *c *N, "the changes of the slope at the start")                                                 \
     X(double, unit_state, u ? 2 * N + n : 0, "a unit vector, and what it changes")                                     \
     X(double, contact_row, kt_step_contact_rows(model), "gaps or reactions of hard contacts")                          \
-    X(char, contact_memory, kt_step_contact_rows(model) > 0 ? kt_data_size_followed(model) : 0, "data for them")       \
+    X(char, contact_memory, kt_step_contact_rows(model) > 0 ? kt_data_size(model) : 0, "data for them")                \
     X(double, tiles, 2 * KT_LANES * e, "of a product")                                                                 \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \

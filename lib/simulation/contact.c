@@ -64,7 +64,7 @@ size_t kt_contacts_of(const kt_model *model) {
 }
 
 static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
-    kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size_followed(model)};
+    kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
     size_t sides = 0, rubs = 0;
     for (size_t i = 0; i < model->n.loop; i++) {
         sides += model->loop[i].side != KT_SIDE_NONE;

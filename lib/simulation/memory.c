@@ -136,7 +136,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
-    size->data = kt_data_size_followed(model);
+    size->data = kt_data_size(model);
     const kt_integrator_options solver = {.newton = newton_of(settings)};
     if (KT_HAS_JACOBIAN && solver.newton != NULL)
         kt_simulation_newton_measure(model, kt_method_family_of(settings->method)->exact, size);
@@ -150,7 +150,7 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
     size->body_wrench = transformed ? (size_t)kt_model_body_count(model) : 0;
     size->free_reaction = transformed && reacts ? (size_t)kt_loop_count(model) : 0;
-    size->user_data = transformed ? kt_data_size_followed(user_model) : 0;
+    size->user_data = transformed ? kt_data_size(user_model) : 0;
 }
 
 /* The largest sizes that any model of a family needs. */

@@ -344,6 +344,80 @@ KT_TEST(friction_that_slips_the_other_way_is_rejected_by_every_call) {
     end(model, &s);
 }
 
+/* An arm of two bars in the xz plane, whose tip touches a slope through the origin. Its second body turns about the
+ * first axis, y, or in space about z at first. The normal of the slope is n. */
+static const double bar[2] = {1.0, 0.7}, ball = 0.1;
+static const double n[3] = {0.28, 0.0, 0.96};
+
+static kt_model *compile_arm(bool in_space, kt_error *error) {
+    kt_description d = kt_description_default();
+    kt_body body[2] = {kt_body_default(), kt_body_default()};
+    kt_effect touch = kt_effect_default();
+    kt_model *model = NULL;
+    for (int i = 0; i < 2; i++) {
+        body[i].name = i == 0 ? "upper" : "lower";
+        body[i].parent = i == 0 ? NULL : "upper";
+        body[i].mass = 1.0;
+        body[i].inertia = (kt_sym3){.xx = 0.1, .yy = 0.2, .zz = 0.3};
+        body[i].joint.type = KT_JOINT_REVOLUTE;
+        body[i].joint.axis = i == 0 && in_space ? kt_vec3_make(0.0, 0.0, 1.0) : kt_vec3_make(0.0, 1.0, 0.0);
+    }
+    body[1].joint.at = kt_vec3_make(bar[0], 0.0, 0.0);
+    body[0].joint.position[0] = -0.5;
+    body[1].joint.position[0] = -1.0;
+    touch.name = "tip";
+    touch.type = KT_EFFECT_CONTACT;
+    touch.between[0].body = "lower";
+    touch.between[0].at = kt_vec3_make(bar[1], 0.0, 0.0);
+    touch.axis = kt_vec3_make(n[0], n[1], n[2]);
+    touch.radius = ball;
+    touch.restitution = 0.0;
+    d.bodies = body;
+    d.effects = &touch;
+    d.body_count = 2;
+    d.effect_count = 1;
+    kt_check_equal_int("arm", kt_model_compile(&d, NULL, &model, error), KT_OK);
+    return model;
+}
+
+/* The distance of the tip from the slope in closed form, by the angles; its rate by differences. */
+static double arm_gap(bool in_space, const double q[2], const double v[2], double h) {
+    const double a = q[0] + h * v[0], b = q[1] + h * v[1], turn = in_space ? b : a + b;
+    const double along = bar[1] * cos(turn), down = -bar[1] * sin(turn);
+    const double x = in_space ? cos(a) * (bar[0] + along) : bar[0] * cos(a) + along;
+    return n[0] * x + n[2] * (in_space ? down : down - bar[0] * sin(a)) - ball;
+}
+
+/* A state is rejected if the closed form has the gap closed and closing, and computed otherwise. NaN is no contact. */
+KT_TEST(gaps_are_those_of_the_closed_form) {
+    for (int in_space = 0; in_space < 2; in_space++) {
+        kt_error error = {0};
+        kt_model *model = compile_arm(in_space, &error);
+        kt_data *data = NULL;
+        int rejected = 0, computed = 0, wrong = 0;
+        kt_check_equal_int("data", kt_data_create(model, &data, &error), KT_OK);
+        for (int k = 0; k < 500; k++) {
+            const double q[2] = {3.1 * sin(1.7 * k), 3.1 * sin(2.3 * k + 1.0)}, v[2] = {sin(5.1 * k), cos(3.3 * k)};
+            const double gap = arm_gap(in_space, q, v, 0.0);
+            const double rate = (arm_gap(in_space, q, v, 1e-6) - arm_gap(in_space, q, v, -1e-6)) / 2e-6;
+            double a[2];
+            const kt_status status = kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error);
+            const bool touches = gap <= 0.0 && rate <= 0.0;
+            wrong += status != (touches ? KT_ERROR_UNSUPPORTED : KT_OK);
+            *(touches ? &rejected : &computed) += 1;
+        }
+        kt_check_equal_int("states that the check takes otherwise", wrong, 0);
+        kt_check_above("states that touch", rejected, 50);
+        kt_check_above("states that do not", computed, 50);
+        const double q[2] = {0.0, 1.0}, v[2] = {(double)NAN, 0.0};
+        double a[2];
+        kt_check_equal_int("NaN", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error),
+                           KT_ERROR_NOT_FINITE);
+        kt_data_free(data);
+        kt_model_free(model);
+    }
+}
+
 /* A closed contact is a constraint: a = 0, and it bears the weight, 2 g. Friction that sticks bears it, too. Their
  * effects have no force of their own, and report that. */
 KT_TEST(closed_contacts_bear_the_weight) {
