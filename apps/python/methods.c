@@ -50,78 +50,192 @@ static double *kt_python_vector(PyObject *object, size_t count, int flags) {
 }
 
 static const double *kt_python_input(PyObject *object, size_t count, const double *own) {
-    return object == Py_None ? own : kt_python_vector(object, count, 0);
+    return object ? kt_python_vector(object, count, 0) : own;
 }
 
 /* ---- dynamics at a state ----------------------------------------------------------------------------------------- */
 
-/* What a function is bound to: the address of its kt_python_data, the shape of results, the array of accelerations, and
- * owners of the memory. */
-enum { KT_PYTHON_BOUND_DATA, KT_PYTHON_BOUND_SHAPE, KT_PYTHON_BOUND_RESULT };
+/* METH_FASTCALL is a part of CPython 3.7 and later, but of the limited interface from 3.10 on only. */
+#ifndef METH_FASTCALL
+#define METH_FASTCALL 0x0080
+#endif
 
-/* f(t, q, v, tau or a, out): the result; a status if the call failed; None if an array has to be converted or
- * rejected. */
-static PyObject *kt_python_evaluate(PyObject *bound, PyObject *args, bool is_inverse) {
-    const kt_python_data *at = PyCapsule_GetPointer(PyTuple_GetItem(bound, KT_PYTHON_BOUND_DATA), NULL);
-    PyObject *t, *given[3], *out;
-    if (!at || !PyArg_UnpackTuple(args, "evaluate", 5, 5, &t, given, given + 1, given + 2, &out))
-        return NULL;
-    const double time = PyFloat_AsDouble(t);
-    if (time == -1.0 && PyErr_Occurred())
-        return NULL;
-    const double *q = kt_python_input(given[0], at->nq, at->q), *v = kt_python_input(given[1], at->nv, at->v);
-    const double *third = kt_python_input(given[2], at->nv, is_inverse ? at->a : at->tau);
-    if (!kt_python_numpy.type || !q || !v || !third)
-        Py_RETURN_NONE;
-    const bool is_in_place = !is_inverse && given[0] == Py_None && given[1] == Py_None && given[2] == Py_None;
-    if (out != Py_None || is_in_place) {
-        out = out == Py_None ? PyTuple_GetItem(bound, KT_PYTHON_BOUND_RESULT) : out;
-        Py_INCREF(out);
-    } else if (!(out = PyObject_CallFunctionObjArgs(kt_python_numpy.empty,
-                                                    PyTuple_GetItem(bound, KT_PYTHON_BOUND_SHAPE), NULL)))
+/* The base of the class Data: where its methods find the state and the memory of the engine. */
+typedef struct kt_python_evaluator {
+    PyObject ob_base;
+    const kt_python_data *at; /* NULL before set_up */
+    PyObject *shape, *result; /* of results, and the array of accelerations */
+    PyObject *owners;         /* of the memory of `at` */
+} kt_python_evaluator;
+
+/* The arguments of an evaluation: three inputs by position or by name, two by name. */
+enum { KT_PYTHON_Q, KT_PYTHON_V, KT_PYTHON_THIRD, KT_PYTHON_T, KT_PYTHON_OUT, KT_PYTHON_GIVEN };
+
+/* The methods forward_dynamics and inverse_dynamics: names of arguments, and the method of Python that converts or
+ * rejects arguments which are no rows of doubles. */
+typedef struct kt_python_method {
+    const char *names[KT_PYTHON_GIVEN]; /* NULL: there is no such argument */
+    const char *converting;
+    PyObject *words[KT_PYTHON_GIVEN]; /* the interned names */
+    PyObject *text;                   /* the documentation, in bytes */
+    PyMethodDef definition;
+} kt_python_method;
+
+static kt_python_method kt_python_quick[2] = {
+    {.names = {"q", "v", "tau", "t", "out"}, .converting = "_convert_forward_dynamics"},
+    {.names = {"q", "v", "a", NULL, "out"}, .converting = "_convert_inverse_dynamics"},
+};
+
+/* Puts the arguments into their places; false if Python has to sort them. A place without argument stays NULL. */
+static bool kt_python_sort(const kt_python_method *method, PyObject *const *args, Py_ssize_t count, PyObject *keywords,
+                           PyObject **given) {
+    const Py_ssize_t named = keywords ? PyTuple_Size(keywords) : 0;
+    if (count > KT_PYTHON_T)
+        return false;
+    for (Py_ssize_t i = 0; i < count; i++)
+        given[i] = args[i];
+    for (Py_ssize_t i = 0; i < named; i++) {
+        PyObject *word = PyTuple_GetItem(keywords, i);
+        size_t k = 0;
+        while (k < KT_PYTHON_GIVEN && method->words[k] != word)
+            k++;
+        if (k == KT_PYTHON_GIVEN || given[k])
+            return false;
+        given[k] = args[count + i];
+    }
+    for (size_t k = 0; k < KT_PYTHON_GIVEN; k++)
+        if (given[k] == Py_None)
+            given[k] = NULL;
+    return true;
+}
+
+/* The same call of the method of Python. */
+static PyObject *kt_python_convert(const kt_python_method *method, PyObject *self, PyObject *const *args,
+                                   Py_ssize_t count, PyObject *keywords) {
+    PyObject *call = PyObject_GetAttrString(self, method->converting), *row = PyTuple_New(count);
+    PyObject *named = PyDict_New(), *found = NULL;
+    bool is_made = call && row && named;
+    for (Py_ssize_t i = 0; i < count && is_made; i++) {
+        Py_INCREF(args[i]);
+        is_made = PyTuple_SetItem(row, i, args[i]) == 0;
+    }
+    for (Py_ssize_t i = 0; keywords && i < PyTuple_Size(keywords) && is_made; i++)
+        is_made = PyDict_SetItem(named, PyTuple_GetItem(keywords, i), args[count + i]) == 0;
+    if (is_made)
+        found = PyObject_Call(call, row, named);
+    Py_XDECREF(call), Py_XDECREF(row), Py_XDECREF(named);
+    return found;
+}
+
+/* The array for the result, owned by the caller: the given one, that of the state, or a new one. */
+static PyObject *kt_python_result(const kt_python_evaluator *self, PyObject *const *given, bool is_inverse) {
+    const bool is_in_place = !is_inverse && !given[KT_PYTHON_Q] && !given[KT_PYTHON_V] && !given[KT_PYTHON_THIRD];
+    PyObject *out = given[KT_PYTHON_OUT] ? given[KT_PYTHON_OUT] : self->result;
+    if (!given[KT_PYTHON_OUT] && !is_in_place)
+        return PyObject_CallFunctionObjArgs(kt_python_numpy.empty, self->shape, NULL);
+    Py_INCREF(out);
+    return out;
+}
+
+static PyObject *kt_python_evaluate(PyObject *object, PyObject *const *args, Py_ssize_t count, PyObject *keywords,
+                                    bool is_inverse) {
+    const kt_python_evaluator *self = (const kt_python_evaluator *)object;
+    const kt_python_method *method = &kt_python_quick[is_inverse];
+    const kt_python_data *at = self->at;
+    PyObject *given[KT_PYTHON_GIVEN] = {NULL}, *out = NULL;
+    if (!at || !kt_python_numpy.type || !kt_python_sort(method, args, count, keywords, given))
+        return kt_python_convert(method, object, args, count, keywords);
+    const double *q = kt_python_input(given[KT_PYTHON_Q], at->nq, at->q);
+    const double *v = kt_python_input(given[KT_PYTHON_V], at->nv, at->v);
+    const double *third = kt_python_input(given[KT_PYTHON_THIRD], at->nv, is_inverse ? at->a : at->tau);
+    const bool has_time = !given[KT_PYTHON_T] || PyFloat_Check(given[KT_PYTHON_T]);
+    if (!q || !v || !third || !has_time)
+        return kt_python_convert(method, object, args, count, keywords);
+    const double t = given[KT_PYTHON_T] ? PyFloat_AsDouble(given[KT_PYTHON_T]) : 0.0;
+    if (!(out = kt_python_result(self, given, is_inverse)))
         return NULL;
     double *result = kt_python_vector(out, at->nv, KT_PYTHON_WRITEABLE);
     int status = KT_OK;
     if (result) {
         Py_BEGIN_ALLOW_THREADS status =
-            is_inverse ? kt_python_inverse(at, q, v, third, result) : kt_python_forward(at, time, q, v, third, result);
+            is_inverse ? kt_python_inverse(at, q, v, third, result) : kt_python_forward(at, t, q, v, third, result);
         Py_END_ALLOW_THREADS
     }
     if (result && status == KT_OK)
         return out;
     Py_DECREF(out);
-    if (result)
-        return PyLong_FromLong(status);
+    if (!result)
+        return kt_python_convert(method, object, args, count, keywords);
+    Py_XDECREF(PyObject_CallMethod(object, "_check", "i", status)); /* raises */
+    return NULL;
+}
+
+static PyObject *kt_python_forward_dynamics(PyObject *self, PyObject *const *args, Py_ssize_t count,
+                                            PyObject *keywords) {
+    return kt_python_evaluate(self, args, count, keywords, false);
+}
+
+static PyObject *kt_python_inverse_dynamics(PyObject *self, PyObject *const *args, Py_ssize_t count,
+                                            PyObject *keywords) {
+    return kt_python_evaluate(self, args, count, keywords, true);
+}
+
+/* quicken(class, name, documentation): the method of C, forward_dynamics or inverse_dynamics, for a class that extends
+ * Evaluator. */
+static PyObject *kt_python_quicken(PyObject *module, PyObject *args) {
+    PyObject *type, *text;
+    const char *name;
+    (void)module;
+    if (!PyArg_ParseTuple(args, "OsS", &type, &name, &text))
+        return NULL;
+    const bool is_inverse = strcmp(name, "inverse_dynamics") == 0;
+    kt_python_method *method = &kt_python_quick[is_inverse];
+    if (method->text)
+        return PyErr_Format(PyExc_ValueError, "'%s' has been made", name);
+    for (size_t k = 0; k < KT_PYTHON_GIVEN; k++)
+        if (method->names[k] && !(method->words[k] = PyUnicode_InternFromString(method->names[k])))
+            return NULL;
+    Py_INCREF(text);
+    method->text = text;
+    method->definition.ml_name = is_inverse ? "inverse_dynamics" : "forward_dynamics";
+    method->definition.ml_meth =
+        (PyCFunction)(void (*)(void))(is_inverse ? kt_python_inverse_dynamics : kt_python_forward_dynamics);
+    method->definition.ml_flags = METH_FASTCALL | METH_KEYWORDS;
+    method->definition.ml_doc = PyBytes_AsString(text);
+    return PyDescr_NewMethod((PyTypeObject *)type, &method->definition);
+}
+
+/* set_up(address of kt_python_data, shape, array of accelerations, owners) of an Evaluator, once. */
+static PyObject *kt_python_evaluator_set_up(PyObject *object, PyObject *args) {
+    kt_python_evaluator *self = (kt_python_evaluator *)object;
+    PyObject *shape, *result, *owners;
+    Py_ssize_t address;
+    if (!PyArg_ParseTuple(args, "nOOO", &address, &shape, &result, &owners))
+        return NULL;
+    if (self->at)
+        return PyErr_Format(PyExc_ValueError, "it is set up");
+    Py_INCREF(shape), Py_INCREF(result), Py_INCREF(owners);
+    self->shape = shape, self->result = result, self->owners = owners;
+    self->at = (const kt_python_data *)(intptr_t)address;
     Py_RETURN_NONE;
 }
 
-static PyObject *kt_python_evaluate_forward(PyObject *bound, PyObject *args) {
-    return kt_python_evaluate(bound, args, false);
+static void kt_python_evaluator_free(PyObject *object) {
+    kt_python_evaluator *self = (kt_python_evaluator *)object;
+    PyTypeObject *type = Py_TYPE(object);
+    Py_XDECREF(self->shape), Py_XDECREF(self->result), Py_XDECREF(self->owners);
+    ((freefunc)PyType_GetSlot(type, Py_tp_free))(object);
+    Py_DECREF(type);
 }
 
-static PyObject *kt_python_evaluate_inverse(PyObject *bound, PyObject *args) {
-    return kt_python_evaluate(bound, args, true);
-}
+static PyMethodDef kt_python_evaluator_methods[] = {{"_set_up", kt_python_evaluator_set_up, METH_VARARGS, NULL},
+                                                    {NULL, NULL, 0, NULL}};
 
-/* bind(address of kt_python_data, shape, array of accelerations, owners): the functions of forward and of inverse
- * dynamics. */
-static PyObject *kt_python_bind(PyObject *module, PyObject *args) {
-    static PyMethodDef forward = {"forward", kt_python_evaluate_forward, METH_VARARGS, NULL};
-    static PyMethodDef inverse = {"inverse", kt_python_evaluate_inverse, METH_VARARGS, NULL};
-    PyObject *shape, *result, *owners;
-    Py_ssize_t address;
-    (void)module;
-    if (!PyArg_ParseTuple(args, "nOOO", &address, &shape, &result, &owners))
-        return NULL;
-    PyObject *capsule = PyCapsule_New((void *)(intptr_t)address, NULL, NULL);
-    PyObject *bound = capsule ? Py_BuildValue("(NOOO)", capsule, shape, result, owners) : NULL;
-    if (!bound)
-        return NULL;
-    PyObject *both =
-        Py_BuildValue("(NN)", PyCFunction_NewEx(&forward, bound, NULL), PyCFunction_NewEx(&inverse, bound, NULL));
-    Py_DECREF(bound);
-    return both;
-}
+static PyType_Slot kt_python_evaluator_slots[] = {
+    {Py_tp_dealloc, (void *)kt_python_evaluator_free}, {Py_tp_methods, kt_python_evaluator_methods}, {0, NULL}};
+
+static PyType_Spec kt_python_evaluator_spec = {"kinetree.Evaluator", sizeof(kt_python_evaluator), 0,
+                                               Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE, kt_python_evaluator_slots};
 
 /* ---- control loops ----------------------------------------------------------------------------------------------- */
 
@@ -195,7 +309,7 @@ static PyObject *kt_python_turns_new(PyObject *module, PyObject *args) {
 /* ---- the module -------------------------------------------------------------------------------------------------- */
 
 static PyMethodDef kt_python_methods[] = {{"learn", kt_python_learn, METH_VARARGS, NULL},
-                                          {"bind", kt_python_bind, METH_VARARGS, NULL},
+                                          {"quicken", kt_python_quicken, METH_VARARGS, NULL},
                                           {"turns", kt_python_turns_new, METH_VARARGS, NULL},
                                           {NULL, NULL, 0, NULL}};
 
@@ -211,6 +325,7 @@ static PyType_Spec kt_python_turns_spec = {"kinetree.Turns", sizeof(kt_python_tu
 static PyObject *kt_python_module(PyObject *module) {
     if (!module || PyModule_AddFunctions(module, kt_python_methods) != 0)
         return NULL;
+    PyObject *evaluator = PyType_FromSpec(&kt_python_evaluator_spec);
     kt_python_turns_type = PyType_FromSpec(&kt_python_turns_spec);
-    return kt_python_turns_type ? module : NULL;
+    return evaluator && kt_python_turns_type && PyModule_AddObject(module, "Evaluator", evaluator) == 0 ? module : NULL;
 }

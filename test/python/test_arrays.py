@@ -1,5 +1,6 @@
 """Arrays: views of batches, results that the caller passes in, other packages, and copies of data."""
 import copy
+import inspect
 import pickle
 import re
 
@@ -106,7 +107,7 @@ def test_results_are_written_to_arrays_of_the_caller(scenes, random_state):
     assert len(cases) == 17
 
 
-def test_arrays_of_doubles_take_the_short_way_and_others_give_equal_bits(scenes, random_state):
+def test_arrays_of_doubles_take_the_short_way_and_others_give_equal_bits(scenes, random_state, monkeypatch):
     model = kt.load(scenes / "arm7.yaml").model
     data, n = model.data(), model.nv
     q, v, tau = random_state(model, 6)
@@ -114,16 +115,34 @@ def test_arrays_of_doubles_take_the_short_way_and_others_give_equal_bits(scenes,
     read_only.flags.writeable = False
     slow = [np.repeat(q, 2)[::2], q.astype(">f8"), q[:, None], q.astype(np.float32), q.tolist(), np.ma.array(q), np.zeros(n + 1), "q",
             np.frombuffer(b"\0" + q.tobytes(), np.uint8)[1:].view(np.float64)]
-    for short, other in ((data._forward, data.forward_dynamics), (data._inverse, data.inverse_dynamics)):
-        found = short(0.0, q, v, tau, None)
-        assert type(found) is np.ndarray and np.array_equal(found, other(slow[0], v, tau)) and np.array_equal(found, other(slow[1], v, tau))
-        assert [short(0.0, each, v, tau, None) for each in slow] == [None] * len(slow)
-        assert [short(0.0, q, v, tau, each) for each in (read_only, np.empty(n + 1), np.empty((n, 1)), np.empty(n, np.float32), "x")] == [None] * 5
-        with pytest.raises(TypeError):
-            short("t", q, v, tau, None)
-    assert data._forward(0.0, np.full(n, np.nan), v, tau, None) == kt.lib.KT_ERROR_NOT_FINITE
+    for name, third in (("forward_dynamics", "tau"), ("inverse_dynamics", "a")):
+        call = getattr(data, name)
+        found = call(q, v, tau)
+        assert type(found) is np.ndarray and np.array_equal(found, call(slow[0], v, tau)) and np.array_equal(found, call(slow[1], v, tau))
+        with monkeypatch.context() as patch:
+            patch.setattr(kt.Data, f"_convert_{name}", lambda *args, **words: (args[1:], words))
+            assert np.array_equal(found, call(q, out=None, v=v, **{third: tau}))
+            for each in slow:
+                assert call(each, v, out=None, **{third: tau}) == ((each, v), {"out": None, third: tau})
+            for each in (read_only, np.empty(n + 1), np.empty((n, 1)), np.empty(n, np.float32), "x"):
+                assert call(q, v, tau, out=each) == ((q, v, tau), {"out": each})
+            assert call(q, q=q) == ((q,), {"q": q}) and call(q, v, tau, 0.0) == ((q, v, tau, 0.0), {}) and call(q, s=1) == ((q,), {"s": 1})
+        for wrong in ({"t": "t"}, {"s": 1}, {"q": q}):
+            with pytest.raises(TypeError):
+                call(q, v, tau, **wrong)
+        with pytest.raises(kt.StepError):
+            call(np.full(n, np.nan), v, tau)
+    with pytest.raises(AttributeError):
+        kt.Data.__new__(kt.Data).forward_dynamics()
     data.q, data.v, data.tau = q, v, tau
     assert data.forward_dynamics() is data.a and np.array_equal(data.a, data.forward_dynamics(q, v, tau))
+
+
+def test_methods_of_c_have_the_signature_and_the_text_of_python():
+    for name in ("forward_dynamics", "inverse_dynamics"):
+        quick, python = getattr(kt.Data, name), getattr(kt.Data, f"_convert_{name}")
+        parameters = [[(each.name, each.kind, each.default) for each in list(inspect.signature(call).parameters.values())[1:]] for call in (quick, python)]
+        assert quick.__name__ == name and quick.__doc__ == python.__doc__ and parameters[0] == parameters[1]
 
 
 def test_arrays_of_another_layout_would_not_be_read():

@@ -8,9 +8,8 @@ import numpy as np
 from . import callbacks
 from ._core import (ArgumentError, Fixed, Guard, Memory, Vector, address, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of,
                     output, outputs, pointer, text)
-from ._kinetree import bind
+from ._kinetree import Evaluator, quicken
 
-_Array = np.ndarray
 _forward, _inverse = lib.kt_python_forward, lib.kt_python_inverse
 Point = Sequence[float]
 
@@ -223,7 +222,7 @@ class State:
         self.pointers = [pointer(array) for array in self.arrays]
 
 
-class Data(Fixed):
+class Data(Evaluator, Fixed):  # type: ignore[misc]
     """A workspace, and the evaluations at a state (t, q, v).
 
     All calls release the interpreter lock. Two threads must not share a `Data`; a second thread gets `Busy`.
@@ -261,7 +260,7 @@ class Data(Fixed):
         self._call = ffi.new("kt_python_data *", {"guard": self._guard.pointer, "model": self._m, "data": self._data, "error": self._error,
                                                   "nq": model.nq, "nv": model.nv, "q": self._q, "v": self._v, "tau": self._tau, "a": self._a})
         owners = self._call, self._m, self._memory, self._guard.pointer, self._error
-        self._forward, self._inverse = bind(address_number(self._call), self._nv, self.a, owners)
+        self._set_up(address_number(self._call), self._nv, self.a, owners)
         self._is_fixed = True
 
     def __reduce__(self) -> Any:
@@ -298,10 +297,6 @@ class Data(Fixed):
         numpy.ndarray
             nv accelerations.
         """
-        found = self._forward(t, q, v, tau, out)
-        if type(found) is _Array:
-            return found
-        self._check(found)
         if q is None and v is None and tau is None and out is None:
             out = self.a
         q = address(q, self._nq, self._q, "q")
@@ -314,10 +309,6 @@ class Data(Fixed):
     def inverse_dynamics(self, q: Optional[Vector] = None, v: Optional[Vector] = None, a: Optional[Vector] = None, *,
                          out: Optional[Vector] = None) -> Vector:
         """Joint forces of the tree for accelerations, by the recursive Newton-Euler algorithm, without effects."""
-        found = self._inverse(0.0, q, v, a, out)
-        if type(found) is _Array:
-            return found
-        self._check(found)
         q = address(q, self._nq, self._q, "q")
         v = address(v, self._nv, self._v, "v")
         a = address(a, self._nv, self._a, "a")
@@ -509,6 +500,13 @@ class Data(Fixed):
     def energy(self) -> Tuple[float, float]:
         """Kinetic and potential energy of the bodies, J, after `kinematics`."""
         return lib.kt_kinetic_energy(self._m, self._data), lib.kt_potential_energy(self._m, self._data)
+
+
+# Methods of C take arrays of doubles, and call those of Python for all other arguments.
+for _name, _parameters in (("forward_dynamics", "q=None, v=None, tau=None, *, t=0.0, out=None"), ("inverse_dynamics", "q=None, v=None, a=None, *, out=None")):
+    _method = getattr(Data, _name)
+    setattr(Data, f"_convert_{_name}", _method)
+    setattr(Data, _name, quicken(Data, _name, f"{_name}($self, {_parameters})\n--\n\n{_method.__doc__ or ''}".encode()))
 
 
 def _data_at(model: Model, arrays: List[Vector]) -> Data:
