@@ -8,6 +8,7 @@ import base64
 import hashlib
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
 import sysconfig
@@ -73,12 +74,17 @@ class Wheel:
         return self.name
 
 
-def compiled(build):
-    """Configure and build; a native file makes Meson take this Python, which may be that of an environment."""
+def compiled(build, settings):
+    """Configure and build; a native file makes Meson take this Python, which may be that of an environment.
+
+    The setting `setup-args`, of the name that meson-python gives it, adds options of Meson: words in one text, or a list of them.
+    """
+    more = (settings or {}).get("setup-args", [])
+    more = shlex.split(more) if isinstance(more, str) else more
     native = pathlib.Path(build) / "python.ini"
     native.parent.mkdir(parents=True, exist_ok=True)
     native.write_text(f"[binaries]\npython3 = '{sys.executable}'\n")
-    subprocess.run(["meson", "setup", "--native-file", native, *OPTIONS, build, ROOT], check=True, stdout=sys.stderr)
+    subprocess.run(["meson", "setup", "--native-file", native, *OPTIONS, *more, build, ROOT], check=True, stdout=sys.stderr)
     subprocess.run(["ninja", "-C", build, "python", "apps/kinetree/kinetree"], check=True, stdout=sys.stderr)
     return pathlib.Path(build)
 
@@ -93,7 +99,7 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with tempfile.TemporaryDirectory() as temporary:
-        build = compiled(f"{temporary}/build")
+        build = compiled(f"{temporary}/build", config_settings)
         wheel, data = Wheel(wheel_directory), f"kinetree-{version()}.data"
         package = build / "apps/python/kinetree"
         for path in sorted([*package.glob("*.py"), package / "py.typed", package / "_kinetree.abi3.so"]):
