@@ -57,12 +57,6 @@ KT_FMU_ABSENT_LIST(GetOutputDerivatives, const int32_t *orders, double *values, 
 KT_FMU_ABSENT_CALL(GetNumberOfVariableDependencies, void *instance, kt_fmi_reference reference, size_t *count)
 KT_FMU_ABSENT_CALL(GetVariableDependencies, void *instance, kt_fmi_reference dependent, size_t *dependent_elements,
                    kt_fmi_reference *independents, size_t *independent_elements, int *kinds, size_t count)
-KT_FMU_ABSENT_CALL(GetDirectionalDerivative, void *instance, const kt_fmi_reference *unknowns, size_t unknown_count,
-                   const kt_fmi_reference *knowns, size_t known_count, const double *seed, size_t seed_count,
-                   double *sensitivity, size_t sensitivity_count)
-KT_FMU_ABSENT_CALL(GetAdjointDerivative, void *instance, const kt_fmi_reference *unknowns, size_t unknown_count,
-                   const kt_fmi_reference *knowns, size_t known_count, const double *seed, size_t seed_count,
-                   double *sensitivity, size_t sensitivity_count)
 KT_FMU_ABSENT_CALL(EnterConfigurationMode, void *instance)
 KT_FMU_ABSENT_CALL(ExitConfigurationMode, void *instance)
 KT_FMU_ABSENT_CALL(ActivateModelPartition, void *instance, kt_fmi_reference clock, double time)

@@ -12,7 +12,7 @@
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
-static KT_PRINTF(2, 3) kt_fmi_status report_error(kt_fmu *fmu, const char *format, ...) {
+kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...) {
     char text[1024];
     va_list arguments;
     va_start(arguments, format);
@@ -23,17 +23,17 @@ static KT_PRINTF(2, 3) kt_fmi_status report_error(kt_fmu *fmu, const char *forma
     return KT_FMI_ERROR;
 }
 
-static kt_fmi_status report_status(kt_fmu *fmu, kt_status status, const kt_error *error) {
+kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error *error) {
     if (status == KT_OK)
         return KT_FMI_OK;
-    return report_error(fmu, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "", error->message);
+    return kt_fmu_report(fmu, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "", error->message);
 }
 
 static bool is_in(const kt_fmu *fmu, kt_fmu_phase a, kt_fmu_phase b) { return fmu->phase == a || fmu->phase == b; }
 
 #define KT_FMU_REQUIRE(condition, ...)                                                                                 \
     if (!(condition))                                                                                                  \
-    return report_error(fmu, __VA_ARGS__)
+    return kt_fmu_report(fmu, __VA_ARGS__)
 
 /* ---- instances --------------------------------------------------------------------------------------------------- */
 
@@ -65,7 +65,7 @@ static kt_fmu *instantiate(const kt_fmu_request *request) {
         status = kt_error_set(&error, KT_ERROR_UNSUPPORTED, NULL, "%s: use co-simulation", reason);
     if (status == KT_OK)
         return fmu;
-    (void)report_status(fmu, status, &error);
+    (void)kt_fmu_report_status(fmu, status, &error);
     kt_fmu_close(fmu);
     free(fmu);
     return NULL;
@@ -125,7 +125,7 @@ static kt_fmi_status settle(kt_fmu *fmu) {
     const double time = fmu->time;
     kt_status status = kt_fmu_compile(fmu, &error);
     fmu->time = time;
-    return report_status(fmu, status, &error);
+    return kt_fmu_report_status(fmu, status, &error);
 }
 
 KT_FMI(kt_fmi_status fmi3EnterInitializationMode(void *instance, bool has_tolerance, double tolerance, double start,
@@ -161,7 +161,7 @@ KT_FMI(kt_fmi_status fmi3EnterContinuousTimeMode(void *instance)) {
 }
 
 KT_FMI(kt_fmi_status fmi3EnterStepMode(void *instance)) {
-    return report_error(instance, "this FMU has no event mode in co-simulation");
+    return kt_fmu_report(instance, "this FMU has no event mode in co-simulation");
 }
 
 KT_FMI(kt_fmi_status fmi3Terminate(void *instance)) {
@@ -176,7 +176,7 @@ KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
         fmu->is_given[i] = false;
     memset(fmu->torque, 0, (size_t)fmu->nv * sizeof *fmu->torque);
     fmu->phase = KT_FMU_INSTANTIATED;
-    return report_status(fmu, kt_fmu_compile(fmu, &error), &error);
+    return kt_fmu_report_status(fmu, kt_fmu_compile(fmu, &error), &error);
 }
 
 /* ---- variables --------------------------------------------------------------------------------------------------- */
@@ -193,7 +193,7 @@ static kt_fmi_status get_value(kt_fmu *fmu, kt_fmi_reference reference, double *
     if (reference == 0) {
         *value = fmu->time;
     } else if ((i = index_of(reference, 0, (int)fmu->columns.count)) >= 0) {
-        status = report_status(fmu, kt_fmu_evaluate(fmu, &error), &error);
+        status = kt_fmu_report_status(fmu, kt_fmu_evaluate(fmu, &error), &error);
         if (status == KT_FMI_OK)
             *value = fmu->values[i];
     } else if ((i = index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
@@ -203,11 +203,11 @@ static kt_fmi_status get_value(kt_fmu *fmu, kt_fmi_reference reference, double *
     } else if ((i = index_of(reference, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0) {
         *value = kt_fmu_state(fmu)[i];
     } else if ((i = index_of(reference, KT_FMU_DERIVATIVE, kt_fmu_size(fmu))) >= 0) {
-        status = report_status(fmu, kt_fmu_derive(fmu, &error), &error);
+        status = kt_fmu_report_status(fmu, kt_fmu_derive(fmu, &error), &error);
         if (status == KT_FMI_OK)
             *value = fmu->rates[i];
     } else {
-        return report_error(fmu, "there is no variable with the reference %u", (unsigned)reference);
+        return kt_fmu_report(fmu, "there is no variable with the reference %u", (unsigned)reference);
     }
     return status;
 }
@@ -284,7 +284,7 @@ KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool i
     *last = fmu->time = kt_simulation_time(fmu->simulation);
     fmu->is_over = status == KT_OK && kt_simulation_stopped(fmu->simulation) != NULL;
     *terminate = fmu->is_over;
-    return report_status(fmu, status, &error);
+    return kt_fmu_report_status(fmu, status, &error);
 }
 
 /* ---- model exchange ---------------------------------------------------------------------------------------------- */
@@ -323,7 +323,7 @@ KT_FMI(kt_fmi_status fmi3GetContinuousStateDerivatives(void *instance, double *d
                    count);
     kt_fmi_status status = settle(fmu);
     if (status == KT_FMI_OK)
-        status = report_status(fmu, kt_fmu_derive(fmu, &error), &error);
+        status = kt_fmu_report_status(fmu, kt_fmu_derive(fmu, &error), &error);
     if (status == KT_FMI_OK)
         memcpy(derivatives, fmu->rates, count * sizeof *derivatives);
     return status;
@@ -351,7 +351,7 @@ KT_FMI(kt_fmi_status fmi3GetNumberOfEventIndicators(void *instance, size_t *coun
 
 KT_FMI(kt_fmi_status fmi3GetEventIndicators(void *instance, const double *indicators, size_t count)) {
     (void)indicators;
-    return count == 0 ? KT_FMI_OK : report_error(instance, "there are no event indicators");
+    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "there are no event indicators");
 }
 
 /* Event mode is requested if the state has left the loops. */
@@ -363,7 +363,7 @@ KT_FMI(kt_fmi_status fmi3CompletedIntegratorStep(void *instance, bool is_final, 
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_CONTINUOUS, "the instance is not in continuous-time mode");
     const kt_status status = kt_fmu_project(fmu, &error);
     *enter_event = status == KT_OK && fmu->is_moved;
-    return report_status(fmu, status, &error);
+    return kt_fmu_report_status(fmu, status, &error);
 }
 
 KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update, bool *terminate,
@@ -385,6 +385,117 @@ KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update,
 KT_FMI(kt_fmi_status fmi3EvaluateDiscreteStates(void *instance)) {
     (void)instance;
     return KT_FMI_OK;
+}
+
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
+
+/* Adds a seed in a known variable to a direction. */
+static kt_fmi_status add_seed(kt_fmu *fmu, kt_fmi_reference known, double seed, const kt_fmu_direction *along) {
+    int i;
+    KT_FMU_REQUIRE(isfinite(seed), "the seed of the variable %u is not finite", (unsigned)known);
+    if ((i = index_of(known, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0)
+        along->y[i] += seed;
+    else if ((i = index_of(known, KT_FMU_INPUT, fmu->nv)) >= 0)
+        along->u[i] += seed;
+    else
+        return kt_fmu_report(fmu, "there are derivatives by states and inputs, not by the variable %u",
+                             (unsigned)known);
+    return KT_FMI_OK;
+}
+
+/* The derivatives along a direction: of states, of their rates, and of columns (NULL: not requested). */
+typedef struct kt_fmu_results {
+    const double *y, *rates, *columns;
+} kt_fmu_results;
+
+static kt_fmi_status differentiate_along(kt_fmu *fmu, const kt_fmu_direction *along, bool has_columns,
+                                         kt_fmu_results *results) {
+    kt_error error = {0};
+    *results = (kt_fmu_results){.y = along->y};
+    kt_status status = kt_fmu_rates_along(fmu, &results->rates, &error);
+    if (status == KT_OK && has_columns)
+        status = kt_fmu_columns_along(fmu, &results->columns, &error);
+    return kt_fmu_report_status(fmu, status, &error);
+}
+
+/* Returns the derivative of an unknown; NULL: it is a column, and these were not computed, or no such variable. */
+static const double *result_of(const kt_fmu *fmu, const kt_fmu_results *results, kt_fmi_reference unknown) {
+    int i;
+    if ((i = index_of(unknown, KT_FMU_DERIVATIVE, kt_fmu_size(fmu))) >= 0)
+        return results->rates + i;
+    if ((i = index_of(unknown, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0)
+        return results->y + i;
+    i = index_of(unknown, 0, (int)fmu->columns.count);
+    return i >= 0 && results->columns != NULL ? results->columns + i : NULL;
+}
+
+/* Checks unknowns. *has_columns: whether any of them is a column. */
+static kt_fmi_status check_unknowns(kt_fmu *fmu, const kt_fmi_reference *unknowns, size_t count, bool *has_columns) {
+    static const double none = 0.0;
+    const kt_fmu_results all = {&none, &none, &none};
+    *has_columns = false;
+    for (size_t i = 0; i < count; i++) {
+        KT_FMU_REQUIRE(result_of(fmu, &all, unknowns[i]) != NULL,
+                       "there are derivatives of outputs, states and their rates, not of the variable %u",
+                       (unsigned)unknowns[i]);
+        *has_columns |= index_of(unknowns[i], 0, (int)fmu->columns.count) >= 0;
+    }
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3GetDirectionalDerivative(void *instance, const kt_fmi_reference *unknowns,
+                                                  size_t unknown_count, const kt_fmi_reference *knowns,
+                                                  size_t known_count, const double *seed, size_t seed_count,
+                                                  double *sensitivity, size_t sensitivity_count)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    kt_fmu_direction along;
+    kt_fmu_results results;
+    bool has_columns = false;
+    KT_FMU_REQUIRE(known_count == seed_count && unknown_count == sensitivity_count,
+                   "%zu knowns go with %zu seeds, and %zu unknowns with %zu sensitivities", known_count, seed_count,
+                   unknown_count, sensitivity_count);
+    kt_fmi_status status = settle(fmu);
+    if (status == KT_FMI_OK)
+        status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
+    if (status == KT_FMI_OK)
+        status = kt_fmu_report_status(fmu, kt_fmu_direction_make(fmu, &along, &error), &error);
+    for (size_t k = 0; k < known_count && status == KT_FMI_OK; k++)
+        status = add_seed(fmu, knowns[k], seed[k], &along);
+    if (status == KT_FMI_OK)
+        status = differentiate_along(fmu, &along, has_columns, &results);
+    for (size_t i = 0; i < unknown_count && status == KT_FMI_OK; i++)
+        sensitivity[i] = *result_of(fmu, &results, unknowns[i]);
+    return status;
+}
+
+/* The product of the seed with the derivatives along each known by itself. The matrices are computed once. */
+KT_FMI(kt_fmi_status fmi3GetAdjointDerivative(void *instance, const kt_fmi_reference *unknowns, size_t unknown_count,
+                                              const kt_fmi_reference *knowns, size_t known_count, const double *seed,
+                                              size_t seed_count, double *sensitivity, size_t sensitivity_count)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    kt_fmu_direction along;
+    kt_fmu_results results;
+    bool has_columns = false;
+    KT_FMU_REQUIRE(unknown_count == seed_count && known_count == sensitivity_count,
+                   "%zu unknowns go with %zu seeds, and %zu knowns with %zu sensitivities", unknown_count, seed_count,
+                   known_count, sensitivity_count);
+    kt_fmi_status status = settle(fmu);
+    if (status == KT_FMI_OK)
+        status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
+    for (size_t k = 0; k < known_count && status == KT_FMI_OK; k++) {
+        status = kt_fmu_report_status(fmu, kt_fmu_direction_make(fmu, &along, &error), &error);
+        if (status == KT_FMI_OK)
+            status = add_seed(fmu, knowns[k], 1.0, &along);
+        if (status == KT_FMI_OK)
+            status = differentiate_along(fmu, &along, has_columns, &results);
+        double sum = 0.0;
+        for (size_t i = 0; i < unknown_count && status == KT_FMI_OK; i++)
+            sum += seed[i] != 0.0 ? seed[i] * *result_of(fmu, &results, unknowns[i]) : 0.0;
+        sensitivity[k] = sum;
+    }
+    return status;
 }
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
@@ -422,7 +533,7 @@ KT_FMI(kt_fmi_status fmi3SetFMUState(void *instance, void *state)) {
     kt_error error = {0};
     const kt_fmu_kept *kept = state;
     KT_FMU_REQUIRE(kept != NULL, "the state is NULL");
-    return report_status(fmu, kt_fmu_restore(fmu, kept->block, kept->size, &error), &error);
+    return kt_fmu_report_status(fmu, kt_fmu_restore(fmu, kept->block, kept->size, &error), &error);
 }
 
 KT_FMI(kt_fmi_status fmi3FreeFMUState(void *instance, void **state)) {
@@ -434,7 +545,7 @@ KT_FMI(kt_fmi_status fmi3FreeFMUState(void *instance, void **state)) {
 
 KT_FMI(kt_fmi_status fmi3SerializedFMUStateSize(void *instance, void *state, size_t *size)) {
     if (state == NULL)
-        return report_error(instance, "the state is NULL");
+        return kt_fmu_report(instance, "the state is NULL");
     *size = ((const kt_fmu_kept *)state)->size;
     return KT_FMI_OK;
 }
@@ -442,7 +553,7 @@ KT_FMI(kt_fmi_status fmi3SerializedFMUStateSize(void *instance, void *state, siz
 KT_FMI(kt_fmi_status fmi3SerializeFMUState(void *instance, void *state, unsigned char *bytes, size_t size)) {
     const kt_fmu_kept *kept = state;
     if (kept == NULL || size != kept->size)
-        return report_error(instance, "a serialized state has another size");
+        return kt_fmu_report(instance, "a serialized state has another size");
     memcpy(bytes, kept->block, size);
     return KT_FMI_OK;
 }

@@ -1,7 +1,7 @@
 /* Instances of an FMU: resources, the compiled scene, derivatives and outputs. */
 #include "instance.h"
 
-#include "own_rates.h"
+#include "present.h"
 
 #include "records/quantities.h"
 
@@ -65,11 +65,13 @@ static void release_scene(kt_fmu *fmu) {
     kt_simulation_free(fmu->simulation);
     kt_scene_watch_free(fmu->watch);
     kt_data_free(fmu->data);
+    kt_fmu_linear_free(fmu->linear);
     kt_model_free(fmu->model);
     kt_scene_free(&fmu->scene);
     fmu->simulation = NULL;
     fmu->watch = NULL;
     fmu->data = NULL;
+    fmu->linear = NULL;
     fmu->model = NULL;
 }
 

@@ -22,6 +22,8 @@ typedef enum kt_fmu_phase {
     KT_FMU_TERMINATED,
 } kt_fmu_phase;
 
+typedef struct kt_fmu_linear kt_fmu_linear; /* derivatives.c */
+
 typedef struct kt_fmu {
     /* Resources and settings. */
     char *scene_text, *settings_text;
@@ -48,8 +50,9 @@ typedef struct kt_fmu {
     double *rates;  /* likewise */
     double *moved;  /* likewise: the projected state */
     double time;
-    const double *values; /* of the columns; NULL: not evaluated in this state */
-    bool is_exchange, is_stale, has_rates, is_moved, is_over;
+    const double *values;  /* of the columns; NULL: not evaluated in this state */
+    kt_fmu_linear *linear; /* NULL: no derivatives were requested yet */
+    bool is_exchange, is_stale, has_rates, has_jacobian, is_moved, is_over;
     kt_fmu_phase phase;
 
     kt_fmi_log *log;
@@ -82,12 +85,36 @@ kt_status kt_fmu_evaluate(kt_fmu *fmu, kt_error *error);
 /* Marks that inputs, time or state have changed. */
 static inline void kt_fmu_change(kt_fmu *fmu) {
     fmu->values = NULL;
-    fmu->has_rates = false;
+    fmu->has_rates = fmu->has_jacobian = false;
 }
 
 /* Projects the state of the importer onto the loops and quaternions into fmu->moved. Sets fmu->is_moved if a number
  * changes by more than 1e-10 of its size or of unity. */
 kt_status kt_fmu_project(kt_fmu *fmu, kt_error *error);
+
+/* A direction in (y, u) for derivatives, for the caller to fill: y = (q, v, x), u = torque. It is zero at first. The
+ * first call of kt_fmu_direction_make allocates the memory of derivatives.
+ * Errors: KT_ERROR_MEMORY. */
+typedef struct kt_fmu_direction {
+    double *y, *u;
+} kt_fmu_direction;
+
+kt_status kt_fmu_direction_make(kt_fmu *fmu, kt_fmu_direction *along, kt_error *error);
+
+/* Computes the derivatives of all rates along the direction that was filled last: kt_fmu_size numbers.
+ * Errors: those of kt_acceleration_derivatives. */
+kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error);
+
+/* Likewise of all columns, after kt_fmu_rates_along. Columns of coordinates are exact in mechanisms without loops.
+ * Others are differences of order eight of the columns themselves. In co-simulation only their derivatives by u exist.
+ * Errors: those of kt_fmu_evaluate. KT_ERROR_UNSUPPORTED for a direction in y in co-simulation. */
+kt_status kt_fmu_columns_along(kt_fmu *fmu, const double **columns, kt_error *error);
+
+void kt_fmu_linear_free(kt_fmu_linear *linear);
+
+/* Sends a message to the importer. Both return a status of FMI. */
+KT_PRINTF(2, 3) kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...);
+kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error *error);
 
 /* The size of a state of this instance, and a copy from and to a block of this size, aligned as a double. */
 size_t kt_fmu_block_size(const kt_fmu *fmu);

@@ -18,7 +18,7 @@
 static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
                             kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
-    const kt_columns axes = end[0].axes;
+    const kt_triple_columns axes = end[0].axes;
     const kt_triple apart = kt_triple_sub(end[1].point, end[0].point);
     const kt_triple carried = kt_triple_cross(end[0].omega, apart);
     const kt_triple moving = kt_triple_sub(kt_triple_sub(end[1].velocity, end[0].velocity), carried);

@@ -28,7 +28,7 @@
 #define KT_EFFECT(name) name##_dual
 #endif
 typedef struct kt_effect_frame {
-    kt_columns axes;
+    kt_triple_columns axes;
     kt_triple point, omega, velocity;
 } kt_effect_frame;
 typedef struct kt_effect_wrench {

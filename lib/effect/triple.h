@@ -10,9 +10,9 @@
 #ifdef KT_LANES
 
 typedef kt_real3 kt_triple;
-typedef struct kt_columns {
+typedef struct kt_triple_columns {
     kt_triple x, y, z;
-} kt_columns;
+} kt_triple_columns;
 
 KT_OPERATOR kt_triple kt_triple_zero(void) { return kt_zero3(); }
 KT_OPERATOR kt_triple kt_triple_constant(kt_plain x, kt_plain y, kt_plain z) { return kt_make3(x, y, z); }
@@ -21,11 +21,11 @@ KT_OPERATOR kt_triple kt_triple_sub(kt_triple a, kt_triple b) { return kt_sub3(a
 KT_OPERATOR kt_triple kt_triple_scale(kt_real s, kt_triple a) { return kt_scale3(s, a); }
 KT_OPERATOR kt_real kt_triple_dot(kt_triple a, kt_triple b) { return kt_dot3(a, b); }
 KT_OPERATOR kt_triple kt_triple_cross(kt_triple a, kt_triple b) { return kt_cross3(a, b); }
-KT_OPERATOR kt_triple kt_columns_apply(kt_columns a, kt_triple u) {
+KT_OPERATOR kt_triple kt_columns_apply(kt_triple_columns a, kt_triple u) {
     return kt_add3(kt_add3(kt_scale3(u.x, a.x), kt_scale3(u.y, a.y)), kt_scale3(u.z, a.z));
 }
-KT_OPERATOR kt_columns kt_columns_multiply(kt_columns a, kt_columns b) {
-    return (kt_columns){kt_columns_apply(a, b.x), kt_columns_apply(a, b.y), kt_columns_apply(a, b.z)};
+KT_OPERATOR kt_triple_columns kt_columns_multiply(kt_triple_columns a, kt_triple_columns b) {
+    return (kt_triple_columns){kt_columns_apply(a, b.x), kt_columns_apply(a, b.y), kt_columns_apply(a, b.z)};
 }
 KT_OPERATOR kt_triple kt_triple_choose(kt_condition condition, kt_triple a, kt_triple b) {
     return (kt_triple){kt_choose(condition, a.x, b.x), kt_choose(condition, a.y, b.y), kt_choose(condition, a.z, b.z)};
@@ -41,7 +41,7 @@ KT_OPERATOR kt_triple kt_triple_choose(kt_condition condition, kt_triple a, kt_t
 #if !defined(KT_DUAL) && !defined(KT_LANES)
 
 typedef kt_vec3 kt_triple;
-typedef kt_mat3 kt_columns;
+typedef kt_mat3 kt_triple_columns;
 
 KT_INLINE kt_triple kt_triple_zero(void) { return kt_vec3_make(0.0, 0.0, 0.0); }
 KT_INLINE kt_triple kt_triple_constant(kt_plain x, kt_plain y, kt_plain z) { return kt_vec3_make(x, y, z); }
@@ -63,9 +63,9 @@ KT_INLINE kt_triple kt_triple_scale_each(const double d[3], kt_triple u) {
 #elif defined(KT_DUAL)
 
 typedef kt_vector kt_triple;
-typedef struct kt_columns {
+typedef struct kt_triple_columns {
     kt_triple x, y, z;
-} kt_columns;
+} kt_triple_columns;
 
 KT_INLINE kt_triple kt_triple_zero(void) { return kt_vector_zero(); }
 KT_INLINE kt_triple kt_triple_constant(kt_plain x, kt_plain y, kt_plain z) { return (kt_triple){x, y, z}; }
@@ -78,22 +78,22 @@ KT_INLINE kt_triple kt_triple_cross(kt_triple a, kt_triple b) { return kt_cross(
 KT_INLINE kt_triple kt_triple_scale_each(const double d[3], kt_triple u) {
     return (kt_triple){d[0], d[1], d[2], 0.0, d[0], d[1], d[2], 0.0} * u;
 }
-KT_INLINE kt_triple kt_columns_apply(kt_columns a, kt_triple u) {
+KT_INLINE kt_triple kt_columns_apply(kt_triple_columns a, kt_triple u) {
     const kt_vector columns[3] = {a.x, a.y, a.z};
     return kt_apply(columns, u);
 }
-KT_INLINE kt_triple kt_columns_apply_transposed(kt_columns a, kt_triple u) {
+KT_INLINE kt_triple kt_columns_apply_transposed(kt_triple_columns a, kt_triple u) {
     const kt_vector columns[3] = {a.x, a.y, a.z};
     return kt_apply_transposed(columns, u);
 }
-KT_INLINE kt_columns kt_columns_multiply(kt_columns a, kt_columns b) {
-    return (kt_columns){kt_columns_apply(a, b.x), kt_columns_apply(a, b.y), kt_columns_apply(a, b.z)};
+KT_INLINE kt_triple_columns kt_columns_multiply(kt_triple_columns a, kt_triple_columns b) {
+    return (kt_triple_columns){kt_columns_apply(a, b.x), kt_columns_apply(a, b.y), kt_columns_apply(a, b.z)};
 }
-KT_INLINE kt_triple kt_columns_row(kt_columns a, int k) {
+KT_INLINE kt_triple kt_columns_row(kt_triple_columns a, int k) {
     return kt_vector_make(kt_component(a.x, k), kt_component(a.y, k), kt_component(a.z, k));
 }
-KT_INLINE kt_columns kt_columns_transpose(kt_columns a) {
-    return (kt_columns){kt_columns_row(a, 0), kt_columns_row(a, 1), kt_columns_row(a, 2)};
+KT_INLINE kt_triple_columns kt_columns_transpose(kt_triple_columns a) {
+    return (kt_triple_columns){kt_columns_row(a, 0), kt_columns_row(a, 1), kt_columns_row(a, 2)};
 }
 
 #endif
@@ -105,9 +105,9 @@ KT_INLINE kt_real kt_triple_norm(kt_triple a) { return kt_sqrt(kt_triple_dot(a, 
 #ifdef KT_LANES
 KT_OPERATOR kt_triple kt_triple_of3(kt_real3 a) { return a; }
 KT_OPERATOR kt_triple kt_triple_of_model(kt_vec3 a) { return kt_from3(a); }
-KT_OPERATOR kt_columns kt_columns_of3(const kt_real3 a[3]) { return (kt_columns){a[0], a[1], a[2]}; }
-KT_OPERATOR kt_columns kt_columns_of_model(kt_mat3 a) {
-    return (kt_columns){kt_from3(a.x), kt_from3(a.y), kt_from3(a.z)};
+KT_OPERATOR kt_triple_columns kt_columns_of3(const kt_real3 a[3]) { return (kt_triple_columns){a[0], a[1], a[2]}; }
+KT_OPERATOR kt_triple_columns kt_columns_of_model(kt_mat3 a) {
+    return (kt_triple_columns){kt_from3(a.x), kt_from3(a.y), kt_from3(a.z)};
 }
 #elif !defined(KT_DUAL)
 #define kt_triple_of3 kt_v4_vec3
@@ -143,7 +143,7 @@ KT_INLINE kt_real kt_rotation_vector_map_coefficient(kt_real x) {
 
 #ifndef KT_DUAL
 
-KT_INLINE kt_triple kt_rotation_vector_of(kt_columns r) { return kt_euler_vector_from_matrix(r); }
+KT_INLINE kt_triple kt_rotation_vector_of(kt_triple_columns r) { return kt_euler_vector_from_matrix(r); }
 
 KT_INLINE kt_triple kt_rotation_vector_transposed_map(kt_triple theta, kt_triple u) {
     kt_mat3 inverse = kt_mat3_identity();
@@ -167,7 +167,7 @@ KT_INLINE double kt_rotation_vector_map_coefficient_derivative(double x) {
 
 #else
 
-KT_INLINE kt_triple kt_rotation_vector_of(kt_columns r) {
+KT_INLINE kt_triple kt_rotation_vector_of(kt_triple_columns r) {
     const kt_v4 x = kt_lower(r.x), y = kt_lower(r.y), z = kt_lower(r.z), columns[3] = {x, y, z};
     const kt_v4 twice = kt_v4_cross(x, kt_upper(r.x)) + kt_v4_cross(y, kt_upper(r.y)) + kt_v4_cross(z, kt_upper(r.z));
     const kt_vec3 theta = kt_euler_vector_from_matrix(kt_v4_mat3(columns));

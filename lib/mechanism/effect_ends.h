@@ -25,7 +25,7 @@ KT_INLINE void kt_effect_point_of(const kt_data *data, const kt_effect_record *e
     end[k].velocity = kt_triple_add(kt_triple_of3(force_link->velocity), kt_triple_cross(end[k].omega, arm));
 }
 
-KT_INLINE kt_columns kt_effect_axes_of(const kt_data *data, const kt_effect_record *effect, int k) {
+KT_INLINE kt_triple_columns kt_effect_axes_of(const kt_data *data, const kt_effect_record *effect, int k) {
     return kt_columns_multiply(kt_columns_of3(data->force_link[effect->force_link[k]].link.axes),
                                kt_columns_of_model(effect->frame[k].rotation));
 }
@@ -50,7 +50,7 @@ KT_INLINE kt_real kt_effect_wrenches_add(const kt_data *data, const kt_effect_re
                                          const kt_effect_wrench *wrench, kt_external *applied) {
     kt_real excess = kt_real_of(0.0);
     for (int k = 0; k < effect->ends; k++) {
-        const kt_columns axes = kt_columns_of3(data->force_link[effect->force_link[k]].link.axes);
+        const kt_triple_columns axes = kt_columns_of3(data->force_link[effect->force_link[k]].link.axes);
         const kt_triple arm = kt_columns_apply(axes, kt_triple_of_model(effect->arm[k]));
         kt_external *body = &applied[effect->body[k]];
         body->moment =

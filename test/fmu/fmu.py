@@ -26,6 +26,12 @@ STEP, STEPS = 0.01, 200  # s between values; the fixed steps of the scenes divid
 # Own steps of 1 ms, so that the end of each is a time at which a step of an FMU may end, too.
 FIXED = ["double-pendulum", "four-bar", "arm7", "bouncing-ball", "lugre", "furuta-pendulum", "cart-pole"]
 EXCHANGED = {"double-pendulum": 1e-12, "four-bar": 1e-12, "arm7": 1e-12}  # rounding; measured: 0, 4e-15, 0
+WORKS = ("energy.dissipated", "energy.supplied", "energy.balance")  # integrals: NaN in model exchange
+# Trees, quaternions, loops, own states, masses that change, drives, contacts; with inputs. Bounds: relative to the
+# largest derivative; those of outputs, and of loops, are of both differences.
+SLOPES = {"arm7": "shoulder_yaw,elbow", "four-bar": "crank", "dc-motor": "rotor", "bricard": None, "stewart": None,
+          "quarter-car": None, "rocket": None, "spinning-top": None, "torus-marble": None, "three-body": None}
+RATES, OUTPUTS, ADJOINT = 1e-9, 1e-9, 1e-10
 # fmusim with the method of the scene (cs), and with CVODE at a tolerance of 1e-10 (me). The run has its own error: the
 # rope a tolerance of 1e-4, the ball impacts of 2 MN/m^1.5, and the rocket a balance that is a difference of 1.6e5 J.
 FMUSIM_BOUND, INTERVALS = 2e-5, 200
@@ -74,9 +80,9 @@ class Fmu:
     def outputs(self):
         return ["0"] + [v.get("valueReference") for v in self.variables.values() if v.get("causality") == "output"]
 
-    def play(self, mode, *references):
+    def play(self, mode, *references, step=STEP, steps=STEPS):
         token = self.root.get("instantiationToken")
-        return run(IMPORTER, self.binary, self.folder / "resources", token, mode, STEP, STEPS, self.states,
+        return run(IMPORTER, self.binary, self.folder / "resources", token, mode, step, steps, self.states,
                    *(references or self.outputs()))
 
 
@@ -154,6 +160,32 @@ def check_exchange(folder):
     claim("model_exchange_follows_the_run_of_the_same_method", problems)
 
 
+def slopes_of(scene, folder, inputs):
+    """The errors of derivatives: of rates, of outputs, and of the adjoint; with the words of the importer."""
+    fmu = Fmu(scene, folder, *(["--input", inputs] if inputs else []))
+    if fmu.status != 0 or fmu.root.find("ModelExchange") is None:
+        return [math.nan] * 3, fmu.errors
+    rate = next(v for v in fmu.variables.values() if v.get("derivative") is not None)
+    given = [f"{v.get('valueReference')}=0.3" for v in fmu.variables.values() if v.get("causality") == "input"]
+    shown = [v.get("valueReference") for name, v in fmu.variables.items() if v.get("causality") == "output"
+             and name not in WORKS]
+    status, text, errors = fmu.play(f"slopes={rate.get('derivative')},{rate.get('valueReference')}", *shown, *given,
+                                    step=2e-4, steps=5)
+    found = [line for line in text.splitlines() if line.startswith("slopes ")]
+    return [float(x) for x in found[0][7:].split(",")] if status == 0 and found else [math.nan] * 3, errors
+
+
+def check_slopes(folder):
+    problems = []
+    for name, inputs in SLOPES.items():
+        (rates, outputs, adjoint), errors = slopes_of(SCENES / f"{name}.yaml", folder, inputs)
+        note(f"{name}: derivatives of rates differ by {rates:.1e}, bound {RATES:g}; of outputs by {outputs:.1e}, bound "
+             f"{OUTPUTS:g}; adjoint by {adjoint:.1e}, bound {ADJOINT:g}")
+        if not (rates <= RATES and outputs <= OUTPUTS and adjoint <= ADJOINT):
+            problems.append(f"{name}: {rates}, {outputs}, {adjoint} {errors}")
+    claim("directional_and_adjoint_derivatives_are_those_of_differences", problems)
+
+
 def check_rates(folder):
     """Derivatives of states in co-simulation: friction that sticks, an event that sets a parameter, own states."""
     problems = []
@@ -182,7 +214,8 @@ def check_values(folder):
     scene = folder / "slide.yaml"
     scene.write_text("kinetree: 1\nparameters: {m: 2, half: =m/2}\nbodies:\n"
                      "  - {name: block, mass: =m, joint: {name: slide, type: prismatic, axis: [1, 0, 0]}}\n"
-                     f"simulate: {{integrator: rk4, step: 0.001, duration: {STEP * STEPS}}}\n")
+                     f"simulate: {{integrator: rk4, step: 0.001, duration: {STEP * STEPS}}}\n"
+                     "output: {record: [position, acceleration]}\n")
     fmu = Fmu(scene, folder, "--input", "slide")
     follower, own = fmu.variables["half"].get("causality"), fmu.variables["m"].get("causality")
     status, text, errors = fmu.play("cs", "0", fmu.reference("position.slide"), fmu.reference("half"),
@@ -192,6 +225,13 @@ def check_values(folder):
     note(f"position {last[1]:.15g}, expected {expected:.15g}, bound 1e-13")
     fine = abs(last[1] - expected) <= 1e-13 and last[2] == 2.0
     claim("inputs_and_parameters_act", [] if fine else [str(last), errors])
+    # At mass 2: acceleration 1/2 m/s2 for each newton, which is also the rate of v.
+    names = ["position.slide", "acceleration.slide", "der(v.slide)", "der(q.slide)"]
+    status, text, errors = fmu.play("gain", *map(fmu.reference, names), fmu.reference("input.slide") + "=3")
+    gains = rows(text)[-1] if status == 0 else [math.nan]
+    note(f"gains {gains}, expected [0, 0.5, 0.5, 0], bound 1e-15")
+    fine = len(gains) == 4 and all(abs(a - b) <= 1e-15 for a, b in zip(gains, (0.0, 0.5, 0.5, 0.0)))
+    claim("derivatives_by_inputs_in_cosimulation_are_those_of_the_mass", [] if fine else [str(gains), errors])
     claim("a_parameter_that_follows_others_is_calculated",
           [] if (follower, own) == ("calculatedParameter", "parameter") else [f"half: {follower}, m: {own}"])
 
@@ -303,7 +343,7 @@ def check_fmusim(folder):
                               "--quiet", "--out", "-")
         theirs = {round(row[0], 9): row for row in rows(text)}
         works = [k for k, name in enumerate(text.partition("\n")[0].split(","))
-                 if name in ("energy.dissipated", "energy.supplied", "energy.balance")]
+                 if name in WORKS]
         for mode in ("cs", "me"):
             if fmu.root.find({"cs": "CoSimulation", "me": "ModelExchange"}[mode]) is None:
                 continue
@@ -329,6 +369,7 @@ def main():
         check_cosimulation(folder)
         check_exchange(folder)
         check_rates(folder)
+        check_slopes(folder)
         check_values(folder)
         check_refusals(folder)
         check_binary(folder)

@@ -8,13 +8,18 @@
  *     serial     co-simulation; another instance continues from the serialised state at half time
  *     save=FILE  co-simulation to half time, and the serialised state to a file
  *     load=FILE  co-simulation from the state of a file, at half time, to the end
+ *     gain       co-simulation; at the end the derivatives of the references by the sum of those with a value
  *     me         model exchange with the classical method of fourth order
+ *     slopes=STATE,RATE
+ *                model exchange; after each step derivatives along a random direction are compared with
+ *                differences. The numbers are the references of the first state and of its derivative
  * A reference with a value is set before the initialization. The others are written after each step with 17 digits. The
  * last line counts allocations of all steps.
  */
 #include "interpose.h"
 
 #include <dlfcn.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -50,6 +55,10 @@ typedef void log_message(void *, int, const char *, const char *);
     X(int, SetContinuousStates, (void *, const double *, size_t))                                                      \
     X(int, GetContinuousStates, (void *, double *, size_t))                                                            \
     X(int, GetContinuousStateDerivatives, (void *, double *, size_t))                                                  \
+    X(int, GetDirectionalDerivative,                                                                                   \
+      (void *, const uint32_t *, size_t, const uint32_t *, size_t, const double *, size_t, double *, size_t))          \
+    X(int, GetAdjointDerivative,                                                                                       \
+      (void *, const uint32_t *, size_t, const uint32_t *, size_t, const double *, size_t, double *, size_t))          \
     X(int, CompletedIntegratorStep, (void *, bool, bool *, bool *))                                                    \
     X(int, UpdateDiscreteStates, (void *, bool *, bool *, bool *, bool *, bool *, double *))
 
@@ -170,6 +179,17 @@ static const char *file_of(const request *r, const char *mode) {
     return strncmp(r->mode, mode, strlen(mode)) == 0 ? r->mode + strlen(mode) : NULL;
 }
 
+static void show_gain(const request *r, void *instance) {
+    double seed[MOST], gain[MOST];
+    for (size_t i = 0; i < r->given; i++)
+        seed[i] = 1.0;
+    require(fmi_GetDirectionalDerivative(instance, r->show, r->shown, r->give, r->given, seed, r->given, gain,
+                                         r->shown) == 0,
+            "a directional derivative fails");
+    for (size_t i = 0; i < r->shown; i++)
+        printf("%.17g%c", gain[i], i + 1 < r->shown ? ',' : '\n');
+}
+
 static void simulate(const request *r) {
     const char *saved = file_of(r, "save="), *loaded = file_of(r, "load=");
     void *instance = start(r, false), *second = strcmp(r->mode, "two") == 0 ? start(r, false) : NULL;
@@ -194,6 +214,8 @@ static void simulate(const request *r) {
     }
     if (saved != NULL)
         save(instance, saved);
+    if (strcmp(r->mode, "gain") == 0)
+        show_gain(r, instance);
     fmi_Terminate(instance);
     fmi_FreeInstance(instance);
     if (second != NULL)
@@ -235,15 +257,113 @@ static void handle_event(const request *r, void *instance, double *y) {
         require(fmi_GetContinuousStates(instance, y, r->states) == 0, "states after an event");
 }
 
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
+
+/* The unknowns (rates, then outputs) and the knowns (states, then inputs) of derivatives, at one state. */
+typedef struct point {
+    uint32_t unknown[2 * MOST], known[2 * MOST];
+    size_t unknowns, knowns;
+    double y[MOST];
+} point;
+
+/* Returns a number between -1 and 1 (Knuth's MMIX generator). */
+static double any_number(void) {
+    static uint64_t state = 1;
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return 2.0 * (double)(state >> 11) / 9007199254740992.0 - 1.0;
+}
+
+/* Adds weight f(y + distance dy, u + distance du) to `sum`. */
+static void add_sample(const request *r, void *instance, const point *p, double distance, double weight,
+                       const double *seed, double *sum) {
+    double y[MOST], u[MOST], f[2 * MOST];
+    for (size_t i = 0; i < r->states; i++)
+        y[i] = p->y[i] + distance * seed[i];
+    for (size_t i = 0; i < r->given; i++)
+        u[i] = r->value[i] + distance * seed[r->states + i];
+    require(fmi_SetContinuousStates(instance, y, r->states) == 0 &&
+                fmi_SetFloat64(instance, r->give, r->given, u, r->given) == 0 &&
+                fmi_GetFloat64(instance, p->unknown, p->unknowns, f, p->unknowns) == 0,
+            "a sample fails");
+    for (size_t i = 0; i < p->unknowns; i++)
+        sum[i] += weight * f[i];
+}
+
+/* Computes central differences of order six. */
+static void difference(const request *r, void *instance, const point *p, const double *seed, double *result) {
+    static const double h = 5e-4, weight[] = {3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0};
+    memset(result, 0, p->unknowns * sizeof *result);
+    for (int k = 1; k <= 3; k++) {
+        add_sample(r, instance, p, k * h, weight[k - 1] / h, seed, result);
+        add_sample(r, instance, p, -k * h, -weight[k - 1] / h, seed, result);
+    }
+    require(fmi_SetContinuousStates(instance, p->y, r->states) == 0 &&
+                fmi_SetFloat64(instance, r->give, r->given, r->value, r->given) == 0,
+            "the state cannot be set");
+}
+
+static double dot(const double *a, const double *b, size_t count) {
+    double sum = 0.0;
+    for (size_t i = 0; i < count; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* Returns the largest difference, over the largest number of b or 1; NaN if any number is NaN. */
+static double distance_of(const double *a, const double *b, size_t count) {
+    double size = 1.0, worst = 0.0;
+    for (size_t i = 0; i < count; i++)
+        size = fmax(size, fabs(b[i]));
+    for (size_t i = 0; i < count; i++)
+        worst = fabs(a[i] - b[i]) <= worst * size ? worst : fabs(a[i] - b[i]) / size;
+    return worst;
+}
+
+/* Raises a maximum that keeps a NaN. */
+static void raise_to(double *most, double value) { *most = value <= *most || isnan(*most) ? *most : value; }
+
+/* Compares derivatives at a state. worst: of rates, of outputs, and of <b, J s> - <J' b, s>. */
+static void check_slopes(const request *r, void *instance, const point *p, double worst[3]) {
+    double seed[2 * MOST], ours[2 * MOST], theirs[2 * MOST], back[2 * MOST], sum[2 * MOST];
+    for (size_t i = 0; i < p->knowns; i++)
+        seed[i] = any_number();
+    for (size_t i = 0; i < p->unknowns; i++)
+        back[i] = any_number();
+    difference(r, instance, p, seed, theirs);
+    require(fmi_GetDirectionalDerivative(instance, p->unknown, p->unknowns, p->known, p->knowns, seed, p->knowns, ours,
+                                         p->unknowns) == 0,
+            "a directional derivative fails");
+    require(fmi_GetAdjointDerivative(instance, p->unknown, p->unknowns, p->known, p->knowns, back, p->unknowns, sum,
+                                     p->knowns) == 0,
+            "an adjoint derivative fails");
+    const double forward = dot(back, ours, p->unknowns), size = sqrt(dot(sum, sum, p->knowns));
+    raise_to(&worst[0], distance_of(ours, theirs, r->states));
+    raise_to(&worst[1], distance_of(ours + r->states, theirs + r->states, r->shown));
+    raise_to(&worst[2], fabs(forward - dot(sum, seed, p->knowns)) / fmax(1.0, size));
+}
+
 static void integrate(const request *r) {
+    const char *first = file_of(r, "slopes=");
+    point p = {.unknowns = 0};
+    double worst[3] = {0.0, 0.0, 0.0};
+    for (size_t i = 0; i < r->states && first != NULL; i++) {
+        char *second;
+        p.known[p.knowns++] = (uint32_t)(strtoul(first, &second, 10) + i);
+        p.unknown[p.unknowns++] = (uint32_t)(strtoul(second + 1, NULL, 10) + i);
+    }
+    for (size_t i = 0; i < r->given; i++)
+        p.known[p.knowns++] = r->give[i];
+    for (size_t i = 0; i < r->shown; i++)
+        p.unknown[p.unknowns++] = r->show[i];
     void *instance = start(r, true);
-    double y[MOST], slope[MOST];
+    double slope[MOST], *y = p.y;
     bool need, end, nominals, moved, has_next, event;
     double next;
     require(fmi_UpdateDiscreteStates(instance, &need, &end, &nominals, &moved, &has_next, &next) == 0 &&
                 fmi_EnterContinuousTimeMode(instance) == 0 && fmi_GetContinuousStates(instance, y, r->states) == 0,
             "start of model exchange");
-    show(r, instance);
+    if (first == NULL)
+        show(r, instance);
     long allocations = 0;
     for (int k = 0; k < r->count; k++) {
         kt_interpose_start();
@@ -253,10 +373,15 @@ static void integrate(const request *r) {
         if (event)
             handle_event(r, instance, y);
         allocations += kt_interpose_stop();
-        show(r, instance);
+        if (first == NULL)
+            show(r, instance);
+        else
+            check_slopes(r, instance, &p, worst);
     }
     fmi_Terminate(instance);
     fmi_FreeInstance(instance);
+    if (first != NULL)
+        printf("slopes %.17g,%.17g,%.17g\n", worst[0], worst[1], worst[2]);
     printf("allocations %ld\n", allocations);
 }
 
@@ -277,7 +402,7 @@ int main(int argc, char **argv) {
         }
     }
     load_functions(argv[1]);
-    if (strcmp(r.mode, "me") == 0)
+    if (strcmp(r.mode, "me") == 0 || file_of(&r, "slopes=") != NULL)
         integrate(&r);
     else
         simulate(&r);

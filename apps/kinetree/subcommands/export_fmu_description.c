@@ -233,7 +233,8 @@ static void write_structure(const kt_fmu_model *fmu, FILE *to) {
 }
 
 static void write_interfaces(const kt_fmu_model *fmu, FILE *to) {
-    static const char capabilities[] = "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"";
+    static const char capabilities[] = "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\" "
+                                       "providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\"";
     if (fmu->has_exchange) {
         fputs("  <ModelExchange", to);
         write_attribute("modelIdentifier", fmu->name, to);

@@ -1,0 +1,286 @@
+/* Derivatives of the rates and columns of an instance along a direction (dy, du), with y = (q, v, x), u = torque.
+ *
+ * A change dq of positions turns each quaternion p of any norm by d = 2 Im (p^-1 dp) in body axes, since the rotation
+ * depends on p / |p| alone. With d for all joints (nv numbers), and E the map of kt_position_rate,
+ *
+ *     q' = E(q) v:            dq' = E(q) dv + E(dq) v
+ *     v' = a(t, q, v, x, u):  dv' = a_q d + a_v dv + a_x dx + a_u du
+ *     x' = f(t, q, v, x):     dx' = f_q d + f_v dv + f_x dx
+ *
+ * The matrices are exact (kt_acceleration_derivatives). They are computed once in a state, for all directions.
+ *
+ * Positions, velocities, accelerations and auxiliary states among the columns follow from these numbers. In model
+ * exchange columns are those of the state that is projected onto the loops. With loops, and for all other columns,
+ * the derivatives are central differences of order eight (derivative/difference.h) along the direction.
+ */
+#include "instance.h"
+#include "present.h"
+
+#include "base/arena.h"
+#include "derivative/difference.h"
+#include "derivative/effect_derivatives.h"
+#include "derivative/stiffness.h"
+
+#include "kinetree/joint.h"
+#include "kinetree/mechanism.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+typedef struct kt_fmu_sizes {
+    size_t work, q, v, x, y, columns;
+} kt_fmu_sizes;
+
+#define KT_FMU_LINEAR_FIELDS(X)                                                                                        \
+    X(char, work, s->work, "of kt_acceleration_derivatives")                                                           \
+    X(double, a_q, s->v * s->v, "accelerations by positions")                                                          \
+    X(double, a_v, s->v * s->v, "by velocities")                                                                       \
+    X(double, a_u, s->v * s->v, "by torques")                                                                          \
+    X(double, a_x, s->v * s->x, "by auxiliary states")                                                                 \
+    X(double, f_q, s->x * s->v, "rates of auxiliary states by positions, negative")                                    \
+    X(double, f_v, s->x * s->v, "by velocities, negative")                                                             \
+    X(double, f_x, s->x * s->x, "by auxiliary states, negative")                                                       \
+    X(double, dy, s->y, "the direction")                                                                               \
+    X(double, du, s->v, "likewise")                                                                                    \
+    X(double, turn, s->v, "d")                                                                                         \
+    X(double, moved, s->q, "E(q) d: dq without changes of norms")                                                      \
+    X(double, still, s->q, "zeros")                                                                                    \
+    X(double, part, s->q, "E(dq) v")                                                                                   \
+    X(double, rates, s->y, "result")                                                                                   \
+    X(double, y0, s->y, "the state between differences")                                                               \
+    X(double, u0, s->v, "likewise the torques")                                                                        \
+    X(double, eight, s->columns, "differences of order eight")                                                         \
+    X(double, six, s->columns, "and of order six")                                                                     \
+    X(double, size, s->columns, "the largest value of a column")                                                       \
+    X(double, bound, s->columns, "the error of a result")                                                              \
+    X(double, columns, s->columns, "result")
+
+struct kt_fmu_linear {
+    void *owned;
+    size_t work_size;
+    KT_ARENA_DECLARE(KT_FMU_LINEAR_FIELDS)
+};
+
+KT_ARENA_LAYOUT(lay_out_linear, kt_fmu_linear, KT_FMU_LINEAR_FIELDS, const kt_fmu_sizes *s)
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+static const kt_model *present_model(const kt_fmu *fmu) {
+    return fmu->is_exchange ? fmu->model : kt_simulation_model(fmu->simulation);
+}
+
+void kt_fmu_linear_free(kt_fmu_linear *linear) { kt_arena_free(linear); }
+
+kt_status kt_fmu_direction_make(kt_fmu *fmu, kt_fmu_direction *along, kt_error *error) {
+    const kt_fmu_sizes sizes = {kt_acceleration_work_size(present_model(fmu)),
+                                (size_t)fmu->nq,
+                                (size_t)fmu->nv,
+                                (size_t)fmu->nx,
+                                (size_t)kt_fmu_size(fmu),
+                                fmu->columns.count};
+    if (fmu->linear == NULL || fmu->linear->work_size < sizes.work) {
+        kt_fmu_linear_free(fmu->linear);
+        fmu->has_jacobian = false;
+        fmu->linear = kt_arena_allocate(lay_out_linear(NULL, &sizes), "derivatives", error);
+        if (fmu->linear == NULL)
+            return KT_ERROR_MEMORY;
+        (void)lay_out_linear(fmu->linear, &sizes);
+        (void)kt_arena_own(fmu->linear, KT_OK);
+        fmu->linear->work_size = sizes.work;
+        memset(fmu->linear->still, 0, sizes.q * sizeof(double));
+    }
+    memset(fmu->linear->dy, 0, sizes.y * sizeof(double));
+    memset(fmu->linear->du, 0, sizes.v * sizeof(double));
+    *along = (kt_fmu_direction){fmu->linear->dy, fmu->linear->du};
+    return KT_OK;
+}
+
+/* ---- rates ------------------------------------------------------------------------------------------------------- */
+
+/* Computes the matrices of the present state. */
+static kt_status linearize_rates(kt_fmu *fmu, kt_error *error) {
+    kt_fmu_linear *l = fmu->linear;
+    const double *y = kt_fmu_state(fmu), *v = y + fmu->nq;
+    kt_data *data = fmu->is_exchange ? fmu->data : kt_fmu_present_data(fmu->simulation);
+    const kt_state_derivatives states = {l->a_x, l->f_q, l->f_v, l->f_x};
+    const kt_dynamic_state at = {.t = fmu->time, .q = y, .v = v, .tau = fmu->torque};
+    const kt_acceleration_matrices to = {.by = {l->a_q, l->a_v, l->a_u}, .states = fmu->nx > 0 ? &states : NULL};
+    if (fmu->has_jacobian)
+        return KT_OK;
+    if (fmu->is_exchange && fmu->nx > 0)
+        memcpy(kt_own_states(fmu->model, data), v + fmu->nv, (size_t)fmu->nx * sizeof *v);
+    const kt_status status =
+        kt_acceleration_derivatives_at(present_model(fmu), data, l->work, l->work_size, &at, NULL, &to, error);
+    fmu->has_jacobian = status == KT_OK;
+    return status;
+}
+
+/* Computes d of a joint with a quaternion p, of which dp is a change. */
+static void turn_of(const double *p, const double *dp, double *d) {
+    const double square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3];
+    d[0] = 2.0 * (p[0] * dp[1] - p[1] * dp[0] - p[2] * dp[3] + p[3] * dp[2]) / square;
+    d[1] = 2.0 * (p[0] * dp[2] - p[2] * dp[0] - p[3] * dp[1] + p[1] * dp[3]) / square;
+    d[2] = 2.0 * (p[0] * dp[3] - p[3] * dp[0] - p[1] * dp[2] + p[2] * dp[1]) / square;
+}
+
+/* Computes d of all joints. */
+static void write_turns(const kt_fmu *fmu, const double *q, const double *dq, double *turn) {
+    for (int body = 1; body < kt_model_body_count(fmu->model); body++) {
+        const kt_coordinates c = kt_body_coordinates(fmu->model, body);
+        const int plain = c.nq > c.nv ? c.nq - 4 : c.nq;
+        memcpy(turn + c.v, dq + c.q, (size_t)plain * sizeof *dq);
+        if (c.nq > c.nv)
+            turn_of(q + c.q + plain, dq + c.q + plain, turn + c.v + plain);
+    }
+}
+
+/* y += factor A x, for a matrix with `rows` rows. */
+static void add_columns(const double *matrix, int rows, int columns, double factor, const double *x, double *y) {
+    for (int k = 0; k < columns; k++)
+        for (int i = 0; i < rows; i++)
+            y[i] += factor * x[k] * matrix[(size_t)k * (size_t)rows + (size_t)i];
+}
+
+kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error) {
+    kt_fmu_linear *l = fmu->linear;
+    const int nq = fmu->nq, nv = fmu->nv, nx = fmu->nx;
+    const double *q = kt_fmu_state(fmu), *v = q + nq, *dv = l->dy + nq, *dx = dv + nv;
+    double *a = l->rates + nq, *f = a + nv;
+    const kt_status status = linearize_rates(fmu, error);
+    if (status != KT_OK)
+        return status;
+    write_turns(fmu, q, l->dy, l->turn);
+    kt_position_rate(fmu->model, q, l->turn, l->moved);
+    kt_position_rate(fmu->model, l->dy, v, l->part);
+    kt_position_rate(fmu->model, l->still, v, l->rates); /* v in plain coordinates, which do not depend on q */
+    for (int i = 0; i < nq; i++)
+        l->part[i] -= l->rates[i];
+    kt_position_rate(fmu->model, q, dv, l->rates);
+    for (int i = 0; i < nq; i++)
+        l->rates[i] += l->part[i];
+    memset(a, 0, (size_t)(nv + nx) * sizeof *a);
+    add_columns(l->a_q, nv, nv, 1.0, l->turn, a);
+    add_columns(l->a_v, nv, nv, 1.0, dv, a);
+    add_columns(l->a_x, nv, nx, 1.0, dx, a);
+    add_columns(l->a_u, nv, nv, 1.0, l->du, a);
+    add_columns(l->f_q, nx, nv, -1.0, l->turn, f);
+    add_columns(l->f_v, nx, nv, -1.0, dv, f);
+    add_columns(l->f_x, nx, nx, -1.0, dx, f);
+    *rates = l->rates;
+    return KT_OK;
+}
+
+/* ---- columns ----------------------------------------------------------------------------------------------------- */
+
+/* Writes the derivative of a column of coordinates, and returns true; false: the column is another one. */
+static bool write_coordinate(const kt_fmu *fmu, size_t column, double *value) {
+    const kt_fmu_linear *l = fmu->linear;
+    const kt_column *c = &fmu->columns.columns[column];
+    const double *from = c->source == KT_COLUMN_POSITION       ? l->moved
+                         : c->source == KT_COLUMN_VELOCITY     ? l->dy + fmu->nq
+                         : c->source == KT_COLUMN_STATE        ? l->dy + fmu->nq + fmu->nv
+                         : c->source == KT_COLUMN_ACCELERATION ? l->rates + fmu->nq
+                                                               : NULL;
+    if (c->source == KT_COLUMN_TIME)
+        *value = 0.0;
+    else if (from != NULL && kt_loop_count(fmu->model) == 0)
+        *value = from[c->at];
+    return c->source == KT_COLUMN_TIME || (from != NULL && kt_loop_count(fmu->model) == 0);
+}
+
+/* Evaluates the columns at (y, u) + distance (dy, du). */
+static kt_status evaluate_columns_at(kt_fmu *fmu, double distance, kt_error *error) {
+    const kt_fmu_linear *l = fmu->linear;
+    for (int i = 0; i < kt_fmu_size(fmu) && fmu->is_exchange; i++)
+        fmu->y[i] = l->y0[i] + distance * l->dy[i];
+    for (int i = 0; i < fmu->nv; i++)
+        fmu->torque[i] = l->u0[i] + distance * l->du[i];
+    kt_fmu_change(fmu);
+    return kt_fmu_evaluate(fmu, error);
+}
+
+/* Takes over the differences of a step whose errors are less than those of the steps before. Returns the largest of
+ * the errors over the sizes of the differences. */
+static double take_differences(kt_fmu *fmu, double step, bool is_first) {
+    kt_fmu_linear *l = fmu->linear;
+    double worst = 0.0;
+    for (size_t i = 0; i < fmu->columns.count; i++) {
+        const double rounding = KT_DIFFERENCE_ROUNDING * DBL_EPSILON * l->size[i] / step;
+        const double bound = fabs(l->eight[i] - l->six[i]) + rounding;
+        if (is_first || bound < l->bound[i]) {
+            l->bound[i] = bound;
+            l->columns[i] = l->eight[i];
+        }
+        worst = fmax(worst, l->bound[i] / fmax(1.0, fabs(l->columns[i])));
+    }
+    return worst;
+}
+
+/* Computes the differences of all columns with one step. */
+static kt_status difference_columns(kt_fmu *fmu, double step, kt_error *error) {
+    kt_fmu_linear *l = fmu->linear;
+    const size_t bytes = fmu->columns.count * sizeof(double);
+    memset(l->eight, 0, bytes);
+    memset(l->six, 0, bytes);
+    memset(l->size, 0, bytes);
+    for (int k = -4; k <= 4; k++) {
+        double eight, six;
+        if (k == 0)
+            continue;
+        const kt_status status = evaluate_columns_at(fmu, k * step, error);
+        if (status != KT_OK)
+            return status;
+        kt_difference_weights(k, step, &eight, &six);
+        for (size_t i = 0; i < fmu->columns.count; i++) {
+            l->eight[i] += eight * fmu->values[i];
+            l->six[i] += six * fmu->values[i];
+            l->size[i] = fmax(l->size[i], fabs(fmu->values[i]));
+        }
+    }
+    return KT_OK;
+}
+
+static kt_status difference_along(kt_fmu *fmu, double length, kt_error *error) {
+    static const double enough = 1e-10;
+    kt_status status = KT_OK;
+    double step = KT_DIFFERENCE_STEP / length, worst = (double)INFINITY;
+    for (int k = 0; k < KT_DIFFERENCE_STEPS && worst > enough && status == KT_OK; k++) {
+        status = difference_columns(fmu, step, error);
+        if (status == KT_OK)
+            worst = take_differences(fmu, step, k == 0);
+        step /= 8.0;
+    }
+    return status;
+}
+
+kt_status kt_fmu_columns_along(kt_fmu *fmu, const double **columns, kt_error *error) {
+    kt_fmu_linear *l = fmu->linear;
+    const size_t count = fmu->columns.count, y_size = (size_t)kt_fmu_size(fmu), u_size = (size_t)fmu->nv;
+    double length = 0.0, by_state = 0.0;
+    size_t others = 0;
+    *columns = l->columns;
+    memset(l->columns, 0, count * sizeof *l->columns);
+    for (size_t i = 0; i < y_size; i++)
+        by_state = fmax(by_state, fabs(l->dy[i]));
+    length = by_state;
+    for (size_t i = 0; i < u_size; i++)
+        length = fmax(length, fabs(l->du[i]));
+    for (size_t i = 0; i < count; i++)
+        others += !write_coordinate(fmu, i, &l->columns[i]);
+    if (others == 0 || length == 0.0)
+        return KT_OK;
+    if (by_state > 0.0 && !fmu->is_exchange)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
+                            "in co-simulation only coordinates have derivatives by states; use model exchange");
+    memcpy(l->y0, fmu->y, y_size * sizeof *l->y0);
+    memcpy(l->u0, fmu->torque, u_size * sizeof *l->u0);
+    const kt_status status = difference_along(fmu, length, error);
+    memcpy(fmu->y, l->y0, y_size * sizeof *l->y0);
+    memcpy(fmu->torque, l->u0, u_size * sizeof *l->u0);
+    kt_fmu_change(fmu);
+    fmu->has_jacobian = true;
+    for (size_t i = 0; i < count; i++)
+        (void)write_coordinate(fmu, i, &l->columns[i]);
+    return status;
+}
