@@ -1,0 +1,472 @@
+/* Curves, which are compiled functions of time: their values with two derivatives, and their corners.
+ *
+ *   constant    y = a
+ *   sine        y = a + b sin(c t + d),  c = 2 pi frequency
+ *   ramp        y = a + (b - a) s^2 (3 - 2 s),  s = (t - c) / (d - c) limited to [0, 1].
+ *               The slope of this cubic is zero at both ends: y and y' are continuous, and y'' jumps there.
+ *   polynomial  y = c0 + c1 t + c2 t^2 + ..., by Horner's rule for y, y' and y''/2
+ *   bump        y = a (4 s (1 - s))^3,  s = (t - c) / (d - c) limited to [0, 1]
+ *   table       between two rows, with h_k = t_{k+1} - t_k and s = t - t_k,
+ *                 y = y_k + s (b_k + s (c_k + s d_k))
+ *   sum         y = f + g,  y' = f' + g',  y'' = f'' + g''
+ *   product     y = f g,  y' = f' g + f g',  y'' = f'' g + 2 f' g' + f g''
+ *
+ * The parts of a sum or product are functions of any type. Its numbers are the curves of its parts, and then those
+ * parts' numbers: none is a pointer, so that a model can be copied.
+ *
+ * Outside its rows a table keeps its first or last value, with zero slope. The first and the last row belong to the
+ * inside. A motion whose table begins at the start of the simulation therefore has the table's slope there. The same is
+ * true at the end.
+ *
+ * linear: b_k = (y_{k+1} - y_k) / h_k, c_k = d_k = 0.
+ *
+ * cubic: the natural spline (de Boor, A Practical Guide to Splines (1978), chapter IV), which is twice continuously
+ * differentiable and has no curvature at its ends. With m_k = y''(t_k), m_0 = m_{n-1} = 0 and for 0 < k < n - 1
+ *   h_{k-1} m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_k m_{k+1} = 6 ((y_{k+1} - y_k) / h_k - (y_k - y_{k-1}) / h_{k-1})
+ * (diagonally dominant: elimination needs no pivots), and from these
+ *   b_k = (y_{k+1} - y_k) / h_k - h_k (2 m_k + m_{k+1}) / 6,  c_k = m_k / 2,  d_k = (m_{k+1} - m_k) / (6 h_k).
+ *
+ * monotone: Hermite's cubic whose slopes p_k keep each piece within the range of its two rows. With the secants
+ *   e_k = (y_{k+1} - y_k) / h_k,
+ * p_k is 0 if e_{k-1} e_k <= 0. Otherwise it is the weighted harmonic mean (Brodlie 1980; Fritsch & Butland, SIAM
+ * J. Sci. Stat. Comput. 5, 1984)
+ *   p_k = (w1 + w2) / (w1 / e_{k-1} + w2 / e_k),  w1 = 2 h_k + h_{k-1},  w2 = h_k + 2 h_{k-1}.
+ * At the first row (likewise at the last) it is the slope of the parabola through three rows,
+ *   p_0 = ((2 h_0 + h_1) e_0 - h_0 e_1) / (h_0 + h_1),
+ * but 0 if its sign is not that of e_0, and 3 e_0 if e_1 has the other sign and |p_0| is larger. Then
+ *   b_k = p_k,  c_k = (3 e_k - 2 p_k - p_{k+1}) / h_k,  d_k = (p_k + p_{k+1} - 2 e_k) / h_k^2:
+ * y' is continuous, and y'' jumps at rows.
+ */
+#include "model/describe.h"
+#include "model/function.h"
+#include "model/function_formula.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+/* ---- compilation ------------------------------------------------------------------------------------------------- */
+
+/* A row of a compiled table: the polynomial that is valid from its t to the next row's t. */
+enum { ROW_T, ROW_Y, ROW_B, ROW_C, ROW_D, ROW_SIZE };
+
+enum { CURVE_NUMBERS = sizeof(kt_curve) / sizeof(double) };
+_Static_assert(sizeof(kt_curve) % sizeof(double) == 0, "curves lie among numbers");
+
+static bool has_parts(kt_function_type type) {
+    return KT_HAS_FORMULAS && (type == KT_FUNCTION_SUM || type == KT_FUNCTION_PRODUCT);
+}
+
+static size_t number_count_of_parts(const kt_function *function) {
+    size_t count = 0;
+    for (int i = 0; i < function->part_count; i++)
+        count += CURVE_NUMBERS + kt_curve_number_count(&function->parts[i]);
+    return count;
+}
+
+size_t kt_curve_number_count(const kt_function *function) {
+    if (function->type == KT_FUNCTION_POLYNOMIAL)
+        return (size_t)function->number_count;
+    if (function->type == KT_FUNCTION_TABLE)
+        return (size_t)(function->number_count / 2) * ROW_SIZE;
+    if (has_parts(function->type))
+        return number_count_of_parts(function);
+    return KT_HAS_FORMULAS ? kt_curve_formula_numbers(function) : 0;
+}
+
+/* (y_{k+1} - y_k) / h_k */
+static double secant(const double *row) {
+    return (row[ROW_SIZE + ROW_Y] - row[ROW_Y]) / (row[ROW_SIZE + ROW_T] - row[ROW_T]);
+}
+
+/* Stores m_k in each row's C, by elimination of the tridiagonal equations:
+ *   forward   D = 2 (h_{k-1} + h_k) - h_{k-1} p_{k-1},  p_k = h_k / D,  g_k = (right-hand side - h_{k-1} g_{k-1}) / D
+ *   backward  m_k = g_k - p_k m_{k+1}
+ * The rows' B and C hold p and g. If slopes s and s' are given at the ends, their equations are
+ *   2 h_0 m_0 + h_0 m_1 = 6 (e_0 - s),  h_{n-2} m_{n-2} + 2 h_{n-2} m_{n-1} = 6 (s' - e_{n-2}). */
+static void spline_curvatures(const kt_function *function, double *rows, int count) {
+    const bool is_clamped = KT_HAS_END_SLOPES && function->has_slopes;
+    rows[ROW_B] = rows[ROW_C] = 0.0;
+    double *last = rows + (size_t)(count - 1) * ROW_SIZE;
+    last[ROW_B] = last[ROW_C] = 0.0;
+    if (is_clamped) {
+        rows[ROW_B] = 0.5;
+        rows[ROW_C] = 3.0 * (secant(rows) - function->slopes[0]) / (rows[ROW_SIZE + ROW_T] - rows[ROW_T]);
+    }
+    for (double *row = rows + ROW_SIZE; row < last; row += ROW_SIZE) {
+        const double *before = row - ROW_SIZE, *next = row + ROW_SIZE;
+        const double h0 = row[ROW_T] - before[ROW_T], h1 = next[ROW_T] - row[ROW_T];
+        const double side = 6.0 * ((next[ROW_Y] - row[ROW_Y]) / h1 - (row[ROW_Y] - before[ROW_Y]) / h0);
+        const double pivot = 2.0 * (h0 + h1) - h0 * before[ROW_B];
+        row[ROW_B] = h1 / pivot;
+        row[ROW_C] = (side - h0 * before[ROW_C]) / pivot;
+    }
+    if (is_clamped) {
+        const double *before = last - ROW_SIZE;
+        const double h = last[ROW_T] - before[ROW_T], side = 6.0 * (function->slopes[1] - secant(before));
+        last[ROW_C] = (side - h * before[ROW_C]) / (h * (2.0 - before[ROW_B]));
+    }
+    for (double *row = last - ROW_SIZE; row > rows; row -= ROW_SIZE)
+        row[ROW_C] -= row[ROW_B] * row[ROW_SIZE + ROW_C];
+    if (is_clamped)
+        rows[ROW_C] -= 0.5 * rows[ROW_SIZE + ROW_C];
+}
+
+/* The slope p at an end, from the interval h0 there and its neighbour h1, with the secants e0 and e1. */
+static double end_derivative(double h0, double h1, double e0, double e1) {
+    const double p = ((2.0 * h0 + h1) * e0 - h0 * e1) / (h0 + h1);
+    if (!((p > 0.0 && e0 > 0.0) || (p < 0.0 && e0 < 0.0)))
+        return 0.0;
+    const bool turns = (e0 > 0.0) != (e1 > 0.0);
+    return turns && fabs(p) > 3.0 * fabs(e0) ? 3.0 * e0 : p;
+}
+
+/* Stores p_k in each row's B. */
+static void monotone_derivatives(double *rows, int count) {
+    double *last = rows + (size_t)(count - 1) * ROW_SIZE;
+    if (count == 2) {
+        rows[ROW_B] = last[ROW_B] = secant(rows);
+        return;
+    }
+    for (double *row = rows + ROW_SIZE; row < last; row += ROW_SIZE) {
+        const double h0 = row[ROW_T] - (row - ROW_SIZE)[ROW_T], h1 = row[ROW_SIZE + ROW_T] - row[ROW_T];
+        const double e0 = secant(row - ROW_SIZE), e1 = secant(row), w1 = 2.0 * h1 + h0, w2 = h1 + 2.0 * h0;
+        const bool turns = !((e0 > 0.0 && e1 > 0.0) || (e0 < 0.0 && e1 < 0.0));
+        row[ROW_B] = turns ? 0.0 : (w1 + w2) / (w1 / e0 + w2 / e1);
+    }
+    const double *second = rows + ROW_SIZE, *before = last - ROW_SIZE;
+    rows[ROW_B] = end_derivative(second[ROW_T] - rows[ROW_T], second[ROW_SIZE + ROW_T] - second[ROW_T], secant(rows),
+                                 secant(second));
+    last[ROW_B] = end_derivative(last[ROW_T] - before[ROW_T], before[ROW_T] - (before - ROW_SIZE)[ROW_T],
+                                 secant(before), secant(before - ROW_SIZE));
+}
+
+static void compile_monotone(double *rows, int count) {
+    monotone_derivatives(rows, count);
+    for (int k = 0; k + 1 < count; k++) {
+        double *row = rows + (size_t)k * ROW_SIZE;
+        const double h = row[ROW_SIZE + ROW_T] - row[ROW_T], e = secant(row);
+        const double p0 = row[ROW_B], p1 = row[ROW_SIZE + ROW_B];
+        row[ROW_C] = (3.0 * e - 2.0 * p0 - p1) / h;
+        row[ROW_D] = (p0 + p1 - 2.0 * e) / (h * h);
+    }
+}
+
+static void compile_table(const kt_function *function, double *rows) {
+    const int count = function->number_count / 2;
+    for (int k = 0; k < count; k++) {
+        double *row = rows + (size_t)k * ROW_SIZE;
+        row[ROW_T] = function->numbers[2 * k];
+        row[ROW_Y] = function->numbers[2 * k + 1];
+        row[ROW_B] = row[ROW_C] = row[ROW_D] = 0.0;
+    }
+    if (function->interpolation == KT_INTERPOLATION_MONOTONE) {
+        compile_monotone(rows, count);
+        return;
+    }
+    if (function->interpolation == KT_INTERPOLATION_CUBIC)
+        spline_curvatures(function, rows, count);
+    for (int k = 0; k + 1 < count; k++) {
+        double *row = rows + (size_t)k * ROW_SIZE;
+        const double *next = row + ROW_SIZE;
+        const double h = next[ROW_T] - row[ROW_T];
+        const double m0 = row[ROW_C], m1 = next[ROW_C];
+        row[ROW_B] = (next[ROW_Y] - row[ROW_Y]) / h - h * (2.0 * m0 + m1) / 6.0;
+        row[ROW_C] = 0.5 * m0;
+        row[ROW_D] = (m1 - m0) / (6.0 * h);
+    }
+}
+
+static void compile_parts(const kt_function *function, double *numbers, kt_curve *curve) {
+    size_t at = curve->first + (size_t)function->part_count * CURVE_NUMBERS;
+    curve->count = function->part_count;
+    for (int i = 0; i < function->part_count; i++) {
+        const kt_curve part = kt_curve_compile(&function->parts[i], numbers, at);
+        memcpy(numbers + curve->first + (size_t)i * CURVE_NUMBERS, &part, sizeof part);
+        at += kt_curve_number_count(&function->parts[i]);
+    }
+}
+
+kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t first) {
+    static const double two_pi = 6.283185307179586476925286766559;
+    kt_curve curve = {.type = function->type, .first = first};
+    switch (function->type) {
+    case KT_FUNCTION_NONE:
+        break;
+    case KT_FUNCTION_CONSTANT:
+        curve.a = function->value;
+        break;
+    case KT_FUNCTION_SINE:
+        curve.a = function->offset;
+        curve.b = function->amplitude;
+        curve.c = two_pi * function->frequency;
+        curve.d = function->phase;
+        break;
+    case KT_FUNCTION_RAMP:
+        curve.a = function->from;
+        curve.b = function->to;
+        curve.c = function->start;
+        curve.d = function->end;
+        break;
+    case KT_FUNCTION_POLYNOMIAL:
+        curve.count = function->number_count;
+        for (int k = 0; k < curve.count; k++)
+            numbers[first + (size_t)k] = function->numbers[k];
+        break;
+    case KT_FUNCTION_TABLE:
+        curve.count = function->number_count / 2;
+        compile_table(function, numbers + first);
+        break;
+    default:
+        if (has_parts(function->type))
+            compile_parts(function, numbers, &curve);
+        else if (KT_HAS_FORMULAS)
+            kt_curve_formula_compile(function, numbers, &curve);
+    }
+    return curve;
+}
+
+/* ---- values ------------------------------------------------------------------------------------------------------ */
+
+static void set(double out[3], double value, double first, double second) {
+    out[0] = value;
+    out[1] = first;
+    out[2] = second;
+}
+
+static void evaluate_ramp(const kt_curve *curve, double t, double out[3]) {
+    const double step = curve->b - curve->a, length = curve->d - curve->c;
+    const double s = (t - curve->c) / length;
+    if (s <= 0.0)
+        set(out, curve->a, 0.0, 0.0);
+    else if (s >= 1.0)
+        set(out, curve->b, 0.0, 0.0);
+    else
+        set(out, curve->a + step * (s * s * (3.0 - 2.0 * s)), step * (6.0 * s * (1.0 - s)) / length,
+            step * (6.0 - 12.0 * s) / (length * length));
+}
+
+/* Horner's rule for p, p' and p''/2 of p = ((c_n t + c_{n-1}) t + ...) t + c_0. */
+static void evaluate_polynomial(const double *c, int count, double t, double out[3]) {
+    double p = 0.0, d1 = 0.0, d2 = 0.0;
+    for (int k = count - 1; k >= 0; k--) {
+        d2 = d2 * t + d1;
+        d1 = d1 * t + p;
+        p = p * t + c[k];
+    }
+    set(out, p, d1, 2.0 * d2);
+}
+
+/* The row with t_row <= t < t_(row + 1), or the nearest one that begins a piece; a NaN ends in some row. */
+static int find_row(const double *rows, int count, double t) {
+    int low = 0, high = count - 1;
+    while (high - low > 1) {
+        const int middle = low + (high - low) / 2;
+        if (t < rows[(size_t)middle * ROW_SIZE + ROW_T])
+            high = middle;
+        else
+            low = middle;
+    }
+    return low;
+}
+
+static void evaluate_table(const double *rows, int count, double t, double out[3]) {
+    const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
+    if (t < rows[ROW_T]) {
+        set(out, rows[ROW_Y], 0.0, 0.0);
+        return;
+    }
+    if (t > last[ROW_T]) {
+        set(out, last[ROW_Y], 0.0, 0.0);
+        return;
+    }
+    const double *row = rows + (size_t)find_row(rows, count, t) * ROW_SIZE;
+    const double s = t - row[ROW_T], b = row[ROW_B], c = row[ROW_C], d = row[ROW_D];
+    set(out, row[ROW_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), 2.0 * c + 6.0 * s * d);
+    if (t == last[ROW_T]) /* exactly the value that follows */
+        out[0] = last[ROW_Y];
+}
+
+static kt_curve part_of(const kt_curve *curve, const double *numbers, int i) {
+    kt_curve part;
+    memcpy(&part, numbers + curve->first + (size_t)i * CURVE_NUMBERS, sizeof part);
+    return part;
+}
+
+static void evaluate_parts(const kt_curve *curve, const double *numbers, double t, double out[3]) {
+    const bool is_sum = curve->type == KT_FUNCTION_SUM;
+    double f[3] = {is_sum ? 0.0 : 1.0, 0.0, 0.0}, g[3];
+    for (int i = 0; i < curve->count; i++) {
+        const kt_curve part = part_of(curve, numbers, i);
+        kt_curve_evaluate(&part, numbers, t, g);
+        f[2] = is_sum ? f[2] + g[2] : f[2] * g[0] + 2.0 * f[1] * g[1] + f[0] * g[2];
+        f[1] = is_sum ? f[1] + g[1] : f[1] * g[0] + f[0] * g[1];
+        f[0] = is_sum ? f[0] + g[0] : f[0] * g[0];
+    }
+    memcpy(out, f, sizeof f);
+}
+
+void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]) {
+    switch (curve->type) {
+    case KT_FUNCTION_NONE:
+    case KT_FUNCTION_CONSTANT:
+        set(out, curve->a, 0.0, 0.0);
+        break;
+    case KT_FUNCTION_SINE: {
+        const double sine = curve->b * sin(curve->c * t + curve->d), cosine = curve->b * cos(curve->c * t + curve->d);
+        set(out, curve->a + sine, curve->c * cosine, -curve->c * curve->c * sine);
+        break;
+    }
+    case KT_FUNCTION_RAMP:
+        evaluate_ramp(curve, t, out);
+        break;
+    case KT_FUNCTION_POLYNOMIAL:
+        evaluate_polynomial(numbers + curve->first, curve->count, t, out);
+        break;
+    case KT_FUNCTION_TABLE:
+        evaluate_table(numbers + curve->first, curve->count, t, out);
+        break;
+    default: { /* KT_CURVE_FOLLOWS, and formulas */
+        const double s = t - curve->d;
+        if (has_parts(curve->type))
+            evaluate_parts(curve, numbers, t, out);
+        else if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+            kt_curve_formula_evaluate(curve, numbers, t, out);
+        else
+            set(out, curve->a + s * (curve->b + 0.5 * s * curve->c), curve->b + s * curve->c, curve->c);
+    }
+    }
+}
+
+static double table_speed(const double *rows, int count, double t) {
+    const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
+    if (t < rows[ROW_T] || t > last[ROW_T])
+        return 0.0;
+    const double *row = rows + (size_t)find_row(rows, count, t) * ROW_SIZE;
+    const double s = t - row[ROW_T];
+    return fabs(row[ROW_B]) + s * (2.0 * fabs(row[ROW_C]) + 3.0 * s * fabs(row[ROW_D]));
+}
+
+static double parts_speed(const kt_curve *curve, const double *numbers, double t) {
+    double y[3], size = 1.0, speed = 0.0;
+    for (int i = 0; i < curve->count; i++) {
+        const kt_curve part = part_of(curve, numbers, i);
+        const double of_part = kt_curve_speed(&part, numbers, t);
+        kt_curve_evaluate(&part, numbers, t, y);
+        speed = curve->type == KT_FUNCTION_SUM ? speed + of_part : speed * fabs(y[0]) + size * of_part;
+        size *= fabs(y[0]);
+    }
+    return speed;
+}
+
+double kt_curve_speed(const kt_curve *curve, const double *numbers, double t) {
+    double speed = 0.0;
+    switch (curve->type) {
+    case KT_FUNCTION_NONE:
+    case KT_FUNCTION_CONSTANT:
+        return 0.0;
+    case KT_FUNCTION_SINE:
+        return fabs(curve->b * curve->c);
+    case KT_FUNCTION_RAMP:
+        return t < curve->c || t > curve->d ? 0.0 : 6.0 * fabs((curve->b - curve->a) / (curve->d - curve->c));
+    case KT_FUNCTION_POLYNOMIAL:
+        for (int k = curve->count - 1; k > 0; k--)
+            speed = speed * fabs(t) + k * fabs(numbers[curve->first + (size_t)k]);
+        return speed;
+    case KT_FUNCTION_TABLE:
+        return table_speed(numbers + curve->first, curve->count, t);
+    default: /* KT_CURVE_FOLLOWS, and formulas */
+        if (has_parts(curve->type))
+            return parts_speed(curve, numbers, t);
+        return KT_HAS_FORMULAS && kt_curve_is_formula(curve) ? kt_curve_formula_speed(curve, numbers, t)
+                                                             : fabs(curve->b) + fabs((t - curve->d) * curve->c);
+    }
+}
+
+/* ---- breakpoints ------------------------------------------------------------------------------------------------- */
+
+/* Derivatives of a table's pieces that differ by no more than this part of their size are equal but for rounding. */
+static const double equal = 64.0 * DBL_EPSILON;
+
+/* The lowest derivative that jumps at row k; 0: none. On both sides of the rows the table rests. */
+static int jump_at_row(const double *rows, int count, int k) {
+    const double *row = rows + (size_t)k * ROW_SIZE, *before = row - ROW_SIZE;
+    double left[3] = {0.0, 0.0, 0.0}, right[3] = {0.0, 0.0, 0.0}, size[3] = {0.0, 0.0, 0.0};
+    if (k > 0) {
+        const double h = row[ROW_T] - before[ROW_T], b = before[ROW_B], c = before[ROW_C], d = before[ROW_D];
+        left[0] = b + h * (2.0 * c + 3.0 * h * d);
+        left[1] = 2.0 * c + 6.0 * h * d;
+        left[2] = 6.0 * d;
+        size[0] = fabs(b) + h * (2.0 * fabs(c) + 3.0 * h * fabs(d));
+        size[1] = 2.0 * fabs(c) + 6.0 * h * fabs(d);
+        size[2] = 6.0 * fabs(d);
+    }
+    if (k + 1 < count) {
+        right[0] = row[ROW_B];
+        right[1] = 2.0 * row[ROW_C];
+        right[2] = 6.0 * row[ROW_D];
+    }
+    for (int i = 0; i < 3; i++)
+        if (fabs(right[i] - left[i]) > equal * (size[i] + fabs(right[i])))
+            return i + 1;
+    return 0;
+}
+
+bool kt_curve_has_corners(const kt_curve *curve) {
+    if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+        return true;
+    return curve->type == KT_FUNCTION_TABLE || (curve->type == KT_FUNCTION_RAMP && curve->a != curve->b);
+}
+
+static kt_corner next_row(const double *rows, int count, double t) {
+    for (int k = t < rows[ROW_T] ? 0 : find_row(rows, count, t) + 1; k < count; k++) {
+        const int order = jump_at_row(rows, count, k);
+        if (order > 0 && rows[(size_t)k * ROW_SIZE + ROW_T] > t)
+            return (kt_corner){rows[(size_t)k * ROW_SIZE + ROW_T], order};
+    }
+    return (kt_corner){HUGE_VAL, 0};
+}
+
+static kt_corner corner_of_parts(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left) {
+    kt_corner first = {HUGE_VAL, KT_CORNER_ORDER_MAX};
+    for (int i = 0; i < curve->count; i++) {
+        const kt_curve part = part_of(curve, numbers, i);
+        const kt_corner corner = kt_curve_next_corner(&part, numbers, t, until, left);
+        if (corner.time < first.time || (corner.time == first.time && corner.order < first.order))
+            first = corner;
+    }
+    return first;
+}
+
+kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left) {
+    if (!kt_curve_has_corners(curve))
+        return (kt_corner){HUGE_VAL, 0};
+    if (curve->type == KT_FUNCTION_TABLE)
+        return next_row(numbers + curve->first, curve->count, t);
+    if (has_parts(curve->type))
+        return corner_of_parts(curve, numbers, t, until, left);
+    if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+        return kt_curve_formula_corner(curve, numbers, t, until, left);
+    return t < curve->c ? (kt_corner){curve->c, 2} : t < curve->d ? (kt_corner){curve->d, 2} : (kt_corner){HUGE_VAL, 0};
+}
+
+/* The quarter period of a product of sines of frequencies f and g is that of f + g, which it has. */
+static double longest_step_of_parts(const kt_curve *curve, const double *numbers) {
+    double longest = HUGE_VAL, inverse = 0.0;
+    for (int i = 0; i < curve->count; i++) {
+        const kt_curve part = part_of(curve, numbers, i);
+        const double length = kt_curve_longest_step(&part, numbers);
+        longest = fmin(longest, length);
+        inverse += 1.0 / length;
+    }
+    return curve->type == KT_FUNCTION_PRODUCT && inverse > 0.0 ? 1.0 / inverse : longest;
+}
+
+double kt_curve_longest_step(const kt_curve *curve, const double *numbers) {
+    static const double quarter_turn = 1.5707963267948966192313216916398;
+    const bool is_sine = curve->type == KT_FUNCTION_SINE && curve->b != 0.0 && curve->c != 0.0;
+    if (has_parts(curve->type))
+        return longest_step_of_parts(curve, numbers);
+    return is_sine ? quarter_turn / fabs(curve->c) : HUGE_VAL;
+}
