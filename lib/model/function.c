@@ -3,6 +3,8 @@
 
 #include "model/describe.h"
 
+#include <stddef.h>
+
 /* ---- constructors ------------------------------------------------------------------------------------------------ */
 
 static kt_function function_of(kt_function_type type) {

@@ -1,12 +1,9 @@
 /* kinetree run: simulates a scene and writes its records. */
 #include "records/checkpoint.h"
 #include "records/interrupt.h"
+#include "records/sinks.h"
 
 #include "advice/advice.h"
-#include "advice/angles.h"
-#include "advice/excess.h"
-#include "advice/penetration.h"
-#include "picture/picture.h"
 #include "plot/run.h"
 #include "scene/play.h"
 #include "scene/released.h"
@@ -32,89 +29,6 @@ typedef struct kt_results {
     kt_plot_run *plot; /* NULL: none */
     kt_motion *motion; /* NULL: none */
 } kt_results;
-
-/* Data of the recorder. */
-typedef struct kt_sinks {
-    kt_columns *columns;
-    kt_csv *csv;
-    kt_keep *keep;
-    size_t *kept;      /* rows of it */
-    kt_plot_run *plot; /* NULL: none */
-    kt_motion *motion; /* NULL: none */
-    kt_progress *progress;
-    kt_outcome *outcome;
-    kt_mode_watch *modes; /* NULL: none */
-    const kt_checkpoint *checkpoint;
-    double aside; /* s, CPU time for writing, which does not count as cost of the simulation */
-    bool failed;  /* a line could not be written */
-    bool pauses;  /* the run pauses for a checkpoint */
-} kt_sinks;
-
-static double larger(double a, double b) { return a > b ? a : b; }
-
-static void watch(kt_outcome *outcome, const kt_record *record) {
-    kt_energy_watch_add(&outcome->energy, record);
-    if (!isnan(record->constraint.position)) {
-        outcome->constraint.position = larger(outcome->constraint.position, record->constraint.position);
-        outcome->constraint.velocity = larger(outcome->constraint.velocity, record->constraint.velocity);
-    }
-    if (outcome->compressions.count > 0 && record->multipliers != NULL)
-        kt_compressions_add(&outcome->compressions,
-                            kt_integrated_model(kt_simulation_model(outcome->simulation), outcome->absolute),
-                            record->time, record->multipliers);
-    if (outcome->half_turns.count > 0)
-        kt_half_turns_add(&outcome->half_turns, &outcome->warnings, outcome->scene, record);
-    outcome->records++;
-}
-
-/* Returns whether the energy has been blown up for STEPS steps. In the first steps from rest the kinetic energy may
- * rise before the potential energy falls. Shorter blow-ups therefore do not count. */
-static bool stays_blown_up(kt_outcome *outcome) {
-    enum { STEPS = 4 };
-    const uint64_t steps = kt_simulation_counts_get(outcome->simulation).steps;
-    if (!kt_energy_watch_is_blown_up(&outcome->energy))
-        outcome->sound_steps = steps;
-    return steps >= outcome->sound_steps + STEPS;
-}
-
-/* Returns whether a record is a frame of a view. Frames are evenly spaced, except for the end of the run. */
-static bool is_frame(const kt_record *record) { return record->event == NULL || record->event->stop; }
-
-static int take_record(const kt_record *record, void *user) {
-    kt_sinks *sinks = user;
-    double start = kt_cpu_clock();
-    if (kt_find_excess(record, &sinks->outcome->excess)) {
-        sinks->failed = true;
-        return -1;
-    }
-    kt_marks_add(&sinks->outcome->marks, record);
-    if (record->index == KT_INDEX_CONTACT)
-        return 0; /* for its mark alone */
-    watch(sinks->outcome, record);
-    kt_growth_add(&sinks->outcome->growth, record, sinks->outcome->run->duration);
-    kt_watch_step(sinks->modes, sinks->outcome, record);
-    kt_watch_stability(sinks->outcome, record);
-    kt_watch_correction(sinks->outcome);
-    const double *values = kt_columns_evaluate(sinks->columns, record);
-    kt_extremes_add(&sinks->outcome->extremes, record->time, values);
-    ++*sinks->kept;
-    if (kt_csv_write(sinks->csv, values) != 0 || kt_keep_rows(sinks->keep, values, 1, sinks->columns->count) != 0 ||
-        (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record, values) != 0) ||
-        (sinks->motion != NULL && is_frame(record) && kt_motion_take(sinks->motion, record, values) != 0)) {
-        sinks->failed = true;
-        return -1;
-    }
-    if (stays_blown_up(sinks->outcome)) {
-        kt_progress_end(sinks->progress);
-        kt_say_blown_up(sinks->outcome, record->time);
-        sinks->failed = true;
-        return -1;
-    }
-    kt_progress_update(sinks->progress, record->time, sinks->outcome->run->duration);
-    sinks->aside += kt_cpu_clock() - start;
-    sinks->pauses = kt_checkpoint_is_due(sinks->checkpoint);
-    return sinks->pauses ? 1 : 0;
-}
 
 /* Keeps the reason for the early end of a run, and for the view the last state. The error is NULL if the reason has
  * been printed or is among the warnings. */
@@ -174,7 +88,7 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
     double before = outcome->cpu_seconds, start = kt_cpu_clock();
     kt_status status;
     for (;;) {
-        status = kt_simulation_run(outcome->simulation, take_record, &sinks, &error);
+        status = kt_simulation_run(outcome->simulation, kt_take_record, &sinks, &error);
         outcome->cpu_seconds = before + kt_cpu_clock() - start - sinks.aside;
         if (!sinks.pauses)
             break;
@@ -440,30 +354,6 @@ static bool start_results(kt_outcome *outcome, const kt_result_names *names, uns
            (results->motion != NULL || (names->view == NULL && names->glb == NULL));
 }
 
-/* Warns if a view shows the run incompletely: lost meshes, records without a frame, and rotations too fast for the
- * frames. */
-static void warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
-    if (motion == NULL || motion->count < 2)
-        return;
-    const kt_warning lost = kt_warning_of("lost_mesh", (double)motion->picture->lost_meshes, NULL,
-                                          "Mend the file, or take the item out of `meshes`");
-    if (motion->picture->lost_meshes > 0)
-        kt_warn(&outcome->warnings, &lost, "%d mesh%s not shown; the first is %s", motion->picture->lost_meshes,
-                motion->picture->lost_meshes == 1 ? " is" : "es are", motion->picture->lost_reason);
-    const double gap = motion->times[1] - motion->times[0], half_turn = 3.14159265358979323846;
-    const kt_warning thinned = kt_warning_of("thinned_view", (double)motion->stride, NULL,
-                                             "Give a longer --interval, or view a part of the motion with --duration");
-    const kt_warning spin = kt_warning_of("fast_rotation", motion->fastest, "rad/s", "Give a shorter --interval");
-    if (motion->stride > 1)
-        kt_warn(&outcome->warnings, &thinned,
-                "the view shows one record in %lld, for all would make it larger than %d MB", (long long)motion->stride,
-                KT_MOTION_BYTES_MAX / 1000000);
-    if (motion->fastest * gap > half_turn)
-        kt_warn(&outcome->warnings, &spin,
-                "'%s' turns by %.2g turns from frame to frame of the view, which shows it slower or backwards",
-                kt_joint_name(outcome->model, motion->fastest_body), 0.5 * motion->fastest * gap / half_turn);
-}
-
 /* Runs a simulation that has been created. names: the final names of all files. record: all quantities of the
  * records. */
 static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
@@ -493,7 +383,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_counts(outcome);
         kt_warn_of_contacts(outcome);
         kt_warn_of_gaps(outcome);
-        warn_of_frames(outcome, results.motion);
+        kt_warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
         if (code == KT_EXIT_DONE && arguments->scene != NULL)
             code = write_scene(outcome, arguments->scene);
@@ -516,62 +406,6 @@ static int check_columns(const char *command, const kt_model *model, const kt_ru
             return KT_EXIT_SCENE;
         }
     return -1;
-}
-
-static void warn_of_long_step(kt_outcome *outcome) {
-    const kt_run *run = outcome->run;
-    const kt_warning warning = kt_warning_of("long_step", run->step, "s", "Give a shorter step, or a longer duration");
-    if (run->duration > 0.0 && run->step > run->duration)
-        kt_warn(&outcome->warnings, &warning, "the step, %g s, is longer than the duration: one step of %g s is taken",
-                run->step, run->duration);
-}
-
-/* Warns if the velocity of a driven joint jumps at the rows of its table. */
-static void warn_of_jumps(kt_outcome *outcome) {
-    const char *loop = kt_start_jumping(outcome->scene);
-    const kt_warning warning =
-        kt_warning_of("speed_jump", (double)NAN, NULL,
-                      "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, "
-                      "step or comparison");
-    if (loop != NULL)
-        kt_warn(&outcome->warnings, &warning,
-                "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula", loop);
-}
-
-/* Warns if the run cannot end by its condition before that has ceased to hold. */
-static void warn_of_until(kt_outcome *outcome) {
-    const kt_warning warning = kt_warning_of("until_holds", (double)NAN, NULL,
-                                             "Turn the comparison round, or let the run begin where it does not hold");
-    if (kt_scene_until_holds(outcome->events, outcome->simulation))
-        kt_warn(&outcome->warnings, &warning,
-                "`until: %s` holds at the start, and ends the run only where it comes to hold again",
-                outcome->scene->until.when);
-}
-
-/* Lists the items that an import has left out, but no details. They were printed when the scene was read. */
-static void list_notes(kt_outcome *outcome) {
-    const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
-    for (int i = 0; i < outcome->scene->note_count; i++)
-        if (outcome->scene->notes[i].rank != KT_NOTE_RANK_DETAIL)
-            kt_warn(&outcome->warnings, &warning, "%s: %s", outcome->scene->notes[i].where,
-                    outcome->scene->notes[i].what);
-}
-
-static void report_start(kt_outcome *outcome, bool quiet) {
-    const double *q = kt_simulation_positions(outcome->simulation);
-    const double *v = kt_simulation_velocities(outcome->simulation);
-    list_notes(outcome);
-    warn_of_long_step(outcome);
-    warn_of_jumps(outcome);
-    warn_of_until(outcome);
-    (void)kt_angles_warn(&outcome->warnings, outcome->scene, true);
-    (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
-    outcome->moved = kt_start_moved(outcome->model, q, v);
-    if (!quiet)
-        (void)kt_say_disagreement(outcome->scene, outcome->model);
-    if (!quiet)
-        (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v,
-                                 kt_simulation_contacts(outcome->simulation).impacts > 0);
 }
 
 /* Returns a name such as "BASE.csv", which the caller frees. Returns NULL after printing the error if memory is
@@ -647,7 +481,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     if (status != KT_OK)
         kt_say_error(&error);
     else
-        report_start(outcome, arguments->quiet);
+        kt_report_start(outcome, arguments->quiet);
     if (status == KT_ERROR_CONSTRAINT)
         kt_say_open_loops(outcome->scene, outcome->model);
     if (status == KT_ERROR_CONSTRAINT && names->view != NULL &&

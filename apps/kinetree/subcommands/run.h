@@ -212,6 +212,14 @@ void kt_warn_of_passages(kt_outcome *outcome);
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);
 
+/* Lists the notes of an import, warns of what the start shows, and reports initial values that assembly has moved. */
+void kt_report_start(kt_outcome *outcome, bool quiet);
+
+/* Warns if a view shows the run incompletely: lost meshes, records without a frame, and rotations too fast for the
+ * frames. motion: NULL if there is no view. */
+struct kt_motion;
+void kt_warn_of_frames(kt_outcome *outcome, const struct kt_motion *motion);
+
 /* Reports the value beyond all reason, and adds a warning to the list. */
 void kt_say_excess(kt_outcome *outcome);
 

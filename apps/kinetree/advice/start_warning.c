@@ -1,0 +1,92 @@
+/* What a run reports before its first step, and what its view will not show. */
+#include "advice/advice.h"
+#include "advice/angles.h"
+#include "advice/penetration.h"
+#include "scene/play.h"
+#include "scene/released.h"
+#include "subcommands/run.h"
+#include "view/view.h"
+
+#include <math.h>
+
+/* ---- the start --------------------------------------------------------------------------------------------------- */
+
+static void warn_of_long_step(kt_outcome *outcome) {
+    const kt_run *run = outcome->run;
+    const kt_warning warning = kt_warning_of("long_step", run->step, "s", "Give a shorter step, or a longer duration");
+    if (run->duration > 0.0 && run->step > run->duration)
+        kt_warn(&outcome->warnings, &warning, "the step, %g s, is longer than the duration: one step of %g s is taken",
+                run->step, run->duration);
+}
+
+/* Warns if the velocity of a driven joint jumps at the rows of its table. */
+static void warn_of_jumps(kt_outcome *outcome) {
+    const char *loop = kt_start_jumping(outcome->scene);
+    const kt_warning warning =
+        kt_warning_of("speed_jump", (double)NAN, NULL,
+                      "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, "
+                      "step or comparison");
+    if (loop != NULL)
+        kt_warn(&outcome->warnings, &warning,
+                "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula", loop);
+}
+
+/* Warns if the run cannot end by its condition before that has ceased to hold. */
+static void warn_of_until(kt_outcome *outcome) {
+    const kt_warning warning = kt_warning_of("until_holds", (double)NAN, NULL,
+                                             "Turn the comparison round, or let the run begin where it does not hold");
+    if (kt_scene_until_holds(outcome->events, outcome->simulation))
+        kt_warn(&outcome->warnings, &warning,
+                "`until: %s` holds at the start, and ends the run only where it comes to hold again",
+                outcome->scene->until.when);
+}
+
+/* Lists the items that an import has left out, but no details. They were printed when the scene was read. */
+static void list_notes(kt_outcome *outcome) {
+    const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
+    for (int i = 0; i < outcome->scene->note_count; i++)
+        if (outcome->scene->notes[i].rank != KT_NOTE_RANK_DETAIL)
+            kt_warn(&outcome->warnings, &warning, "%s: %s", outcome->scene->notes[i].where,
+                    outcome->scene->notes[i].what);
+}
+
+void kt_report_start(kt_outcome *outcome, bool quiet) {
+    const double *q = kt_simulation_positions(outcome->simulation);
+    const double *v = kt_simulation_velocities(outcome->simulation);
+    list_notes(outcome);
+    warn_of_long_step(outcome);
+    warn_of_jumps(outcome);
+    warn_of_until(outcome);
+    (void)kt_angles_warn(&outcome->warnings, outcome->scene, true);
+    (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
+    outcome->moved = kt_start_moved(outcome->model, q, v);
+    if (!quiet)
+        (void)kt_say_disagreement(outcome->scene, outcome->model);
+    if (!quiet)
+        (void)kt_start_say_moved(NULL, outcome->scene, outcome->model, q, v,
+                                 kt_simulation_contacts(outcome->simulation).impacts > 0);
+}
+
+/* ---- the view ---------------------------------------------------------------------------------------------------- */
+
+void kt_warn_of_frames(kt_outcome *outcome, const kt_motion *motion) {
+    if (motion == NULL || motion->count < 2)
+        return;
+    const kt_warning lost = kt_warning_of("lost_mesh", (double)motion->picture->lost_meshes, NULL,
+                                          "Mend the file, or take the item out of `meshes`");
+    if (motion->picture->lost_meshes > 0)
+        kt_warn(&outcome->warnings, &lost, "%d mesh%s not shown; the first is %s", motion->picture->lost_meshes,
+                motion->picture->lost_meshes == 1 ? " is" : "es are", motion->picture->lost_reason);
+    const double gap = motion->times[1] - motion->times[0], half_turn = 3.14159265358979323846;
+    const kt_warning thinned = kt_warning_of("thinned_view", (double)motion->stride, NULL,
+                                             "Give a longer --interval, or view a part of the motion with --duration");
+    const kt_warning spin = kt_warning_of("fast_rotation", motion->fastest, "rad/s", "Give a shorter --interval");
+    if (motion->stride > 1)
+        kt_warn(&outcome->warnings, &thinned,
+                "the view shows one record in %lld, for all would make it larger than %d MB", (long long)motion->stride,
+                KT_MOTION_BYTES_MAX / 1000000);
+    if (motion->fastest * gap > half_turn)
+        kt_warn(&outcome->warnings, &spin,
+                "'%s' turns by %.2g turns from frame to frame of the view, which shows it slower or backwards",
+                kt_joint_name(outcome->model, motion->fastest_body), 0.5 * motion->fastest * gap / half_turn);
+}
