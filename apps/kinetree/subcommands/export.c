@@ -15,6 +15,7 @@
 typedef struct kt_export_arguments {
     const char *out, *functions, *inputs;
     bool urdf, mjcf, c, fmu, constant;
+    int version;
     kt_settings settings;
 } kt_export_arguments;
 
@@ -23,7 +24,8 @@ static const kt_option options[] = {
     {"urdf", KT_OPTION_FLAG, AT(urdf), NULL, "write URDF, the format of ROS", NULL},
     {"mjcf", KT_OPTION_FLAG, AT(mjcf), NULL, "write MJCF, the format of MuJoCo", NULL},
     {"c", KT_OPTION_FLAG, AT(c), NULL, "write C: FILE.c and FILE.h, without any library", NULL},
-    {"fmu", KT_OPTION_FLAG, AT(fmu), NULL, "write an FMU of FMI 3.0, for other simulation tools", NULL},
+    {"fmu", KT_OPTION_FLAG, AT(fmu), NULL, "write an FMU, for other simulation tools", NULL},
+    {"fmi", KT_OPTION_CHOICE, AT(version), "VERSION", "set the version of the standard of an FMU; default: 3", "2|3"},
     {"input", KT_OPTION_TEXT, AT(inputs), "LIST", "take forces and torques of these joints as inputs of an FMU", NULL},
     {"functions", KT_OPTION_TEXT, AT(functions), "LIST",
      "write these functions of C; default: forward,inverse,bias,mass", NULL},
@@ -56,7 +58,8 @@ const kt_usage kt_usage_export = {
              "The functions are forward, inverse, bias, mass, effects, energy, markers, heun, rk4 and semi_implicit.\n"
              "The function effects has the forces of springs and dampers in joints; the others leave out effects.\n"
              "\n"
-             "An FMU of FMI 3.0 is for model exchange and co-simulation in other tools, on systems like this one.\n"
+             "An FMU of FMI 3.0 or 2.0 is for model exchange and co-simulation in other tools, on systems like this "
+             "one.\n"
              "Its outputs are the records of the scene. Parameters of the scene are parameters of the FMU.\n"
              "Scenes with events or hard contacts have co-simulation alone. A scene that needs other files is "
              "rejected.\n",
@@ -102,7 +105,7 @@ static kt_status write_file(const kt_scene *scene, kt_robot_format format, const
 }
 
 int kt_command_export(int argc, char **argv) {
-    kt_export_arguments a = {.out = "-"};
+    kt_export_arguments a = {.out = "-", .version = -1};
     int operands;
     int code = kt_arguments_read(&kt_usage_export, argc, argv, &a, &operands);
     if (code >= 0)
@@ -115,12 +118,12 @@ int kt_command_export(int argc, char **argv) {
         kt_say("export: %s is an option of --c", a.constant ? "--fold" : "--functions");
         return KT_EXIT_USAGE;
     }
-    if (!a.fmu && a.inputs != NULL) {
-        kt_say("export: --input is an option of --fmu");
+    if (!a.fmu && (a.inputs != NULL || a.version >= 0)) {
+        kt_say("export: %s is an option of --fmu", a.inputs != NULL ? "--input" : "--fmi");
         return KT_EXIT_USAGE;
     }
     const kt_export_c c = {argv[1], a.functions, a.out, &a.settings, a.constant};
-    const kt_export_fmu fmu = {argv[1], a.inputs, a.out, &a.settings};
+    const kt_export_fmu fmu = {argv[1], a.inputs, a.out, &a.settings, a.version < 0 ? KT_FMU_THIRD : a.version};
     code = a.c ? kt_export_c_check(&c) : a.fmu ? kt_export_fmu_check(&fmu) : -1;
     if (code >= 0)
         return code;

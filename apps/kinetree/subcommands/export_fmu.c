@@ -123,13 +123,13 @@ static bool add_entry(zipFile zip, const char *name, kt_content content) {
 }
 
 typedef struct kt_fmu_parts {
-    const char *name;
+    const char *name, *platform; /* the name of the binary, and of its folder */
     kt_content description, binary, scene, settings;
 } kt_fmu_parts;
 
 static bool write_entries(const char *path, const kt_fmu_parts *parts) {
     char binary[KT_FMU_TEXT + 64];
-    (void)snprintf(binary, sizeof binary, "binaries/%s/%s.so", KT_FMU_PLATFORM, parts->name);
+    (void)snprintf(binary, sizeof binary, "binaries/%s/%s.so", parts->platform, parts->name);
     zipFile zip = zipOpen(path, APPEND_STATUS_CREATE);
     if (zip == NULL)
         return false;
@@ -253,8 +253,8 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
         const kt_fmu_token token =
             kt_fmu_token_of(parts->scene.text, parts->scene.size, parts->settings.text, parts->settings.size);
         find_followers(&parts->scene, fmu->settings, scene, follows);
-        const kt_fmu_model described = {parts->name, token.text, scene,   model,
-                                        &columns,    is_input,   follows, reason == NULL};
+        const kt_fmu_model described = {parts->name, token.text, scene,          model,       &columns,
+                                        is_input,    follows,    reason == NULL, fmu->version};
         code = describe_and_write(fmu, &described, parts);
     }
     if (code == KT_EXIT_DONE && reason != NULL)
@@ -302,6 +302,7 @@ int kt_export_fmu_write(const kt_export_fmu *fmu) {
         return code;
     name_of_fmu(fmu->out, name);
     parts.name = name;
+    parts.platform = fmu->version == KT_FMU_THIRD ? KT_FMU_PLATFORM : sizeof(void *) == 8 ? "linux64" : "linux32";
     parts.settings.text = lines_of(fmu->settings);
     parts.settings.size = parts.settings.text != NULL ? strlen(parts.settings.text) : 0;
     if (parts.scene.text[strspn(parts.scene.text, " \t\r\n")] == '<') {

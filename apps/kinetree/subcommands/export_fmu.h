@@ -1,4 +1,4 @@
-/* `kinetree export --fmu`: an FMU of FMI 3.0, for model exchange and co-simulation. */
+/* `kinetree export --fmu`: an FMU of FMI 3.0 or 2.0, for model exchange and co-simulation. */
 #ifndef KT_COMMAND_SUBCOMMANDS_EXPORT_FMU_H
 #define KT_COMMAND_SUBCOMMANDS_EXPORT_FMU_H
 
@@ -10,6 +10,7 @@
 typedef struct kt_export_fmu {
     const char *scene, *inputs, *out; /* inputs: joints, apart by commas; NULL: none */
     const kt_settings *settings;
+    int version; /* KT_FMU_SECOND, KT_FMU_THIRD */
 } kt_export_fmu;
 
 /* Checks the command line. Returns -1, or an exit code after printing the error. */
@@ -20,6 +21,8 @@ int kt_export_fmu_write(const kt_export_fmu *fmu);
 
 /* ---- the description --------------------------------------------------------------------------------------------- */
 
+enum { KT_FMU_SECOND, KT_FMU_THIRD }; /* versions of the standard, in the order of the choices of --fmi */
+
 /* All that modelDescription.xml depends on. */
 typedef struct kt_fmu_model {
     const char *name, *token; /* the name of the binary, and the token of the resources */
@@ -29,6 +32,7 @@ typedef struct kt_fmu_model {
     const bool *is_input; /* [nv]: joint forces that are inputs */
     const bool *follows;  /* [parameter_count]: computed from other parameters */
     bool has_exchange;    /* model exchange is offered */
+    int version;          /* KT_FMU_SECOND, KT_FMU_THIRD */
 } kt_fmu_model;
 
 /* Writes modelDescription.xml. Errors of the stream stay in it (ferror). */

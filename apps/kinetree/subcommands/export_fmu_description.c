@@ -1,5 +1,5 @@
-/* modelDescription.xml of an FMU, FMI 3.0: interfaces, units, variables and the structure of the model, in the order of
- * the standard's schema.
+/* modelDescription.xml of an FMU, FMI 3.0 or 2.0: interfaces, units, variables and the structure of the model, in the
+ * order of the schema of the standard.
  *
  *     outputs: the columns of the scene           states: q, v, auxiliary states      derivatives of all states
  *     inputs: forces and torques of joints        parameters of the scene, fixed until the end of the initialization
@@ -126,119 +126,205 @@ static kt_fmu_coordinate coordinate_at(const kt_model *model, int index, bool is
     return c;
 }
 
-/* Writes the variable of a state (order 0) or its derivative (order 1). */
-static void write_state(const kt_model *model, int index, int order, FILE *to) {
-    static const char *const lengths[] = {"m", "m/s", "m/s\u00b2"}, *const angles[] = {"rad", "rad/s", "rad/s\u00b2"};
-    const int nq = kt_model_nq(model), nv = kt_model_nv(model);
-    char name[KT_FMU_NAME + 32];
-    const char *unit = NULL;
-    if (index >= nq + nv) {
-        (void)snprintf(name, sizeof name, "x.%s", kt_own_state_name(model, index - nq - nv));
-    } else {
-        const bool is_velocity = index >= nq;
-        const kt_fmu_coordinate c = coordinate_at(model, is_velocity ? index - nq : index, is_velocity);
-        (void)snprintf(name, sizeof name, "%s.%s", is_velocity ? "v" : "q", c.name);
-        unit = c.is_quaternion ? NULL : (c.is_length ? lengths : angles)[is_velocity + order];
-    }
-    fprintf(to, "    <Float64 name=\"%s", order == 0 ? "" : "der(");
-    write_escaped(name, to);
-    fprintf(to, "%s\" valueReference=\"%d\" causality=\"local\" variability=\"continuous\" initial=\"calculated\"",
-            order == 0 ? "" : ")", (order == 0 ? KT_FMU_STATE : KT_FMU_DERIVATIVE) + index);
-    write_unit(unit, to);
-    if (order == 1)
-        fprintf(to, " derivative=\"%d\"", KT_FMU_STATE + index);
-    fputs("/>\n", to);
-}
-
 static int state_count(const kt_model *model) {
     return kt_model_nq(model) + kt_model_nv(model) + kt_own_state_count(model);
 }
 
 /* ---- variables --------------------------------------------------------------------------------------------------- */
 
+/* A variable. NULL: it does not have this attribute. */
+typedef struct kt_fmu_variable {
+    const char *name, *description, *causality, *variability, *initial, *unit;
+    const double *start;
+    int reference, derivative; /* derivative: the reference of its state; 0: it is not a derivative */
+} kt_fmu_variable;
+
+static int input_count(const kt_fmu_model *fmu) {
+    int count = 0;
+    for (int i = 0; i < kt_model_nv(fmu->model); i++)
+        count += fmu->is_input[i];
+    return count;
+}
+
+/* Returns the place of a variable in the list of variables, from 1: time, outputs, inputs, parameters, states,
+ * derivatives. Inputs are never looked for. */
+static int place_of(const kt_fmu_model *fmu, int reference) {
+    const int parameters = (int)fmu->columns->count + input_count(fmu) + 1;
+    const int states = parameters + fmu->scene->parameter_count;
+    return reference >= KT_FMU_DERIVATIVE  ? states + state_count(fmu->model) + reference - KT_FMU_DERIVATIVE
+           : reference >= KT_FMU_STATE     ? states + reference - KT_FMU_STATE
+           : reference >= KT_FMU_PARAMETER ? parameters + reference - KT_FMU_PARAMETER
+                                           : reference + 1;
+}
+
+static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FILE *to) {
+    const bool is_second = fmu->version == KT_FMU_SECOND;
+    const char *const attributes[][2] = {{"name", v->name},
+                                         {"description", v->description},
+                                         {"causality", v->causality},
+                                         {"variability", v->variability},
+                                         {"initial", v->initial}};
+    fputs(is_second ? "    <ScalarVariable" : "    <Float64", to);
+    fprintf(to, " valueReference=\"%d\"", v->reference);
+    for (size_t i = 0; i < sizeof attributes / sizeof attributes[0]; i++)
+        if (attributes[i][1] != NULL)
+            write_attribute(attributes[i][0], attributes[i][1], to);
+    if (is_second)
+        fputs("><Real", to);
+    write_unit(v->unit, to);
+    if (v->start != NULL)
+        fprintf(to, " start=\"%.17g\"", *v->start);
+    if (v->derivative != 0)
+        fprintf(to, " derivative=\"%d\"", is_second ? place_of(fmu, v->derivative) : v->derivative);
+    fputs(is_second ? "/></ScalarVariable>\n" : "/>\n", to);
+}
+
 static void write_outputs(const kt_fmu_model *fmu, FILE *to) {
     char name[KT_FMU_NAME];
     for (size_t i = 1; i < fmu->columns->count; i++) {
+        const kt_quantity quantity = kt_column_quantity(fmu->columns, i);
         (void)kt_column_name(fmu->columns, i, name, sizeof name);
-        fputs("    <Float64", to);
-        write_attribute("name", name, to);
-        fprintf(to, " valueReference=\"%zu\"", i);
-        write_attribute("description", kt_column_quantity(fmu->columns, i).title, to);
-        fputs(" causality=\"output\" variability=\"continuous\" initial=\"calculated\"", to);
-        write_unit(kt_column_quantity(fmu->columns, i).unit, to);
-        fputs("/>\n", to);
+        write_variable(fmu,
+                       &(kt_fmu_variable){.name = name,
+                                          .description = quantity.title,
+                                          .causality = "output",
+                                          .variability = "continuous",
+                                          .initial = "calculated",
+                                          .unit = quantity.unit,
+                                          .reference = (int)i},
+                       to);
     }
 }
 
 static void write_inputs(const kt_fmu_model *fmu, FILE *to) {
+    static const double start = 0.0;
+    char name[KT_FMU_NAME + 32];
     for (int i = 0; i < kt_model_nv(fmu->model); i++) {
         if (!fmu->is_input[i])
             continue;
         const kt_fmu_coordinate c = coordinate_at(fmu->model, i, true);
-        fputs("    <Float64 name=\"input.", to);
-        write_escaped(c.name, to);
-        fprintf(to,
-                "\" valueReference=\"%d\" description=\"%s in a joint\" causality=\"input\" variability=\"continuous\""
-                " unit=\"%s\" start=\"0\"/>\n",
-                KT_FMU_INPUT + i, c.is_length ? "Force" : "Torque", c.is_length ? "N" : "N.m");
+        (void)snprintf(name, sizeof name, "input.%s", c.name);
+        write_variable(fmu,
+                       &(kt_fmu_variable){.name = name,
+                                          .description = c.is_length ? "Force in a joint" : "Torque in a joint",
+                                          .causality = "input",
+                                          .variability = "continuous",
+                                          .unit = c.is_length ? "N" : "N m",
+                                          .start = &start,
+                                          .reference = KT_FMU_INPUT + i},
+                       to);
     }
 }
 
 static void write_parameters(const kt_fmu_model *fmu, FILE *to) {
-    for (int i = 0; i < fmu->scene->parameter_count; i++) {
-        fputs("    <Float64", to);
-        write_attribute("name", fmu->scene->parameters[i].name, to);
-        fprintf(to, " valueReference=\"%d\" causality=\"%s\" variability=\"fixed\" initial=\"%s\"",
-                KT_FMU_PARAMETER + i, fmu->follows[i] ? "calculatedParameter" : "parameter",
-                fmu->follows[i] ? "calculated" : "exact");
-        if (!fmu->follows[i])
-            fprintf(to, " start=\"%.17g\"", fmu->scene->parameters[i].value);
-        fputs("/>\n", to);
+    for (int i = 0; i < fmu->scene->parameter_count; i++)
+        write_variable(fmu,
+                       &(kt_fmu_variable){.name = fmu->scene->parameters[i].name,
+                                          .causality = fmu->follows[i] ? "calculatedParameter" : "parameter",
+                                          .variability = "fixed",
+                                          .initial = fmu->follows[i] ? "calculated" : "exact",
+                                          .start = fmu->follows[i] ? NULL : &fmu->scene->parameters[i].value,
+                                          .reference = KT_FMU_PARAMETER + i},
+                       to);
+}
+
+/* Writes the variable of a state (order 0) or its derivative (order 1). */
+static void write_state(const kt_fmu_model *fmu, int index, int order, FILE *to) {
+    static const char *const lengths[] = {"m", "m/s", "m/s\u00b2"}, *const angles[] = {"rad", "rad/s", "rad/s\u00b2"};
+    const int nq = kt_model_nq(fmu->model), nv = kt_model_nv(fmu->model);
+    char state[KT_FMU_NAME + 32], name[KT_FMU_NAME + 64];
+    const char *unit = NULL;
+    if (index >= nq + nv) {
+        (void)snprintf(state, sizeof state, "x.%s", kt_own_state_name(fmu->model, index - nq - nv));
+    } else {
+        const bool is_velocity = index >= nq;
+        const kt_fmu_coordinate c = coordinate_at(fmu->model, is_velocity ? index - nq : index, is_velocity);
+        (void)snprintf(state, sizeof state, "%s.%s", is_velocity ? "v" : "q", c.name);
+        unit = c.is_quaternion ? NULL : (c.is_length ? lengths : angles)[is_velocity + order];
     }
+    (void)snprintf(name, sizeof name, order == 0 ? "%s" : "der(%s)", state);
+    write_variable(fmu,
+                   &(kt_fmu_variable){.name = name,
+                                      .causality = "local",
+                                      .variability = "continuous",
+                                      .initial = "calculated",
+                                      .unit = unit,
+                                      .reference = (order == 0 ? KT_FMU_STATE : KT_FMU_DERIVATIVE) + index,
+                                      .derivative = order == 0 ? 0 : KT_FMU_STATE + index},
+                   to);
 }
 
 static void write_variables(const kt_fmu_model *fmu, FILE *to) {
-    fputs("  <ModelVariables>\n    <Float64 name=\"time\" valueReference=\"0\" causality=\"independent\" "
-          "variability=\"continuous\" unit=\"s\"/>\n",
-          to);
+    static const kt_fmu_variable time = {
+        .name = "time", .causality = "independent", .variability = "continuous", .unit = "s"};
+    fputs("  <ModelVariables>\n", to);
+    write_variable(fmu, &time, to);
     write_outputs(fmu, to);
     write_inputs(fmu, to);
     write_parameters(fmu, to);
     for (int order = 0; order < 2; order++)
         for (int i = 0; i < state_count(fmu->model); i++)
-            write_state(fmu->model, i, order, to);
+            write_state(fmu, i, order, to);
     fputs("  </ModelVariables>\n", to);
 }
 
 /* ---- the structure ----------------------------------------------------------------------------------------------- */
 
-/* Without dependencies, an unknown depends on all knowns. */
+/* Writes unknowns with successive references. Without dependencies, an unknown depends on all knowns. FMI 3.0 names
+ * the kind of an unknown; FMI 2.0 has a group for each kind (write_group). */
+static void write_unknowns(const kt_fmu_model *fmu, const char *kind, int first, int count, FILE *to) {
+    for (int i = first; i < first + count; i++)
+        if (fmu->version == KT_FMU_SECOND)
+            fprintf(to, "      <Unknown index=\"%d\"/>\n", place_of(fmu, i));
+        else
+            fprintf(to, "    <%s valueReference=\"%d\"/>\n", kind, i);
+}
+
+static void write_group(const kt_fmu_model *fmu, const char *line, FILE *to) {
+    if (fmu->version == KT_FMU_SECOND)
+        fprintf(to, "    %s\n", line);
+}
+
 static void write_structure(const kt_fmu_model *fmu, FILE *to) {
-    const int states = state_count(fmu->model);
+    const int states = state_count(fmu->model), outputs = (int)fmu->columns->count - 1;
+    static const char initial[] = "InitialUnknown";
+    bool has_initial = outputs + states > 0;
+    for (int i = 0; i < fmu->scene->parameter_count; i++)
+        has_initial |= fmu->follows[i];
     fputs("  <ModelStructure>\n", to);
-    for (size_t i = 1; i < fmu->columns->count; i++)
-        fprintf(to, "    <Output valueReference=\"%zu\"/>\n", i);
-    for (int i = 0; i < states; i++)
-        fprintf(to, "    <ContinuousStateDerivative valueReference=\"%d\"/>\n", KT_FMU_DERIVATIVE + i);
-    for (size_t i = 1; i < fmu->columns->count; i++)
-        fprintf(to, "    <InitialUnknown valueReference=\"%zu\"/>\n", i);
+    if (outputs > 0) {
+        write_group(fmu, "<Outputs>", to);
+        write_unknowns(fmu, "Output", 1, outputs, to);
+        write_group(fmu, "</Outputs>", to);
+    }
+    if (states > 0) {
+        write_group(fmu, "<Derivatives>", to);
+        write_unknowns(fmu, "ContinuousStateDerivative", KT_FMU_DERIVATIVE, states, to);
+        write_group(fmu, "</Derivatives>", to);
+    }
+    if (has_initial)
+        write_group(fmu, "<InitialUnknowns>", to);
+    write_unknowns(fmu, initial, 1, outputs, to);
     for (int i = 0; i < fmu->scene->parameter_count; i++)
         if (fmu->follows[i])
-            fprintf(to, "    <InitialUnknown valueReference=\"%d\"/>\n", KT_FMU_PARAMETER + i);
-    for (int i = 0; i < states; i++)
-        fprintf(to, "    <InitialUnknown valueReference=\"%d\"/>\n", KT_FMU_STATE + i);
-    for (int i = 0; i < states; i++)
-        fprintf(to, "    <InitialUnknown valueReference=\"%d\"/>\n", KT_FMU_DERIVATIVE + i);
+            write_unknowns(fmu, initial, KT_FMU_PARAMETER + i, 1, to);
+    write_unknowns(fmu, initial, KT_FMU_STATE, states, to);
+    write_unknowns(fmu, initial, KT_FMU_DERIVATIVE, states, to);
+    if (has_initial)
+        write_group(fmu, "</InitialUnknowns>", to);
     fputs("  </ModelStructure>\n", to);
 }
 
 static void write_interfaces(const kt_fmu_model *fmu, FILE *to) {
-    static const char capabilities[] = "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\" "
-                                       "providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\"";
+    const bool is_second = fmu->version == KT_FMU_SECOND;
+    const char *capabilities =
+        is_second ? "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\" providesDirectionalDerivative=\"true\""
+                  : "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\" "
+                    "providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\"";
     if (fmu->has_exchange) {
         fputs("  <ModelExchange", to);
         write_attribute("modelIdentifier", fmu->name, to);
-        fprintf(to, " %s needsCompletedIntegratorStep=\"true\"/>\n", capabilities);
+        fprintf(to, " %s%s/>\n", capabilities, is_second ? "" : " needsCompletedIntegratorStep=\"true\"");
     }
     fputs("  <CoSimulation", to);
     write_attribute("modelIdentifier", fmu->name, to);
@@ -247,10 +333,14 @@ static void write_interfaces(const kt_fmu_model *fmu, FILE *to) {
 
 void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream) {
     const kt_run *run = &fmu->scene->run;
-    fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"3.0\"", stream);
-    write_attribute("modelName", fmu->name, stream);
-    write_attribute("instantiationToken", fmu->token, stream);
-    fprintf(stream, " generationTool=\"Kinetree %s\" variableNamingConvention=\"flat\">\n", KT_VERSION);
+    const bool is_second = fmu->version == KT_FMU_SECOND;
+    fprintf(stream, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"%s\"",
+            is_second ? "2.0" : "3.0");
+    const char *title = fmu->scene->description.name;
+    write_attribute("modelName", title != NULL && *title != '\0' ? title : fmu->name, stream);
+    write_attribute(is_second ? "guid" : "instantiationToken", fmu->token, stream);
+    fprintf(stream, " generationTool=\"Kinetree %s\" variableNamingConvention=\"flat\"%s>\n", KT_VERSION,
+            is_second ? " numberOfEventIndicators=\"0\"" : "");
     write_interfaces(fmu, stream);
     write_units(stream);
     fputs("  <LogCategories>\n    <Category name=\"error\" description=\"failures, with the reason\"/>\n"

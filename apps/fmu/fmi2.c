@@ -1,0 +1,274 @@
+/* The C interface of FMI 2.0 (fmi-standard.org), on top of that of FMI 3.0. Names, values and orders are those of the
+ * standard. Truth values are int, and modes, references, states and times are those of FMI 3.0.
+ */
+#include "instance.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A message to the importer: environment, name of the instance, status, category, format and its arguments. */
+typedef void kt_fmi2_log(void *environment, const char *name, kt_fmi_status status, const char *category,
+                         const char *format, ...);
+
+typedef struct kt_fmi2_callbacks {
+    kt_fmi2_log *log;
+    void *(*allocate)(size_t count, size_t size); /* memory and ends of steps: not used */
+    void (*release)(void *memory);
+    void (*step_finished)(void *environment, kt_fmi_status status);
+    void *environment;
+} kt_fmi2_callbacks;
+
+typedef struct kt_fmi2_event_info {
+    int needs_update, terminate, nominals_changed, values_changed, has_next;
+    double next;
+} kt_fmi2_event_info;
+
+typedef enum kt_fmi2_kind { KT_FMI2_CHANGES_STATES, KT_FMI2_SIMULATES } kt_fmi2_kind;
+enum { KT_FMI2_LAST_TIME = 2, KT_FMI2_TERMINATED = 3 }; /* of fmi2StatusKind */
+
+/* The environment of the instance of FMI 3.0. */
+typedef struct kt_fmi2_side {
+    kt_fmi2_log *log;
+    void *environment;
+    double start;
+    char name[];
+} kt_fmi2_side;
+
+static kt_fmi2_side *side_of(void *instance) { return ((kt_fmu *)instance)->environment; }
+
+static void pass_message(void *environment, kt_fmi_status status, const char *category, const char *message) {
+    const kt_fmi2_side *side = environment;
+    side->log(side->environment, side->name, status, category, "%s", message);
+}
+
+/* ---- instances --------------------------------------------------------------------------------------------------- */
+
+static int digit_of(char c) {
+    static const char digits[] = "0123456789abcdef0123456789ABCDEF";
+    const char *at = c != '\0' ? strchr(digits, c) : NULL;
+    return at != NULL ? (int)((at - digits) % 16) : -1;
+}
+
+/* Writes the path of a URI "file:///path" or "file:/path" without its escapes; a plain path stays. */
+static void write_path(const char *uri, char *path) {
+    if (strncmp(uri, "file:", 5) == 0) {
+        uri += 5;
+        if (strncmp(uri, "//", 2) == 0) /* then a host, which is empty or this one, up to the next slash */
+            uri += 2 + strcspn(uri + 2, "/");
+        for (; *uri != '\0'; uri++) {
+            const int high = *uri == '%' ? digit_of(uri[1]) : -1, low = high >= 0 ? digit_of(uri[2]) : -1;
+            *path++ = low >= 0 ? (char)(16 * high + low) : *uri;
+            uri += low >= 0 ? 2 : 0;
+        }
+        *path = '\0';
+    } else {
+        memcpy(path, uri, strlen(uri) + 1);
+    }
+}
+
+KT_FMI(const char *fmi2GetTypesPlatform(void)) { return "default"; }
+
+KT_FMI(const char *fmi2GetVersion(void)) { return "2.0"; }
+
+KT_FMI(void *fmi2Instantiate(const char *name, kt_fmi2_kind kind, const char *token, const char *resources,
+                             const kt_fmi2_callbacks *callbacks, int visible, int logging)) {
+    const char *shown = name != NULL ? name : "";
+    const char *uri = resources != NULL ? resources : "";
+    kt_fmi2_side *side = malloc(sizeof *side + strlen(shown) + 1);
+    char *path = malloc(strlen(uri) + 1);
+    void *instance = NULL;
+    if (side != NULL && path != NULL) {
+        *side = (kt_fmi2_side){callbacks != NULL ? callbacks->log : NULL,
+                               callbacks != NULL ? callbacks->environment : NULL, 0.0};
+        memcpy(side->name, shown, strlen(shown) + 1);
+        write_path(uri, path);
+        kt_fmi_log *log = side->log != NULL ? pass_message : NULL;
+        instance = kind == KT_FMI2_SIMULATES
+                       ? fmi3InstantiateCoSimulation(shown, token, path, visible != 0, logging != 0, false, false, NULL,
+                                                     0, side, log, NULL)
+                       : fmi3InstantiateModelExchange(shown, token, path, visible != 0, logging != 0, side, log);
+    }
+    free(path);
+    if (instance == NULL)
+        free(side);
+    return instance;
+}
+
+KT_FMI(void fmi2FreeInstance(void *instance)) {
+    kt_fmi2_side *side = instance != NULL ? side_of(instance) : NULL;
+    fmi3FreeInstance(instance);
+    free(side);
+}
+
+KT_FMI(kt_fmi_status fmi2SetDebugLogging(void *instance, int logging, size_t count, const char *const *names)) {
+    return fmi3SetDebugLogging(instance, logging != 0, count, names);
+}
+
+/* ---- phases ------------------------------------------------------------------------------------------------------ */
+
+KT_FMI(kt_fmi_status fmi2SetupExperiment(void *instance, int has_tolerance, double tolerance, double start,
+                                         int has_stop, double stop)) {
+    (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
+    side_of(instance)->start = start;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi2EnterInitializationMode(void *instance)) {
+    return fmi3EnterInitializationMode(instance, false, 0.0, side_of(instance)->start, false, 0.0);
+}
+
+/* Functions that differ by their names alone: with the instance as the only argument, and with further ones. */
+#define KT_FMI2_CALL(name, of)                                                                                         \
+    KT_FMI(kt_fmi_status fmi2##name(void *instance)) { return fmi3##of(instance); }
+KT_FMI2_CALL(ExitInitializationMode, ExitInitializationMode)
+KT_FMI2_CALL(EnterEventMode, EnterEventMode)
+KT_FMI2_CALL(EnterContinuousTimeMode, EnterContinuousTimeMode)
+KT_FMI2_CALL(Terminate, Terminate)
+
+KT_FMI(kt_fmi_status fmi2Reset(void *instance)) {
+    side_of(instance)->start = 0.0;
+    return fmi3Reset(instance);
+}
+
+KT_FMI(kt_fmi_status fmi2NewDiscreteStates(void *instance, kt_fmi2_event_info *info)) {
+    bool needs_update, terminate, nominals_changed, values_changed = false, has_next;
+    const kt_fmi_status status = fmi3UpdateDiscreteStates(instance, &needs_update, &terminate, &nominals_changed,
+                                                          &values_changed, &has_next, &info->next);
+    info->needs_update = needs_update;
+    info->terminate = terminate;
+    info->nominals_changed = nominals_changed;
+    info->values_changed = values_changed;
+    info->has_next = has_next;
+    return status;
+}
+
+KT_FMI(kt_fmi_status fmi2CompletedIntegratorStep(void *instance, int is_final, int *enter_event, int *terminate)) {
+    bool enters, terminates;
+    const kt_fmi_status status = fmi3CompletedIntegratorStep(instance, is_final != 0, &enters, &terminates);
+    *enter_event = enters;
+    *terminate = terminates;
+    return status;
+}
+
+/* A run that an event of the scene ends within a step discards the rest of this step. */
+KT_FMI(kt_fmi_status fmi2DoStep(void *instance, double from, double step, int is_final)) {
+    bool needs_event, terminate, early;
+    double last;
+    const kt_fmi_status status =
+        fmi3DoStep(instance, from, step, is_final != 0, &needs_event, &terminate, &early, &last);
+    return status == KT_FMI_OK && terminate ? KT_FMI_DISCARD : status;
+}
+
+/* ---- variables and states ---------------------------------------------------------------------------------------- */
+
+KT_FMI(kt_fmi_status fmi2GetReal(void *instance, const kt_fmi_reference *references, size_t count, double *values)) {
+    return fmi3GetFloat64(instance, references, count, values, count);
+}
+
+KT_FMI(kt_fmi_status fmi2SetReal(void *instance, const kt_fmi_reference *references, size_t count,
+                                 const double *values)) {
+    return fmi3SetFloat64(instance, references, count, values, count);
+}
+
+KT_FMI(kt_fmi_status fmi2GetDirectionalDerivative(void *instance, const kt_fmi_reference *unknowns,
+                                                  size_t unknown_count, const kt_fmi_reference *knowns,
+                                                  size_t known_count, const double *seed, double *sensitivity)) {
+    return fmi3GetDirectionalDerivative(instance, unknowns, unknown_count, knowns, known_count, seed, known_count,
+                                        sensitivity, unknown_count);
+}
+
+KT_FMI(kt_fmi_status fmi2SetTime(void *instance, double time)) { return fmi3SetTime(instance, time); }
+
+KT_FMI(kt_fmi_status fmi2SetContinuousStates(void *instance, const double *states, size_t count)) {
+    return fmi3SetContinuousStates(instance, states, count);
+}
+
+#define KT_FMI2_NUMBERS(name, of)                                                                                      \
+    KT_FMI(kt_fmi_status fmi2##name(void *instance, double *values, size_t count)) {                                   \
+        return fmi3##of(instance, values, count);                                                                      \
+    }
+KT_FMI2_NUMBERS(GetContinuousStates, GetContinuousStates)
+KT_FMI2_NUMBERS(GetDerivatives, GetContinuousStateDerivatives)
+KT_FMI2_NUMBERS(GetNominalsOfContinuousStates, GetNominalsOfContinuousStates)
+KT_FMI2_NUMBERS(GetEventIndicators, GetEventIndicators)
+
+KT_FMI(kt_fmi_status fmi2GetFMUstate(void *instance, void **state)) { return fmi3GetFMUState(instance, state); }
+
+KT_FMI(kt_fmi_status fmi2SetFMUstate(void *instance, void *state)) { return fmi3SetFMUState(instance, state); }
+
+KT_FMI(kt_fmi_status fmi2FreeFMUstate(void *instance, void **state)) { return fmi3FreeFMUState(instance, state); }
+
+KT_FMI(kt_fmi_status fmi2SerializedFMUstateSize(void *instance, void *state, size_t *size)) {
+    return fmi3SerializedFMUStateSize(instance, state, size);
+}
+
+KT_FMI(kt_fmi_status fmi2SerializeFMUstate(void *instance, void *state, unsigned char *bytes, size_t size)) {
+    return fmi3SerializeFMUState(instance, state, bytes, size);
+}
+
+KT_FMI(kt_fmi_status fmi2DeSerializeFMUstate(void *instance, const unsigned char *bytes, size_t size, void **state)) {
+    return fmi3DeserializeFMUState(instance, bytes, size, state);
+}
+
+/* ---- state of a step --------------------------------------------------------------------------------------------- */
+
+KT_FMI(kt_fmi_status fmi2GetRealStatus(void *instance, int kind, double *value)) {
+    if (kind != KT_FMI2_LAST_TIME)
+        return KT_FMI_DISCARD;
+    *value = ((const kt_fmu *)instance)->time;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi2GetBooleanStatus(void *instance, int kind, int *value)) {
+    if (kind != KT_FMI2_TERMINATED)
+        return KT_FMI_DISCARD;
+    *value = ((const kt_fmu *)instance)->is_over;
+    return KT_FMI_OK;
+}
+
+/* ---- absent ------------------------------------------------------------------------------------------------------ */
+
+/* NOLINTBEGIN(readability-non-const-parameter): the standard sets the arguments */
+/* No steps are pending. */
+#define KT_FMI2_DISCARDED(name, type)                                                                                  \
+    KT_FMI(kt_fmi_status fmi2##name(void *instance, int kind, type *value)) {                                          \
+        (void)instance, (void)kind, (void)value;                                                                       \
+        return KT_FMI_DISCARD;                                                                                         \
+    }
+KT_FMI2_DISCARDED(GetStatus, kt_fmi_status)
+KT_FMI2_DISCARDED(GetIntegerStatus, int)
+KT_FMI2_DISCARDED(GetStringStatus, const char *)
+
+KT_FMI(kt_fmi_status fmi2CancelStep(void *instance)) { return kt_fmu_report(instance, "no step is pending"); }
+
+static kt_fmi_status report_no_variables(void *instance, size_t count) {
+    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "all variables of this FMU are real numbers");
+}
+
+#define KT_FMI2_ABSENT(type, c_type)                                                                                   \
+    KT_FMI(kt_fmi_status fmi2Get##type(void *instance, const kt_fmi_reference *references, size_t count,               \
+                                       c_type *values)) {                                                              \
+        (void)references, (void)values;                                                                                \
+        return report_no_variables(instance, count);                                                                   \
+    }                                                                                                                  \
+    KT_FMI(kt_fmi_status fmi2Set##type(void *instance, const kt_fmi_reference *references, size_t count,               \
+                                       const c_type *values)) {                                                        \
+        (void)references, (void)values;                                                                                \
+        return report_no_variables(instance, count);                                                                   \
+    }
+KT_FMI2_ABSENT(Integer, int)
+KT_FMI2_ABSENT(Boolean, int)
+KT_FMI2_ABSENT(String, char *)
+
+KT_FMI(kt_fmi_status fmi2SetRealInputDerivatives(void *instance, const kt_fmi_reference *references, size_t count,
+                                                 const int *orders, const double *values)) {
+    (void)references, (void)orders, (void)values;
+    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "inputs are constant during a step");
+}
+
+KT_FMI(kt_fmi_status fmi2GetRealOutputDerivatives(void *instance, const kt_fmi_reference *references, size_t count,
+                                                  const int *orders, double *values)) {
+    (void)references, (void)orders, (void)values;
+    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "outputs have no derivatives by time");
+}
+/* NOLINTEND(readability-non-const-parameter) */
