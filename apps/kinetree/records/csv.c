@@ -1,6 +1,8 @@
 /* Writes records as CSV. */
 #include "subcommands/run.h"
 
+#include "text/digits.h"
+
 #include "base/sum.h"
 
 #include <errno.h>
@@ -11,8 +13,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-enum { NUMBER_SIZE = 32 };
 
 /* ---- the columns ------------------------------------------------------------------------------------------------- */
 
@@ -37,10 +37,10 @@ static void add_header(kt_csv *csv) {
 
 static void add_line(kt_csv *csv, const double *values) {
     for (size_t i = 0; i < csv->columns->count; i++) {
-        char *cell = start_cell(&csv->lines, NUMBER_SIZE);
+        char *cell = start_cell(&csv->lines, KT_DIGITS_SIZE);
         if (cell != NULL)
-            csv->lines.used += (size_t)(isnan(values[i]) ? snprintf(cell, NUMBER_SIZE, "nan") /* never -nan */
-                                                         : snprintf(cell, NUMBER_SIZE, "%.17g", values[i]));
+            csv->lines.used += (size_t)(isnan(values[i]) ? snprintf(cell, KT_DIGITS_SIZE, "nan") /* never -nan */
+                                                         : kt_digits_write(cell, values[i]));
     }
 }
 
