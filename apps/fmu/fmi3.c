@@ -3,6 +3,7 @@
  */
 #include "exchange.h"
 #include "instance.h"
+#include "present.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -133,9 +134,10 @@ KT_FMI(kt_fmi_status fmi3EnterInitializationMode(void *instance, bool has_tolera
     kt_fmu *fmu = instance;
     (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_INSTANTIATED, "fmi3EnterInitializationMode must follow the instantiation");
-    KT_FMU_REQUIRE(start == 0.0, "a scene starts at time 0, not at %g: shift its functions of time, and start at 0",
-                   start);
+    KT_FMU_REQUIRE(isfinite(start), "the start time is not finite");
     fmu->phase = KT_FMU_INITIALIZATION;
+    fmu->is_stale |= fmu->start != start;
+    fmu->start = fmu->time = start;
     return settle(fmu);
 }
 
@@ -176,6 +178,7 @@ KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
         fmu->is_given[i] = false;
     memset(fmu->torque, 0, (size_t)fmu->nv * sizeof *fmu->torque);
     fmu->phase = KT_FMU_INSTANTIATED;
+    fmu->start = 0.0;
     return kt_fmu_report_status(fmu, kt_fmu_compile(fmu, &error), &error);
 }
 
@@ -379,6 +382,11 @@ KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update,
         kt_fmu_change(fmu);
     }
     fmu->is_moved = false;
+    if (fmu->is_exchange) {
+        const double jump = kt_fmu_next_jump(fmu->model, fmu->time);
+        *has_next = jump < HUGE_VAL;
+        *next = *has_next ? jump : 0.0;
+    }
     return KT_FMI_OK;
 }
 

@@ -128,6 +128,17 @@ static kt_status compile_scene(kt_fmu *fmu, kt_error *error) {
     return status;
 }
 
+/* Begins at another time than 0. Drives then have their values of that time. */
+static kt_status shift_start(kt_fmu *fmu, kt_error *error) {
+    if (fmu->start == kt_simulation_time(fmu->simulation))
+        return KT_OK;
+    memcpy(fmu->y, kt_simulation_positions(fmu->simulation), (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
+    kt_status status = kt_simulation_set_state(fmu->simulation, fmu->start, fmu->y, fmu->y + fmu->nq, error);
+    if (status == KT_OK && fmu->watch != NULL)
+        status = kt_scene_watch_sync(fmu->watch, fmu->simulation, error);
+    return status;
+}
+
 kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
     release_scene(fmu);
     kt_fmu_change(fmu);
@@ -135,13 +146,16 @@ kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
     kt_status status = parse_scene(fmu, error);
     if (status == KT_OK)
         status = compile_scene(fmu, error);
+    if (status == KT_OK) {
+        fmu->nq = kt_model_nq(fmu->model);
+        fmu->nv = kt_model_nv(fmu->model);
+        fmu->nx = kt_own_state_count(fmu->model);
+        status = shift_start(fmu, error);
+    }
     if (status != KT_OK) {
         release_scene(fmu);
         return status;
     }
-    fmu->nq = kt_model_nq(fmu->model);
-    fmu->nv = kt_model_nv(fmu->model);
-    fmu->nx = kt_own_state_count(fmu->model);
     fmu->time = kt_simulation_time(fmu->simulation);
     fmu->is_over = false;
     if (fmu->y != NULL)

@@ -49,7 +49,7 @@ typedef struct kt_fmu {
     double *y;      /* [nq + nv + nx]: in model exchange the state of the importer */
     double *rates;  /* likewise */
     double *moved;  /* likewise: the projected state */
-    double time;
+    double start, time;
     const double *values;  /* of the columns; NULL: not evaluated in this state */
     kt_fmu_linear *linear; /* NULL: no derivatives were requested yet */
     bool is_exchange, is_stale, has_rates, has_jacobian, is_moved, is_over;
@@ -68,7 +68,8 @@ void kt_fmu_close(kt_fmu *fmu);
 /* Compiles the scene for the first time, and allocates all memory of the instance. */
 kt_status kt_fmu_start(kt_fmu *fmu, kt_error *error);
 
-/* Compiles the scene again, with the given parameters, from its start. On failure the instance has no model. */
+/* Compiles the scene again, with the given parameters, from the state of its start at the time fmu->start. On failure
+ * the instance has no model. */
 kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error);
 
 static inline int kt_fmu_size(const kt_fmu *fmu) { return fmu->nq + fmu->nv + fmu->nx; }

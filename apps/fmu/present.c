@@ -1,10 +1,12 @@
-/* Calculations in the present state of a simulation. */
+/* Calculations in the present state of a simulation, and times at which functions of time jump. */
 #include "present.h"
 
+#include "expression/corner.h"
 #include "simulation/simulation.h"
 
 #include "kinetree/mechanism.h"
 
+#include <math.h>
 #include <string.h>
 
 kt_data *kt_fmu_present_data(kt_simulation *simulation) {
@@ -21,4 +23,31 @@ kt_status kt_fmu_own_rates(kt_simulation *simulation, double *rates, kt_error *e
         return KT_OK;
     return kt_own_state_rates(model, kt_fmu_present_data(simulation), kt_simulation_time(simulation),
                               kt_simulation_positions(simulation), kt_simulation_velocities(simulation), rates, error);
+}
+
+/* Returns the first jump of a function after t, or `least` if that is less. Passes over breakpoints without a jump. */
+static double next_jump_of(const kt_model *model, const kt_curve *curve, double t, int64_t *left, double least) {
+    enum { ORDERS = 2, MOST = 64 };
+    for (int k = 0; k < MOST && t < least; k++) {
+        const kt_corner next = kt_curve_next_corner(curve, model->number, t, least, left);
+        if (next.order <= ORDERS)
+            return fmin(next.time, least);
+        t = next.time;
+    }
+    return least;
+}
+
+double kt_fmu_next_jump(const kt_model *model, double t) {
+    int64_t left = KT_CORNER_OPERATIONS;
+    double next = HUGE_VAL;
+    for (size_t i = 0; i < model->n.loop; i++)
+        next = next_jump_of(model, &model->loop[i].curve, t, &left, next);
+    for (size_t i = 0; i < model->n.effect; i++)
+        for (int k = 0; k < 3; k++)
+            next = next_jump_of(model, &model->effect[i].curve[k], t, &left, next);
+    for (size_t i = 0; i < model->n.time_part; i++)
+        next = next_jump_of(model, &model->time_part[i], t, &left, next);
+    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
+        next = next_jump_of(model, kt_mass_curve(model, k), t, &left, next);
+    return next;
 }

@@ -22,7 +22,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note, skip
 
 COMMAND, IMPORTER = (str(pathlib.Path(word).resolve()) for word in sys.argv[1:3])
-SCENES = pathlib.Path(sys.argv[3]) / "apps/scenes"
+SCENES, PAGE = (pathlib.Path(sys.argv[3]) / word for word in ("apps/scenes", "include/pages/fmu.md"))
 STEP, STEPS = 0.01, 200  # s between values; the fixed steps of the scenes divide it
 
 # Own steps of 1 ms, so that the end of each is a time at which a step of an FMU may end, too.
@@ -324,6 +324,31 @@ def check_values(folder):
           [] if (follower, own) == ("calculatedParameter", "parameter") else [f"half: {follower}, m: {own}"])
 
 
+def check_times(folder):
+    """Starts at other times than 0, and the times of jumps in functions of time."""
+    scene = folder / "push.yaml"
+    scene.write_text("kinetree: 1\nbodies:\n"
+                     "  - {name: block, mass: 2, joint: {name: slide, type: prismatic, axis: [1, 0, 0]}}\n"
+                     "effects:\n"
+                     "  - {name: wave, type: motor, joint: slide, force: {sine: {amplitude: 3, frequency: 0.5}}}\n"
+                     f"simulate: {{integrator: rk4, step: 0.001, duration: {STEP * STEPS}}}\n")
+    fmu, start, omega = Fmu(scene, folder), 1.25, math.pi
+    status, text, errors = fmu.play(f"start={start}", "0", fmu.reference("position.slide"))
+    last = rows(text)[-1] if status == 0 else [math.nan] * 2
+    time, span = start + STEP * STEPS, STEP * STEPS
+    # x'' = 3/2 sin(w t), at rest at the start: x' = 3/2 (cos w t0 - cos w t) / w
+    expected = 1.5 / omega * (math.cos(omega * start) * span - (math.sin(omega * time) - math.sin(omega * start)) / omega)
+    note(f"at {last[0]:g} s position {last[1]:.15g}, expected {expected:.15g}, bound 1e-12")
+    claim("a_run_starts_at_another_time", [] if abs(last[1] - expected) <= 1e-12 and abs(last[0] - time) <= 1e-12
+          else [str(last), errors])
+    ramp = "{ramp: {from: 0, to: 3, start: 0.5, end: 1.25}}"
+    scene.write_text(scene.read_text().replace("{sine: {amplitude: 3, frequency: 0.5}}", ramp))
+    status, text, errors = Fmu(scene, folder).play("me", "0")
+    found = [float(line[5:]) for line in text.splitlines() if line.startswith("next ")]
+    note(f"times of events {found}, expected [0.5, 1.25], bound 0")
+    claim("jumps_of_functions_of_time_are_announced", [] if found == [0.5, 1.25] else [str(found), errors])
+
+
 def check_refusals(folder):
     body = "kinetree: 1\nbodies: [{name: b, joint: {type: prismatic, axis: x}%s}]\n"
     (folder / "plain.yaml").write_text(body % ", mass: 1")
@@ -365,8 +390,26 @@ def check_binary(folder):
     note(f"{megabytes[0]:.1f} MB, the archive {megabytes[1]:.1f} MB; needs {sorted(needed)}, glibc {glibc}")
     foreign = [name for name in exported if not name.startswith(("fmi2", "fmi3"))]
     claim("the_binary_needs_libc_and_libm_alone", sorted(needed - {"libc", "libm", "ld-linux-x86-64"}))
+    size = [] if megabytes[0] <= 5.0 else [f"{megabytes[0]:.2f} MB, bound 5"]
+    claim("the_binary_has_less_than_5_mb", size)
+    claim("the_binary_needs_no_newer_glibc_than_the_page_states", [] if versions[-1] <= (2, 35) else [glibc])
     few = [] if len(exported) >= 110 else [f"only {len(exported)} functions"]
     claim("the_binary_exports_fmi_alone", foreign + few)
+
+
+def check_page(folder):
+    """The page has every function of the binary, no other one, and every capability flag of both descriptions."""
+    page = PAGE.read_text()
+    scene = fixed_scene("arm7", folder)
+    fmus = [Fmu(scene, folder, "--fmi", version) for version in (3, 2)]
+    _, symbols, _ = run("readelf", "--dyn-syms", "-W", fmus[-1].binary)
+    exported = set(re.findall(r"\b(fmi[23][A-Z]\w+)", symbols))
+    named = set(re.findall(r"`(fmi[23][A-Z]\w+)`", page)) - {"fmi2Discard", "fmi2Terminated"}
+    note(f"{len(exported)} functions, {len(named)} on the page")
+    flags = {key for fmu in fmus for kind in ("ModelExchange", "CoSimulation") for key in fmu.root.find(kind).keys()}
+    unnamed = sorted(key for key in flags - {"modelIdentifier"} if f"`{key}`" not in page)
+    claim("the_page_has_every_function_and_flag", sorted(exported ^ named) + unnamed +
+          ([] if len(exported) >= 110 else [f"only {len(exported)} functions"]))
 
 
 def check_schema(folder):
@@ -463,8 +506,10 @@ def main():
         check_rates(folder)
         check_slopes(folder)
         check_values(folder)
+        check_times(folder)
         check_refusals(folder)
         check_binary(folder)
+        check_page(folder)
         check_schema(folder)
         check_fmusim(folder)
     finish()

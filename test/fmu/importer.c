@@ -4,12 +4,14 @@
  *
  * MODE is one of
  *     cs         co-simulation
+ *     start=T    co-simulation that starts at T, s
  *     two        co-simulation while another instance takes half steps
  *     serial     co-simulation; another instance continues from the serialised state at half time
  *     save=FILE  co-simulation to half time, and the serialised state to a file
  *     load=FILE  co-simulation from the state of a file, at half time, to the end
  *     gain       co-simulation; at the end the derivatives of the references by the sum of those with a value
- *     me         model exchange with the classical method of fourth order
+ *     me         model exchange with the classical method of fourth order. Lines "next T" have the times of events that
+ *                the FMU announces
  *     slopes=STATE,RATE
  *                model exchange; after each step derivatives along a random direction are compared with
  *                differences. The numbers are the references of the first state and of its derivative
@@ -68,7 +70,7 @@ FUNCTIONS(DECLARE)
 /* The arguments of the program. */
 typedef struct request {
     const char *resources, *token, *mode;
-    double step;
+    double step, start; /* s */
     int count;
     size_t states, shown, given;
     uint32_t show[MOST], give[MOST];
@@ -105,7 +107,8 @@ static void *start(const request *r, bool exchange) {
                                                print_message, NULL);
     require(instance != NULL, "no instance");
     require(fmi_SetFloat64(instance, r->give, r->given, r->value, r->given) == 0, "a value cannot be set");
-    require(fmi_EnterInitializationMode(instance, false, 0.0, 0.0, true, r->step * r->count) == 0, "initialization");
+    require(fmi_EnterInitializationMode(instance, false, 0.0, r->start, true, r->start + r->step * r->count) == 0,
+            "initialization");
     require(fmi_ExitInitializationMode(instance) == 0, "end of initialization");
     return instance;
 }
@@ -207,7 +210,7 @@ static void simulate(const request *r) {
             require(fmi_DoStep(second, 0.5 * k * r->step, 0.5 * r->step, true, &event, &end, &early, &last) == 0,
                     "a step of the second instance fails");
         kt_interpose_start();
-        const int status = fmi_DoStep(instance, k * r->step, r->step, true, &event, &end, &early, &last);
+        const int status = fmi_DoStep(instance, r->start + k * r->step, r->step, true, &event, &end, &early, &last);
         allocations += kt_interpose_stop();
         require(status == 0, "a step fails");
         show(r, instance);
@@ -246,15 +249,23 @@ static void step_rk4(const request *r, void *instance, double t, double *y) {
         y[i] += r->step * sum[i];
 }
 
-static void handle_event(const request *r, void *instance, double *y) {
-    bool need, end, nominals, moved = false, has_next;
+/* Leaves event mode. Returns the time of the next event. */
+static double update_states(void *instance, bool *moved) {
+    bool need, end, nominals, has_next;
     double next;
-    require(fmi_EnterEventMode(instance) == 0 &&
-                fmi_UpdateDiscreteStates(instance, &need, &end, &nominals, &moved, &has_next, &next) == 0 &&
+    require(fmi_UpdateDiscreteStates(instance, &need, &end, &nominals, moved, &has_next, &next) == 0 &&
                 fmi_EnterContinuousTimeMode(instance) == 0,
             "event mode");
+    return has_next ? next : HUGE_VAL;
+}
+
+static double handle_event(const request *r, void *instance, double *y) {
+    bool moved = false;
+    require(fmi_EnterEventMode(instance) == 0, "start of event mode");
+    const double next = update_states(instance, &moved);
     if (moved)
         require(fmi_GetContinuousStates(instance, y, r->states) == 0, "states after an event");
+    return next;
 }
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
@@ -357,11 +368,10 @@ static void integrate(const request *r) {
         p.unknown[p.unknowns++] = r->show[i];
     void *instance = start(r, true);
     double slope[MOST], *y = p.y;
-    bool need, end, nominals, moved, has_next, event;
-    double next;
-    require(fmi_UpdateDiscreteStates(instance, &need, &end, &nominals, &moved, &has_next, &next) == 0 &&
-                fmi_EnterContinuousTimeMode(instance) == 0 && fmi_GetContinuousStates(instance, y, r->states) == 0,
-            "start of model exchange");
+    bool moved, end, event;
+    double next = update_states(instance, &moved), announced[MOST] = {next};
+    int announcements = 1;
+    require(fmi_GetContinuousStates(instance, y, r->states) == 0, "start of model exchange");
     if (first == NULL)
         show(r, instance);
     long allocations = 0;
@@ -370,8 +380,12 @@ static void integrate(const request *r) {
         step_rk4(r, instance, k * r->step, y);
         slope_at(r, instance, (k + 1) * r->step, y, slope);
         require(fmi_CompletedIntegratorStep(instance, true, &event, &end) == 0, "completed step");
-        if (event)
-            handle_event(r, instance, y);
+        if (event || (k + 1.0) * r->step >= next) {
+            const double later = handle_event(r, instance, y);
+            if (later > next && announcements < MOST)
+                announced[announcements++] = later;
+            next = later;
+        }
         allocations += kt_interpose_stop();
         if (first == NULL)
             show(r, instance);
@@ -380,6 +394,8 @@ static void integrate(const request *r) {
     }
     fmi_Terminate(instance);
     fmi_FreeInstance(instance);
+    for (int k = 0; k < announcements && first == NULL && announced[k] < HUGE_VAL; k++)
+        printf("next %.17g\n", announced[k]);
     if (first != NULL)
         printf("slopes %.17g,%.17g,%.17g\n", worst[0], worst[1], worst[2]);
     printf("allocations %ld\n", allocations);
@@ -401,6 +417,8 @@ int main(int argc, char **argv) {
             r.show[r.shown++] = reference;
         }
     }
+    if (file_of(&r, "start=") != NULL)
+        r.start = strtod(file_of(&r, "start="), NULL);
     load_functions(argv[1]);
     if (strcmp(r.mode, "me") == 0 || file_of(&r, "slopes=") != NULL)
         integrate(&r);
