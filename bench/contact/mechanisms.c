@@ -111,6 +111,12 @@ void kt_mechanism_humanoid(kt_mechanism *m) {
         add_leg(m, pelvis, side);
 }
 
+void kt_mechanism_biped(kt_mechanism *m) {
+    const int pelvis = add_base(m, 0.9, 20.0, kt_vec3_make(0.0, 0.0, 0.1), kt_vec3_make(0.2, 0.3, 0.3));
+    for (int side = -1; side <= 1; side += 2)
+        add_leg(m, pelvis, side);
+}
+
 void kt_mechanism_chain(kt_mechanism *m) {
     for (int i = 0; i < 20; i++) {
         const int link = add_hinge(m, i - 1, i % 2 ? along_x : along_y, kt_vec3_make(0.0, 0.0, i ? -0.1 : 0.0), 0.1,
@@ -156,7 +162,7 @@ kt_status kt_mechanism_compile(const kt_mechanism *m, bool contacts, kt_isa isa,
         effect[k].between[0].at = item->at;
         effect[k].radius = item->radius;
         effect[k].friction = item->friction;
-        effect[k].restitution = 0.0; /* hard */
+        effect[k].restitution = item->restitution; /* hard */
     }
     pin.name = "pin";
     pin.type = KT_LOOP_SPHERICAL;

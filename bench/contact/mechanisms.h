@@ -11,7 +11,7 @@ typedef struct kt_mechanism_item {
     bool stop;
     const char *body; /* or the joint */
     kt_vec3 at;
-    double radius, friction, lower;
+    double radius, friction, restitution, lower;
 } kt_mechanism_item;
 
 typedef struct kt_mechanism {
@@ -26,6 +26,7 @@ void kt_mechanism_box(kt_mechanism *m);
 void kt_mechanism_tripod(kt_mechanism *m); /* the box on three corners */
 void kt_mechanism_quadruped(kt_mechanism *m);
 void kt_mechanism_humanoid(kt_mechanism *m);
+void kt_mechanism_biped(kt_mechanism *m);   /* the legs of the humanoid with its pelvis */
 void kt_mechanism_chain(kt_mechanism *m);   /* of 20 links in space, with 10 stops */
 void kt_mechanism_fourbar(kt_mechanism *m); /* with a rod on its coupler, whose joint has a stop */
 

@@ -539,7 +539,7 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
         if (kt_contact_is_closed(simulation->model, &c->item[k]))
             continue;
         if (i < c->meeting)
-            simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0);
+            simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - kt_contact_margin(simulation, i);
         if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
             simulation->event_memory[k].side = -1;
     }

@@ -147,6 +147,10 @@ double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
 
+/* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
+ * if the contact has no rate. Otherwise rounding would close it again and again: the fourth corner of a foot, whose
+ * other corners hold it. 0 if it bounces. */
+double kt_contact_margin(const kt_simulation *simulation, int k);
 /* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);

@@ -112,18 +112,28 @@ static double extent_of(const struct kt_contacts *c, int k, const double *q) {
     return sum;
 }
 
+static double rounding_of_gap(const kt_simulation *simulation, int k) {
+    static const double roundings = 16.0;
+    return roundings * DBL_EPSILON * extent_of(simulation->contacts, k, kt_integrator_state(simulation->integrator));
+}
+
+double kt_contact_margin(const kt_simulation *simulation, int k) {
+    return fabs(simulation->contacts->u[k]) <= kt_contact_resting ? rounding_of_gap(simulation, k) : 0.0;
+}
+
 /* A bounce at the speed u against the acceleration w has the height u^2 / 2 w and the duration 2 u / w. A bounce does
  * not exist if its height is below some roundings of the gap, or its duration below some roundings of the time. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k) {
-    static const double roundings = 16.0;
+    static const double instant = 16.0 * DBL_EPSILON; /* roundings of the time */
     const struct kt_contacts *c = simulation->contacts;
     const double slowest = kt_contact_loop(simulation, k)->rest_velocity;
     if (c->rests && slowest > 0.0)
         return HUGE_VAL;
-    const double t = kt_integrator_time(simulation->integrator), *q = kt_integrator_state(simulation->integrator);
+    const double t = kt_integrator_time(simulation->integrator);
     double size;
-    const double w = fmax(-kt_contact_acceleration(c, W, k, &size), 0.0), least = roundings * DBL_EPSILON;
-    const double height = sqrt(2.0 * w * least * extent_of(c, k, q)), flight = 0.5 * w * fmax(least * fabs(t), 1e-12);
+    const double w = fmax(-kt_contact_acceleration(c, W, k, &size), 0.0);
+    const double height = sqrt(2.0 * w * rounding_of_gap(simulation, k));
+    const double flight = 0.5 * w * fmax(instant * fabs(t), 1e-12);
     return fmax(slowest, fmax(height, flight));
 }
 

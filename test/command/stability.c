@@ -608,3 +608,15 @@ KT_TEST(run_tells_few_samples_a_period) {
     ran = kt_shell("$K run swing.yaml --step 0.03 --out /dev/null");
     kt_check_equal_int("enough", count(ran.err, "steps a period"), 0);
 }
+
+/* At the end the ball lies on its stop, and no mode of it has a rate. Its modes without the stop have no meaning. */
+KT_TEST(no_doubt_where_nothing_moves) {
+    kt_write_file("rests.yaml", "kinetree: 1\n"
+                                "gravity: [0, 0, -9.81]\n"
+                                "bodies: [{name: ball, mass: 1, joint: {type: prismatic, axis: z, position: 0.5}}]\n"
+                                "effects: [{type: joint_limit, joint: ball, lower: 0, restitution: 0.5}]\n"
+                                "simulate: {duration: 3, integrator: rk4, step: 1e-3}\n");
+    const kt_ran ran = kt_shell("$K run rests.yaml --out /dev/null");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_equal_int("warnings", count(ran.err, "warning"), 0);
+}

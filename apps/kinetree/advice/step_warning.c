@@ -246,9 +246,9 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
         warn_by(outcome, method, motion);
     else if (found && sound && !outcome->is_blown_up)
         warn_by(outcome, method, own);
-    else if (!found && !warn_of_rate(outcome, method, &fastest) &&
+    else if (!found && fastest.rate > 0.0 && !warn_of_rate(outcome, method, &fastest) &&
              (error.code == KT_ERROR_UNSUPPORTED || error.code == KT_ERROR_MEMORY))
-        warn_of_doubt(outcome, method, &fastest, &error); /* else the loops are singular, or the run reports it */
+        warn_of_doubt(outcome, method, &fastest, &error); /* else nothing moves, or loops are singular */
     kt_spectrum_free(own);
     kt_spectrum_free(motion);
 }

@@ -1,0 +1,231 @@
+/* Robots on hard contacts under control: how many runs end with an error, and why.
+ *
+ * Each robot stands, drops from 1 cm, or walks in place: its legs lift in turns. The controller holds the joints at
+ * their targets by tau = k (target - q) - d v, once in a period of 1 ms. The grid takes all methods with fixed steps of
+ * 1 ms and those with adaptive steps, friction of 0.3 to 1.2, and restitutions of 0 to 0.8. A line of the table has one
+ * robot, one task and one method. A tick's cost is its number of evaluations. */
+#include "kinetree/mechanism.h"
+#include "kinetree/simulation.h"
+#include "mechanisms.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NQ = 64, TASKS = 3, FIRST_JOINT = 6 };
+
+static const double period = 1e-3;
+/* A run fails with more tries of steps: 100 in a tick on average. */
+static const double tries_most = 100.0 / 1e-3;
+
+static const struct robot {
+    const char *name;
+    void (*make)(kt_mechanism *m);
+    double stiffness, damping, armature;
+    double swing; /* of the joints that lift a leg, rad */
+} robots[] = {{"quadruped", kt_mechanism_quadruped, 120.0, 3.0, 0.01, 0.3},
+              {"biped", kt_mechanism_biped, 800.0, 20.0, 0.05, 0.2},
+              {"humanoid", kt_mechanism_humanoid, 800.0, 20.0, 0.05, 0.2}};
+static const char *const task_names[TASKS] = {"stands", "drops", "walks"};
+enum { STAND, DROP, WALK };
+
+static const struct way {
+    const char *name;
+    bool fixed;
+} ways[] = {{"rk4", true},   {"heun", true},    {"dopri5", true},  {"dop853", true},  {"radau5", true}, {"auto", true},
+            {"heun", false}, {"dopri5", false}, {"dop853", false}, {"radau5", false}, {"auto", false}};
+static const double frictions[] = {0.3, 0.6, 0.9, 1.2}, restitutions[] = {0.0, 0.4, 0.8};
+enum {
+    ROBOTS = sizeof robots / sizeof *robots,
+    WAYS = sizeof ways / sizeof *ways,
+    FRICTIONS = sizeof frictions / sizeof *frictions,
+    RESTITUTIONS = sizeof restitutions / sizeof *restitutions,
+    CELLS = ROBOTS * TASKS * WAYS * FRICTIONS * RESTITUTIONS
+};
+
+/* A cell of the grid: its numbers, friction first. */
+typedef struct cell {
+    int robot, task, way;
+    double friction, restitution;
+} cell;
+
+static cell cell_of(int index) {
+    cell c;
+    c.restitution = restitutions[index % RESTITUTIONS];
+    c.friction = frictions[index / RESTITUTIONS % FRICTIONS];
+    index /= RESTITUTIONS * FRICTIONS;
+    c.way = index % WAYS;
+    c.task = index / WAYS % TASKS;
+    c.robot = index / WAYS / TASKS;
+    return c;
+}
+
+/* The outcome of a run. */
+typedef struct outcome {
+    kt_error error; /* code KT_OK: it came to its end */
+    double time;
+    uint64_t worst, evaluations, impacts; /* worst: evaluations of a tick */
+} outcome;
+
+static kt_status build(const cell *c, kt_model **model, kt_mechanism *m, kt_error *error) {
+    memset(m, 0, sizeof *m);
+    robots[c->robot].make(m);
+    for (int i = 1; i < m->bodies; i++)
+        m->body[i].joint.armature[0] = robots[c->robot].armature;
+    for (int k = 0; k < m->items; k++) {
+        m->item[k].friction = c->friction;
+        m->item[k].restitution = c->restitution;
+    }
+    return kt_mechanism_compile(m, true, KT_ISA_AUTO, model, error);
+}
+
+/* The height of the lowest contact above the floor. */
+static double clearance(const kt_model *model, kt_data *data, const kt_mechanism *m, const double *q) {
+    double least = HUGE_VAL;
+    kt_error error;
+    if (kt_kinematics_update(model, data, q, NULL, NULL, &error) != KT_OK)
+        return (double)NAN;
+    for (int k = 0; k < m->items; k++) {
+        const kt_mechanism_item *item = &m->item[k];
+        least = fmin(least, kt_point_position(model, data, kt_body_find(model, item->body), item->at).z - item->radius);
+    }
+    return least;
+}
+
+/* The targets at time t: while a leg is lifted its hip and knee bend. */
+static void control(const cell *c, const kt_mechanism *m, const double *rest, double t, const double *q,
+                    const double *v, double *tau) {
+    const struct robot *r = &robots[c->robot];
+    const double phase = sin(4.0 * acos(-1.0) * t);
+    for (int i = 0; i < FIRST_JOINT; i++)
+        tau[i] = 0.0;
+    for (int i = 1; i < m->bodies; i++) {
+        const int joint = FIRST_JOINT + i - 1;
+        const double angle = rest[joint + 1];
+        /* Legs are bent: their thighs and knees have positions. Bodies to the left have odd places in their chains. */
+        const bool left = r->make == kt_mechanism_quadruped ? ((i - 1) / 3 % 2 == 0) : i > m->bodies - 7;
+        const bool bends = c->task == WALK && fabs(angle) > 0.3 && m->body[i].joint.axis.y > 0.5;
+        const double lift = bends ? fmax(left ? phase : -phase, 0.0) * r->swing * angle / fabs(angle) : 0.0;
+        tau[joint] = r->stiffness * (angle + lift - q[joint + 1]) - r->damping * v[joint];
+    }
+}
+
+static kt_status begin(const cell *c, const kt_model *model, const kt_mechanism *m, double *rest, double duration,
+                       kt_simulation **simulation, kt_error *error) {
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_data *data = NULL;
+    double v[NQ] = {0.0};
+    kt_status status = kt_data_create(model, &data, error);
+    if (status != KT_OK)
+        return status;
+    kt_model_initial(model, rest, v);
+    rest[2] += (c->task == DROP ? 0.01 : 1e-6) - clearance(model, data, m, rest);
+    kt_data_free(data);
+    run.integrator = strcmp(ways[c->way].name, "auto") == 0 ? NULL : ways[c->way].name;
+    run.step = ways[c->way].fixed ? period : 0.0;
+    run.relative = run.absolute = 1e-6;
+    run.duration = 1e3;
+    options.max_steps = (uint64_t)(tries_most * duration);
+    status = kt_simulation_create(model, &run, &options, simulation, error);
+    return status == KT_OK ? kt_simulation_set_state(*simulation, 0.0, rest, v, error) : status;
+}
+
+static outcome run_cell(const cell *c, double duration) {
+    static kt_mechanism m;
+    outcome o = {.time = 0.0};
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    double rest[NQ], tau[NQ];
+    kt_status status = build(c, &model, &m, &o.error);
+    if (status == KT_OK)
+        status = begin(c, model, &m, rest, duration, &simulation, &o.error);
+    while (status == KT_OK && o.time < duration - 0.5 * period) {
+        control(c, &m, rest, o.time, kt_simulation_positions(simulation), kt_simulation_velocities(simulation), tau);
+        status = kt_simulation_set_torque(simulation, tau, &o.error);
+        if (status == KT_OK)
+            status = kt_simulation_tick(simulation, period, &o.error);
+        const uint64_t now = kt_simulation_counts_get(simulation).evaluations;
+        o.worst = now - o.evaluations > o.worst ? now - o.evaluations : o.worst;
+        o.evaluations = now;
+        o.time = kt_simulation_time(simulation);
+    }
+    o.error.code = status;
+    o.impacts = simulation ? kt_simulation_contacts(simulation).impacts : 0;
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    return o;
+}
+
+/* The sums of a line of the table. */
+typedef struct line {
+    int runs, failed;
+    uint64_t worst, evaluations, impacts;
+    double time;
+} line;
+
+static void print_line(const cell *c, const line *l) {
+    printf("%10s %7s %7s %-8s |%5d%7d%11.0f%10.1f%10.2f\n", robots[c->robot].name, task_names[c->task],
+           ways[c->way].name, ways[c->way].fixed ? "1 ms" : "adaptive", l->runs, l->failed, (double)l->worst,
+           (double)l->evaluations * period / l->time, (double)l->impacts / l->time);
+    (void)fflush(stdout);
+}
+
+static void add_run(const cell *c, double duration, line *l) {
+    const outcome o = run_cell(c, duration);
+    l->runs++;
+    l->failed += o.error.code != KT_OK;
+    l->worst = o.worst > l->worst ? o.worst : l->worst;
+    l->evaluations += o.evaluations;
+    l->impacts += o.impacts;
+    l->time += o.time;
+    if (o.error.code != KT_OK)
+        printf("friction %.1f, restitution %.1f: %s: %s\n", c->friction, c->restitution, o.error.where,
+               o.error.message);
+}
+
+/* Every stride-th cell for this time. Returns the number of runs that failed. */
+static int run_grid(double duration, int stride, const char *only) {
+    line l = {0}, all = {0};
+    printf("%34s |%5s%7s%11s%10s%10s\n", "", "runs", "failed", "worst tick", "mean tick", "impacts/s");
+    for (int i = 0; i < CELLS; i++) {
+        const cell c = cell_of(i), next = cell_of(i + 1 < CELLS ? i + 1 : 0);
+        char name[64];
+        (void)snprintf(name, sizeof name, "%s %s %s %s", robots[c.robot].name, task_names[c.task], ways[c.way].name,
+                       ways[c.way].fixed ? "fixed" : "adaptive");
+        if (i % stride == 0 && (only == NULL || strstr(name, only) != NULL))
+            add_run(&c, duration, &l);
+        if (l.runs == 0 || (c.way == next.way && c.task == next.task && c.robot == next.robot))
+            continue;
+        print_line(&c, &l);
+        all.runs += l.runs;
+        all.failed += l.failed;
+        l = (line){0};
+    }
+    printf("%d runs of %g s, %d failed\n", all.runs, duration, all.failed);
+    return all.failed;
+}
+
+int main(int argc, char **argv) {
+    double duration = 10.0;
+    int stride = 1;
+    const char *only = NULL;
+    for (int i = 1; i < argc; i++) {
+        const char *value = i + 1 < argc ? argv[i + 1] : NULL;
+        if (value != NULL && strcmp(argv[i], "--duration") == 0)
+            duration = strtod(argv[++i], NULL);
+        else if (value != NULL && strcmp(argv[i], "--stride") == 0)
+            stride = (int)strtol(argv[++i], NULL, 10);
+        else if (value != NULL && strcmp(argv[i], "--only") == 0)
+            only = argv[++i];
+        else
+            stride = 0;
+    }
+    if (stride < 1 || !(duration > 0.0)) {
+        (void)fprintf(stderr, "usage: bench-control [--duration S] [--stride N] [--only WORDS]\n"
+                              "Runs every N-th cell of the grid for S seconds. WORDS: a part of a line's name.\n");
+        return 2;
+    }
+    return run_grid(duration, stride, only) == 0 ? 0 : 1;
+}
