@@ -3,8 +3,8 @@
 fmu.py COMMAND IMPORTER SOURCE-ROOT
 
 The environment variable KT_FMI_SCHEMA names a folder with the schemas of FMI 3.0 (modelica/fmi-standard, schema) and
-with that of FMI 2.0 in one file, fmi2Merged.xsd. KT_FMUSIM is the program fmusim of modelica/Reference-FMUs. What is
-not there is skipped with a message.
+with that of FMI 2.0 in one file, fmi2Merged.xsd. KT_FMUSIM is the program fmusim of modelica/Reference-FMUs, and
+KT_FMILIB the shared library of modelon-community/fmi-library. What is not there is skipped with a message.
 """
 import ctypes
 import math
@@ -407,6 +407,10 @@ def check_page(folder):
     named = set(re.findall(r"`(fmi[23][A-Z]\w+)`", page)) - {"fmi2Discard", "fmi2Terminated"}
     note(f"{len(exported)} functions, {len(named)} on the page")
     flags = {key for fmu in fmus for kind in ("ModelExchange", "CoSimulation") for key in fmu.root.find(kind).keys()}
+    defined = [{unit.get("name") for unit in fmu.root.iter("Unit")} for fmu in fmus]
+    undefined = {v.get("unit") for fmu, units in zip(fmus, defined) for v in fmu.root.find("ModelVariables").iter()
+                 if v.get("unit") is not None and v.get("unit") not in units}
+    claim("all_units_are_defined", sorted(undefined) + ([] if all(map(len, defined)) else ["no units"]))
     unnamed = sorted(key for key in flags - {"modelIdentifier"} if f"`{key}`" not in page)
     claim("the_page_has_every_function_and_flag", sorted(exported ^ named) + unnamed +
           ([] if len(exported) >= 110 else [f"only {len(exported)} functions"]))
@@ -497,6 +501,87 @@ def check_fmusim(folder):
     claim("fmusim_runs_every_bundled_scene_and_agrees", problems + ([] if count >= 200 else [f"only {count} runs"]))
 
 
+class Library:
+    """FMI Library: its complaints about an archive, and its co-simulation of one of FMI 3.0."""
+
+    LOG = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p)
+    TELL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
+
+    class Callbacks(ctypes.Structure):
+        _fields_ = [("memory", ctypes.c_void_p * 4), ("log", ctypes.c_void_p), ("level", ctypes.c_int),
+                    ("context", ctypes.c_void_p), ("text", ctypes.c_char * 65536)]
+
+    def __init__(self, path):
+        self.library, self.complaints = ctypes.CDLL(path), []
+        own, cast = ctypes.CDLL(None), lambda f: ctypes.cast(f, ctypes.c_void_p).value
+        self.log = self.LOG(lambda c, module, level, text: self.complaints.append(text.decode()))
+        self.tell = self.TELL(lambda environment, status, category, text: self.complaints.append(text.decode()))
+        memory = (ctypes.c_void_p * 4)(*(cast(f) for f in (own.malloc, own.calloc, own.realloc, own.free)))
+        self.callbacks = self.Callbacks(memory, cast(self.log), 3)  # warnings and errors
+
+    def pointer(self, name, *arguments):
+        function = getattr(self.library, name)
+        function.restype = ctypes.c_void_p
+        return ctypes.c_void_p(function(*arguments))
+
+    def read(self, archive, folder, version):
+        """Unpacks and parses an archive. The result is false if it cannot be read."""
+        context = self.pointer("fmi_import_allocate_context", ctypes.byref(self.callbacks))
+        self.library.fmi_import_get_fmi_version(context, str(archive).encode(), str(folder).encode())
+        return self.pointer(f"fmi{version}_import_parse_xml", context, str(folder).encode(), None)
+
+    def play(self, fmu, folder, references, step, steps):
+        """Rows of co-simulation with FMI 3.0."""
+        def call(name, *arguments):
+            if getattr(self.library, "fmi3_import_" + name)(fmu, *arguments) != 0:
+                raise RuntimeError(f"{name}: {self.complaints}")
+        real, flags, last, table = ctypes.c_double, [ctypes.c_bool() for _ in range(3)], ctypes.c_double(), []
+        numbers, size = (ctypes.c_double * len(references))(), ctypes.c_size_t(len(references))
+        call("create_dllfmu", 4, None, self.tell)
+        call("instantiate_co_simulation", b"one", str(folder / "resources").encode() + b"/", False, False, False, False,
+             None, ctypes.c_size_t(0), None)
+        call("enter_initialization_mode", False, real(0), real(0), False, real(0))
+        call("exit_initialization_mode")
+        for k in range(steps + 1):
+            if k > 0:
+                call("do_step", real((k - 1) * step), real(step), True, *map(ctypes.byref, flags), ctypes.byref(last))
+            call("get_float64", (ctypes.c_uint32 * len(references))(*references), size, numbers, size)
+            table.append(list(numbers))
+        self.library.fmi3_import_free_instance(fmu)
+        self.library.fmi3_import_destroy_dllfmu(fmu)
+        return table
+
+
+def check_library(folder):
+    """FMI Library reads every bundled scene without a complaint, and scenes with fixed steps have the bits of the run."""
+    path = os.environ.get("KT_FMILIB")
+    if not path:
+        skip("fmi_library_agrees", "KT_FMILIB names no shared library")
+        return
+    library, problems, read = Library(path), [], 0
+    for scene, version in [(scene, version) for scene in sorted(SCENES.glob("*.yaml")) for version in (3, 2)]:
+        with tempfile.TemporaryDirectory() as other:
+            fmu = Fmu(scene, folder, "--fmi", version)
+            read += bool(library.read(fmu.archive, other, version))
+            problems += [f"{scene.stem}, FMI {version}: {text}" for text in library.complaints]
+            library.complaints.clear()
+    note(f"{read} archives read")
+    claim("fmi_library_reads_every_bundled_scene", problems + ([] if read >= 140 else [f"only {read} archives"]))
+    problems = []
+    for name in FIXED:
+        scene = fixed_scene(name, folder)
+        fmu = Fmu(scene, folder)
+        with tempfile.TemporaryDirectory() as other:
+            unpacked = pathlib.Path(other)
+            opened = library.read(fmu.archive, unpacked, 3)
+            table = library.play(opened, unpacked, [int(word) for word in fmu.outputs()], STEP, STEPS)
+        times = {row[0] for row in table}
+        found = differences(table, [row for row in records(scene)[0] if row[0] in times])
+        note(f"{name}: largest difference {found:g}, bound 0")
+        problems += [] if found == 0.0 else [f"{name}: {found:g}"]
+    claim("fmi_library_has_the_bits_of_a_run", problems)
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -512,6 +597,7 @@ def main():
         check_page(folder)
         check_schema(folder)
         check_fmusim(folder)
+        check_library(folder)
     finish()
 
 
