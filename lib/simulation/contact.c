@@ -175,21 +175,17 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
     return 0;
 }
 
-/* Whether contact k is due at this instant. An earlier event may have resolved it: then it has the other side again. */
-static bool is_due(const kt_simulation *simulation, int k) {
-    return simulation->event_root[k].due && simulation->event_memory[k].side < 0;
-}
-
-/* Resolves all contacts that are due at this instant, also those whose reactions end. */
+/* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event may have
+ * resolved one: then it has the other side again. */
 static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const kt_contact *contact = user;
     struct kt_contacts *c = simulation->contacts;
     (void)what;
     for (int k = 0; k < c->n; k++) {
-        const bool mine = k == contact->index && simulation->event_memory[k].side < 0;
-        const bool due = mine || is_due(simulation, k), closed = kt_contact_is_closed(simulation->model, &c->item[k]);
+        const bool mine = k == contact->index, closed = kt_contact_is_closed(simulation->model, &c->item[k]);
+        const bool due = simulation->event_memory[k].side < 0 && (mine || simulation->event_root[k].due);
         c->item[k].meets = due && !closed;
-        c->item[k].leaves = due && closed;
+        c->item[k].leaves = kt_contact_leaves(simulation, k, due && closed);
     }
     const kt_status status = simulation->contact_calls->resolve(simulation, error);
     for (int k = 0; k < c->n; k++)
@@ -207,6 +203,7 @@ static void open_all(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->contact_count; k++) {
         simulation->contact_state[k].closed = false;
         simulation->contact_state[k].closes_at = 0.0;
+        simulation->contact_state[k].left_at = -HUGE_VAL;
     }
 }
 

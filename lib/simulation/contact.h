@@ -147,6 +147,9 @@ double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
 
+/* Whether contact k, or friction, leaves: its reaction ends, or it slips. It does if its event is due. Friction of a
+ * contact that has reached its limit twice at this instant does not stick again within it (contact_slip.c). */
+bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 /* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
  * if the contact has no rate. Otherwise rounding would close it again and again: the fourth corner of a foot, whose
  * other corners hold it. 0 if it bounces. */

@@ -9,11 +9,16 @@
  * slip below kt_contact_resting shrinks, since rounding hides turns there. After TURNS of them, contacts that slip
  * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
  * parts (contact.c). If friction cannot hold them, they begin to slip again.
+ *
+ * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
+ * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
+ * two would take turns without end. Friction that has reached its limit twice slips for the rest of the instant.
  */
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "simulation/contact.h"
 
+#include <float.h>
 #include <math.h>
 
 enum { TURNS = 8 };
@@ -84,6 +89,18 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
         *rest = fmin(fmax(*rest, along), 0.0);
     }
     return changes;
+}
+
+bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
+    static const double instant = 64.0 * DBL_EPSILON;
+    const double t = kt_integrator_time(simulation->integrator);
+    kt_contact_memory *memory = &simulation->contact_state[k];
+    if (!kt_contact_rubs(simulation->contacts, k))
+        return due;
+    const bool same = fabs(t - memory->left_at) <= instant * fabs(t);
+    memory->left = same ? memory->left + due : (uint64_t)due;
+    memory->left_at = due ? t : memory->left_at;
+    return due || memory->left > 1;
 }
 
 /* Lets slow slip that turns round its rest come to rest. */

@@ -77,12 +77,12 @@ typedef struct kt_simulation_memory {
 
 /* The memory of a hard contact, or of friction that sticks, in the order of contact.c. */
 typedef struct kt_contact_memory {
-    double slip[2];   /* of a contact: the direction in which it slips */
-    double speed;     /* of its slip at the beginning of the last step, m/s */
-    double closes_at; /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
-    uint64_t turns;   /* how often its slow slip has turned round its rest, or has shrunk */
-    int64_t closed;   /* it is closed, or sticks, in the model that the simulation runs on */
-    int64_t counted;  /* likewise, as the counts of contacts have it */
+    double slip[2];        /* of a contact: the direction in which it slips */
+    double speed, left_at; /* of its slip at the beginning of the last step, m/s; s, when friction reached its limit */
+    double closes_at;      /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
+    uint64_t turns, left;  /* how often its slow slip has turned or shrunk; friction reached its limit in the instant */
+    int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
+    int64_t counted;       /* likewise, as the counts of contacts have it */
 } kt_contact_memory;
 
 /* The memory of an event. */
