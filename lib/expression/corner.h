@@ -2,7 +2,6 @@
 #ifndef KT_EXPRESSION_CORNER_H
 #define KT_EXPRESSION_CORNER_H
 
-#include "base/inner.h"
 #include "expression/jet.h"
 
 /* Returns the first corner, feature or cut after t, or HUGE_VAL if there is none up to `until`. At a corner a branch
@@ -10,8 +9,7 @@
  * changes its sign, and *order is 4. If the search was cut, *order is KT_CORNER_CUT.
  * Cost: some hundred evaluations of the formula, and some thousand if the search is cut. *left is reduced by their
  * operations. From 0 on, every search is cut at once. */
-KT_INNER double kt_expression_next_corner(const kt_expression *expression, double t, double until, int64_t *left,
-                                          int *order);
+double kt_expression_next_corner(const kt_expression *expression, double t, double until, int64_t *left, int *order);
 
 /* The size of the terms of the first derivative at t, estimated from their loss by rounding. */
 double kt_expression_speed(const kt_expression *expression, double t);

@@ -100,7 +100,7 @@ static kt_status check_friction(const kt_model *model, const kt_model *all, size
 
 kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                  kt_error *error) {
-    bool is_open;
+    bool is_open = false;
     const size_t first = KT_HAS_LOOPS ? first_to_check(model, &is_open) : model->n.loop;
     const kt_model *all = first < model->n.loop ? kt_family_closed(model) : NULL;
     if (all == NULL)
