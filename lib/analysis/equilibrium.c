@@ -25,6 +25,7 @@
 #include "base/copy.h"
 #include "base/generic.h"
 #include "base/options.h"
+#include "contact/open.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 #include "linear/lapack.h"

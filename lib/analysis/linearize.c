@@ -27,6 +27,7 @@
 #include "analysis/analysis.h"
 
 #include "base/copy.h"
+#include "contact/open.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 

@@ -3,6 +3,9 @@
  * measured (measure.c). */
 #include "compile/compile.h"
 #include "base/options.h"
+#include "contact/hard.h"
+
+#include <stdlib.h>
 
 /* Rejects descriptions with loops if the library was built without them. */
 static kt_status refuse_loops(const kt_description *description, kt_error *error) {
@@ -54,6 +57,20 @@ static kt_status compile_one(const kt_description *description, const kt_model_o
     return status;
 }
 
+#if KT_HAS_SWITCHES
+/* Hard contacts and stops become switched loops first. */
+static kt_status compile_contacts(const kt_description *description, const kt_model_options *options, kt_model **model,
+                                  kt_error *error) {
+    kt_description expanded;
+    void *memory = NULL;
+    kt_status status = kt_contacts_expand(description, &expanded, &memory, error);
+    if (status == KT_OK)
+        status = kt_family_compile(&expanded, options, compile_one, model, error);
+    free(memory);
+    return status;
+}
+#endif
+
 kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
                            kt_error *error) {
     if (KT_IS_MISSING(error, description, model))
@@ -69,7 +86,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
         return status;
 #if KT_HAS_SWITCHES
     if (kt_contacts_count(description) > 0)
-        return kt_contacts_compile(description, settings, compile_one, model, error);
+        return compile_contacts(description, settings, model, error);
     if (kt_switches_count(description) > 0)
         return kt_family_compile(description, settings, compile_one, model, error);
 #endif

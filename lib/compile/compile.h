@@ -20,17 +20,6 @@ typedef kt_status kt_compile_call(const kt_description *description, const kt_mo
 int kt_switches_count(const kt_description *description);
 kt_status kt_family_compile(const kt_description *description, const kt_model_options *options,
                             kt_compile_call *compile, kt_model **model, kt_error *error);
-/* hard_loops.c: counts the loops that bound one side, the hard stops and the contacts. */
-int kt_contacts_count(const kt_description *description);
-/* Tells the effects of a compiled model which loops are in their place. */
-void kt_contacts_link(const kt_description *expanded, kt_model *model);
-/* hard.c: builds the models of a description in which all of these are switched loops, and their effects are off. */
-kt_status kt_contacts_compile(const kt_description *description, const kt_model_options *options,
-                              kt_compile_call *compile, kt_model **model, kt_error *error);
-
-static inline bool kt_loop_is_rope(const kt_loop *loop) { return loop->type == KT_LOOP_DISTANCE && loop->slack; }
-/* Whether a loop holds on one side only. */
-static inline bool kt_loop_bounds(const kt_loop *loop) { return loop->side != KT_SIDE_NONE || kt_loop_is_rope(loop); }
 #endif
 
 /* Builds the tree of a description that has been checked, only for kt_tree_check. */

@@ -2,7 +2,7 @@
  *
  * These are 2^n models. From KT_SWITCH_MAX switches on, contacts are masked. For each set of the other switches there
  * is then a model with all contacts open, and one with all of them closed. The time and the memory of both grow with
- * the number of contacts. A simulation makes the models of the sets between from the second one (simulation/mask.h),
+ * the number of contacts. A simulation makes the models of the sets between from the second one (contact/mask.h),
  * whose groups are dense.
  *
  * Each model is compiled separately, from the description in which the others are off. Constraint groups, their ranks
@@ -16,16 +16,18 @@
 
 #include "base/aligned.h"
 #include "base/copy.h"
+#include "contact/hard.h"
+#include "contact/open.h"
+#include "contact/slip.h"
 #include "effect/effect.h"
-#include "mechanism/evaluate.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Hard stops and contacts (hard.c) are off in all models. Friction that sticks has two switches: that of its loop, and
- * that of the effect, which means that the joint slips backwards. If only the loop's switch is on, friction sticks, and
- * the effect is off. If both are on, friction is released, and the loop is off, too. */
+/* Hard stops and contacts (contact/hard.c) are off in all models. Friction that sticks has two switches: that of its
+ * loop, and that of the effect, which means that the joint slips backwards. If only the loop's switch is on, friction
+ * sticks, and the effect is off. If both are on, friction is released, and the loop is off, too. */
 static kt_switching switching_of(const kt_effect *effect) {
     if (kt_effect_sticks(effect))
         return effect->switching == KT_SWITCHED_OFF ? KT_SWITCHED_ON : KT_SWITCHED_OFF;
@@ -71,7 +73,7 @@ static void add_switch(compilation *c, kt_switch item, kt_switching switching) {
     c->item[c->switches.count++] = item;
 }
 
-/* Whether a loop belongs to a contact: it bounds a side, or is a contact's friction that sticks (hard.c). */
+/* Whether a loop belongs to a contact: it bounds a side, or is a contact's friction that sticks (contact/hard.c). */
 static bool is_contact(const compilation *c, const kt_loop *loop) {
     const int effect = loop->equation_count - 1;
     const bool sticks = loop->type == KT_LOOP_ROLLING && effect >= 0 && effect < c->description.effect_count &&
@@ -292,6 +294,7 @@ static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
     if (!family)
         return KT_ERROR_MEMORY;
     memset(family, 0, head);
+    family->check_open = kt_open_contacts_check;
     family->switches = c->switches;
     memcpy(family->at + models, c->item, (size_t)c->switches.count * sizeof *c->item);
     family->bytes = bytes;

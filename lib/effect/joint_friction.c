@@ -7,7 +7,7 @@
  * an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors relative to dry friction are proportional to v0.
  *
  * With `stick` the friction is dry. The sign of v is then that of the slip, which changes at events. At rest the
- * friction is a constraint (simulation/contact.c).
+ * friction is a constraint (simulation/contacts.c).
  */
 #include "effect/effect.h"
 

@@ -62,3 +62,15 @@ kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, 
     return status;
 }
 #endif
+
+#if KT_HAS_SWITCHES
+kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error) {
+    return model->n.slip == 0
+               ? KT_OK
+               : kt_error_set(
+                     error, KT_ERROR_UNSUPPORTED, where,
+                     "'%.60s' is a hard contact that slips, and derivatives of its friction are not computed; take "
+                     "differences, or an elastic contact (stiffness)",
+                     kt_loop_name(model, (int)(kt_slip_loop(model, 0) - model->loop)));
+}
+#endif

@@ -5,6 +5,7 @@
 #include "closure/project.h"
 #include "effect/effect.h"
 #include "kinetree/mechanism.h"
+#include "model/switching.h"
 
 /* kt_acceleration_evaluate without a check of its pointers: all but tau, external and error are given. */
 KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
@@ -98,17 +99,20 @@ KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const 
 kt_forward_call kt_closed_forward;
 
 #if KT_HAS_SWITCHES
-/* kt_slip_forward evaluates kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c).
- *
- * kt_slip_add adds one such contact to a model that is being compiled.
- *
- * kt_slip_power returns the power that friction dissipated in the last evaluation. */
-kt_forward_call kt_slip_forward;
-void kt_slip_add(kt_model *model);
-double kt_slip_power(const kt_model *model, const kt_data *data);
-/* Turns the directions data->slip to slip that has turned away from them, in the state q, v. Returns whether any
- * turned. */
-bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v);
+/* The k-th loop that slips. */
+static inline const kt_loop_record *kt_slip_loop(const kt_model *model, size_t k) {
+    size_t i = 0;
+    for (size_t left = k + 1; i < model->n.loop; i++)
+        if (model->loop[i].slips > 0 && --left == 0)
+            break;
+    return &model->loop[i];
+}
+
+/* The coefficient of friction of the k-th contact. */
+static inline double kt_slip_friction(const kt_model *model, size_t k) {
+    return kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1)->friction;
+}
+
 /* Rejects a model in which hard contacts slip, for derivatives, which would leave the friction out. */
 KT_CHECKED kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error);
 
@@ -135,25 +139,13 @@ static inline int kt_effect_closed_loop(const kt_model *model, const kt_effect_r
     return -1;
 }
 
-#if KT_HAS_SWITCHES
 /* Rejects a state in which an open contact touches and does not part, since an evaluation would leave its reaction out
- * (open_contacts.c). Data keep all results.
- *
- * kt_open_contacts_refuse exempts data of an owner that follows contacts. */
-KT_INNER KT_CHECKED kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
-                                                     const double *v, kt_error *error);
-#else
-static inline kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
-                                               const double *v, kt_error *error) {
-    (void)model, (void)data, (void)t, (void)q, (void)v, (void)error;
-    return KT_OK;
-}
-#endif
+ * (contact/open.c). Data keep all results. Data of an owner that follows contacts are exempt. */
 KT_CHECKED static inline kt_status kt_open_contacts_refuse(const kt_model *model, kt_data *data,
                                                            const kt_dynamic_state *at, kt_error *error) {
 #if KT_HAS_SWITCHES
     if (model->family != NULL && !data->followed)
-        return kt_open_contacts_check(model, data, at->t, at->q, at->v, error);
+        return model->family->check_open(model, data, at->t, at->q, at->v, error);
 #endif
     (void)model, (void)data, (void)at, (void)error;
     return KT_OK;

@@ -57,6 +57,18 @@ static kt_status reject_power(const kt_model *model, double t, const kt_input *i
                         "a power overflows; look for a velocity, force or torque that is huge");
 }
 
+#if KT_HAS_SWITCHES
+/* The power that friction of contacts that slip dissipated in the last evaluation. */
+static double power_of_slip(const kt_model *model, const kt_data *data) {
+    double sum = 0.0;
+    for (size_t k = 0; k < model->n.slip; k++) {
+        const double *s = data->slip_velocity + 2 * k, *e = data->slip_direction + 2 * k;
+        sum += kt_slip_friction(model, k) * data->slip_normal[k] * (e[0] * s[0] + e[1] * s[1]);
+    }
+    return sum;
+}
+#endif
+
 kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v, power))
@@ -75,7 +87,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
     status = model->forward(model, data, &loaded, acceleration, error);
 #if KT_HAS_SWITCHES
     if (status == KT_OK && model->n.slip > 0) {
-        sum.dissipated += kt_slip_power(model, data);
+        sum.dissipated += power_of_slip(model, data);
         loaded.external = data->slip_loaded;
     }
 #endif

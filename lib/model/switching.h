@@ -14,7 +14,7 @@ enum { KT_SWITCH_BITS = 62 };
 
 /* The switches of a family. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more switches, those of
  * contacts are masked. Then each set of the other switches has two models, one with no contact and one with all
- * contacts. A simulation makes the sets between from the second one (simulation/mask.h).
+ * contacts. A simulation makes the sets between from the second one (contact/mask.h).
  *
  * Each switch has its bit in a set, bit k for switch k, up to KT_SWITCH_BITS switches. With more, the masked ones come
  * last, and share two bits: bit 62 if any contact is closed, and bit 63 if all are. */
@@ -33,6 +33,9 @@ typedef struct kt_family {
     uint64_t contacts; /* bits of hard contacts, stops and ropes, and of friction that sticks; 0: there are none */
     uint64_t back;     /* of these, friction of joints that slips backwards */
     bool placed;       /* in the caller's memory (kt_model_copy) */
+    /* Rejects a state in which an open contact touches (contact/open.c). */
+    kt_status (*check_open)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                            kt_error *error);
     kt_switches switches;
     size_t at[]; /* of each model, from the beginning of the block */
 } kt_family;

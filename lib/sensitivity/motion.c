@@ -22,11 +22,12 @@
  * Sources: Aizerman, Gantmacher, QJMAM 11, 1958; Leine, Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
  * Systems, 2004, 7.1.
  */
+#include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
 #include "model/switching.h"
 #include "sensitivity/sensitivity.h"
-#include "simulation/contact.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -278,7 +279,7 @@ static kt_status difference_value(motion *m, size_t k, const direction *d, doubl
     for (int i = 0; status == KT_OK && i < POINTS && s > 0.0; i++) {
         double g, first;
         const double t = make_neighbour(m, d, offset[i] * s);
-        /* The first contact computes the values of all contacts (contact.c). */
+        /* The first contact computes the values of all contacts (contact/values.c). */
         if (k > 0 && k < kt_simulation_contact_events(simulation))
             status = simulation->watch->value(simulation, 0, t, m->y, &first, error);
         if (status == KT_OK)

@@ -11,9 +11,10 @@
  */
 #include "base/copy.h"
 #include "base/sum.h"
+#include "contact/contact.h"
 #include "expression/expression.h"
 #include "integrator/integrator.h"
-#include "simulation/contact.h"
+#include "simulation/simulation.h"
 
 #include <stddef.h>
 #include <stdio.h>

@@ -781,7 +781,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     simulation->event_root[k] = (kt_event_root){.due = 0};
     simulation->event_search[k] = (kt_event_search){.corner = (double)NAN};
     simulation->event_time = (double)NAN;
-    if (simulation->watch == NULL) /* contacts have their own handler (contact.c) */
+    if (simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
         simulation->watch = &watch;
     return KT_OK;
 }

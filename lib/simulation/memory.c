@@ -1,11 +1,12 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "base/copy.h"
 #include "base/options.h"
+#include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
-#include "simulation/contact.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <string.h>

@@ -5,7 +5,8 @@
  * scratch: they are adapted to the previous model. Counts that the data hold until the end of a step are restored, too.
  */
 #include "base/copy.h"
-#include "simulation/contact.h"
+#include "contact/contact.h"
+#include "simulation/simulation.h"
 
 #include <stddef.h>
 

@@ -14,7 +14,7 @@ from claims import claim, finish, note
 from folders import FOLDERS
 
 # Faces with another name than their folder's.
-FACES = {"status": "base", "description": "model", "descriptor": "model", "import": "robot", "export": "robot", "kinetree": None, "compat": None}
+FACES = {"status": "base", "description": "model", "descriptor": "model", "import": "robot", "export": "robot", "simulation": "motion", "kinetree": None, "compat": None}
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 LONG, TOO_LONG = 600, 800
@@ -22,9 +22,7 @@ LONG, TOO_LONG = 600, 800
 STILL_LONG = {
     "lib/expression/jet.c": 708,
     "lib/reduction/delassus.c": 755,
-    "lib/simulation/contact.c": 767,
     "lib/simulation/event.c": 787,
-    "lib/simulation/simulation.h": 725,
     "lib/simulation/step.c": 609,
 }
 WIDE = 120  # columns of a line, as in .clang-format, which leaves comments and strings alone

@@ -60,7 +60,7 @@ CODE = [
     ("way", "path, support, direction", ()),
     ("way_out", "forward_pass", ()),
     ("way_back", "backward_pass", ()),
-    ("tangent", "dual number, complex step", ("lib/sensitivity/", "lib/simulation/", "lib/study/")),  # of a step's map
+    ("tangent", "dual number, complex step", ("lib/sensitivity/", "lib/simulation/", "lib/contact/", "lib/study/")),  # of a step's map
     ("kt_root", "kt_sqrt", ()),
     ("kt_raise", "kt_pow", ()),
     ("kt_angle", "kt_atan2", ()),

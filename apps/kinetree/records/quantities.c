@@ -19,7 +19,7 @@
 #include <stdio.h>
 
 /* Below this speed, m/s, friction does not oppose the present slip. It opposes the slip of the next instant
- * (lib/mechanism/slip.c). */
+ * (lib/contact/slip.c). */
 static const double slow = 4e-6;
 
 /* Returns the number of loops of an effect. These loops follow the loops of the description, in the order of the

@@ -1,6 +1,6 @@
 /* Impacts and reactions of touching contacts with Coulomb's friction, with linear/coulomb.h.
  *
- * Impacts: in each phase (contact_impact.c), Coulomb's law relates the impulses and the slip at its end, in one step. A
+ * Impacts: in each phase (impact.c), Coulomb's law relates the impulses and the slip at its end, in one step. A
  * contact sticks if its impulse lies in the cone, and slips against it otherwise. Dry friction of joints has no
  * impulse.
  *
@@ -8,12 +8,12 @@
  * to slip against its friction. Dry friction of joints is among the items.
  */
 #include "base/copy.h"
+#include "contact/contact.h"
 #include "linear/coulomb.h"
-#include "simulation/contact.h"
 
 #include <math.h>
 
-/* Relative rounding, as in contact.c. */
+/* Relative rounding, as in contact.h. */
 static const double rounding = 1e-11;
 
 /* Begins a problem of rows of the list. */

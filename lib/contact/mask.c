@@ -10,11 +10,12 @@
  * If a position next to it has a larger rank, the loops are closed there, and that rank counts. If equations are
  * dependent, those that are chosen there are chosen from now on.
  */
-#include "simulation/mask.h"
+#include "contact/mask.h"
 
 #include "base/generic.h"
 #include "closure/levenberg_marquardt.h"
 #include "constraint/group.h"
+#include "contact/slip.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "reduction/kernel.h"

@@ -14,7 +14,7 @@
  * (below), it takes 2 k + 2. If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip.
  * Then the force has no value, or two (Painleve 1895), and this is an error.
  *
- * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contact.c). The steps before
+ * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contacts.c). The steps before
  * must see no jump. So e is -s / |s| if s . d < 0, and d if s = 0. Here d is the direction in which the contact began
  * to slip. If slip had turned from d by more than 26 degrees when a step began, d becomes its direction at that time.
  * Across s . d = 0, away from zero, e jumps nevertheless: with a d that stays behind, slip would come near to this
@@ -34,7 +34,7 @@
  *
  * so that sigma is half of |s|. Next to the limit slip follows its forces for much longer than it turns. For larger x
  * it mostly comes to rest before the equations become stiff. Slip that turns round its rest instead is brought to rest
- * between steps (simulation/contact_slip.c). Across e this makes an error of the acceleration. The error is
+ * between steps (contact/directions.c). Across e this makes an error of the acceleration. The error is
  * tau times the acceleration of s along e, times the rate at which e turns. In total the velocity is off by tau0 s0
  * times this rate. The rate s' is affine in the forces at all contacts that slip. The iteration for the directions is
  * in linear/coulomb.h. If it does not converge, e is the direction of s, which is counted
@@ -43,7 +43,7 @@
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
  * on Painleve paradoxes, Eur. J. Mech. A 18, 1999.
  */
-#include "mechanism/slip.h"
+#include "contact/slip.h"
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
@@ -478,23 +478,4 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
     (void)lay_out_slip(p, model->n.slip, &model->n);
     const bool is_slow = find_directions(model, data, at, a);
     return accelerate(model, data, at, is_slow, a, error);
-}
-
-kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error) {
-    return model->n.slip == 0
-               ? KT_OK
-               : kt_error_set(
-                     error, KT_ERROR_UNSUPPORTED, where,
-                     "'%.60s' is a hard contact that slips, and derivatives of its friction are not computed; take "
-                     "differences, or an elastic contact (stiffness)",
-                     kt_loop_name(model, (int)(kt_slip_loop(model, 0) - model->loop)));
-}
-
-double kt_slip_power(const kt_model *model, const kt_data *data) {
-    double sum = 0.0;
-    for (size_t k = 0; k < model->n.slip; k++) {
-        const double *s = data->slip_velocity + 2 * k, *e = data->slip_direction + 2 * k;
-        sum += kt_slip_friction(model, k) * data->slip_normal[k] * (e[0] * s[0] + e[1] * s[1]);
-    }
-    return sum;
 }

@@ -1,4 +1,4 @@
-/* Directions of slip of hard contacts, from step to step (mechanism/slip.c).
+/* Directions of slip of hard contacts, from step to step (contact/slip.c).
  *
  * A direction d is fixed along a step, and slip against d ends the step. If slip has turned from d when a step begins,
  * d becomes its direction. Slip that comes to rest by friction with little to spare turns at a rate of mu N / (m |s|)
@@ -8,15 +8,15 @@
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
  * slip below kt_contact_resting shrinks, since rounding hides turns there. After TURNS of them, contacts that slip
  * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
- * parts (contact.c). If friction cannot hold them, they begin to slip again.
+ * parts (simulation/contacts.c). If friction cannot hold them, they begin to slip again.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
  * two would take turns without end. Friction that has reached its limit twice slips for the rest of the instant.
  */
+#include "contact/contact.h"
+#include "contact/slip.h"
 #include "integrator/integrator.h"
-#include "mechanism/evaluate.h"
-#include "simulation/contact.h"
 
 #include <float.h>
 #include <math.h>

@@ -10,9 +10,9 @@
  * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and
  * keeps its index. If the loop or its effect is switched off, the loop is released at first. The member
  * `holonomic` is then false; the loop's type does not read this member. Friction of a joint is released with both of
- * its switches (family.c).
+ * its switches (compile/family.c).
  */
-#include "compile/compile.h"
+#include "contact/hard.h"
 
 #include "base/copy.h"
 #include "effect/effect.h"
@@ -69,7 +69,8 @@ static void add_stop(hard_parts *p, const kt_effect *effect, double at, kt_side 
     loop->side = side;
 }
 
-/* The loop of friction that sticks: no rate. Its effect, from 1, is in a member that rates do not read (family.c). */
+/* The loop of friction that sticks: no rate. Its effect, from 1, is in a member that rates do not read
+ * (compile/family.c). */
 static void add_stick(hard_parts *p, const kt_effect *effect, int index) {
     kt_term *term = &p->term[p->made];
     kt_loop *loop = add_loop(p, effect, effect->joint, ".stick");
@@ -109,7 +110,7 @@ static kt_loop *add_rolling(hard_parts *p, const kt_effect *effect, const char *
 
 /* Adds the loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. This
  * loop and the loop of the contact store the index of their effect, from 1. They use a member that their types do not
- * read (family.c). */
+ * read (compile/family.c). */
 static void add_contact_stick(hard_parts *p, const kt_effect *effect, const char *of, int index) {
     kt_loop *loop = add_rolling(p, effect, of, ".stick");
     loop->holonomic = false;
@@ -155,8 +156,7 @@ static kt_status add_contact(hard_parts *p, const kt_description *d, int index, 
     return status;
 }
 
-/* The arrays of *to lie in *memory. */
-static kt_status expand(const kt_description *d, kt_description *to, void **memory, kt_error *error) {
+kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void **memory, kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const size_t most = loops + 2 * effects + 1;
     hard_parts p = {.loops = d->loop_count};
@@ -196,16 +196,5 @@ static kt_status expand(const kt_description *d, kt_description *to, void **memo
     to->loops = p.loop;
     to->loop_count = p.loops;
     to->effects = p.effect;
-    return status;
-}
-
-kt_status kt_contacts_compile(const kt_description *description, const kt_model_options *options,
-                              kt_compile_call *compile, kt_model **model, kt_error *error) {
-    kt_description expanded;
-    void *memory = NULL;
-    kt_status status = expand(description, &expanded, &memory, error);
-    if (status == KT_OK)
-        status = kt_family_compile(&expanded, options, compile, model, error);
-    free(memory);
     return status;
 }

@@ -1,9 +1,9 @@
 /* The models of sets of contacts: models of the compiler, or masks (mask.h). The model that a simulation runs on is
  * never overwritten. Two of the three masks take turns; the third one serves trials. */
 #include "base/copy.h"
+#include "contact/contact.h"
 #include "integrator/integrator.h"
 #include "model/switching.h"
-#include "simulation/contact.h"
 
 static const kt_model *compiled(const kt_simulation *simulation, uint64_t set) {
     return kt_model_switched(simulation->model, set);

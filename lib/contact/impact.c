@@ -8,7 +8,7 @@
  *     uC = u + W pC,    0 <= pC          complementary to   uC >= 0
  *     u+ = uC + W pE,   0 <= pE - e pC   complementary to   u+ >= 0
  *
- * Each phase includes friction (contact_friction.c). If contacts of both rules close, those of Newton's rule take part
+ * Each phase includes friction (friction.c). If contacts of both rules close, those of Newton's rule take part
  * in both phases. In the second phase, 0 <= pE is complementary to u+ + e min(u, 0) >= 0. A contact that closes below
  * its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared
  * rate is W_ii pC, which the contact's own impulse removes.
@@ -25,7 +25,7 @@
  * 1995.
  */
 #include "base/copy.h"
-#include "simulation/contact.h"
+#include "contact/contact.h"
 
 #include <math.h>
 

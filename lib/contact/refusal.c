@@ -11,12 +11,12 @@
  */
 #include "base/copy.h"
 #include "closure/open_loops.h"
+#include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "model/switching.h"
-#include "simulation/contact.h"
 
 #include <math.h>
 #include <stdio.h>

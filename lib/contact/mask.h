@@ -1,7 +1,7 @@
 /* Models of sets of contacts between none and all (model/switching.h). They are made during a run, without allocation.
  */
-#ifndef KT_SIMULATION_MASK_H
-#define KT_SIMULATION_MASK_H
+#ifndef KT_CONTACT_MASK_H
+#define KT_CONTACT_MASK_H
 
 #include "model/model.h"
 

@@ -7,10 +7,12 @@
  *
  * the result would leave its reaction or its impulse out, and is rejected. So is a result with friction of a joint that
  * the model lets slip in a direction that the joint does not have. Contacts that are released from the start do not
- * act. A simulation follows its contacts (simulation/contact.c), so that its data are exempt (kt_data.followed).
+ * act. A simulation follows its contacts (simulation/contacts.c), so that its data are exempt (kt_data.followed).
  *
  * The equations are those of the model in which all contacts are closed. Only poses are computed, and velocities only
  * if a gap has closed. Both lie in the caller's data, where the evaluation that follows writes its own. */
+#include "contact/open.h"
+
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "reduction/kernel.h"

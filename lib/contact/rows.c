@@ -1,12 +1,12 @@
-/* Rows of hard contacts: their equations, and the parameters of their effects. Used in contact.c and
- * contact_friction.c. */
+/* Rows of hard contacts: their equations, and the parameters of their effects. Used in all files
+ * of this folder. */
 #include "base/copy.h"
+#include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "kinetree/loop.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
-#include "simulation/contact.h"
 
 #include <float.h>
 #include <math.h>

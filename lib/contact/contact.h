@@ -1,13 +1,13 @@
 /* Loops that bound one side (kt_loop.side) in a simulation: hard stops, contacts, slack ropes. Also friction that
  * sticks. */
-#ifndef KT_SIMULATION_CONTACT_H
-#define KT_SIMULATION_CONTACT_H
+#ifndef KT_CONTACT_CONTACT_H
+#define KT_CONTACT_CONTACT_H
 
+#include "contact/mask.h"
 #include "linear/coulomb.h"
 #include "linear/lemke.h"
 #include "model/switching.h"
-#include "simulation/mask.h"
-#include "simulation/simulation.h"
+#include "motion/motion.h"
 
 /* One item: a loop that bounds a side, friction of a joint, or friction of a contact. A contact with friction has two
  * items. */
@@ -71,7 +71,7 @@ typedef struct kt_contact_sizes {
     size_t problem, solution, solver; /* bytes; 0: no contact has friction */
 } kt_contact_sizes;
 
-/* A phase of an impact (contact_impact.c). The indices are rows of the list, of which the first ones are normal
+/* A phase of an impact (impact.c). The indices are rows of the list, of which the first ones are normal
  * rows. */
 #define KT_IMPACT_PHASE_FIELDS(X)                                                                                      \
     X(double, bound, n, "lower bounds of final rates of normal rows")                                                  \
@@ -120,6 +120,10 @@ static inline double kt_contacts_dot(size_t n, const double *x, const double *y)
 
 /* The rate below which friction has come to rest, m/s or rad/s. */
 static const double kt_contact_resting = 1e-9;
+/* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. */
+static const double kt_contact_touching = 1e-11;
+/* Rates and accelerations below this part of the sum of their terms are rounding. */
+static const double kt_contact_rounding = 1e-11;
 
 /* Whether the contact is closed, or friction sticks, in a model. */
 static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact *contact) {
@@ -148,7 +152,7 @@ double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, doub
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
 
 /* Whether contact k, or friction, leaves: its reaction ends, or it slips. It does if its event is due. Friction of a
- * contact that has reached its limit twice at this instant does not stick again within it (contact_slip.c). */
+ * contact that has reached its limit twice at this instant does not stick again within it (directions.c). */
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 /* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
  * if the contact has no rate. Otherwise rounding would close it again and again: the fourth corner of a foot, whose
@@ -178,7 +182,7 @@ KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_
  * unit to find normal forces, and then in roots of the normal forces to find tangential ones (linear/coulomb.h). */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
-/* Checks rows that close, u < 0 (contact_refusal.c). Data of the simulation belong to `open`. Errors: a contact has no
+/* Checks rows that close, u < 0 (refusal.c). Data of the simulation belong to `open`. Errors: a contact has no
  * lever on any joint, or its motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
                                               const double *W, const double *u, kt_error *error);
@@ -192,12 +196,12 @@ KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, d
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
 
-/* Solves a phase u + W p of the closing contacts, with friction (contact_friction.c). The tangential impulse p_t lies
+/* Solves a phase u + W p of the closing contacts, with friction (friction.c). The tangential impulse p_t lies
  * in Coulomb's cone of the normal impulse, against the slip at the end of the phase. Returns false if there are no such
  * impulses. */
 bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase);
 
-/* Applies an impact (contact_impact.c). With W = J M^-1 J' of the touching rows and their rates u: computes impulses.
+/* Applies an impact (impact.c). With W = J M^-1 J' of the touching rows and their rates u: computes impulses.
  * Then u becomes u+, and c->v the velocities after the impact. *lost: the dissipated kinetic energy. */
 KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
                                         kt_error *error);
@@ -206,7 +210,7 @@ KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, con
 KT_CHECKED kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u,
                                        kt_error *error);
 
-/* The slip of a contact along its direction, from the last evaluation (contact_slip.c). */
+/* The slip of a contact along its direction, from the last evaluation (directions.c). */
 double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
 /* Writes the directions of slip to the simulation's data. */
 void kt_contacts_put_directions(kt_simulation *simulation);
@@ -222,7 +226,7 @@ KT_CHECKED kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error 
  * *lost grows by the dissipated energy. */
 bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
 
-/* Prepares the masks, at the start (contact_model.c). */
+/* Prepares the masks, at the start (model.c). */
 void kt_contacts_init_masks(kt_simulation *simulation);
 /* The model of the set that follows, in the present state. Data of the simulation may be adapted to another model
  * then. tried: the simulation does not run on the model, and the next trial overwrites it. */
@@ -241,7 +245,27 @@ size_t kt_contacts_of(const kt_model *model);
 /* Bytes of the memory for n contacts of a model, for all its sets. */
 size_t kt_contacts_size(const kt_model *model, size_t n);
 
-/* Lists the contacts and adds their events before all others. `simulation` has its model, data and memory. */
-KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error);
+/* Lays the memory out and lists the contacts. `simulation` has its model, data and memory. */
+KT_CHECKED kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error);
+
+/* Writes the values of the events of all contacts to c->value (values.c): the gaps of the open ones, the reactions of
+ * the others. */
+KT_CHECKED kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, kt_error *error);
+
+/* Lists the contacts that touch, and all friction (touching.c). Errors: a contact penetrates deeply. */
+KT_CHECKED kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error);
+/* Computes M^-1 J' and W of the mechanism with all contacts open, from data of the simulation. */
+KT_CHECKED kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *open, double t,
+                                               const double *q, double *W, kt_error *error);
+/* Computes sqrt(x'M x). Data of the simulation belong to `model`. */
+KT_CHECKED kt_status kt_contacts_find_norm(kt_simulation *simulation, const kt_model *model, const double *q,
+                                           const double *x, double *norm, kt_error *error);
+/* Finds the contacts of the set that follows, from the reactions in the present state (press.c). *lost grows if an
+ * impulse without a collision is needed (kt_contacts_jam). */
+KT_CHECKED kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const double *W, double *u,
+                                                 double *lost, kt_error *error);
+/* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
+ * joint. Returns its bits. */
+uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W);
 
 #endif

@@ -1,6 +1,6 @@
 /* The problem of hard contacts that slip (slip.c), and their responses to forces in range space (slip_response.c). */
-#ifndef KT_MECHANISM_SLIP_H
-#define KT_MECHANISM_SLIP_H
+#ifndef KT_CONTACT_SLIP_H
+#define KT_CONTACT_SLIP_H
 
 #include "base/arena.h"
 #include "linear/coulomb.h"
@@ -41,19 +41,13 @@ static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
     return (kt_slip_problem *)(void *)data->slip_work;
 }
 
-/* The k-th loop that slips. */
-static inline const kt_loop_record *kt_slip_loop(const kt_model *model, size_t k) {
-    size_t i = 0;
-    for (size_t left = k + 1; i < model->n.loop; i++)
-        if (model->loop[i].slips > 0 && --left == 0)
-            break;
-    return &model->loop[i];
-}
-
-/* The coefficient of friction of the k-th contact. */
-static inline double kt_slip_friction(const kt_model *model, size_t k) {
-    return kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1)->friction;
-}
+/* Evaluates kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c). */
+kt_forward_call kt_slip_forward;
+/* Adds one such contact to a model that is being compiled. */
+void kt_slip_add(kt_model *model);
+/* Turns the directions data->slip to slip that has turned away from them, in the state q, v. Returns whether any
+ * turned. */
+bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v);
 
 #if KT_HAS_LOOPS
 /* Whether the last accelerations left what responses follow from: the groups of all contacts that slip are solved in

@@ -1,0 +1,137 @@
+/* The memory of hard contacts, and the list of contacts and friction. */
+#include "contact/contact.h"
+
+#include "base/copy.h"
+#include "control/mass_inverse.h"
+#include "model/switching.h"
+
+#include <stdio.h>
+
+KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const kt_contact_sizes *s)
+
+static bool is_watched(const kt_loop_record *loop) { return loop->side != KT_SIDE_NONE || loop->friction > 0; }
+
+size_t kt_contacts_of(const kt_model *model) {
+    size_t count = 0;
+    for (size_t i = 0; i < model->n.loop; i++)
+        count += is_watched(&model->loop[i]);
+    return count;
+}
+
+static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
+    kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
+    size_t sides = 0, rubs = 0;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        sides += model->loop[i].side != KT_SIDE_NONE;
+        rubs += model->loop[i].rubs > 0;
+    }
+    s.list = n + rubs;
+    s.lemke = 2 * n - sides - 2 * rubs;
+    if (rubs > 0) {
+        s.problem = kt_coulomb_size(n - rubs, s.list);
+        s.solution = kt_coulomb_solution_size(n - rubs, s.list);
+        s.solver = kt_coulomb_solver_size(n - rubs, s.list);
+    }
+    for (uint64_t k = 0; k < kt_family_models(model->family); k++) {
+        const kt_model *one = kt_family_model(model->family, k);
+        const size_t inverse = kt_mass_inverse_size(one, 0);
+        s.inverse = inverse > s.inverse ? inverse : s.inverse;
+        s.rows = one->n.row > s.rows ? one->n.row : s.rows;
+    }
+    return s;
+}
+
+size_t kt_contacts_size(const kt_model *model, size_t n) {
+    const kt_contact_sizes s = n > 0 ? sizes_of(model, n) : (kt_contact_sizes){.n = 0};
+    return n > 0 ? lay_out(NULL, &s) : 0;
+}
+
+/* Lists the contacts, and friction after them. */
+static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
+    const kt_model *model = simulation->model;
+    const kt_switches *switches = &model->family->switches;
+    int k = 0;
+    for (int friction = 0; friction < 2; friction++) {
+        for (size_t i = 0; i < model->n.loop; i++) {
+            const kt_loop_record *loop = &model->loop[i];
+            if (!is_watched(loop) || (loop->friction > 0) != (friction > 0))
+                continue;
+            const int effect = loop->friction - 1, back = friction ? kt_effect_switch(model, effect) : -1;
+            c->item[k] = (kt_contact){.simulation = simulation,
+                                      .loop = (int)i,
+                                      .index = k,
+                                      .bit = kt_loop_switch(model, (int)i) < switches->own
+                                                 ? kt_switch_bits(model, kt_loop_switch(model, (int)i))
+                                                 : 0,
+                                      .sign = loop->side == KT_SIDE_BELOW ? -1.0 : 1.0,
+                                      .effect = effect,
+                                      .back = back >= 0 ? (uint64_t)1 << back : 0,
+                                      .of = -1};
+            c->mask |= kt_switch_bits(model, kt_loop_switch(model, (int)i)) | c->item[k].back;
+            c->back |= c->item[k].back;
+            for (int j = 0; friction && j < c->sides; j++)
+                if (model->loop[c->item[j].loop].rubs == loop->friction) {
+                    c->item[j].of = k;
+                    c->item[k].of = j;
+                }
+            k++;
+        }
+        c->sides = friction ? c->sides : k;
+    }
+}
+
+/* Returns an error if the mass matrix has no inverse at any position. */
+static kt_status refuse_massless(const kt_simulation *simulation, const struct kt_contacts *c, kt_error *error) {
+    const kt_model *model = simulation->model;
+    char where[KT_WHERE_SIZE];
+    snprintf(where, sizeof where, "contact '%.60s'", kt_loop_name(model, c->item[0].loop));
+    return kt_massless_refuse(
+        kt_model_switched(model, model->set & ~c->mask), where,
+        "impacts of a hard contact, stop or slack rope, and friction that sticks, are found by the "
+        "inverse of the mass matrix, which there is not (elastic ones, with stiffness, need none)",
+        error);
+}
+
+static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
+    const size_t phase = kt_impact_phase_size(s->n, s->list), items = 2 * s->n - s->list;
+    c->compression = kt_impact_phase_init(s->n, s->list, c->phase_memory);
+    c->phase = kt_impact_phase_init(s->n, s->list, c->phase_memory + phase);
+    if (s->problem == 0)
+        return;
+    c->problem = kt_coulomb_init(items, s->list, c->problem_memory);
+    c->solution = kt_coulomb_solution_init(items, s->list, c->solution_memory);
+    c->solver = kt_coulomb_solver_init(items, s->list, c->solver_memory);
+}
+
+kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
+    const kt_model *model = simulation->model;
+    const size_t n = kt_contacts_of(model);
+    const kt_contact_sizes s = sizes_of(model, n);
+    struct kt_contacts *c = (struct kt_contacts *)(void *)simulation->contact_memory;
+    (void)lay_out(c, &s);
+    c->n = (int)n;
+    c->inverse_size = s.inverse;
+    simulation->contact_time = (double)NAN;
+    c->mask = c->back = 0;
+    init_solvers(c, &s);
+    simulation->contacts = c;
+    kt_contacts_init_masks(simulation);
+    list_items(simulation, c);
+    c->all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
+    for (int k = 0; k < c->n; k++) { /* hard.c */
+        const uint64_t both = c->item[k].bit | c->item[k].back;
+        const bool is_dry = k >= c->sides && !kt_contact_rubs(c, k);
+        simulation->contact_friction |= is_dry ? both : 0;
+        if (k < c->sides ? !model->loop[c->item[k].loop].contact : is_dry && (model->set & both) == both)
+            simulation->contact_released |= both; /* nothing if contacts share bits */
+    }
+    simulation->memory.released = simulation->contact_released;
+    c->rubs = c->rests = c->stops = false;
+    for (int k = c->sides; k < c->n; k++) /* a loop that is off has no links */
+        if (kt_contact_rubs(c, k))
+            c->rubs = true;
+        else
+            c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
+    const kt_status status = refuse_massless(simulation, c, error);
+    return status == KT_OK ? kt_data_init_followed(c->all, c->data_memory, s.data, &c->data, error) : status;
+}

@@ -1,0 +1,24 @@
+/* Hard stops, contacts and sticking friction of a description, as switched loops. */
+#ifndef KT_CONTACT_HARD_H
+#define KT_CONTACT_HARD_H
+
+#include "base/small.h"
+#include "model/check.h"
+#include "model/model.h"
+
+#if KT_HAS_SWITCHES
+/* Counts the loops that bound one side, the hard stops and the contacts (hard_loops.c). */
+int kt_contacts_count(const kt_description *description);
+/* Notes in the effects of a compiled model which loops are in their place. */
+void kt_contacts_link(const kt_description *expanded, kt_model *model);
+/* Writes the description in which all of these are switched loops, and their effects are off (hard.c). Its arrays lie
+ * in *memory, which the caller frees, also after an error. */
+KT_CHECKED kt_status kt_contacts_expand(const kt_description *description, kt_description *to, void **memory,
+                                        kt_error *error);
+
+static inline bool kt_loop_is_rope(const kt_loop *loop) { return loop->type == KT_LOOP_DISTANCE && loop->slack; }
+/* Whether a loop holds on one side only. */
+static inline bool kt_loop_bounds(const kt_loop *loop) { return loop->side != KT_SIDE_NONE || kt_loop_is_rope(loop); }
+#endif
+
+#endif

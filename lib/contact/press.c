@@ -1,0 +1,199 @@
+/* Reactions at an instant, w+ = w + W lambda of the contacts that touch (simulation/contacts.c has the law).
+ *
+ * Contacts without friction, and dry friction of joints, are a linear complementarity problem. With friction of
+ * contacts the problem is Coulomb's (friction.c). */
+#include "contact/contact.h"
+
+#include "base/copy.h"
+#include "integrator/integrator.h"
+#include "kinetree/mechanism.h"
+#include "linear/lemke.h"
+#include "model/switching.h"
+
+#include <math.h>
+
+/* The largest relative inward acceleration of a leaving contact: the event is exact to rounding of the time. */
+static const double sinks = 1e-6;
+
+/* The problem of reactions: n rows of contacts and friction at rest, then a second row for each friction. */
+typedef struct reactions {
+    int n, sides; /* the number of rows, and of contacts */
+} reactions;
+
+/* Lists the rows that can have a reaction, with their free accelerations. A contact whose reaction has ended gets no
+ * reaction, because the event has found the change of sign. The step ends a few rounding units of the time earlier,
+ * where the contact may still have a compressive reaction. */
+static void list_reactions(kt_simulation *simulation, const double *W, const double *u, reactions *r) {
+    struct kt_contacts *c = simulation->contacts;
+    double size;
+    *r = (reactions){.n = 0};
+    for (int i = 0; i < c->touching; i++) {
+        const kt_contact *contact = &c->item[c->list[i]];
+        const bool is_side = i < c->meeting;
+        (void)kt_contact_rate(c, W, i, &size);
+        if (is_side && u[i] > fmax(kt_contact_rest(simulation, W, i), kt_contact_rounding * size))
+            continue;
+        if (!is_side && fabs(c->v[contact->v]) > kt_contact_resting)
+            continue;
+        if (is_side && contact->leaves)
+            continue;
+        const double free = kt_contact_acceleration(c, W, i, &size);
+        c->slip[r->n] = is_side ? 0.0 : kt_contact_slip(simulation->model, contact);
+        c->limit[r->n] = is_side ? 0.0 : kt_contact_limit(simulation->model, contact);
+        c->free[r->n] = is_side && fabs(free) <= kt_contact_rounding * size ? 0.0 : free;
+        c->pressing[r->n++] = i;
+        r->sides += is_side;
+    }
+    /* At rest, the model has friction that slips forwards. */
+    for (int i = 0; i < r->n; i++)
+        for (int k = r->sides; k < r->n; k++)
+            c->free[i] += W[c->pressing[i] * c->touching + c->pressing[k]] * c->slip[k];
+}
+
+/* Solves w = W lambda + free with lambda = z1 - S, and the rows of z2 for friction. */
+static bool solve_reactions(struct kt_contacts *c, const double *W, const reactions *r, uint64_t *pivots) {
+    const int friction = r->n - r->sides, rows = r->n + friction;
+    double *M = c->M, *q = c->q;
+    kt_clear(M, (size_t)(rows * rows) * sizeof *M);
+    for (int i = 0; i < r->n; i++) {
+        q[i] = c->free[i];
+        for (int k = 0; k < r->n; k++) {
+            M[i * rows + k] = W[c->pressing[i] * c->touching + c->pressing[k]];
+            q[i] -= M[i * rows + k] * c->limit[k];
+        }
+    }
+    for (int k = r->sides; k < r->n; k++) {
+        M[k * rows + k + friction] = 1.0;
+        M[(k + friction) * rows + k] = -1.0;
+        q[k + friction] = 2.0 * c->limit[k];
+    }
+    return kt_lemke_solve(rows, M, q, c->lemke, c->z, pivots);
+}
+
+/* Finds contacts whose reaction has ended but that would penetrate, and lets them stay. At the same instant, friction
+ * or another contact has changed the force on them. All accelerations may be rounding, as for a pendulum that hangs
+ * down, or for a body that a growing force lifts. The acceleration from the largest reaction of the last step is
+ * therefore a measure, too. */
+static bool find_sinking(kt_simulation *simulation, const double *W, const reactions *r) {
+    struct kt_contacts *c = simulation->contacts;
+    bool sinking = false;
+    for (int i = 0; i < c->meeting; i++) {
+        double size, w = kt_contact_acceleration(c, W, i, &size);
+        for (int k = 0; k < r->n; k++)
+            w += W[i * c->touching + c->pressing[k]] * (c->z[k] - c->limit[k] + c->slip[k]);
+        size = fmax(size, W[i * c->touching + i] * simulation->event_memory[c->list[i]].size);
+        kt_contact *contact = &c->item[c->list[i]];
+        if (!(w < -sinks * size) || !contact->leaves)
+            continue;
+        contact->leaves = false;
+        sinking = true;
+    }
+    return sinking;
+}
+
+/* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities after impulses. */
+static kt_status find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_contacts_let_slip(c);
+    const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_set(simulation));
+    kt_data_adapt(slipping, simulation->data);
+    kt_simulation_use_states(simulation, y);
+    kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
+                                                simulation->external, c->a, error);
+    if (status == KT_OK)
+        status = kt_contacts_find_norm(simulation, slipping, y, c->a, &c->change, error);
+    return status == KT_OK ? kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error) : status;
+}
+
+/* The state of friction in row i. At its upper limit, z1 is 2 S except for rounding. There z2 decides, since variables
+ * outside of Lemke's basis are exactly 0. Friction at its limit slips, against the force that is its limit. */
+static kt_contact_side side_of_friction(const struct kt_contacts *c, const reactions *r, int i,
+                                        const kt_contact *contact) {
+    const double most = 2.0 * c->limit[i], edge = contact->leaves ? 1e-6 * most : 0.0;
+    const double z1 = c->z[i], z2 = c->z[i + r->n - r->sides];
+    return z2 > 0.0 || z1 >= most - edge ? KT_CONTACT_BACK : z1 > edge ? KT_CONTACT_ON : KT_CONTACT_OFF;
+}
+
+/* Solves contact forces: the touching contacts with compressive reactions, and the friction, of the set that
+ * follows. */
+static kt_status press(kt_simulation *simulation, double t, const double *y, const double *W, const double *u,
+                       kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    reactions r;
+    const kt_status status = find_free(simulation, t, y, error);
+    if (status != KT_OK)
+        return status;
+    bool found;
+    do {
+        list_reactions(simulation, W, u, &r);
+        found = solve_reactions(c, W, &r, &simulation->memory.contacts.pivots);
+    } while (found && find_sinking(simulation, W, &r));
+    if (!found)
+        return kt_contacts_refuse(simulation, t, "reactions", error);
+    kt_contacts_let_slip(c);
+    for (int i = 0; i < r.n; i++) {
+        kt_contact *contact = &c->item[c->list[c->pressing[i]]];
+        contact->next = i >= r.sides    ? side_of_friction(c, &r, i, contact)
+                        : c->z[i] > 0.0 ? KT_CONTACT_ON
+                                        : KT_CONTACT_OFF;
+    }
+    return KT_OK;
+}
+
+/* press if contacts with friction are among those that touch (friction.c). */
+static kt_status press_with_friction(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+                                     kt_error *error) {
+    const double *y = kt_integrator_state(simulation->integrator);
+    kt_status status = find_free(simulation, t, y, error);
+    if (status == KT_OK)
+        status = kt_contacts_press(simulation, t, W, u, error);
+    if (status != KT_ERROR_CONSTRAINT || !kt_contacts_jam(simulation, W, u, lost))
+        return status;
+    for (int k = 0; k < simulation->contacts->n; k++)
+        simulation->contacts->item[k].leaves = false;
+    status = find_free(simulation, t, y, error);
+    return status == KT_OK ? kt_contacts_press(simulation, t, W, u, error) : status;
+}
+
+kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+                                      kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double *y = kt_integrator_state(simulation->integrator);
+    const bool rubs = c->touching > c->resting; /* a contact with friction touches */
+    return rubs ? press_with_friction(simulation, t, W, u, lost, error) : press(simulation, t, y, W, u, error);
+}
+/* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
+ * joint. Its row then depends on theirs: orthogonalisation in the metric of W leaves nothing of it. Its rate is
+ * rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest. */
+uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int m = c->touching;
+    int *row = c->independent, n = 0;
+    uint64_t held = 0;
+    for (int pass = 0; pass < 2; pass++) /* closed contacts first */
+        for (int i = 0; i < m; i++) {
+            const kt_contact *item = &c->item[c->list[i]];
+            const bool closed = kt_contact_is_closed(simulation->model, item);
+            const bool slips = i >= c->meeting && i < c->resting && !closed;
+            double left = W[i * m + i];
+            if (pass == 0 ? !closed : !slips || fabs(c->v[item->v]) > kt_contact_resting)
+                continue;
+            double *L = c->L + (ptrdiff_t)n * m;
+            for (int j = 0; j < n; j++) {
+                const double *other = c->L + (ptrdiff_t)j * m;
+                double sum = W[i * m + row[j]];
+                for (int k = 0; k < j; k++)
+                    sum -= L[k] * other[k];
+                L[j] = sum / other[j];
+                left -= L[j] * L[j];
+            }
+            const bool depends = !(left > kt_contact_rounding * W[i * m + i]);
+            if (pass > 0 && depends)
+                held |= item->bit;
+            if (pass == 0 && !depends) {
+                L[n] = sqrt(left);
+                row[n++] = i;
+            }
+        }
+    return held;
+}

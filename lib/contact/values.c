@@ -1,0 +1,66 @@
+/* Values of the events of hard contacts: the gaps of open contacts, the reactions of closed ones, and the reserves or
+ * the slip of friction. */
+#include "contact/contact.h"
+
+#include <math.h>
+
+/* Slip of a contact has reversed at this speed against its first direction, m/s; rounding is less. */
+static const double turned = 1e-12;
+
+static double direction_of(const kt_model *model, const kt_contact *contact) {
+    return (model->set & contact->back) != 0 ? -1.0 : 1.0;
+}
+
+/* The slip of a joint along its direction. For a joint that is held (find_held), it counts from the rate of rest. */
+static double slip_of_joint(const kt_model *model, const kt_contact *contact, const double *v) {
+    const bool is_held = (contact->simulation->memory.held & contact->bit) != 0;
+    return direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
+}
+
+/* The event value of a contact's friction: the reserve of the cone, or the slip along its direction. */
+static double friction_of(const struct kt_contacts *c, const kt_instant *at, int k) {
+    const kt_model *model = at->model;
+    const kt_contact *friction = &c->item[k], *contact = &c->item[friction->of];
+    if (!kt_contact_is_closed(model, contact))
+        return 1.0;
+    if (kt_contact_is_closed(model, friction)) {
+        const double *tangent = c->reaction + kt_contact_row(model, friction);
+        return kt_contact_coefficient(model, friction) * c->reaction[kt_contact_row(model, contact)] -
+               hypot(tangent[0], tangent[1]);
+    }
+    return kt_contact_slip_along(model, at->data, contact) - friction->simulation->contact_state[k].closes_at + turned;
+}
+
+/* The gaps of open contacts, and the reactions of closed ones. */
+kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
+    const kt_model *model = at->model;
+    kt_status status = KT_OK;
+    bool sticks = false, presses = false;
+    for (int k = 0; k < c->n; k++) {
+        const bool closed = kt_contact_is_closed(model, &c->item[k]);
+        presses = presses || closed;
+        sticks = sticks || (closed && kt_contact_rubs(c, k));
+    }
+    if ((model->set & c->mask) != c->mask)
+        status = kt_contacts_find_equations(c, model, at->t, at->q, at->v, false, error);
+    if (status == KT_OK && presses)
+        status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
+    for (int k = 0; status == KT_OK && k < c->n; k++) {
+        const kt_contact *contact = &c->item[k];
+        const bool closed = kt_contact_is_closed(model, contact);
+        const double reaction = closed ? contact->sign * c->row[kt_contact_row(model, contact)] : 0.0;
+        if (kt_contact_is_released(contact))
+            c->value[k] = 1.0;
+        else if (k < c->sides)
+            c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->contact_state[k].closes_at;
+        else if (!kt_contact_rubs(c, k))
+            c->value[k] =
+                closed ? kt_contact_limit(model, contact) - fabs(reaction) : slip_of_joint(model, contact, at->v);
+    }
+    if (status == KT_OK && sticks)
+        status = kt_contacts_find_reactions(c, at, error);
+    for (int k = c->sides; status == KT_OK && k < c->n; k++)
+        if (kt_contact_rubs(c, k))
+            c->value[k] = friction_of(c, at, k);
+    return status;
+}

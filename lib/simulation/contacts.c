@@ -1,0 +1,321 @@
+/* Hard contacts: loops that bound one side, g(q, t) >= 0 (stops, floors, slack ropes), along a motion.
+ *
+ * An open contact has its gap g > 0 watched. A closed contact is a constraint of the mechanism like any other: its loop
+ * is switched on (model/switching.h). Its reaction lambda > 0 is watched. Both are events (event.c). For the contacts
+ * that touch at an event, let u = J v - b' be the rates of their gaps, and W = J M^-1 J'. M^-1 belongs to the mechanism
+ * with its other loops (control/mass_inverse.c). At an event, two steps follow.
+ *
+ * 1. If some contacts close, u < 0, impulses p follow from Newton's rule or Poisson's (contact/impact.c).
+ *
+ * 2. Contacts with u+ = 0, or no faster than the rest velocity, are closed from now on if their reaction is
+ *    compressive. (Two contacts that close in turn would otherwise go on for ever.) With the accelerations w of their
+ *    gaps without reactions,
+ *
+ *       w+ = w + W lambda,   0 <= lambda  complementary to  w+ >= 0
+ *
+ * Friction of a joint that sticks (kt_effect.stick) is handled alike. While it slips, its rate in the direction of slip
+ * is watched. While it sticks, it is a constraint, and the reserve S - |lambda| to its limit S is watched. It has no
+ * impulse. At rest
+ *
+ *       -S <= lambda <= S,   a = 0 within,   a >= 0 if lambda = -S,   a <= 0 if lambda = S
+ *
+ * With z1 = lambda + S and z2 = max(-a, 0), these are two more rows, a + z2 >= 0 and 2 S - z1 >= 0.
+ *
+ * Both are linear complementarity problems with a positive semidefinite matrix (linear/lemke.h). If reactions are not
+ * unique (four legs of a table), Lemke's basic solution leaves the redundant contacts open.
+ *
+ * Sources: C. Glocker, Set-Valued Force Laws, 2001; F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral
+ * Contacts, 1996.
+ */
+#include "contact/contact.h"
+
+#include "base/copy.h"
+#include "base/require.h"
+#include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
+#include "mechanism/evaluate.h"
+#include "model/switching.h"
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+
+/* ---- events ------------------------------------------------------------------------------------------------------ */
+
+static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
+    const kt_contact *contact = user;
+    kt_simulation *simulation = contact->simulation;
+    struct kt_contacts *c = simulation->contacts;
+    const size_t nq = at->model->n.q, nv = at->model->n.v;
+    /* The first contact is evaluated first at each instant; the others reuse its results. */
+    const bool known = contact->index > 0 && simulation->contact_time == at->t && c->set == at->model->set &&
+                       memcmp(c->at, at->q, nq * sizeof(double)) == 0 &&
+                       memcmp(c->at + nq, at->v, nv * sizeof(double)) == 0;
+    if (!known) {
+        kt_instant inside = *at; /* where forces jump: the forces of the step that ends or begins here */
+        inside.t = kt_simulation_time_inside(simulation, at->t);
+        simulation->contact_time = (double)NAN;
+        if (kt_contacts_find_values(c, &inside, error) != KT_OK)
+            return 1;
+        memcpy(c->at, at->q, nq * sizeof(double));
+        memcpy(c->at + nq, at->v, nv * sizeof(double));
+        simulation->contact_time = at->t;
+        c->set = at->model->set;
+    }
+    *value = c->value[contact->index];
+    return 0;
+}
+
+/* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event may have
+ * resolved one: then it has the other side again. */
+static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    const kt_contact *contact = user;
+    struct kt_contacts *c = simulation->contacts;
+    (void)what;
+    for (int k = 0; k < c->n; k++) {
+        const bool mine = k == contact->index, closed = kt_contact_is_closed(simulation->model, &c->item[k]);
+        const bool due = simulation->event_memory[k].side < 0 && (mine || simulation->event_root[k].due);
+        c->item[k].meets = due && !closed;
+        c->item[k].leaves = kt_contact_leaves(simulation, k, due && closed);
+    }
+    const kt_status status = simulation->contact_calls->resolve(simulation, error);
+    for (int k = 0; k < c->n; k++)
+        c->item[k].meets = c->item[k].leaves = false;
+    c->rests = c->stops = false;
+    return status == KT_OK ? 0 : -1;
+}
+
+static void open_all(kt_simulation *simulation) {
+    const uint64_t set = (simulation->model->set & ~simulation->contact_mask) |
+                         (simulation->memory.released & simulation->contact_friction);
+    if (set != simulation->model->set)
+        kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
+    simulation->memory.set = set;
+    for (size_t k = 0; k < simulation->contact_count; k++) {
+        simulation->contact_state[k].closed = false;
+        simulation->contact_state[k].closes_at = 0.0;
+        simulation->contact_state[k].left_at = -HUGE_VAL;
+    }
+}
+
+/* ---- at an instant ----------------------------------------------------------------------------------------------- */
+
+/* Counts changes. Switches and jumps open all contacts first: a contact that is closed again behind them is not
+ * counted. */
+static void count_changes(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    const kt_model *model = simulation->model;
+    for (int k = 0; k < c->n; k++) {
+        const kt_contact *contact = &c->item[k];
+        const bool was = simulation->contact_state[k].counted, is = kt_contact_is_closed(model, contact);
+        simulation->contact_state[k].counted = is;
+        counts->closings += k < c->sides && is && !was;
+        counts->openings += k < c->sides && was && !is;
+        counts->sticks += k >= c->sides && is && !was;
+        counts->slips += k >= c->sides && was && !is &&
+                         (kt_contact_rubs(c, k) ? kt_contact_is_closed(model, &c->item[contact->of])
+                                                : !kt_contact_is_released(contact));
+    }
+}
+
+/* Commits contacts: the model of the set that follows, and the state after impulses. approach: the speed before
+ * the impulses; 0: no impulses. */
+static kt_status settle(kt_simulation *simulation, double lost, double approach, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
+    const bool balanced = kt_simulation_is_balanced(simulation), accounts = balanced || simulation->watches_works;
+    const uint64_t set = kt_contacts_set(simulation);
+    kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
+    kt_status status = KT_OK;
+    bool changed = false;
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        kt_simulation_complete_powers(simulation);
+    if (accounts)
+        status = kt_simulation_find_energy(simulation, from, &before, error);
+    if (status != KT_OK)
+        return status;
+    const kt_model *old = simulation->model;
+    kt_simulation_take_model(simulation, kt_contacts_model(simulation, false));
+    memcpy(simulation->y, from, simulation->size.n * sizeof(double));
+    memcpy(simulation->y + simulation->size.nq, c->v, simulation->size.nv * sizeof(double));
+    status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
+    status = kt_contacts_check_rates(simulation, t, simulation->y + simulation->size.nq, approach, status, error);
+    if (status == KT_OK && accounts)
+        status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
+    if (status == KT_OK && balanced) {
+        double *work = simulation->y + simulation->size.work;
+        const double gain = after.kinetic + after.potential - before.kinetic - before.potential;
+        const bool driven =
+            c->all->driven || simulation->model->driven; /* a moving contact may be open again after a bounce */
+        work[0] += driven ? lost : fmax(-gain, 0.0);
+        work[1] += driven ? gain + lost : fmax(gain, 0.0);
+    }
+    if (status == KT_OK)
+        status = kt_simulation_land(simulation, simulation->y, before.kinetic + before.potential,
+                                    after.kinetic + after.potential, error);
+    if (status != KT_OK) {
+        kt_simulation_take_model(simulation, old);
+        return status;
+    }
+    simulation->memory.set = set;
+    for (int k = 0; k < c->n; k++)
+        simulation->contact_state[k].closed = kt_contact_is_closed(simulation->model, &c->item[k]);
+    simulation->memory.contacts.dissipated += lost;
+    count_changes(simulation);
+    return KT_OK;
+}
+
+/* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
+ * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
+ * touching. It then closes at its present gap, since a bounce may be lower than that. */
+static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_status status =
+        kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
+    for (int i = 0; status == KT_OK && i < c->resting; i++) {
+        const int k = c->list[i];
+        if (kt_contact_is_closed(simulation->model, &c->item[k]))
+            continue;
+        if (i < c->meeting)
+            simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - kt_contact_margin(simulation, i);
+        if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
+            simulation->event_memory[k].side = -1;
+    }
+    for (int k = c->sides; k < c->n; k++)
+        simulation->contact_state[k].closes_at = -HUGE_VAL;
+    (void)kt_contacts_follow_slip(simulation);
+    simulation->contact_time = (double)NAN; /* values of this state have changed */
+    return status;
+}
+
+static kt_status resolve(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_simulation_recall_corners(simulation);
+    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
+    double *W = c->W, *u = c->u, lost = 0.0, approach = 0.0, size;
+    for (int k = 0; k < c->n; k++)
+        simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
+    kt_simulation_clear_jump(simulation);
+    kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
+    kt_status status = kt_contacts_find_equations(c, model, t, y, c->v, true, error);
+    if (status == KT_OK)
+        status = kt_contacts_find_touching(simulation, t, error);
+    if (status == KT_OK && c->touching == 0)
+        count_changes(simulation);
+    if (status != KT_OK || c->touching == 0)
+        return status;
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_data_adapt(open, simulation->data);
+    status = kt_contacts_find_response(simulation, open, t, y, W, error);
+    if (status == KT_OK)
+        status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, error);
+    for (int i = 0; status == KT_OK && i < c->touching; i++) {
+        u[i] = kt_contact_rate(c, W, i, &size);
+        if (fabs(u[i]) <= kt_contact_rounding * size)
+            u[i] = 0.0;
+        approach = i < c->meeting ? fmax(approach, -u[i]) : approach;
+    }
+    for (int k = 0; approach > 0.0 && k < c->sides; k++) /* after impulses, all reactions are possible */
+        c->item[k].leaves = false;
+    if (status == KT_OK && approach > 0.0)
+        status = kt_contacts_check_levers(simulation, open, t, W, u, error);
+    if (status == KT_OK && approach > 0.0)
+        status = kt_contacts_strike(simulation, t, W, u, &lost, error);
+    if (status == KT_OK)
+        status = kt_contacts_solve_reactions(simulation, t, W, u, &lost, error);
+    kt_data_adapt(model, simulation->data);
+    if (status == KT_OK)
+        status = settle(simulation, lost, approach, error);
+    if (status != KT_OK)
+        return status;
+    simulation->memory.held = kt_contacts_find_held(simulation, W);
+    return watch_open(simulation, t, error);
+}
+
+static bool rest(kt_simulation *simulation, size_t k) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_contact *item = &c->item[(int)k < c->sides || c->item[k].of < 0 ? k : (size_t)c->item[k].of];
+    const bool is_open = !kt_contact_is_closed(simulation->model, &c->item[k]);
+    const bool may = is_open && simulation->model->loop[item->loop].rest_velocity > 0.0;
+    c->rests = may && (int)k < c->sides;
+    c->stops = may && kt_contact_rubs(c, (int)k);
+    simulation->memory.contacts.rested += c->rests || c->stops;
+    return c->rests || c->stops;
+}
+
+static const kt_contact_calls calls = {.rest = rest,
+                                       .open = open_all,
+                                       .resolve = resolve,
+                                       .follow = kt_contacts_put_directions,
+                                       .check = kt_contacts_check_record,
+                                       .keep = kt_simulation_keep,
+                                       .take_back = kt_simulation_take_change_back,
+                                       .renew = kt_contacts_renew_model};
+
+kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
+    kt_status status = kt_contacts_lay_out(simulation, error);
+    struct kt_contacts *c = simulation->contacts;
+    for (int k = 0; status == KT_OK && k < c->n; k++) {
+        const kt_event event = {.name = kt_loop_name(simulation->model, c->item[k].loop),
+                                .function = watch_contact,
+                                .action = act,
+                                .user = &c->item[k],
+                                .record = simulation->records_contacts,
+                                .direction = KT_DIRECTION_FALLING};
+        status = kt_simulation_event_add(simulation, &event, error);
+    }
+    if (status == KT_OK && c->rubs) {
+        c->watch = *simulation->watch;
+        c->begin = c->watch.begin;
+        c->watch.begin = kt_contacts_begin_step;
+        simulation->watch = &c->watch;
+    }
+    simulation->contact_count = (size_t)c->n;
+    simulation->contact_mask = c->mask;
+    simulation->contact_margin = 2.0 * kt_contact_touching * fmax(1.0, c->all->length);
+    simulation->contact_calls = &calls;
+    simulation->memory.contacts.count = (uint64_t)c->n;
+    return status;
+}
+
+/* ---- released ---------------------------------------------------------------------------------------------------- */
+
+uint64_t kt_simulation_released(const kt_simulation *simulation) {
+    const bool has = simulation != NULL && simulation->contacts != NULL;
+    return has ? simulation->memory.released & ~simulation->contacts->back : 0;
+}
+
+kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
+    const uint64_t before = simulation->memory.released;
+    const struct kt_contacts *c = simulation->contacts;
+    uint64_t known = 0, after = set;
+    for (int k = 0; c != NULL && k < c->n; k++) {
+        known |= kt_contact_rubs(c, k) ? 0 : c->item[k].bit;
+        after |= (set & c->item[k].bit) != 0 ? c->item[k].back : 0;
+    }
+    if ((set & ~known) != 0)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "kt_simulation_release",
+            "of the set 0x%llx only 0x%llx are hard stops, contacts, slack ropes, or joint friction that sticks",
+            (unsigned long long)set, (unsigned long long)(set & known));
+    if (after == before)
+        return KT_OK;
+    simulation->memory.released = after;
+    simulation->contact_time = (double)NAN;
+    const kt_status status = kt_simulation_switch(simulation, simulation->model->set, NULL, error);
+    if (status != KT_OK)
+        simulation->memory.released = before;
+    return status;
+}
+
+/* ---- for callers ------------------------------------------------------------------------------------------------- */
+
+kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation) {
+    return simulation != NULL ? simulation->memory.contacts : (kt_contact_counts){.impacts = 0};
+}
