@@ -10,7 +10,7 @@
  * Data keep all results. kt_open_contacts_refuse (mechanism/evaluate.h) exempts data of an owner that follows
  * contacts. */
 KT_CHECKED kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
-                                                     const double *v, kt_error *error);
+                                            const double *v, kt_error *error);
 #else
 static inline kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
                                                const double *v, kt_error *error) {
