@@ -1,5 +1,5 @@
-/* Generated C against the library: forward and inverse dynamics and the mass matrix of trees, in turns. The trees are
- * scenes, and the chain of chain.h.
+/* Generated C against the library: forward and inverse dynamics, the mass matrix, and derivatives of forward dynamics
+ * of trees, in turns. The trees are scenes, and the chain of chain.h.
  *
  * The program writes the files with kt_codegen_write, compiles them with `cc` for this processor, and loads them. A
  * line is trusted if both results agree to 1e-9 of their largest number. Bars are ratios of times, library over
@@ -20,43 +20,62 @@
 
 #define COMPILE "cc -std=c99 -O3 -march=native -fno-math-errno -fPIC -shared"
 
-enum { FORWARD, INVERSE, MASS, FUNCTIONS, NV_MOST = 64, NQ_MOST = 70, PREPARED_MOST = 4096 };
+enum { FORWARD, INVERSE, MASS, DERIVATIVES, FUNCTIONS, NV_MOST = 64, NQ_MOST = 70, PREPARED_MOST = 4096 };
 
 typedef int given_function(const void *model, const double *q, const double *v, const double *x, double *out);
 typedef int mass_function(const void *model, const double *q, double *out);
+typedef int derivative_function(const void *model, const double *q, const double *v, const double *x, double *by_q,
+                                double *by_v, double *by_x);
 typedef void prepare_function(const void *parameters, void *model);
 
 /* A mechanism in both forms, at one state. */
 typedef struct subject {
     const char *scene;
-    int links; /* of the chain; 0: it is a scene */
-    double bar[FUNCTIONS];
+    int links;             /* of the chain; 0: it is a scene */
+    double bar[FUNCTIONS]; /* 0: the function is left out, since its code would be very long */
     kt_model *model;
     kt_data *data;
     void *library;
     given_function *given[2];
     mass_function *mass;
+    derivative_function *derivatives;
+    void *work; /* of the library's derivatives */
+    size_t work_size;
     double prepared[PREPARED_MOST];
     double q[NQ_MOST], v[NV_MOST], x[NV_MOST];
-    double out[2][NV_MOST * NV_MOST]; /* of the library, generated */
+    double out[2][3 * NV_MOST * NV_MOST]; /* of the library, generated */
     int function;
     kt_status status;
 } subject;
 
 static subject subjects[] = {
-    {.scene = "arm7", .bar = {2.0, 2.2, 3.0}},
+    {.scene = "arm7", .bar = {2.0, 2.2, 3.0, 1.5}},
     {.scene = "humanoid", .bar = {1.2, 1.5, 1.15}},
     {.scene = "chain", .links = 32, .bar = {1.4, 2.0, 1.0}},
 };
 
 enum { SUBJECTS = sizeof subjects / sizeof *subjects };
 
+static kt_status derive_library(subject *s, kt_error *error) {
+    const size_t square = (size_t)kt_model_nv(s->model) * (size_t)kt_model_nv(s->model);
+    double *out = s->out[0];
+    return kt_dynamics_forward_derivatives(s->model, s->data, s->work, s->work_size, s->q, s->v, s->x, NULL, out,
+                                           out + square, out + 2 * square, error);
+}
+
+static int derive_generated(subject *s) {
+    const size_t square = (size_t)kt_model_nv(s->model) * (size_t)kt_model_nv(s->model);
+    double *out = s->out[1];
+    return s->derivatives(s->prepared, s->q, s->v, s->x, out, out + square, out + 2 * square);
+}
+
 static void run_library(void *user, long repetitions) {
     subject *s = user;
     kt_error error;
     for (long i = 0; i < repetitions && s->status == KT_OK; i++)
         s->status =
-            s->function == FORWARD   ? kt_dynamics_forward(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
+            s->function == DERIVATIVES ? derive_library(s, &error)
+            : s->function == FORWARD ? kt_dynamics_forward(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
             : s->function == INVERSE ? kt_dynamics_inverse(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
                                      : kt_dynamics_mass(s->model, s->data, s->q, s->out[0], &error);
 }
@@ -65,8 +84,9 @@ static void run_generated(void *user, long repetitions) {
     subject *s = user;
     int code = 0;
     for (long i = 0; i < repetitions; i++)
-        code |= s->function == MASS ? s->mass(s->prepared, s->q, s->out[1])
-                                    : s->given[s->function](s->prepared, s->q, s->v, s->x, s->out[1]);
+        code |= s->function == DERIVATIVES ? derive_generated(s)
+                : s->function == MASS      ? s->mass(s->prepared, s->q, s->out[1])
+                                           : s->given[s->function](s->prepared, s->q, s->v, s->x, s->out[1]);
     if (code != 0)
         s->status = KT_ERROR_SINGULAR;
 }
@@ -91,9 +111,11 @@ static bool load_generated(subject *s) {
     for (int i = 0; i < 3; i++)
         snprintf(path[i], sizeof path[i], "%s/mech.%s", folder, end[i]);
     FILE *source = fopen(path[0], "w"), *header = fopen(path[1], "w");
+    const bool derives = s->bar[DERIVATIVES] > 0.0;
+    const unsigned functions =
+        KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_MASS | (derives ? KT_CODEGEN_FORWARD_DERIVATIVES : 0u);
     bool fine = source != NULL && header != NULL &&
-                kt_codegen_write(s->model, "mech", KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_MASS, false,
-                                 source, header, &error) == KT_OK;
+                kt_codegen_write(s->model, "mech", functions, false, source, header, &error) == KT_OK;
     fine = source != NULL && fclose(source) == 0 && fine;
     fine = header != NULL && fclose(header) == 0 && fine;
     snprintf(command, sizeof command, COMPILE " %s -o %s", path[0], path[2]);
@@ -103,7 +125,8 @@ static bool load_generated(subject *s) {
            find_symbol(s->library, "mech_default", &standard) &&
            find_symbol(s->library, "mech_forward", &s->given[FORWARD]) &&
            find_symbol(s->library, "mech_inverse", &s->given[INVERSE]) &&
-           find_symbol(s->library, "mech_mass", &s->mass);
+           find_symbol(s->library, "mech_mass", &s->mass) &&
+           (!derives || find_symbol(s->library, "mech_forward_derivatives", &s->derivatives));
     if (fine)
         prepare(standard, s->prepared);
     else
@@ -143,6 +166,10 @@ static bool load_subject(subject *s) {
         status = kt_data_create(s->model, &s->data, &error);
     if (status != KT_OK || kt_model_nv(s->model) > NV_MOST)
         return kt_bench_tell(&error) == KT_BENCH_DONE;
+    s->work_size = kt_derivative_work_size(s->model);
+    s->work = aligned_alloc(KT_ALIGNMENT, (s->work_size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    if (s->work == NULL)
+        return false;
     kt_model_initial(s->model, s->q, s->v);
     for (int i = 0; i < kt_model_nv(s->model); i++) {
         s->v[i] = sin(1.0 + i);
@@ -155,20 +182,24 @@ static bool load_subject(subject *s) {
 /* ---- the table --------------------------------------------------------------------------------------------------- */
 
 static void print_head(void) {
-    printf("%-10s %-8s %12s %12s %7s %7s %7s %6s\n", "scene", "function", "library, ns", "generated, ns", "low",
+    printf("%-10s %-11s %12s %12s %7s %7s %7s %6s\n", "scene", "function", "library, ns", "generated, ns", "low",
            "ratio", "high", "bar");
 }
 
 static int measure_line(size_t line, const kt_bench_options *options, kt_csv *csv) {
-    static const char *const name[FUNCTIONS] = {"forward", "inverse", "mass"};
+    static const char *const name[FUNCTIONS] = {"forward", "inverse", "mass", "derivatives"};
     subject *s = &subjects[line / FUNCTIONS];
     kt_bench_times times[2];
+    if (s->bar[line % FUNCTIONS] <= 0.0)
+        return KT_BENCH_DONE;
     if (s->model == NULL && !load_subject(s))
         return KT_BENCH_FAILED;
     s->function = (int)(line % FUNCTIONS);
     const kt_bench_task tasks[2] = {{run_library, s}, {run_generated, s}};
     kt_bench_measure(tasks, 2, options->seconds, times);
-    const int nv = kt_model_nv(s->model), count = s->function == MASS ? nv * nv : nv;
+    const int nv = kt_model_nv(s->model), count = s->function == DERIVATIVES ? 3 * nv * nv
+                                                  : s->function == MASS      ? nv * nv
+                                                                             : nv;
     double most = 0.0, off = 0.0;
     for (int i = 0; i < count; i++) {
         most = fmax(most, fabs(s->out[0][i]));
@@ -180,7 +211,7 @@ static int measure_line(size_t line, const kt_bench_options *options, kt_csv *cs
     }
     const kt_bench_ratio ratio = kt_bench_compare(&times[0], &times[1]);
     const double bar = s->bar[s->function];
-    printf("%-10s %-8s %12.1f %12.1f %7.2f %7.2f %7.2f %6.2f%s\n", s->scene, name[s->function], 1e9 * times[0].low,
+    printf("%-10s %-11s %12.1f %12.1f %7.2f %7.2f %7.2f %6.2f%s\n", s->scene, name[s->function], 1e9 * times[0].low,
            1e9 * times[1].low, ratio.low, ratio.median, ratio.high, bar, ratio.median < bar ? "  below" : "");
     kt_csv_text(csv, s->scene);
     kt_csv_text(csv, name[s->function]);
@@ -205,6 +236,7 @@ int main(int argc, char **argv) {
     for (int i = 0; i < SUBJECTS; i++) {
         if (subjects[i].library != NULL)
             dlclose(subjects[i].library);
+        free(subjects[i].work);
         kt_data_free(subjects[i].data);
         kt_model_free(subjects[i].model);
     }

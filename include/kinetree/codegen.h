@@ -28,23 +28,31 @@ extern "C" {
     X(KT_CODEGEN_EFFECTS, effects, "joint forces of springs and dampers in joints, as kt_effect_forces")               \
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
     X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")                              \
+    X(KT_CODEGEN_JACOBIANS, jacobians, "Jacobians of all markers, as kt_point_jacobian")                               \
+    X(KT_CODEGEN_INVERSE_DERIVATIVES, inverse_derivatives,                                                             \
+      "derivatives of joint forces by q and v, as kt_dynamics_inverse_derivatives")                                    \
+    X(KT_CODEGEN_FORWARD_DERIVATIVES, forward_derivatives,                                                             \
+      "derivatives of accelerations by q, v and joint forces, as kt_dynamics_forward_derivatives")                     \
     X(KT_CODEGEN_HEUN, heun, "a step of Heun's method, as kt_step_evaluate with heun")                                 \
     X(KT_CODEGEN_RK4, rk4, "a step of the classical Runge-Kutta method, as kt_step_evaluate with rk4")                 \
     X(KT_CODEGEN_SEMI_IMPLICIT, semi_implicit, "a semi-implicit Euler step, as kt_batch_step_semi_implicit")
 
 /* Indices of functions, in the order of KT_CODEGEN_LIST. */
 enum {
-    KT_CODEGEN_FORWARD_INDEX,       /* forward dynamics */
-    KT_CODEGEN_INVERSE_INDEX,       /* inverse dynamics */
-    KT_CODEGEN_BIAS_INDEX,          /* bias forces */
-    KT_CODEGEN_MASS_INDEX,          /* the mass matrix */
-    KT_CODEGEN_EFFECTS_INDEX,       /* forces of effects */
-    KT_CODEGEN_ENERGY_INDEX,        /* energies */
-    KT_CODEGEN_MARKERS_INDEX,       /* places of markers */
-    KT_CODEGEN_HEUN_INDEX,          /* a step of Heun's method */
-    KT_CODEGEN_RK4_INDEX,           /* a step of the classical Runge-Kutta method */
-    KT_CODEGEN_SEMI_IMPLICIT_INDEX, /* a semi-implicit Euler step */
-    KT_CODEGEN_COUNT                /* how many functions there are */
+    KT_CODEGEN_FORWARD_INDEX,             /* forward dynamics */
+    KT_CODEGEN_INVERSE_INDEX,             /* inverse dynamics */
+    KT_CODEGEN_BIAS_INDEX,                /* bias forces */
+    KT_CODEGEN_MASS_INDEX,                /* the mass matrix */
+    KT_CODEGEN_EFFECTS_INDEX,             /* forces of effects */
+    KT_CODEGEN_ENERGY_INDEX,              /* energies */
+    KT_CODEGEN_MARKERS_INDEX,             /* places of markers */
+    KT_CODEGEN_JACOBIANS_INDEX,           /* Jacobians of markers */
+    KT_CODEGEN_INVERSE_DERIVATIVES_INDEX, /* derivatives of inverse dynamics */
+    KT_CODEGEN_FORWARD_DERIVATIVES_INDEX, /* derivatives of forward dynamics */
+    KT_CODEGEN_HEUN_INDEX,                /* a step of Heun's method */
+    KT_CODEGEN_RK4_INDEX,                 /* a step of the classical Runge-Kutta method */
+    KT_CODEGEN_SEMI_IMPLICIT_INDEX,       /* a semi-implicit Euler step */
+    KT_CODEGEN_COUNT                      /* how many functions there are */
 };
 
 /* Bits of functions. */
@@ -75,9 +83,11 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * constant: whether the file also has all numbers as constants. It then has no parameters.
  *
  * The functions are those of the tree, like those of dynamics.h. Forces of effects are in NAME_effects and in the
- * steps alone; add them to the tau of NAME_forward. A step also writes NAME_forward, and NAME_effects if there are
- * effects. Its tau is constant from the beginning to the end. Each function returns 0. NAME_forward and the steps
- * return the number of the body whose joint has no inertia, or whose quaternion has no norm; they then write nothing.
+ * steps alone; add them to the tau of NAME_forward. Derivatives leave them out, too. A step also writes NAME_forward,
+ * and NAME_effects if there are effects. Its tau is constant from the beginning to the end. Matrices are column-major.
+ * Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs. Each function returns 0.
+ * NAME_forward, its derivatives and the steps return the number of the body whose joint has no inertia, or whose
+ * quaternion has no norm; they then write nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops,
  * bodies of variable mass, coordinates that move no mass, contacts, effects of other types. KT_ERROR_MEMORY.

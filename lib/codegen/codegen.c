@@ -20,9 +20,9 @@ typedef struct code_kind {
     const char *name, *meaning;
     const char *equation;
     const char *input[3]; /* NULL: no more */
-    const char *output[2];
+    const char *output[3];
     bool is_step;
-    bool is_apart; /* the output is never an input */
+    bool is_apart; /* no output is an input */
 } code_kind;
 
 static const code_kind kinds[KT_CODEGEN_COUNT] = {
@@ -38,6 +38,19 @@ static const code_kind kinds[KT_CODEGEN_COUNT] = {
     [KT_CODEGEN_MARKERS_INDEX] = {.equation = "three numbers for each marker",
                                   .input = {"q", "v"},
                                   .output = {"position", "velocity"}},
+    [KT_CODEGEN_JACOBIANS_INDEX] = {.equation =
+                                        "6 x NV for each marker: angular velocity, velocity; not in the memory of q",
+                                    .input = {"q"},
+                                    .output = {"jacobian"},
+                                    .is_apart = true},
+    [KT_CODEGEN_INVERSE_DERIVATIVES_INDEX] = {.equation = "NV x NV each, column-major; not in the memory of inputs",
+                                              .input = {"q", "v", "a"},
+                                              .output = {"tau_q", "tau_v"},
+                                              .is_apart = true},
+    [KT_CODEGEN_FORWARD_DERIVATIVES_INDEX] = {.equation = "NV x NV each, column-major; not in the memory of inputs",
+                                              .input = {"q", "v", "tau"},
+                                              .output = {"a_q", "a_v", "a_tau"},
+                                              .is_apart = true},
     [KT_CODEGEN_HEUN_INDEX] = {.equation = "from q and v over h seconds, with constant tau; outputs may be the inputs",
                                .input = {"q", "v", "tau"},
                                .output = {"next_q", "next_v"},
@@ -134,7 +147,7 @@ static void print_signature(FILE *file, const char *name, int k, bool constant, 
         fprintf(file, "const %s_real *%s, ", name, kind->input[i]);
     if (kind->is_step)
         fprintf(file, "%s_real h, ", name);
-    for (int i = 0; i < 2 && kind->output[i] != NULL; i++)
+    for (int i = 0; i < 3 && kind->output[i] != NULL; i++)
         fprintf(file, "%s%s_real *%s%s", i > 0 ? ", " : "", name, kind->is_apart && !declares ? "restrict " : "",
                 kind->output[i]);
     fputs(")", file);
@@ -216,7 +229,7 @@ static void print_angles(FILE *file, const kt_model *model) {
 static void print_body(kt_code_printer *p, const char *name, int k, const kt_code_function *f) {
     const code_kind *kind = &kinds[k];
     const kt_code_arrays arrays = {.given = kind->input[2] != NULL ? kind->input[2] : "",
-                                   .output = {kind->output[0], kind->output[1]}};
+                                   .output = {kind->output[0], kind->output[1], kind->output[2]}};
     const kt_op_array array[3] = {KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN};
     const kt_op_counts n = kt_graph_count(p->graph, f->out, f->out_count);
     kt_code_print_parts(p, f, &arrays, names[k]);
@@ -300,7 +313,7 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     f->guard_count = other.guard_count = (int)nv;
     const bool fine = other.out != NULL && other.guard != NULL;
     if (fine) {
-        kt_code_forward_mass(tree, work, f->out, f->guard);
+        kt_code_forward_mass(tree, work, f->out, NULL, f->guard);
         factor_function(tree->graph, f);
         tree->graph->scope++;
         kt_code_forward_articulated(tree, other.out, other.guard);
@@ -319,10 +332,10 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
 static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
-    const size_t count = nv * nv + 6 * markers + 2;
+    const size_t count = 3 * nv * nv + 6 * (nv + 1) * markers + 2;
     f->out = calloc(count + 2 * nv, sizeof *f->out);
     f->guard = calloc(nv, sizeof *f->guard);
-    f->writes_at_once = kinds[k].is_apart;
+    f->writes_at_once = kinds[k].is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
     kt_op *work = calloc(count, sizeof *work);
     bool fine = f->out != NULL && f->guard != NULL && work != NULL;
     g->scope++;
@@ -346,6 +359,21 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
         case KT_CODEGEN_ENERGY_INDEX:
             kt_code_energy(tree, f->out);
             f->out_count = f->output[0] = 2;
+            break;
+        case KT_CODEGEN_JACOBIANS_INDEX:
+            kt_code_jacobians(tree, f->out);
+            f->out_count = f->output[0] = (int)(6 * nv * markers);
+            break;
+        case KT_CODEGEN_INVERSE_DERIVATIVES_INDEX:
+            kt_code_inverse_derivatives(tree, f->out);
+            f->output[0] = f->output[1] = (int)(nv * nv);
+            f->out_count = (int)(2 * nv * nv);
+            break;
+        case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
+            kt_code_forward_derivatives(tree, work, f->out, f->guard);
+            f->guard_count = (int)nv;
+            f->output[0] = f->output[1] = f->output[2] = (int)(nv * nv);
+            f->out_count = (int)(3 * nv * nv);
             break;
         default:
             kt_code_markers(tree, f->out);
@@ -440,13 +468,14 @@ static kt_status check_generated(const kt_model *model, unsigned functions, kt_e
                                       "add the force to tau");
     if (model->n.v == 0)
         return kt_error_set(error, KT_ERROR_MODEL, NULL, "no joint can move, and there is nothing to generate");
-    if ((functions & KT_CODEGEN_FORWARD) && model->n.massless > 0)
+    if ((functions & (KT_CODEGEN_FORWARD | KT_CODEGEN_FORWARD_DERIVATIVES)) && model->n.massless > 0)
         return kt_error_set(error, KT_ERROR_MODEL, "forward",
                             "%d coordinates move no mass, and accelerations do not follow; give the bodies masses, or "
-                            "leave out forward",
+                            "leave out forward and its derivatives",
                             (int)model->n.massless);
-    if ((functions & KT_CODEGEN_MARKERS) && model->n.marker == 0)
-        return kt_error_set(error, KT_ERROR_MODEL, "markers", "there are no markers; name one, or leave out markers");
+    if ((functions & (KT_CODEGEN_MARKERS | KT_CODEGEN_JACOBIANS)) && model->n.marker == 0)
+        return kt_error_set(error, KT_ERROR_MODEL, "markers",
+                            "there are no markers; name one, or leave out markers and jacobians");
     return KT_OK;
 }
 

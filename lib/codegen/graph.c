@@ -219,7 +219,7 @@ kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b) {
 }
 
 void kt_op_name(kt_graph *g, kt_op a, const char *format, ...) {
-    if (g->failed)
+    if (g->failed || g->is_nameless)
         return;
     kt_op_node *n = &g->node[g->node[a].kind == KT_OP_NEGATE ? g->node[a].a : a];
     if (n->origin != KT_OP_OF_STATE || n->kind == KT_OP_INPUT || n->name[0] != '\0' || n->scope != g->scope)
@@ -307,6 +307,28 @@ void kt_graph_factor(kt_graph *g, kt_op *out, int count) {
         moved[i] = factored >= 0 ? factored : copy_node(g, i, moved);
         if (old.name[0] != '\0')
             kt_op_name(g, moved[i], "%s", old.name);
+    }
+    g->section_count = section_count;
+    for (int i = 0; i < count && !g->failed; i++)
+        out[i] = moved[out[i]];
+    free(uses);
+    free(moved);
+}
+
+void kt_graph_replace(kt_graph *g, kt_op *out, int count, const kt_op *value) {
+    const int32_t before = g->count, section_count = g->section_count;
+    int32_t *uses = malloc((size_t)(before + 1) * sizeof *uses);
+    kt_op *moved = malloc((size_t)(before + 1) * sizeof *moved);
+    g->failed |= uses == NULL || moved == NULL;
+    if (!g->failed)
+        kt_graph_uses(g, out, count, uses);
+    for (int32_t i = 0; i < before && !g->failed; i++) {
+        const kt_op_node old = g->node[i];
+        moved[i] = i;
+        if (uses[i] == 0 || old.origin != KT_OP_OF_STATE)
+            continue;
+        g->section_count = old.section + 1; /* new nodes are of the old one's block */
+        moved[i] = old.kind == KT_OP_INPUT && old.a == KT_OP_HELD ? value[old.b] : copy_node(g, i, moved);
     }
     g->section_count = section_count;
     for (int i = 0; i < count && !g->failed; i++)

@@ -32,8 +32,8 @@ typedef enum kt_op_kind {
 
 enum { KT_OP_OF_NUMBERS = 0, KT_OP_OF_PARAMETERS = 1, KT_OP_OF_STATE = 2 }; /* levels */
 
-/* The arrays that a function reads. */
-typedef enum kt_op_array { KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN, KT_OP_SINE, KT_OP_COSINE } kt_op_array;
+/* The arrays that a function reads. KT_OP_HELD is replaced by other nodes (kt_graph_replace). */
+typedef enum kt_op_array { KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN, KT_OP_SINE, KT_OP_COSINE, KT_OP_HELD } kt_op_array;
 
 enum { KT_OP_NAME = 16 };
 
@@ -55,6 +55,7 @@ typedef struct kt_graph {
     char **section; /* the comments of blocks */
     int32_t section_count, section_room;
     int16_t scope;
+    bool is_nameless; /* new nodes have no names, because the function has others of these names */
     bool failed;
 } kt_graph;
 
@@ -84,6 +85,9 @@ void kt_op_name(kt_graph *g, kt_op a, const char *format, ...) __attribute__((fo
 
 /* Replaces a b + a c by a (b + c) if both products have no other use. Writes the new outputs over the old ones. */
 void kt_graph_factor(kt_graph *g, kt_op *out, int count);
+
+/* Replaces the inputs KT_OP_HELD by nodes of the same function. Writes the new outputs over the old ones. */
+void kt_graph_replace(kt_graph *g, kt_op *out, int count, const kt_op *value);
 
 /* The numbers of operations of a function, without signs and without NAME_prepare. */
 typedef struct kt_op_counts {

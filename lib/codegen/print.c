@@ -20,7 +20,13 @@ enum {
 };
 
 /* Arguments of a part, behind the arrays of kt_op_array. */
-enum { CODE_PREPARED = KT_OP_COSINE + 1, CODE_OUTPUT, CODE_PLACES, CODE_ARGUMENTS, CODE_GUARDS = CODE_ARGUMENTS };
+enum {
+    CODE_PREPARED = KT_OP_COSINE + 1,
+    CODE_OUTPUT, /* the first of three */
+    CODE_PLACES = CODE_OUTPUT + 3,
+    CODE_ARGUMENTS,
+    CODE_GUARDS = CODE_ARGUMENTS
+};
 
 /* The place of an operand: left or right in a sum, or in a product. */
 typedef enum code_place { CODE_SUM, CODE_SUM_RIGHT, CODE_PRODUCT, CODE_PRODUCT_RIGHT } code_place;
@@ -181,11 +187,13 @@ static void plan_parts(kt_code_printer *p, const kt_code_function *f) {
         note_reads(p, f->guard[k].limit, part);
         p->needs[part] |= 1 << CODE_GUARDS;
     }
-    for (int k = 0; k < f->out_count; k++) {
+    for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
         const int own = is_leaf_of_code(p, f->out[k]) ? 0 : p->part[f->out[k]];
         const int part = f->writes_at_once ? own : p->part_count;
+        while (k - first >= f->output[array])
+            first += f->output[array++];
         note_reads(p, f->out[k], part);
-        p->needs[part] |= 1 << CODE_OUTPUT;
+        p->needs[part] |= 1 << (CODE_OUTPUT + array);
     }
 }
 
@@ -393,7 +401,9 @@ static bool plan_function(kt_code_printer *p, const kt_code_function *f, int ori
 
 /* Prints the arguments of a part, as its declaration or a call has them. */
 static void print_arguments(const kt_code_printer *p, int part, bool declares) {
-    const char *const name[CODE_ARGUMENTS] = {"q", "v", p->arrays->given, "s", "c", "k", p->arrays->output[0], "w"};
+    const kt_code_arrays *a = p->arrays;
+    const char *const name[CODE_ARGUMENTS] = {"q", "v",          a->given,     "s",          "c",
+                                              "k", a->output[0], a->output[1], a->output[2], "w"};
     bool is_next = false;
     for (int k = 0; k < CODE_ARGUMENTS; k++) {
         if (!(p->needs[part] & 1 << k))

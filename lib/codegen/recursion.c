@@ -11,10 +11,15 @@
 
 #include <stdlib.h>
 
+kt_op kt_code_rate(const kt_code_tree *tree, kt_op_array array, int index) {
+    const bool is_node = array == KT_OP_GIVEN && tree->acceleration != NULL;
+    return is_node ? tree->acceleration[index] : kt_op_input(tree->graph, array, index);
+}
+
 void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear) {
     const kt_code_link *l = &tree->link[link];
     kt_graph *g = tree->graph;
-    const kt_op first = kt_op_input(g, array, l->link->v);
+    const kt_op first = kt_code_rate(tree, array, l->link->v);
     *angular = *linear = kt_op3_zero(g);
     switch (kt_code_motion(l)) {
     case KT_MOTION_REVOLUTE:
@@ -30,9 +35,9 @@ void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angu
     case KT_MOTION_SPHERICAL:
     case KT_MOTION_FREE:
         for (int k = 0; k < 3; k++) {
-            angular->x[k] = kt_op_input(g, array, l->link->v + kt_link_lengths(l->link) + k);
+            angular->x[k] = kt_code_rate(tree, array, l->link->v + kt_link_lengths(l->link) + k);
             if (kt_link_lengths(l->link) > 0)
-                linear->x[k] = kt_op_input(g, array, l->link->v + k);
+                linear->x[k] = kt_code_rate(tree, array, l->link->v + k);
         }
         break;
     case KT_MOTION_NONE:
@@ -155,8 +160,8 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
         kt_graph_section(g, "%s: tau = s . (n, f);  the parent carries f and n + r x f", l->name);
         project_wrench(tree, &m->frame, m->moment, m->force, tau + link->v);
         for (int k = 0; k < kt_link_dofs(link) && has_acceleration; k++)
-            tau[link->v + k] = kt_op_add(g, tau[link->v + k],
-                                         kt_op_multiply(g, l->armature[k], kt_op_input(g, KT_OP_GIVEN, link->v + k)));
+            tau[link->v + k] = kt_op_add(
+                g, tau[link->v + k], kt_op_multiply(g, l->armature[k], kt_code_rate(tree, KT_OP_GIVEN, link->v + k)));
         const kt_op3 force = kt_code_up(g, &m->frame, m->force);
         const kt_op3 moment =
             kt_op3_add(g, kt_code_up(g, &m->frame, m->moment), kt_op3_cross(g, m->frame.offset, force));

@@ -30,9 +30,9 @@ typedef struct kt_code_guard {
     int body;
 } kt_code_guard;
 
-/* a = M^-1 (tau - h) for the forces KT_OP_GIVEN, through the mass matrix. work: nv x nv. One guard for each
- * coordinate. */
-void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard);
+/* a = M^-1 (tau - h) for the forces KT_OP_GIVEN, through the mass matrix. work: nv x nv. inverse: M^-1, column by
+ * column, or NULL. One guard for each coordinate. */
+void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *inverse, kt_code_guard *guard);
 
 /* The same by articulated bodies. */
 void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
@@ -49,5 +49,15 @@ void kt_code_effects(kt_code_tree *tree, kt_op *tau);
 /* Positions and velocities of all markers in world axes: first three numbers for each position,
  * then three for each velocity. */
 void kt_code_markers(kt_code_tree *tree, kt_op *out);
+
+/* The Jacobians of all markers, 6 x nv each, column by column: angular velocity, velocity of the marker, world axes. */
+void kt_code_jacobians(kt_code_tree *tree, kt_op *out);
+
+/* dtau/dq and dtau/dv of the inverse dynamics for the accelerations KT_OP_GIVEN: out has 2 nv nv entries. */
+void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out);
+
+/* da/dq, da/dv and da/dtau of the forward dynamics for the forces KT_OP_GIVEN: out has 3 nv nv entries. work: nv x nv.
+ * One guard for each coordinate. */
+void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
 #endif

@@ -169,12 +169,16 @@ static void place_body(kt_code_tree *tree, int b) {
 
 kt_op3 kt_code_marker(kt_code_tree *tree, int body, int marker) {
     kt_graph *g = tree->graph;
+    kt_op3 *known = &tree->marker[tree->model->body[body].marker + marker];
     char name[KT_CODE_BODY_NAME];
+    if (known->x[0] >= 0)
+        return *known;
     (void)snprintf(name, sizeof name, "marker_%s", kt_marker_name(tree->model, body, marker));
     for (char *at = name; *at != '\0'; at++)
         *at = *at == '-' ? '_' : *at;
     const kt_op3 at = make_parameters(tree, body, name, "body frame, m", kt_marker_at(tree->model, body, marker));
-    return kt_op3_add(g, tree->body_position[body], kt_op33_apply(g, &tree->body_rotation[body], at));
+    *known = kt_op3_add(g, tree->body_position[body], kt_op33_apply(g, &tree->body_rotation[body], at));
+    return *known;
 }
 
 /* The order of magnitude of the inertia that a link carries, as compile/build.c; a sum replaces the largest shift. */
@@ -228,10 +232,13 @@ bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *grap
     tree->body_position = calloc(bodies, sizeof *tree->body_position);
     tree->body_name = calloc(bodies, sizeof *tree->body_name);
     tree->before = calloc(model->n.v + 1, sizeof *tree->before);
+    tree->marker = calloc(model->n.marker + 1, sizeof *tree->marker);
     if (tree->link == NULL || tree->body_rotation == NULL || tree->body_position == NULL || tree->body_name == NULL ||
-        tree->before == NULL || graph->failed)
+        tree->before == NULL || tree->marker == NULL || graph->failed)
         return false;
     name_bodies(tree);
+    for (size_t i = 0; i < model->n.marker; i++)
+        tree->marker[i].x[0] = -1;
     kt_graph_section(graph, "numbers");
     tree->gravity = make_parameters(tree, 0, "gravity", "world axes, m/s^2", kt_model_gravity(model));
     for (size_t i = 0; i < links; i++) {
@@ -260,6 +267,7 @@ void kt_code_tree_free(kt_code_tree *tree) {
     free(tree->body_position);
     free(tree->body_name);
     free(tree->before);
+    free(tree->marker);
 }
 
 /* ---- base parameters --------------------------------------------------------------------------------------------- */

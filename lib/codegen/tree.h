@@ -49,6 +49,8 @@ typedef struct kt_code_tree {
     kt_op3 *body_position;
     char (*body_name)[KT_CODE_NAME]; /* as an identifier of C */
     int32_t *before;                 /* the coordinate that carries each one; -1: none */
+    kt_op3 *marker;                  /* positions of markers in their links, once they are used; before, -1 */
+    const kt_op *acceleration;       /* of inverse dynamics; NULL: KT_OP_GIVEN */
 } kt_code_tree;
 
 /* Reads a model. Returns false if memory is insufficient; kt_code_tree_free releases the tree in any case. */
@@ -85,6 +87,8 @@ kt_op33 kt_code_matrix_to_rest(kt_graph *g, const kt_code_frame *f, const kt_op3
 kt_op33 kt_code_matrix_rest_up(kt_graph *g, const kt_code_frame *f, const kt_op33 *h);
 kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j);
 
+/* A rate or an acceleration: an input, or a node of tree->acceleration. */
+kt_op kt_code_rate(const kt_code_tree *tree, kt_op_array array, int index);
 /* Rates or accelerations of a joint: rotations in the link's axes, translations in its axes at rest. */
 void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear);
 /* The node of a number: a parameter PREFIX_SUFFIX (NULL: SUFFIX), or a constant if it is zero or fixed. `meaning` must

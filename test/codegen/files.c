@@ -159,7 +159,7 @@ static void check_no_inertia(int count) {
     char last[16];
     for (int i = 0; i < BODIES; i++)
         q[i] = 0.1 * (i + 1);
-    if (!small_tree_make(&t, count) || !kt_generated_make(&g, t.model, "cc -O1"))
+    if (!small_tree_make(&t, count) || !kt_generated_make_plain(&g, t.model, "cc -O1"))
         return;
     const int body = kt_body_find(t.model, names[count - 1]);
     kt_check_equal_int("parts", g.has_parts[0], count > 3);
@@ -211,7 +211,7 @@ KT_TEST(sines_are_those_of_long_double_at_all_sizes_of_angles) {
         kt_skip("generated C", "there is no compiler of the name cc");
         return;
     }
-    if (!small_tree_make(&t, 1) || !kt_generated_make(&g, t.model, "cc -O2"))
+    if (!small_tree_make(&t, 1) || !kt_generated_make_plain(&g, t.model, "cc -O2"))
         return;
     for (int k = 0; k < 40000; k++) {
         const double size = pow(10.0, kt_random_uniform(&random, -8.0, 11.8));
@@ -405,7 +405,7 @@ KT_TEST(bits_are_equal_for_compilers_and_levels) {
                 kt_skip(compile[k], "this machine has no such compiler or no such instructions");
                 continue;
             }
-            if (kt_generated_make(&g, tree.model, compile[k]))
+            if (kt_generated_make_plain(&g, tree.model, compile[k]))
                 collect_results(&g, &s, compared++ == 0 ? first : other);
             kt_check_true("the second tree has parts", n == 0 || g.has_parts[0]);
             kt_generated_free(&g);

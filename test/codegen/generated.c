@@ -7,6 +7,8 @@
 #include <string.h>
 #include <unistd.h>
 
+enum { DERIVATIVES = KT_CODEGEN_INVERSE_DERIVATIVES | KT_CODEGEN_FORWARD_DERIVATIVES };
+
 bool kt_generated_has(const char *compiler) {
     char command[128];
     snprintf(command, sizeof command, "%s --version >/dev/null 2>&1", compiler);
@@ -45,13 +47,18 @@ static const char folded[] =
     "    double *p, double *u) { (void)m; return mech_##f(q, v, x, h, p, u); }\n"
     "RATES(bias) RATES(effects) RATES(energy) GIVEN(forward) GIVEN(inverse) STEP(heun) STEP(rk4)\n"
     "STEP(semi_implicit)\n"
+    "int folded_jacobians(const void *m, const double *q, double *x) { (void)m; return mech_jacobians(q, x); }\n"
+    "int folded_inverse_derivatives(const void *m, const double *q, const double *v, const double *x, double *y,\n"
+    "    double *z) { (void)m; return mech_inverse_derivatives(q, v, x, y, z); }\n"
+    "int folded_forward_derivatives(const void *m, const double *q, const double *v, const double *x, double *y,\n"
+    "    double *z, double *w) { (void)m; return mech_forward_derivatives(q, v, x, y, z, w); }\n"
     "int folded_mass(const void *m, const double *q, double *x) { (void)m; return mech_mass(q, x); }\n"
     "int folded_markers(const void *m, const double *q, const double *v, double *x, double *u) {\n"
     "    (void)m; return mech_markers(q, v, x, u); }\n"
     "const double folded_default[1] = {0};\n"
     "void folded_prepare(const double *p, double *m) { (void)p; (void)m; }\n";
 
-static bool write_files(kt_generated *g, const kt_model *model, bool fold) {
+static bool write_files(kt_generated *g, const kt_model *model, unsigned functions, bool fold) {
     char path[2][128];
     kt_error error = {0};
     snprintf(path[0], sizeof path[0], "%s/mech.c", g->folder);
@@ -59,7 +66,7 @@ static bool write_files(kt_generated *g, const kt_model *model, bool fold) {
     FILE *source = fopen(path[0], "w"), *header = fopen(path[1], "w");
     kt_status status = KT_ERROR_FILE;
     if (kt_check_true("files can be written", source != NULL && header != NULL))
-        status = kt_codegen_write(model, "mech", KT_CODEGEN_ALL, fold, source, header, &error);
+        status = kt_codegen_write(model, "mech", functions, fold, source, header, &error);
     if (source != NULL && fold)
         fputs(folded, source);
     if (source != NULL)
@@ -85,7 +92,7 @@ static bool read_method(kt_generated *g) {
     return true;
 }
 
-static bool load_file(kt_generated *g, const char *prefix) {
+static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
     char path[128], name[64];
     snprintf(path, sizeof path, "%s/mech.so", g->folder);
     g->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
@@ -94,11 +101,25 @@ static bool load_file(kt_generated *g, const char *prefix) {
     const struct {
         const char *name;
         void *target;
-    } symbol[] = {{"prepare", &g->prepare}, {"forward", &g->forward}, {"inverse", &g->inverse},
-                  {"bias", &g->bias},       {"effects", &g->effects}, {"energy", &g->energy},
-                  {"mass", &g->mass},       {"markers", &g->markers}, {"default", &g->standard},
-                  {"heun", &g->heun},       {"rk4", &g->rk4},         {"semi_implicit", &g->semi_implicit}};
+    } symbol[] = {{"prepare", &g->prepare},
+                  {"forward", &g->forward},
+                  {"inverse", &g->inverse},
+                  {"bias", &g->bias},
+                  {"effects", &g->effects},
+                  {"energy", &g->energy},
+                  {"mass", &g->mass},
+                  {"markers", &g->markers},
+                  {"default", &g->standard},
+                  {"heun", &g->heun},
+                  {"rk4", &g->rk4},
+                  {"semi_implicit", &g->semi_implicit},
+                  {"jacobians", &g->jacobians},
+                  {"inverse_derivatives", &g->inverse_derivatives},
+                  {"forward_derivatives", &g->forward_derivatives}};
     for (size_t i = 0; i < sizeof symbol / sizeof *symbol; i++) {
+        const bool is_left_out = strstr(symbol[i].name, "derivatives") != NULL && (functions & DERIVATIVES) == 0;
+        if (is_left_out)
+            continue;
         snprintf(name, sizeof name, "%s_%s", prefix, symbol[i].name);
         void *const at = dlsym(g->library, name);
         if (!kt_check_true(name, at != NULL))
@@ -109,7 +130,7 @@ static bool load_file(kt_generated *g, const char *prefix) {
     return true;
 }
 
-static bool make_generated(kt_generated *g, const kt_model *model, const char *compile, bool fold) {
+static bool make_generated(kt_generated *g, const kt_model *model, unsigned functions, const char *compile, bool fold) {
     char command[512];
     memset(g, 0, sizeof *g);
     strcpy(g->folder, "/tmp/kt-codegen-XXXXXX");
@@ -117,21 +138,25 @@ static bool make_generated(kt_generated *g, const kt_model *model, const char *c
         g->folder[0] = '\0';
         return false;
     }
-    if (!write_files(g, model, fold) || (!fold && !read_names(g)) || !read_method(g))
+    if (!write_files(g, model, functions, fold) || (!fold && !read_names(g)) || !read_method(g))
         return false;
     snprintf(command, sizeof command,
              "%s -std=c99 -Wall -Wextra -Werror -pedantic -fPIC -shared %s/mech.c -o %s/mech.so", compile, g->folder,
              g->folder);
     const int code = system(command); /* NOLINT(cert-env33-c): a compiler of this machine */
-    return kt_check_equal_int("the compiler's exit code", code, 0) && load_file(g, fold ? "folded" : "mech");
+    return kt_check_equal_int("the compiler's exit code", code, 0) && load_file(g, fold ? "folded" : "mech", functions);
 }
 
 bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile) {
-    return make_generated(g, model, compile, false);
+    return make_generated(g, model, KT_CODEGEN_ALL, compile, false);
+}
+
+bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile) {
+    return make_generated(g, model, KT_CODEGEN_ALL & ~(unsigned)DERIVATIVES, compile, false);
 }
 
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile) {
-    return make_generated(g, model, compile, true);
+    return make_generated(g, model, KT_CODEGEN_ALL, compile, true);
 }
 
 void kt_generated_free(kt_generated *g) {

@@ -12,6 +12,10 @@ typedef int kt_generated_rates(const void *model, const double *q, const double 
 typedef int kt_generated_given(const void *model, const double *q, const double *v, const double *x, double *out);
 typedef int kt_generated_mass(const void *model, const double *q, double *out);
 typedef int kt_generated_markers(const void *model, const double *q, const double *v, double *at, double *rate);
+typedef int kt_generated_pair(const void *model, const double *q, const double *v, const double *x, double *by_q,
+                              double *by_v);
+typedef int kt_generated_three(const void *model, const double *q, const double *v, const double *x, double *by_q,
+                               double *by_v, double *by_x);
 typedef int kt_generated_step(const void *model, const double *q, const double *v, const double *tau, double h,
                               double *next_q, double *next_v);
 typedef void kt_generated_prepare(const double *parameters, double *model);
@@ -28,7 +32,9 @@ typedef struct kt_generated {
     kt_generated_prepare *prepare;
     kt_generated_given *forward, *inverse;
     kt_generated_rates *bias, *effects, *energy;
-    kt_generated_mass *mass;
+    kt_generated_mass *mass, *jacobians;
+    kt_generated_pair *inverse_derivatives;
+    kt_generated_three *forward_derivatives;
     kt_generated_markers *markers;
     kt_generated_step *heun, *rk4, *semi_implicit;
 } kt_generated;
@@ -39,6 +45,8 @@ bool kt_generated_has(const char *compiler);
 /* Generates all functions of a model as mech.c, compiles with a command such as "cc -O1", loads, and prepares the
  * standard parameters. A failure fails the test. kt_generated_free may follow in any case. */
 bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile);
+/* The same without derivatives, which take most of the time of a compiler; their functions are NULL. */
+bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile);
 /* The same with all numbers fixed: there are no parameters, and the functions ignore their model. */
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile);
 void kt_generated_free(kt_generated *g);

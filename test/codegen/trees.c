@@ -24,13 +24,22 @@ static int count_mechanisms(int usual) {
 
 /* The worst errors, each relative to the rounding errors of its terms. */
 typedef struct comparison {
-    kt_worst inverse, bias, forward, mass, effects, kinetic, potential, markers, steps;
+    kt_worst inverse, bias, forward, mass, effects, kinetic, potential, markers, steps, jacobians, derivatives[5];
 } comparison;
 
 static comparison comparison_make(void) {
-    return (comparison){kt_worst_make("inverse dynamics"), kt_worst_make("bias"),    kt_worst_make("forward dynamics"),
-                        kt_worst_make("mass matrix"),      kt_worst_make("effects"), kt_worst_make("kinetic energy"),
-                        kt_worst_make("potential energy"), kt_worst_make("markers"), kt_worst_make("steps")};
+    return (comparison){kt_worst_make("inverse dynamics"),
+                        kt_worst_make("bias"),
+                        kt_worst_make("forward dynamics"),
+                        kt_worst_make("mass matrix"),
+                        kt_worst_make("effects"),
+                        kt_worst_make("kinetic energy"),
+                        kt_worst_make("potential energy"),
+                        kt_worst_make("markers"),
+                        kt_worst_make("steps"),
+                        kt_worst_make("Jacobians"),
+                        {kt_worst_make("dtau/dq"), kt_worst_make("dtau/dv"), kt_worst_make("da/dq"),
+                         kt_worst_make("da/dv"), kt_worst_make("da/dtau")}};
 }
 
 static void comparison_check(const comparison *c) {
@@ -43,6 +52,9 @@ static void comparison_check(const comparison *c) {
     kt_check_worst(&c->potential);
     kt_check_worst(&c->markers);
     kt_check_worst(&c->steps);
+    kt_check_worst(&c->jacobians);
+    for (int k = 0; k < 5; k++)
+        kt_check_worst(&c->derivatives[k]);
 }
 
 static void compare_forces(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
@@ -131,6 +143,83 @@ static void compare_motion(kt_generated *g, const kt_tree *tree, const kt_tree_s
     kt_worst_near(&c->potential, energy[1], potential, 40.0 * EPS * 10.0 * mass * size, "tree %d", n);
 }
 
+/* J v is the motion of the body in long double: its angular velocity, and the velocity of its marker. */
+static void compare_jacobians(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+    static kt_oracle_body body[KT_TREE_SLOTS];
+    static double jacobian[6 * KT_TREE_NV * KT_TREE_SLOTS], at[3 * KT_TREE_SLOTS], rate[3 * KT_TREE_SLOTS];
+    kt_check_equal_int("jacobians", g->jacobians(g->model, s->q, jacobian), 0);
+    kt_check_equal_int("markers", g->markers(g->model, s->q, s->v, at, rate), 0);
+    kt_oracle_motion(tree, s->q, s->v, NULL, body);
+    for (int b = 1, k = 0; b < tree->count; b++, k++) {
+        const kt_vec3 p = kt_marker_at(tree->model, b, 0);
+        const double own[3] = {p.x, p.y, p.z};
+        long double arm[3];
+        for (int i = 0; i < 3; i++)
+            arm[i] = body[b].r[i][0] * (long double)own[0] + body[b].r[i][1] * (long double)own[1] +
+                     body[b].r[i][2] * (long double)own[2];
+        for (int i = 0; i < 6; i++) {
+            double sum = 0.0, size = 1.0;
+            for (int v = 0; v < tree->nv; v++) {
+                const double term = jacobian[(size_t)6 * (size_t)(k * tree->nv + v) + (size_t)i] * s->v[v];
+                sum += term;
+                size += fabs(term);
+            }
+            for (int x = 0; x < 3; x++)
+                size += (double)(fabsl(body[b].p[x]) + fabsl(body[b].u[x]));
+            const int x = i % 3, y = (i + 1) % 3, z = (i + 2) % 3;
+            const long double *w = body[b].w;
+            const long double right = i < 3 ? w[i] : body[b].u[x] + w[y] * arm[z] - w[z] * arm[y];
+            kt_worst_near(&c->jacobians, sum, (double)right, 4.0 * EPS * size * size, "tree %d body %d row %d", n, b,
+                          i);
+        }
+    }
+}
+
+static double largest_of(const double *x, int count) {
+    double most = 0.0;
+    for (int i = 0; i < count; i++)
+        most = fmax(most, fabs(x[i]));
+    return most;
+}
+
+enum { SQUARE = KT_TREE_NV * KT_TREE_NV };
+
+static void compare_matrices(const double *own, const double *right, int nv, double bound, kt_worst *worst, int n) {
+    for (int i = 0; i < nv * nv; i++)
+        kt_worst_near(worst, own[i], right[i], bound, "tree %d entry %d", n, i);
+}
+
+/* Against the library, whose derivatives follow from other equations: recursions for derivatives, which have tests with
+ * differences. Both errors grow with the condition of M, which |M| |M^-1| bounds. */
+static void compare_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+    static double own[3][SQUARE], right[3][SQUARE], mass[SQUARE];
+    const int nv = tree->nv;
+    kt_error error = {0};
+    const size_t size = kt_derivative_work_size(tree->model);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    kt_status status = kt_dynamics_inverse_derivatives(tree->model, tree->data, work, size, s->q, s->v, s->a, NULL,
+                                                       right[0], right[1], &error);
+    kt_check_equal_int("inverse_derivatives", g->inverse_derivatives(g->model, s->q, s->v, s->a, own[0], own[1]), 0);
+    double most = 1.0;
+    if (kt_tree_fine("derivatives of inverse dynamics", status, &error)) {
+        most = fmax(1.0, fmax(largest_of(right[0], nv * nv), largest_of(right[1], nv * nv)));
+        compare_matrices(own[0], right[0], nv, 100.0 * EPS * most, &c->derivatives[0], n);
+        compare_matrices(own[1], right[1], nv, 100.0 * EPS * most, &c->derivatives[1], n);
+    }
+    status = kt_dynamics_forward_derivatives(tree->model, tree->data, work, size, s->q, s->v, s->tau, NULL, right[0],
+                                             right[1], right[2], &error);
+    kt_check_equal_int("forward_derivatives",
+                       g->forward_derivatives(g->model, s->q, s->v, s->tau, own[0], own[1], own[2]), 0);
+    kt_check_equal_int("mass", g->mass(g->model, s->q, mass), 0);
+    if (kt_tree_fine("derivatives of forward dynamics", status, &error)) {
+        const double condition = nv * largest_of(mass, nv * nv) * largest_of(right[2], nv * nv);
+        for (int k = 0; k < 3; k++)
+            compare_matrices(own[k], right[k], nv, 4.0 * EPS * condition * fmax(1.0, largest_of(right[k], nv * nv)),
+                             &c->derivatives[2 + k], n);
+    }
+    free(work);
+}
+
 /* Against the library: its effects have tests of their own. */
 static void compare_effects(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
     double tau[KT_TREE_NV], slow[KT_TREE_NV];
@@ -201,6 +290,8 @@ static void compare_all(kt_generated *g, const kt_tree *tree, kt_random *random,
     compare_effects(g, tree, &s, c, n);
     compare_motion(g, tree, &s, c, n);
     compare_steps(g, tree, &s, c, n);
+    compare_jacobians(g, tree, &s, c, n);
+    compare_derivatives(g, tree, &s, c, n);
 }
 
 enum { EFFECTS = 2 * KT_TREE_BODIES };

@@ -1,0 +1,181 @@
+/* Derivatives of inverse and forward dynamics, by the chain rule on nodes.
+ *
+ * A direction changes one coordinate: q (+) h e_k or v + h e_k. Each node has a slope, its derivative by h:
+ *
+ *   (a + b)' = a' + b'    (a b)' = a' b + a b'    (a / b)' = (a' - (a / b) b') / b
+ *   (sin q)' = cos q      (cos q)' = -sin q       p' = p (0, e_k) / 2 for the quaternion p of a joint
+ *
+ * A slope that is zero makes no node, so that only links beyond a joint, and those that carry it, have operations.
+ * With tau(q, v, a) = M a + h,
+ *
+ *   da/dtau = M^-1    da/dq = -M^-1 dtau/dq    da/dv = -M^-1 dtau/dv,
+ *
+ * where the accelerations are held: they are inputs KT_OP_HELD, which have no slopes. The accelerations of the
+ * forward dynamics replace them afterwards.
+ *
+ * Source: Griewank & Walther, Evaluating Derivatives (2008), 3.1.
+ */
+#include "codegen/recursion.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A direction: one position or velocity of a link. */
+typedef struct code_direction {
+    const kt_link *link;
+    kt_op_array array; /* KT_OP_POSITION or KT_OP_RATE */
+    int index;         /* of the coordinate in the joint */
+} code_direction;
+
+/* Component `row` of p (0, e_axis) / 2, where p begins at the position `first`. */
+static kt_op turn_quaternion(kt_graph *g, int first, int row, int axis) {
+    const kt_op half = kt_op_number(g, 0.5);
+    if (row == 0)
+        return kt_op_negate(g, kt_op_multiply(g, half, kt_op_input(g, KT_OP_POSITION, first + 1 + axis)));
+    if (row == 1 + axis)
+        return kt_op_multiply(g, half, kt_op_input(g, KT_OP_POSITION, first));
+    const int other = 3 - axis - (row - 1); /* p x e_axis has the sign of the permutation (row, other, axis) */
+    const kt_op product = kt_op_multiply(g, half, kt_op_input(g, KT_OP_POSITION, first + 1 + other));
+    return row % 3 == other ? product : kt_op_negate(g, product);
+}
+
+/* The slope of an input. */
+static kt_op input_slope(kt_graph *g, const kt_op_node *n, const code_direction *d) {
+    const kt_link *l = d->link;
+    const int lengths = kt_link_lengths(l), turns = d->index - lengths;
+    const bool has_quaternion = kt_motion_facts_of((kt_motion)l->motion).quaternions > 0;
+    const kt_op zero = kt_op_number(g, 0.0), one = kt_op_number(g, 1.0);
+    switch ((kt_op_array)n->a) {
+    case KT_OP_RATE:
+        return d->array == KT_OP_RATE && n->b == l->v + d->index ? one : zero;
+    case KT_OP_POSITION:
+        if (d->array != KT_OP_POSITION)
+            return zero;
+        if (!has_quaternion || turns < 0)
+            return n->b == l->q + d->index ? one : zero;
+        return n->b >= l->q + lengths && n->b < l->q + lengths + 4
+                   ? turn_quaternion(g, l->q + lengths, n->b - l->q - lengths, turns)
+                   : zero;
+    case KT_OP_SINE:
+    case KT_OP_COSINE:
+        if (d->array != KT_OP_POSITION || has_quaternion || n->b != l->angle ||
+            kt_motion_facts_of((kt_motion)l->motion).angles == 0)
+            return zero;
+        return n->a == KT_OP_SINE ? kt_op_input(g, KT_OP_COSINE, n->b)
+                                  : kt_op_negate(g, kt_op_input(g, KT_OP_SINE, n->b));
+    case KT_OP_GIVEN:
+    case KT_OP_HELD:
+        break;
+    }
+    return zero;
+}
+
+/* The slope of node i from those of its operands. */
+static kt_op node_slope(kt_graph *g, kt_op i, const kt_op *slope, const code_direction *d) {
+    const kt_op_node n = g->node[i];
+    switch ((kt_op_kind)n.kind) {
+    case KT_OP_ADD:
+        return kt_op_add(g, slope[n.a], slope[n.b]);
+    case KT_OP_SUBTRACT:
+        return kt_op_subtract(g, slope[n.a], slope[n.b]);
+    case KT_OP_MULTIPLY:
+        return kt_op_add(g, kt_op_multiply(g, slope[n.a], n.b), kt_op_multiply(g, n.a, slope[n.b]));
+    case KT_OP_DIVIDE:
+        return kt_op_divide(g, kt_op_subtract(g, slope[n.a], kt_op_multiply(g, i, slope[n.b])), n.b);
+    case KT_OP_NEGATE:
+        return kt_op_negate(g, slope[n.a]);
+    case KT_OP_INPUT:
+        return input_slope(g, &n, d);
+    case KT_OP_CONSTANT:
+    case KT_OP_PARAMETER:
+        break;
+    }
+    return kt_op_number(g, 0.0);
+}
+
+/* Room of the chain rule: each has an entry for every node. */
+typedef struct code_chain {
+    int32_t count; /* of nodes before the slopes */
+    int32_t *uses;
+    kt_op *slope;
+} code_chain;
+
+/* Makes the slopes of tau along one direction. */
+static void fill_slopes(kt_graph *g, const code_chain *chain, const code_direction *d, const kt_op *tau, int nv,
+                        kt_op *column) {
+    const kt_op zero = kt_op_number(g, 0.0);
+    for (kt_op i = 0; i < chain->count && !g->failed; i++) {
+        const bool moves = chain->uses[i] > 0 && g->node[i].origin == KT_OP_OF_STATE;
+        chain->slope[i] = moves ? node_slope(g, i, chain->slope, d) : zero;
+    }
+    for (int i = 0; i < nv && !g->failed; i++)
+        column[i] = chain->slope[tau[i]];
+}
+
+/* dtau/dq and dtau/dv, nv x nv each. */
+static void fill_derivatives(kt_code_tree *tree, const kt_op *tau, kt_op *out) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v;
+    const size_t room = (size_t)g->count + 1;
+    const code_chain chain = {g->count, calloc(room, sizeof *chain.uses), calloc(room, sizeof *chain.slope)};
+    g->failed |= chain.uses == NULL || chain.slope == NULL;
+    if (!g->failed)
+        kt_graph_uses(g, tau, nv, chain.uses);
+    for (int k = 0; k < 2; k++)
+        for (int c = 1; c < tree->link_count && !g->failed; c++) {
+            const kt_link *link = tree->link[c].link;
+            for (int i = 0; i < kt_link_dofs(link); i++) {
+                const code_direction d = {link, k == 0 ? KT_OP_POSITION : KT_OP_RATE, i};
+                kt_graph_section(g, "%s: dtau/d%c_%d, by the chain rule", tree->link[c].name, k == 0 ? 'q' : 'v',
+                                 link->v + i);
+                fill_slopes(g, &chain, &d, tau, nv, out + (size_t)nv * (size_t)(k * nv + link->v + i));
+            }
+        }
+    free(chain.uses);
+    free(chain.slope);
+}
+
+void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out) {
+    kt_op *tau = calloc(tree->model->n.v, sizeof *tau);
+    tree->graph->failed |= tau == NULL;
+    if (tau != NULL) {
+        kt_code_inverse(tree, true, tau);
+        fill_derivatives(tree, tau, out);
+    }
+    free(tau);
+}
+
+/* out := -M^-1 out, for one column. */
+static void solve_column(kt_graph *g, int nv, const kt_op *inverse, kt_op *column, kt_op *room) {
+    for (int i = 0; i < nv; i++) {
+        room[i] = kt_op_number(g, 0.0);
+        for (int j = 0; j < nv; j++)
+            room[i] = kt_op_subtract(g, room[i], kt_op_multiply(g, inverse[j * nv + i], column[j]));
+    }
+    memcpy(column, room, (size_t)nv * sizeof *column);
+}
+
+void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v;
+    kt_op *a = calloc(3 * (size_t)nv, sizeof *a), *held = a + nv, *tau = held + nv;
+    kt_op *inverse = out + 2 * (size_t)nv * (size_t)nv;
+    g->failed |= a == NULL;
+    if (a != NULL) {
+        kt_code_forward_mass(tree, work, a, inverse, guard);
+        for (int k = 0; k < nv; k++)
+            held[k] = kt_op_input(g, KT_OP_HELD, k);
+        tree->acceleration = held;
+        g->is_nameless = true;
+        kt_code_inverse(tree, true, tau);
+        g->is_nameless = false;
+        tree->acceleration = NULL;
+        fill_derivatives(tree, tau, out);
+        kt_graph_replace(g, out, 2 * nv * nv, a);
+        for (int k = 0; k < 2 * nv && !g->failed; k++) {
+            kt_graph_section(g, "column %d of da/d%c = -M^-1 dtau/d%c", k % nv, k < nv ? 'q' : 'v', k < nv ? 'q' : 'v');
+            solve_column(g, nv, inverse, out + (size_t)k * (size_t)nv, tau);
+        }
+    }
+    free(a);
+}
