@@ -22,6 +22,7 @@ extern "Python" {
     int kt_python_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
     int kt_python_control_law(void *user, double t, const double *q, const double *v, double *tau);
     int kt_python_joint_force(void *user, double t, double q, double v, double *force, kt_effect_balance *balance);
+    int kt_python_wrench(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches, kt_effect_balance *balance);
 }
 """
 

@@ -3,8 +3,11 @@
 An exception is right, and the end of the interpreter is a fault. Half of the arguments are wrong in type or shape. The others have the
 right shape and odd numbers (not finite, huge, tiny), which reach the computations.
 """
+import copy
+import pickle
 import random
 import sys
+import threading
 import time
 
 import numpy as np
@@ -100,9 +103,87 @@ class Fuzz:
         else:
             maker(self.argument(), **({} if draw.random() < 0.5 else {draw.choice(["step", "duration", "integrator", "set", "threads"]): self.argument()}))
 
+    def checkpoint(self):
+        """A checkpoint of which some bytes were changed."""
+        draw, simulation = self.draw, self.objects[1]
+        block = bytearray(simulation.save())
+        for _ in range(draw.randrange(1, 6)):
+            at, count = draw.randrange(len(block)), draw.choice([1, 4, 8])
+            block[at:at + count] = bytes(draw.choice([0, 1, 127, 255, draw.randrange(256)]) for _ in block[at:at + count])
+        simulation.restore(bytes(block))
+        simulation.tick(1e-3)
+
+    def callback(self):
+        """A function that sometimes fails, returns no number, or calls the package itself."""
+        def function(*_):
+            kind = self.draw.random()
+            if kind < 0.05:
+                try:
+                    self.call()
+                except Exception:
+                    pass
+            return [0.1, 1 / 0 if kind < 0.02 else 0.2, "x", np.nan, None, [0.0, 0.0, 0.1]][self.draw.choices(range(6), [20, 2, 1, 1, 1, 2])[0]]
+        return function
+
+    def force(self):
+        """Objects of a model with forces of Python."""
+        draw, forces = self.draw, [kt.PointForce(draw.sample(self.model.bodies, draw.randrange(1, 3)), self.callback())]
+        forces += [kt.JointForce(name, self.callback()) for name, (_, at) in self.model.joints.items() if at.stop - at.start == 1 and draw.random() < 0.5]
+        model = kt.Model(self.scene, effects=forces)
+        self.objects[:3] = [model.data(), kt.Simulation(model, step=1e-3, duration=0.02), model.batch(5, method="rk4")]
+
+    def event(self):
+        """An event whose action calls the simulation."""
+        draw, simulation = self.draw, self.objects[1]
+        action = draw.choice([None, lambda each: self.call(), lambda each: each.jump(v=self.numbers(self.model.nv)), lambda each: each.on("z", lambda at: 1.0),
+                              lambda each: each.restore(each.save()), lambda each: each.tick(1e-3)])
+        simulation.on(draw.choice("ab"), lambda at: at.q[0] - draw.uniform(-1, 1), action, stop=draw.random() < 0.2)
+        simulation.tick(5e-3)
+
+    def together(self):
+        """Two threads that use the same objects."""
+        def work(seed):
+            other = copy.copy(self)
+            other.draw = random.Random(seed)
+            for i in range(20):
+                try:
+                    (other.call if i % 2 else other.compute)()
+                except Exception:
+                    pass
+        threads = [threading.Thread(target=work, args=(self.draw.randrange(10**6),)) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+
+    def value(self, depth=0):
+        """A number, a word, a list or a mapping of them."""
+        draw = self.draw
+        kind = draw.randrange(4 if depth < 3 else 2)
+        if kind == 2:
+            return [self.value(depth + 1) for _ in range(draw.randrange(4))]
+        if kind == 3:
+            return {draw.choice(["type", "name", "axis", "to", "mass", "at", "points", "radius"]): self.value(depth + 1) for _ in range(3)}
+        return draw.choice(NUMBERS) if kind else draw.choice(["x", "y", "rod", "free", "tip", "world", "=L", "1 deg", None, True, np.ones(3)])
+
+    def build(self):
+        """A mechanism without a file, with some wrong keys and values."""
+        draw, bodies = self.draw, []
+        for i in range(draw.randrange(1, 5)):
+            joint = getattr(kt.joint, draw.choice(dir(kt.joint)))
+            keys = {draw.choice(["axis", "position", "at", "armature", "velocity", "pitch"]): self.value()} if draw.random() < 0.4 else {}
+            rest = draw.choice([{"shape": kt.rod(to=[1, 0, 0])}, {"inertia": [1, 1, 1]}, {draw.choice(["shape", "inertia", "com", "markers"]): self.value()}])
+            bodies.append(kt.Body(f"b{i}", joint=joint(**keys), mass=draw.choice([1, 2, 0, -1, np.nan, self.value()]), parent=draw.choice([None, *bodies]), **rest))
+        scene = kt.mechanism(bodies, gravity=[0, 0, -9.81], **({draw.choice(["simulate", "output", "states"]): self.value()} if draw.random() < 0.2 else {}))
+        scene.model.data().step(1e-3)
+        simulation = scene.simulation(step=1e-3, duration=0.01)
+        simulation.run()
+        pickle.loads(pickle.dumps(simulation)).tick(1e-3)
+
     def turn(self):
+        rare = [self.make, self.checkpoint, self.force, self.event, self.together, self.build]
         try:
-            self.draw.choices([self.make, self.compute, self.call], [1, 25, 25])[0]()
+            self.draw.choices([*rare, self.compute, self.call], [2, 2, 0.5, 1, 0.5, 1, 50, 50])[0]()
         except Exception:
             self.raised += 1
         self.calls += 1

@@ -1,7 +1,5 @@
 """Runs, sweeps, simulations and callbacks."""
-import copy
 import os
-import pickle
 import subprocess
 
 import numpy as np
@@ -136,24 +134,6 @@ def test_a_control_loop_holds_a_pendulum(held):
         ticks += 1
     assert ticks == 4000
     held(abs(simulation.positions[0] - 0.5), 1e-8, "rad")
-
-
-def test_pickles_and_copies_continue_with_equal_bits(scenes):
-    scene = kt.load(scenes / "double-pendulum.yaml")
-    simulation = scene.simulation(step=1e-3, duration=1.0)
-    simulation.advance(0.3)
-    other, third = pickle.loads(pickle.dumps(simulation)), copy.deepcopy(simulation)
-    for each in (simulation, other, third):
-        each.advance(0.6)
-    assert (simulation.positions == other.positions).all() and (simulation.velocities == third.velocities).all()
-    assert pickle.loads(pickle.dumps(scene)).model.nv == scene.model.nv
-    block = simulation.save()
-    before = simulation.positions.copy()
-    simulation.advance(0.8)
-    simulation.restore(block)
-    assert (simulation.positions == before).all()
-    with pytest.raises(kt.ArgumentError):
-        simulation.restore(block[:-8])
 
 
 def test_reports_of_the_command_are_reachable(scenes):

@@ -11,18 +11,20 @@ itself: every public function, without checks of sizes.
 """
 from . import callbacks as _callbacks  # noqa: F401 (defines the functions that C calls)
 from . import command
-from ._core import ArgumentError, Busy, ConstraintError, Error, KinetreeWarning, ModelError, SceneError, StepError, text as _text
+from ._core import ArgumentError, Busy, ConstraintError, Error, FileError, KinetreeWarning, ModelError, SceneError, StepError, text as _text
 from ._kinetree import ffi, lib
 from .batch import Batch
-from .callbacks import Compiled, JointForce
+from .callbacks import Compiled, End, JointForce, PointForce
+from .data import Data
+from .laws import Feedback, Instant
 from .mechanism import Body, effect, joint, loop, mechanism, prismatic, revolute, rod, shape
-from .model import Data, Model, ModelCopy
+from .model import Model, ModelCopy
 from .records import Run, Table
 from .scene import Picture, Scene, load
-from .simulation import Feedback, Instant, Simulation
+from .simulation import Simulation
 
 __version__ = _text(lib.kt_version())
 
-__all__ = ["ArgumentError", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "Error", "Feedback", "Instant", "JointForce", "KinetreeWarning", "Model",
-           "ModelCopy", "ModelError", "Picture", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table", "command", "effect", "ffi",
-           "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]
+__all__ = ["ArgumentError", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Instant", "JointForce",
+           "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Picture", "PointForce", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
+           "command", "effect", "ffi", "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]

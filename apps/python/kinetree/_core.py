@@ -8,15 +8,16 @@ import numpy as np
 from ._kinetree import ffi as ffi, learn, lib as lib
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
     Vector = NDArray[np.float64]
     Array = NDArray[Any]
+    Numbers = ArrayLike  # an input: an array, a list, a number
 else:
-    Vector = Array = np.ndarray
+    Vector = Array = Numbers = np.ndarray
 Json = Dict[str, Any]
 Shape = Tuple[int, ...]
 
-__all__ = ["Error", "ArgumentError", "ModelError", "ConstraintError", "StepError", "SceneError", "Busy", "KinetreeWarning"]
+__all__ = ["Error", "ArgumentError", "FileError", "ModelError", "ConstraintError", "StepError", "SceneError", "Busy", "KinetreeWarning"]
 
 
 class KinetreeWarning(UserWarning):
@@ -52,6 +53,10 @@ class SceneError(Error, ValueError):
     """The scene file, or the mechanism in it, is wrong."""
 
 
+class FileError(Error, OSError):
+    """A file cannot be read or written."""
+
+
 class ModelError(SceneError):
     """The description of the mechanism is wrong."""
 
@@ -76,6 +81,7 @@ _KINDS = {
     lib.KT_ERROR_CONSTRAINT: ConstraintError,
     lib.KT_ERROR_NOT_FINITE: StepError,
     lib.KT_ERROR_STEP: StepError,
+    lib.KT_ERROR_FILE: FileError,
 }
 
 

@@ -5,7 +5,7 @@ from typing import Any, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._core import ArgumentError, Fixed, Guard, Memory, Vector, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer
+from ._core import ArgumentError, Fixed, Guard, Memory, Numbers, Vector, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer
 from .model import Model
 
 _PLACES = {name: sum(ffi.offsetof(*each) for each in parts) // 8 for name, parts in {  # of parts of a motion
@@ -90,7 +90,7 @@ class Batch(Fixed):
         array = doubles(value, (self.states, count), what)
         return array, pointer(array)
 
-    def _own_states(self, X: Optional[Vector]) -> Tuple[Optional[Vector], Any]:
+    def _own_states(self, X: Optional[Numbers]) -> Tuple[Optional[Vector], Any]:
         """Rows of auxiliary states; the initial ones of the model if none are given."""
         if X is None and self.model.nx:
             X = np.tile(self.model.initial_x, (self.states, 1))
@@ -107,29 +107,47 @@ class Batch(Fixed):
         self._check(lib.kt_batch_run(self._batch, job, self.threads, ffi.NULL, self._error))
 
     def rows(self, view: Vector, out: Optional[Vector] = None) -> Vector:
-        """A copy of one of the arrays `q`, `v`, `x`, `tau` or `a`, with a row for each state."""
+        """A copy of one of the arrays of this batch, with a row for each state.
+
+        Parameters
+        ----------
+        view : array of groups x numbers x width
+            `q`, `v`, `x`, `tau` or `a`.
+        out : array of states x numbers, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            states x numbers.
+        """
         if not isinstance(view, np.ndarray) or view.ndim != 3 or view.shape[0] * view.shape[2] < self.states:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "view", "expected an array of this batch: q, v, x, tau or a")
         out = output(out, (self.states, view.shape[1]))
         out[:] = view.transpose(0, 2, 1).reshape(-1, view.shape[1])[:self.states]
         return out
 
-    def forward_dynamics(self, Q: Optional[Vector] = None, V: Optional[Vector] = None, TAU: Optional[Vector] = None, *, X: Optional[Vector] = None,
+    def forward_dynamics(self, Q: Optional[Numbers] = None, V: Optional[Numbers] = None, TAU: Optional[Numbers] = None, *, X: Optional[Numbers] = None,
                          t: float = 0.0, out: Optional[Vector] = None) -> Vector:
         """Accelerations of every state, with effects and loops.
 
         Parameters
         ----------
-        Q : array of states x nq, V, TAU : arrays of states x nv, X : array of states x nx
-            Positions, velocities (default: zero), joint forces (default: zero), auxiliary states (default: the initial ones).
-            Without Q the states in `q`, `v`, `x` and `tau` are computed in place.
+        Q : array of states x nq, optional
+            Positions, rad or m. Without Q the states in `q`, `v`, `x` and `tau` are computed in place.
+        V, TAU : arrays of states x nv, optional
+            Velocities (rad/s, m/s) and joint forces (N m, N). Default: zero.
+        X : array of states x nx, optional
+            Auxiliary states. Default: the initial ones.
+        t : float
+            Time, s.
         out : array of states x nv, optional
             Where to write.
 
         Returns
         -------
         numpy.ndarray
-            states x nv accelerations; `self.a` if neither Q nor `out` is given.
+            states x nv accelerations, rad/s^2 or m/s^2; `self.a` if neither Q nor `out` is given.
         """
         m, inputs = self.model, self._inputs(Q, V=V, TAU=TAU, X=X)
         if inputs is None:
@@ -147,7 +165,7 @@ class Batch(Fixed):
         del inputs, V_, TAU_, X_  # arrays live until here
         return out
 
-    def _inputs(self, Q: Optional[Vector], **others: Optional[Vector]) -> Optional[Tuple[Any, Any]]:
+    def _inputs(self, Q: Optional[Numbers], **others: Optional[Numbers]) -> Optional[Tuple[Any, Any]]:
         """Positions and their address; None if the memory is used in place."""
         if Q is not None:
             return self._rows(Q, self.model.nq, "Q")
@@ -156,9 +174,24 @@ class Batch(Fixed):
                 raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, f"it needs Q; without Q a batch computes the states in its memory (batch.{name.lower()})")
         return None
 
-    def inverse_dynamics(self, Q: Optional[Vector] = None, V: Optional[Vector] = None, A: Optional[Vector] = None, *,
+    def inverse_dynamics(self, Q: Optional[Numbers] = None, V: Optional[Numbers] = None, A: Optional[Numbers] = None, *,
                          out: Optional[Vector] = None) -> Vector:
-        """Joint forces of the tree for accelerations, without effects. Without Q it uses `q`, `v` and `a` in place, and returns `tau`."""
+        """Joint forces of the tree for accelerations, without effects.
+
+        Parameters
+        ----------
+        Q : array of states x nq, optional
+            Positions, rad or m. Without Q the states in `q`, `v` and `a` are computed in place.
+        V, A : arrays of states x nv, optional
+            Velocities (rad/s, m/s) and accelerations (rad/s^2, m/s^2). Default: zero.
+        out : array of states x nv, optional
+            Where to write.
+
+        Returns
+        -------
+        numpy.ndarray
+            states x nv joint forces, N m or N; `self.tau` if neither Q nor `out` is given.
+        """
         m, inputs = self.model, self._inputs(Q, V=V, A=A)
         if inputs is None:
             with self._guard:
@@ -212,8 +245,8 @@ class Batch(Fixed):
             found["jacobian"] = matrices.swapaxes(2, 3)
         return found
 
-    def step(self, h: float, steps: int, Q: Optional[Vector] = None, V: Optional[Vector] = None, TAU: Optional[Vector] = None, *,
-             X: Optional[Vector] = None, t: float = 0.0, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+    def step(self, h: float, steps: int, Q: Optional[Numbers] = None, V: Optional[Numbers] = None, TAU: Optional[Numbers] = None, *,
+             X: Optional[Numbers] = None, t: float = 0.0, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Take steps of the method of this batch with constant joint forces.
 
         Parameters
@@ -222,8 +255,10 @@ class Batch(Fixed):
             Length of a step, s.
         steps : int
             How many steps.
-        Q, V, TAU, X
+        Q, V, TAU, X : arrays, optional
             As in `forward_dynamics`. Without Q the states in the memory take the steps.
+        t : float
+            Time at the start, s.
         out : tuple of arrays, optional
             Where to write Q and V (and X).
 
@@ -253,3 +288,11 @@ class Batch(Fixed):
             lib.kt_python_batch_get(self._batch, self._all(**dict(zip("qvx", map(pointer, results)))))
         del inputs, V_, TAU_, X_
         return results
+
+    @property
+    def pointer(self) -> Any:
+        """The ``kt_batch *`` for calls of `kinetree.lib`. It is valid as long as this object."""
+        return self._batch
+
+    def __repr__(self) -> str:
+        return f"<kinetree.Batch of '{self.model.name}': {self.states} states in groups of {self.width}, {self.threads} threads>"

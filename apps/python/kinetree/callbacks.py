@@ -2,9 +2,11 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Callable, List, Optional, Tuple, TypeVar, Union
+from typing import Any, Callable, List, Optional, Sequence, Tuple, TypeVar, Union
 
-from ._core import ArgumentError, ffi, lib, text
+import numpy as np
+
+from ._core import ArgumentError, Numbers, Vector, doubles, ffi, lib, name_of, text
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -77,6 +79,18 @@ def kt_python_joint_force(user: Any, t: float, q: float, v: float, force: Any, b
 
 
 @_extern(error=-1)
+def kt_python_wrench(user: Any, t: float, ends: Any, wrenches: Any, balance: Any) -> int:
+    effect = ffi.from_handle(user)
+    try:
+        rows = effect.wrenches(t, ends)
+        ffi.memmove(wrenches, rows, rows.nbytes)
+        return 0
+    except BaseException as raised:
+        effect.calls.raised = raised
+        return -1
+
+
+@_extern(error=-1)
 def kt_python_control_law(user: Any, t: float, q: Any, v: Any, tau: Any) -> int:
     law = ffi.from_handle(user)
     try:
@@ -87,7 +101,7 @@ def kt_python_control_law(user: Any, t: float, q: Any, v: Any, tau: Any) -> int:
 
 
 class Compiled:
-    """The address of a compiled function, for `JointForce`, `Simulation.control` and `Simulation.on`.
+    """The address of a compiled function, for `JointForce`, `PointForce`, `Simulation.control` and `Simulation.on`.
 
     Functions of `numba.cfunc` and of ctypes need no wrapper. A plain number is rejected, since a wrong one would crash.
 
@@ -118,7 +132,53 @@ def address_of(function: Any, what: str) -> Optional[int]:
     raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a function, got {type(function).__name__}{remedy}")
 
 
-class JointForce:
+class Force:
+    """An effect whose force a function computes. `JointForce` and `PointForce` are the two kinds."""
+
+    _compiled_as = ""  # the type of a compiled function
+
+    def __init__(self, function: Any, name: Optional[str]) -> None:
+        self.function, self.name = function, name
+        self.address = address_of(function, "function")
+        self.calls = Calls()
+        self._handle = ffi.new_handle(self)  # of all models with this effect
+        self._texts: List[Any] = []
+
+    def _text(self, word: str, what: str) -> Any:
+        self._texts.append(ffi.new("char[]", name_of(word, what)))
+        return self._texts[-1]
+
+    def fill(self, effect: Any) -> List[Any]:
+        """Write this effect to a ``kt_effect``.
+
+        Parameters
+        ----------
+        effect : cffi pointer
+            The ``kt_effect``, with default values.
+
+        Returns
+        -------
+        list
+            Texts that must live until the model is compiled.
+        """
+        self._texts = []
+        effect.type = lib.KT_EFFECT_CUSTOM
+        if self.name is not None:
+            effect.name = self._text(self.name, "name")
+        if self.address is None:
+            effect.user = self._handle
+        self._place(effect)
+        return self._texts
+
+    def _place(self, effect: Any) -> None:
+        raise NotImplementedError
+
+    def _called(self, in_python: Any) -> Any:
+        """The function that C calls."""
+        return in_python if self.address is None else ffi.cast(self._compiled_as, self.address)
+
+
+class JointForce(Force):
     """A force or torque in one joint coordinate by a function ``force(t, q, v)``.
 
     Parameters
@@ -128,26 +188,109 @@ class JointForce:
     function : callable
         A function of Python (slow: the engine calls it at each evaluation), or a compiled
         ``int f(void *user, double t, double q, double v, double *force, kt_effect_balance *balance)`` of ``numba.cfunc``, ctypes, or `Compiled`.
+        Units: t in s, q in rad or m, v in rad/s or m/s, force in N m or N.
     name : str, optional
         The name of the effect in records and messages.
     """
 
-    def __init__(self, joint: str, function: Union[Callable[[float, float, float], float], Compiled, Any], name: Optional[str] = None) -> None:
-        self.joint, self.function, self.name = joint, function, name
-        self.address = address_of(function, "function")
-        self.calls = Calls()
-        self._keep: List[Any] = []
+    _compiled_as = "kt_effect_joint_force_callback *"
 
-    def fill(self, effect: Any) -> None:
-        """Write this effect to a ``kt_effect``."""
-        self._keep = [ffi.new_handle(self), ffi.new("char[]", self.joint.encode())]
-        effect.type = lib.KT_EFFECT_CUSTOM
-        effect.joint = self._keep[1]
-        if self.name is not None:
-            self._keep.append(ffi.new("char[]", self.name.encode()))
-            effect.name = self._keep[2]
-        if self.address is None:
-            effect.joint_force = lib.kt_python_joint_force
-            effect.user = self._keep[0]
-        else:
-            effect.joint_force = ffi.cast("kt_effect_joint_force_callback *", self.address)
+    def __init__(self, joint: str, function: Union[Callable[[float, float, float], float], Compiled, Any], name: Optional[str] = None) -> None:
+        super().__init__(function, name)
+        self.joint = joint
+
+    def _place(self, effect: Any) -> None:
+        effect.joint = self._text(self.joint, "joint")
+        effect.joint_force = self._called(lib.kt_python_joint_force)
+
+
+class End:
+    """The motion of a point on which a `PointForce` acts, along world axes.
+
+    Attributes
+    ----------
+    axes : array of 3 x 3
+        The rotation matrix of the frame of the point; its columns are the axes.
+    point, velocity : arrays of 3
+        The place, m, and the velocity, m/s.
+    omega : array of 3
+        The angular velocity, rad/s.
+    """
+
+    __slots__ = ("axes", "point", "omega", "velocity")
+
+    def __init__(self, numbers: Vector) -> None:
+        self.axes, self.point, self.omega, self.velocity = numbers[:9].reshape(3, 3).T, numbers[9:12], numbers[12:15], numbers[15:]
+
+
+class PointForce(Force):
+    """A force on a point, or between two points, by a function ``force(t, ends)``.
+
+    Parameters
+    ----------
+    points : list of str or tuple
+        One or two of ``"body"``, ``"body.marker"``, or (body, place in the frame of the body, m).
+    function : callable
+        A function of Python (slow: the engine calls it at each evaluation) of the time, s, and a list with an `End` for each point. It returns
+        a row for each point: the force (3), N, or the moment and the force (6), N m and N, along world axes. Or a compiled
+        ``int f(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches, kt_effect_balance *balance)``, as in `JointForce`.
+    name : str, optional
+        The name of the effect in records and messages.
+    """
+
+    _compiled_as = "kt_effect_wrench_callback *"
+
+    def __init__(self, points: Sequence[Union[str, Tuple[str, Numbers]]], function: Union[Callable[[float, List[End]], Numbers], Compiled, Any],
+                 name: Optional[str] = None) -> None:
+        super().__init__(function, name)
+        if not isinstance(points, (list, tuple)) or len(points) not in (1, 2):
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "points", f"expected a list of one or two points, got {points!r}")
+        self.points = list(points)
+
+    def _place(self, effect: Any) -> None:
+        effect.end_count = len(self.points)
+        for end, point in zip(effect.between, self.points):
+            if isinstance(point, str):
+                body, _, marker = point.rpartition(".")
+                end.body = self._text(body or marker, "points")
+                if body:
+                    end.marker = self._text(marker, "points")
+            elif isinstance(point, (list, tuple)) and len(point) == 2:
+                end.body = self._text(point[0], "points")
+                end.at.x, end.at.y, end.at.z = doubles(point[1], (3,), "points").tolist()
+            else:
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, "points", f'expected "body", "body.marker" or (body, place in its frame), got {point!r}')
+        effect.wrench = self._called(lib.kt_python_wrench)
+
+    def wrenches(self, t: float, ends: Any) -> Vector:
+        """The moment and the force on each point.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+        ends : cffi pointer
+            The ``kt_effect_end`` of each point.
+
+        Returns
+        -------
+        numpy.ndarray
+            points x 6, N m and N.
+        """
+        count = len(self.points)
+        motion = np.frombuffer(ffi.buffer(ends, count * ffi.sizeof("kt_effect_end")), np.float64).copy().reshape(count, -1)
+        found = np.asarray(self.function(t, [End(row) for row in motion]))
+        if count == 1 and found.shape in ((3,), (6,)):
+            found = found[None]
+        if found.shape not in ((count, 3), (count, 6)) or found.dtype.kind not in "biuf":
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "the result of the force", f"expected numbers of shape ({count}, 3) or ({count}, 6), got {found.shape}")
+        out = np.zeros((count, 6))
+        out[:, 6 - found.shape[1]:] = found
+        return out
+
+
+def forces(effects: Any) -> Tuple[Force, ...]:
+    """The effects of a list, which has no other objects."""
+    if not isinstance(effects, (list, tuple)) or not all(isinstance(each, Force) for each in effects):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "effects", f"expected a list of JointForce and PointForce, got {effects!r}")
+    return tuple(effects)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Optional
 
-from ._core import Json, ffi, lib, text
+from ._core import ArgumentError, Json, ffi, lib, text
 from .scene import Scene
 
 
@@ -49,32 +49,45 @@ def _maker(descriptor: Any) -> Callable[..., Json]:
 joint = Types("joint", lib.kt_joint_descriptor, 32)
 loop = Types("loop", lib.kt_loop_descriptor, 64)
 effect = Types("effect", lib.kt_effect_descriptor, 64)
-
-
-class _Shapes:
-    """Shapes: ``shape.rod(to=[1, 0, 0])``, ``shape.box(size=[1, 1, 1])``, ``shape.sphere(radius=0.1)``, ..."""
-
-    def __getattr__(self, name: str) -> Callable[..., Json]:
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return lambda **values: {"type": name, **values}
-
-
-shape = _Shapes()
+shape = Types("shape", lib.kt_shape_descriptor, 32)
 
 
 def revolute(axis: Any = "z", **values: Any) -> Json:
-    """A revolute joint about `axis`."""
+    """A revolute joint.
+
+    Parameters
+    ----------
+    axis : str or list of 3
+        ``"x"``, ``"-x"``, ``"y"``, ... or a direction of any length.
+    **values
+        Other keys of the joint: ``at``, ``position``, ``velocity``, ``armature``, ... ``help(kt.joint.revolute)`` lists them.
+    """
     return {"type": "revolute", "axis": axis, **values}
 
 
 def prismatic(axis: Any = "z", **values: Any) -> Json:
-    """A prismatic joint along `axis`."""
+    """A prismatic joint.
+
+    Parameters
+    ----------
+    axis : str or list of 3
+        ``"x"``, ``"-x"``, ``"y"``, ... or a direction of any length.
+    **values
+        Other keys of the joint. ``help(kt.joint.prismatic)`` lists them.
+    """
     return {"type": "prismatic", "axis": axis, **values}
 
 
 def rod(to: Any, **values: Any) -> Json:
-    """A slender rod from the origin of the body to `to`."""
+    """A slender rod from the origin of the body, as a shape.
+
+    Parameters
+    ----------
+    to : list of 3
+        The other end in the frame of the body, m.
+    **values
+        Other keys of the shape. ``help(kt.shape.rod)`` lists them.
+    """
     return {"type": "rod", "to": to, **values}
 
 
@@ -95,6 +108,9 @@ class Body:
     def __init__(self, name: str, joint: Json, parent: Any = None, **values: Any) -> None:
         self.name, self.joint, self.parent, self.values = name, joint, parent, values
 
+    def __repr__(self) -> str:
+        return f"<kinetree.Body '{self.name}'>"
+
     def as_dict(self) -> Json:
         """The body as the mapping that a scene file has."""
         parent = self.parent.name if isinstance(self.parent, Body) else self.parent
@@ -103,7 +119,27 @@ class Body:
 
 def mechanism(bodies: List[Body], *, loops: Optional[List[Json]] = None, effects: Optional[List[Json]] = None,
               gravity: Any = None, name: Optional[str] = None, **sections: Any) -> Scene:
-    """A scene of bodies, loops and effects. Other sections of the format (``simulate``, ``output``, ...) are keywords."""
+    """A scene of bodies, loops and effects.
+
+    Parameters
+    ----------
+    bodies : list of Body
+        A parent stands before its children.
+    loops, effects : list of dict, optional
+        ``kt.loop.spherical(...)``, ``kt.effect.spring(...)``, ...
+    gravity : list of 3, optional
+        Acceleration, m/s^2. Default: none.
+    name : str, optional
+        The title of the scene.
+    **sections
+        Other sections of the format: ``simulate``, ``output``, ``parameters``, ``events``, ...
+
+    Returns
+    -------
+    Scene
+    """
+    if not isinstance(bodies, (list, tuple)) or not all(isinstance(body, Body) for body in bodies):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "bodies", f"expected a list of kinetree.Body, got {bodies!r}")
     content: Dict[str, Any] = {"kinetree": 1}
     given = {"name": name, "gravity": gravity, "bodies": [body.as_dict() for body in bodies], "loops": loops, "effects": effects}
     content.update({key: value for key, value in given.items() if value})

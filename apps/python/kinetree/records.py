@@ -68,7 +68,18 @@ class Table:
         return len(next(iter(self._columns.values()), ()))
 
     def matching(self, pattern: str) -> Dict[str, Array]:
-        """The columns whose names match a pattern of the shell, such as ``position.*``."""
+        """The columns whose names match a pattern of the shell.
+
+        Parameters
+        ----------
+        pattern : str
+            Such as ``position.*``.
+
+        Returns
+        -------
+        dict
+            The columns by name.
+        """
         return {name: self._columns[name] for name in self._columns if fnmatch.fnmatchcase(name, pattern)}
 
     def to_records(self) -> Array:
@@ -78,6 +89,12 @@ class Table:
         for name, column in self._columns.items():
             table[name] = column
         return table
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
+        return np.asarray(self.to_records(), dtype)
+
+    def __repr__(self) -> str:
+        return f"<kinetree.Table: {len(self)} rows of {len(self.names)} columns>"
 
     def to_frame(self) -> Any:
         """All columns as a ``pandas.DataFrame``. It needs pandas."""
@@ -103,6 +120,7 @@ class Run(Table):
 
     @property
     def time(self) -> Array:
+        """Times of the records, s."""
         return self["time"] if "time" in self else self[self.names[0]]
 
     @property

@@ -11,7 +11,8 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import command
-from ._core import ArgumentError, Error, Json, KinetreeWarning, check, ffi, fail, lib, text
+from ._core import ArgumentError, Error, Json, KinetreeWarning, check, ffi, fail, finite, lib, text
+from .callbacks import Force
 from .model import Model
 from .records import Run, Table, read_csv
 from .simulation import Simulation
@@ -37,7 +38,9 @@ def load(path: Path, set: Optional[Mapping[str, Any]] = None, **options: Any) ->
     set : mapping, optional
         Values that replace those of the file, such as ``{"bodies.crank.mass": 2}``.
     **options
-        For robots: ``floating``, ``keyframe``, ``search``, ``density``, ``stops``, ``contacts``, ``ground``.
+        For robots: ``floating=True`` frees the base, ``contacts=True`` lets shapes touch planes, and ``ground=0`` adds a floor at this height,
+        m, with contacts. ``keyframe`` is the name of a keyframe, ``search`` a folder of meshes, ``density`` that of bodies without a mass,
+        kg/m^3. ``stops`` and ``stop_damping`` are the stiffness and the damping of stops, N m/rad and N m s/rad.
 
     Raises
     ------
@@ -69,7 +72,7 @@ class Scene:
         self.path = None if path is None else os.fspath(path)
         self.text = content
         self.set = {str(name): value for name, value in (set or {}).items()}
-        self.options = options
+        self.options = {"contacts": True, **options} if "ground" in options else options
         self._model: Optional[Model] = None
         self._scene = ffi.new("kt_scene *")
         self._read()
@@ -119,20 +122,21 @@ class Scene:
     def _robot_options(self) -> Any:
         chosen, keep = ffi.new("kt_robot_options *"), []
         fields = {"floating": "floating", "density": "density", "stops": "stop_stiffness", "stop_damping": "stop_damping",
-                  "contacts": "contacts", "ground": "ground"}
+                  "contacts": "contacts"}
         for name, value in self.options.items():
             if name in ("keyframe", "search"):
                 keep.append(ffi.new("char[]", str(value).encode()))
                 setattr(chosen, name, keep[-1])
+            elif name == "ground":
+                chosen.ground, chosen.has_ground = _height(value), True
             elif name in fields:
                 setattr(chosen, fields[name], value)
-                chosen.has_ground = chosen.has_ground or name == "ground"
             else:
-                raise ArgumentError(1, "load", f"there is no option '{name}' of robots; there are {', '.join([*fields, 'keyframe', 'search'])}")
+                raise ArgumentError(1, "load", f"there is no option '{name}' of robots; there are {', '.join([*fields, 'ground', 'keyframe', 'search'])}")
         return keep, chosen
 
     def __reduce__(self) -> Any:
-        return _again, (self.text, self.path, self.set, self.options)
+        return _again, (self.text, self.path and os.path.abspath(self.path), self.set, self.options)
 
     # ---- the model --------------------------------------------------------------------------------------------------
 
@@ -160,7 +164,8 @@ class Scene:
         return self._model
 
     def simulation(self, step: Optional[float] = None, duration: Optional[float] = None, integrator: Optional[str] = None,
-                   tolerance: Optional[float] = None, model: Optional[Model] = None, sensors: Sequence[str] = ()) -> Simulation:
+                   tolerance: Optional[float] = None, model: Optional[Model] = None, sensors: Sequence[str] = (),
+                   effects: Sequence[Force] = ()) -> Simulation:
         """A simulation in this process. Iterate over it for a control loop.
 
         Parameters
@@ -177,13 +182,37 @@ class Scene:
             A copy of the scene's model with other parameters.
         sensors : list of str, optional
             Quantities that `Simulation.sense` returns, by their names in records: ``acceleration``, ``energy``, ``reaction``.
+        effects : list of JointForce or PointForce, optional
+            Forces by functions, in addition to the effects of the scene. They need a new model, so that `model` cannot be given, too.
         """
-        return Simulation(model or self.model, step=step, duration=duration, integrator=integrator, tolerance=tolerance, sensors=sensors)
+        if effects and model is not None:
+            raise ArgumentError(1, "effects", "a model has its effects; make it with kinetree.Model(scene, effects=[...])")
+        model = Model(self, effects) if effects else self.model if model is None else model
+        return Simulation(model, step=step, duration=duration, integrator=integrator, tolerance=tolerance, sensors=sensors)
 
     # ---- the command ------------------------------------------------------------------------------------------------
 
     def command(self, subcommand: str, *words: str, show: bool = False, ok: Tuple[int, ...] = (0,), **options: Any) -> command.Completed:
-        """Run a subcommand of the command with this scene. Options are keyword arguments."""
+        """Run a subcommand of the command with this scene.
+
+        Parameters
+        ----------
+        subcommand : str
+            Such as ``"modes"``; ``kinetree help`` lists them.
+        *words : str
+            Other words of the command line, which stand before the scene.
+        show : bool
+            Messages and the progress bar go to the terminal, or to the notebook.
+        ok : tuple of int
+            Exit statuses that are no error.
+        **options
+            Options of the subcommand: ``max_step=0.1`` becomes ``--max-step=0.1``, and True a flag.
+
+        Returns
+        -------
+        subprocess.CompletedProcess
+            With ``stdout`` and ``stderr`` as str.
+        """
         if self.is_robot and self.options:
             return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
         settings = [f"--set={name}={command.number(value)}" for name, value in self.set.items()]
@@ -198,8 +227,7 @@ class Scene:
     def run(self, *, out: Optional[Path] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
         """Simulate the scene with the command, and return its records.
 
-        The records have the bytes that ``kinetree run`` writes. Its options are keyword arguments: ``duration``, ``integrator``,
-        ``step``, ``tolerance``, ``interval``, ``record``, ``markers``, ...
+        The records have the bytes that ``kinetree run`` writes.
 
         Parameters
         ----------
@@ -207,6 +235,13 @@ class Scene:
             A file that keeps the records (CSV).
         quiet : bool, optional
             No progress bar and no messages. Default: if standard error is no terminal and this is no notebook.
+        **options
+            Options of ``kinetree run``: ``duration`` (s), ``integrator``, ``step`` (s), ``tolerance``, ``interval`` (s), ``record``, ``markers``, ...
+
+        Returns
+        -------
+        Run
+            The columns as arrays by name, and the summary.
 
         Raises
         ------
@@ -246,6 +281,10 @@ class Scene:
             Columns of the records whose end, least and greatest values are written.
         jobs : int, optional
             Threads. Default: one for each processor.
+        resume : bool
+            Keep the rows that `out` has, and run the others.
+        quiet : bool, optional
+            As in `run`.
         **values
             As `vary`, for names without a point.
         """
@@ -265,30 +304,96 @@ class Scene:
             return Table(read_csv(table.read_text(encoding="utf8")))
 
     def evaluate(self, **options: Any) -> Json:
-        """Mass matrix, bias, accelerations, poses and constraint matrices of the initial state."""
+        """Mass matrix, bias, accelerations, poses and constraint matrices of the initial state.
+
+        Parameters
+        ----------
+        **options
+            Options of ``kinetree evaluate``.
+
+        Returns
+        -------
+        dict
+            The JSON of the command, in SI units and radians.
+        """
         return _json(self.command("evaluate", **options))
 
     def modes(self, **options: Any) -> Json:
-        """Frequencies, damping and shapes of small motions, and the state matrices."""
+        """Frequencies, damping and shapes of small motions, and the state matrices.
+
+        Parameters
+        ----------
+        **options
+            Options of ``kinetree modes``.
+
+        Returns
+        -------
+        dict
+            The JSON of the command, in SI units and radians.
+        """
         return _json(self.command("modes", json=True, **options))
 
     def equilibrium(self, **options: Any) -> Json:
-        """The position of rest, and its stability."""
+        """The position of rest, and its stability.
+
+        Parameters
+        ----------
+        **options
+            Options of ``kinetree equilibrium``.
+
+        Returns
+        -------
+        dict
+            The JSON of the command, in SI units and radians.
+        """
         return _json(self.command("equilibrium", json=True, **options))
 
     def stability(self, **options: Any) -> Json:
-        """The fastest modes, and the largest stable step of each method."""
+        """The fastest modes, and the largest stable step of each method.
+
+        Parameters
+        ----------
+        **options
+            Options of ``kinetree stability``.
+
+        Returns
+        -------
+        dict
+            The JSON of the command, in SI units and radians.
+        """
         return _json(self.command("stability", json=True, **options))
 
     def accuracy(self, **options: Any) -> Table:
-        """Error and CPU time of every method at many steps or tolerances."""
+        """Error and CPU time of every method at many steps or tolerances.
+
+        Parameters
+        ----------
+        **options
+            Options of ``kinetree accuracy``.
+
+        Returns
+        -------
+        Table
+            A row for each run.
+        """
         with _folder() as folder:
             table = pathlib.Path(folder) / "accuracy.csv"
             self.command("accuracy", out=table, plot="/dev/null", quiet=True, **options)
             return Table(read_csv(table.read_text(encoding="utf8")))
 
     def info(self, **options: Any) -> str:
-        """The tree, its degrees of freedom and masses, as text."""
+        """The tree, its degrees of freedom and masses, as text.
+
+        Parameters
+        ----------
+        **options
+            Options of ``kinetree info``.
+
+        Returns
+        -------
+        str
+            The text that the command prints.
+        """
         return self.command("info", **options).stdout
 
     def check(self) -> str:
@@ -304,15 +409,48 @@ class Scene:
             return file.read_text(encoding="utf8")
 
     def draw(self, **options: Any) -> "Picture":
-        """A picture of the mechanism as SVG. A notebook shows it."""
+        """A picture of the mechanism as SVG. A notebook shows it.
+
+        Parameters
+        ----------
+        **options
+            Options of ``kinetree draw``.
+
+        Returns
+        -------
+        Picture
+            The text of the SVG.
+        """
         return Picture(self._written("draw", "out", ".svg", **options))
 
     def view(self, **options: Any) -> str:
-        """The page of ``kinetree view`` that plays the motion, as HTML."""
+        """The page of ``kinetree view`` that plays the motion, as HTML.
+
+        Parameters
+        ----------
+        **options
+            Options of ``kinetree run``.
+
+        Returns
+        -------
+        str
+            The text of the page.
+        """
         return self._written("view", "view", ".html", quiet=True, **options)
 
     def export(self, format: str = "mjcf") -> str:
-        """The scene as a robot in MJCF or URDF."""
+        """The scene as a robot.
+
+        Parameters
+        ----------
+        format : {"mjcf", "urdf"}
+            The format.
+
+        Returns
+        -------
+        str
+            The text of the file.
+        """
         return self._written("export", "out", ".xml", **{format: True})
 
     def _repr_html_(self) -> str:
@@ -332,6 +470,13 @@ class Picture(str):
 
 def _again(content: Any, path: Any, set: Any, options: Any) -> Scene:
     return Scene(content, path=path, set=set, **options)
+
+
+def _height(value: Any) -> float:
+    """The height of a ground; True is no number here."""
+    if isinstance(value, bool):
+        raise ArgumentError(1, "ground", f"expected a height in m, such as 0, got {value!r}")
+    return finite(value, "ground")
 
 
 def _json(done: command.Completed) -> Json:

@@ -2,111 +2,25 @@
 from __future__ import annotations
 
 import contextlib
+import copy
+import hashlib
 import threading
 from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Guard, Json, Memory, Vector, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of, output,
+from ._core import (ArgumentError, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of, output,
                     pointer, text)
 from ._kinetree import turns
-from .model import Data, Model, ModelCopy
+from .data import Data
+from .laws import Event, Feedback, Instant, Law, Recorder, copied
+from .model import Model, ModelCopy
 
 _ROOM = 16  # events that a program may add
-_tick, _feed_back, _time = lib.kt_python_tick, lib.kt_python_feed_back, lib.kt_simulation_time
+_DIGEST = 16  # bytes that guard a checkpoint
+_tick, _time = lib.kt_python_tick, lib.kt_simulation_time
 _DIRECTIONS = {"either": lib.KT_DIRECTION_EITHER, "rising": lib.KT_DIRECTION_RISING, "falling": lib.KT_DIRECTION_FALLING}
-
-
-class Instant:
-    """The state at which an event's function is evaluated."""
-
-    __slots__ = ("t", "q", "v", "x")
-
-    def __init__(self, at: Any, model: Model) -> None:
-        self.t: float = at.t
-        self.q, self.v, self.x = _copied(at.q, model.nq), _copied(at.v, model.nv), _copied(at.x, model.nx)
-
-
-class Event:
-    """A function of the state whose change of sign is located in time."""
-
-    def __init__(self, simulation: "Simulation", name: str, function: Any, action: Any, stop: bool) -> None:
-        self.simulation, self.name, self.function, self.action, self.stop = simulation, name, function, action, stop
-        self.calls = simulation._calls
-
-    def instant(self, at: Any) -> Instant:
-        return Instant(at, self.simulation.model)
-
-    def act(self) -> bool:
-        simulation = self.simulation
-        simulation._acting = threading.get_ident()
-        try:
-            return bool(self.action(simulation)) if self.action is not None else False
-        finally:
-            simulation._acting = None
-
-
-class Law:
-    """A control law of Python for `Simulation.control`."""
-
-    def __init__(self, simulation: "Simulation", function: Any) -> None:
-        self.simulation, self.function, self.calls = simulation, function, simulation._calls
-
-    def turn(self, t: float) -> int:
-        simulation = self.simulation
-        found = self.function(t, simulation.positions, simulation.velocities)
-        if found is None:
-            return 1
-        simulation.torque[:] = doubles(found, simulation.torque.shape, "the result of the law")
-        return 0
-
-
-class Feedback(Fixed):
-    """The law tau = torque + gain (reference - state), computed in C. `Simulation.feedback` makes it.
-
-    A call computes the law at the present state and writes `Simulation.torque`. `Simulation.control` takes it as a law.
-
-    Attributes
-    ----------
-    gain : array of nv x 2 nv
-        Gains of the differences of positions (`Model.subtract`) and of velocities.
-    q, v, torque : arrays of nq, nv and nv
-        The reference, and the torques at the reference. A loop may write into them.
-    """
-
-    def __init__(self, simulation: "Simulation", gain: Vector, q: Optional[Vector], v: Optional[Vector], torque: Optional[Vector]) -> None:
-        model = simulation.model
-        nq, nv = model.nq, model.nv
-        self._memory = Memory(8 * (2 * nv * nv + nq + 4 * nv))
-        parts = np.split(self._memory.array.view(np.float64), np.cumsum([2 * nv * nv, nq, nv, nv]))
-        self.gain, self.q, self.v, self.torque = parts[0].reshape(nv, 2 * nv), parts[1], parts[2], parts[3]
-        self.gain[:] = doubles(gain, (nv, 2 * nv), "gain")
-        for own, value, default, what in ((self.q, q, model.initial[0], "q"), (self.v, v, 0.0, "v"), (self.torque, torque, 0.0, "torque")):
-            own[:] = default if value is None else doubles(value, own.shape, what)
-        self._pointer = ffi.new("kt_python_feedback *", {"model": model._pointer, "nv": nv, **{
-            name: pointer(array) for name, array in zip(("gain", "q", "v", "torque", "error"), parts)}})
-        self._simulation, self._loop = simulation, simulation._loop
-        self._is_fixed = True
-
-    def __call__(self) -> None:
-        _feed_back(self._pointer, self._loop)
-
-
-class Recorder:
-    """Collects the records of `Simulation.run`."""
-
-    def __init__(self, simulation: "Simulation") -> None:
-        self.model, self.calls = simulation.model, simulation._calls
-        self.time: List[float] = []
-        self.q: List[Vector] = []
-        self.v: List[Vector] = []
-
-    def take(self, record: Any) -> bool:
-        self.time.append(record.time)
-        self.q.append(_copied(record.q, self.model.nq))
-        self.v.append(_copied(record.v, self.model.nv))
-        return False
 
 
 def _sensor_bits(sensors: Sequence[str]) -> int:
@@ -114,12 +28,6 @@ def _sensor_bits(sensors: Sequence[str]) -> int:
     if isinstance(sensors, str) or not all(isinstance(each, str) and each in names for each in sensors):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, "sensors", f"expected a list of {', '.join(names)}; got {sensors!r}")
     return sum({names[each] for each in sensors})
-
-
-def _copied(address: Any, count: int) -> Vector:
-    if count == 0 or address == ffi.NULL:
-        return np.zeros(0)
-    return np.frombuffer(ffi.buffer(address, 8 * count), np.float64).copy()
 
 
 class Simulation(Fixed):
@@ -150,13 +58,17 @@ class Simulation(Fixed):
 
     def __init__(self, model: Model, *, step: Optional[float] = None, duration: Optional[float] = None,
                  integrator: Optional[str] = None, tolerance: Optional[float] = None, sensors: Sequence[str] = ()) -> None:
+        scene = model.scene._scene
+        self._given, self._sets = model, bool(lib.kt_scene_sets(scene))
+        if self._sets and not isinstance(model, ModelCopy):
+            model = model.copy()  # events of the scene set its parameters
         self.model = model
-        self._how = {"step": step, "duration": duration, "integrator": integrator, "tolerance": tolerance, "sensors": sensors}
+        self._how: Json = {"step": step, "duration": duration, "integrator": integrator, "tolerance": tolerance, "sensors": sensors}
         self._calls, self._guard = callbacks.Calls(), Guard()
         self._keep: List[Any] = []
+        self._events: List[Event] = []
         self._error = ffi.new("kt_error *")
         run, options = self._run(), ffi.new("kt_simulation_options *", lib.kt_simulation_options_default())
-        scene = model.scene._scene
         options.events = lib.kt_scene_event_room(scene) + _ROOM
         options.record = _sensor_bits(sensors)
         size = lib.kt_simulation_size(model._pointer, run, options)
@@ -171,6 +83,7 @@ class Simulation(Fixed):
         self._make_loop()
         self._data: Optional[Data] = None
         self._acting: Optional[int] = None
+        self._start: Optional[bytes] = self.save()
         self._is_fixed = True
 
     def _make_loop(self) -> None:
@@ -204,7 +117,13 @@ class Simulation(Fixed):
             return
         watch = ffi.new("kt_scene_watch **")
         self._check(lib.kt_scene_watch_create(scene, self.model._pointer, self._simulation, ffi.NULL, 0, watch, self._error))
-        self._keep.append(ffi.gc(watch[0], lib.kt_scene_watch_free))
+        self._watch = ffi.gc(watch[0], lib.kt_scene_watch_free)
+        self._synchronise()
+
+    def _synchronise(self) -> None:
+        """Give the model the parameters that events of the scene have set at the present state."""
+        if self._sets:
+            self._check(lib.kt_scene_watch_sync(self._watch, self._simulation, self._error))
 
     def _changing(self) -> ContextManager[None]:
         """The guard of a change, which the action of an event may make, too: the call that led to the action holds the guard."""
@@ -226,15 +145,39 @@ class Simulation(Fixed):
         """Time, s."""
         return float(_time(self._simulation))
 
-    def set_state(self, t: float, q: Vector, v: Optional[Vector] = None) -> None:
-        """Set time, positions and velocities (default: at rest)."""
+    def set_state(self, t: float, q: Numbers, v: Optional[Numbers] = None) -> None:
+        """Restart from a state. Loops are closed, auxiliary states begin anew, and torques remain.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+        q, v : arrays of nq and nv
+            Positions (rad, m) and velocities (rad/s, m/s; default: at rest).
+        """
         q = doubles(q, (self.model.nq,), "q")
         v = np.zeros(self.model.nv) if v is None else doubles(v, (self.model.nv,), "v")
         with self._guard:
             self._check(lib.kt_simulation_set_state(self._simulation, finite(t, "t"), pointer(q), pointer(v), self._error))
+            self._synchronise()
 
-    def set_torque(self, tau: Vector) -> None:
-        """Set the joint forces (nv), which hold until they are set again. `torque` is the array itself."""
+    def reset(self) -> None:
+        """Return to the start: the initial state at time 0, without torques. Later results have the bits of a new simulation.
+
+        Parameters that were set remain.
+        """
+        if self._start is None:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "reset", "an event was added after the start; add events before the first step")
+        self.restore(self._start)
+
+    def set_torque(self, tau: Numbers) -> None:
+        """Set the joint forces, which hold until they are set again. `torque` is the array itself.
+
+        Parameters
+        ----------
+        tau : array of nv
+            Joint forces, N m or N.
+        """
         self.torque[:] = doubles(tau, self.torque.shape, "tau")
         with self._changing():
             self._apply()
@@ -242,39 +185,71 @@ class Simulation(Fixed):
     def _apply(self) -> None:
         self._check(lib.kt_python_apply(self._loop, self._error))
 
-    def jump(self, q: Optional[Vector] = None, v: Optional[Vector] = None) -> None:
-        """Change positions or velocities within a motion."""
+    def jump(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None) -> None:
+        """Change positions or velocities within a motion.
+
+        Parameters
+        ----------
+        q, v : arrays of nq and nv, optional
+            New positions (rad, m) and velocities (rad/s, m/s). Default: as they are.
+        """
         q = None if q is None else doubles(q, (self.model.nq,), "q")
         v = None if v is None else doubles(v, (self.model.nv,), "v")
         with self._changing():
             self._check(lib.kt_simulation_jump(self._simulation, pointer(q), pointer(v), self._error))
 
-    def set(self, name: str, value: Union[float, Vector]) -> None:
-        """Set a parameter while the simulation runs. The simulation's model must be a copy (`Model.copy`)."""
+    def set(self, name: str, value: Numbers) -> None:
+        """Set a parameter while the simulation runs. The simulation's model must be a copy (`Model.copy`).
+
+        Parameters
+        ----------
+        name : str
+            Such as ``"arm.mass"``, as in `Model.get`.
+        value : float or array
+            In SI units and radians.
+        """
         if not isinstance(self.model, ModelCopy):
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "the model is immutable; make the simulation with model=scene.model.copy()")
-        found = self.model._parameter(name)
-        values = doubles(np.atleast_1d(np.asarray(value, np.float64)), (found.count,), f"value of '{name}'")
+        found, values = self.model._given(name, value)
         with self._changing():
             self._check(lib.kt_simulation_set_parameter(self._simulation, self.model._pointer, found, pointer(values), self._error))
+        self.model._remember(name, values)
 
     # ---- the clock --------------------------------------------------------------------------------------------------
 
     def tick(self, period: float) -> None:
-        """Advance by exactly one period of a control loop, s."""
+        """Advance by exactly one period of a control loop.
+
+        Parameters
+        ----------
+        period : float
+            Length, s. It may be many steps of the method.
+        """
         status = _tick(self._flag, self._loop, period, self._error)
         if status:
             self._check(status)
 
     def step(self, until: Optional[float] = None) -> None:
-        """Take one step of the method, and not beyond `until` (default: the duration)."""
+        """Take one step of the method.
+
+        Parameters
+        ----------
+        until : float, optional
+            The step does not go beyond this time, s. Default: the duration.
+        """
         limit = self.duration if until is None else finite(until, "until")
         with self._guard:
             self._apply()
             self._check(lib.kt_simulation_step(self._simulation, limit, self._error))
 
     def advance(self, t: float) -> None:
-        """Advance to the time t, s."""
+        """Advance to a time.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+        """
         with self._guard:
             self._apply()
             self._check(lib.kt_simulation_advance(self._simulation, finite(t, "t"), self._error))
@@ -289,19 +264,19 @@ class Simulation(Fixed):
         """Yield this simulation before each period: read sensors, set torques; then it advances."""
         return turns(self, *map(address_number, (self._flag, self._loop, self._error)), self._period(None), self.duration)  # type: ignore[no-any-return]
 
-    def feedback(self, gain: Vector, *, q: Optional[Vector] = None, v: Optional[Vector] = None, torque: Optional[Vector] = None) -> Feedback:
+    def feedback(self, gain: Numbers, *, q: Optional[Numbers] = None, v: Optional[Numbers] = None, torque: Optional[Numbers] = None) -> Feedback:
         """A linear law of this simulation: tau = torque + gain (reference - state). See `Feedback`.
 
         Parameters
         ----------
         gain : array of nv x 2 nv
-            Such as the gain of a linear-quadratic regulator, or ``[kp 1, kd 1]``.
-        q, v, torque : arrays, optional
+            Such as the gain of a linear-quadratic regulator, or ``[kp 1, kd 1]``; N m/rad and N m s/rad.
+        q, v, torque : arrays of nq, nv and nv, optional
             The reference, and the torques there. Default: the initial positions, at rest, without torques.
         """
         return Feedback(self, gain, q, v, torque)
 
-    def control(self, law: Union[Callable[[float, Vector, Vector], Optional[Vector]], callbacks.Compiled, Any], *, period: Optional[float] = None,
+    def control(self, law: Union[Callable[[float, Vector, Vector], Optional[Numbers]], callbacks.Compiled, Any], *, period: Optional[float] = None,
                 until: Optional[float] = None) -> None:
         """Run a control loop whose law sets the joint forces before each period.
 
@@ -332,7 +307,13 @@ class Simulation(Fixed):
             self._check(status)
 
     def run(self) -> Dict[str, Vector]:
-        """Run to the duration. Returns the records as arrays ``time``, ``q`` and ``v``."""
+        """Run to the duration.
+
+        Returns
+        -------
+        dict
+            The records as arrays: ``time`` (records), s; ``q`` (records x nq), rad or m; ``v`` (records x nv), rad/s or m/s.
+        """
         sink = Recorder(self)
         handle = ffi.new_handle(sink)
         with self._guard:
@@ -345,7 +326,18 @@ class Simulation(Fixed):
     # ---- sensors ----------------------------------------------------------------------------------------------------
 
     def acceleration(self, *, out: Optional[Vector] = None) -> Vector:
-        """Accelerations at this time, under the torques that are set."""
+        """Accelerations at this time, under the torques that are set.
+
+        Parameters
+        ----------
+        out : array of nv, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            nv accelerations, rad/s^2 or m/s^2.
+        """
         out = output(out, (self.model.nv,))
         with self._guard:
             self._apply()
@@ -366,8 +358,10 @@ class Simulation(Fixed):
             self._apply()
             self._check(lib.kt_simulation_sense(self._simulation, record, self._error))
             loops = lib.kt_loop_count(m._pointer)
-            found = {"acceleration": (record.a, (m.nv,)), "reaction": (record.reactions, (m.body_count, 6)), "loop_reaction": (record.loop_reactions, (loops, 6))}
-            values: Dict[str, Any] = {name: _copied(address, int(np.prod(shape))).reshape(shape) for name, (address, shape) in found.items() if address != ffi.NULL}
+            found = {"acceleration": (record.a, (m.nv,)), "reaction": (record.reactions, (m.body_count, 6)),
+                     "loop_reaction": (record.loop_reactions, (loops, 6))}
+            values: Dict[str, Any] = {name: copied(address, int(np.prod(shape))).reshape(shape)
+                                      for name, (address, shape) in found.items() if address != ffi.NULL}
         if np.isfinite(record.kinetic):
             values["energy"] = (record.kinetic, record.potential)
         return values
@@ -376,12 +370,27 @@ class Simulation(Fixed):
         """A workspace at the present state, with its kinematics: for positions and Jacobians of points."""
         if self._data is None:
             self._data = Data(self.model)
-        self._data.q, self._data.v = self.positions, self.velocities
+        self._data.q[:], self._data.v[:] = self.positions, self.velocities
         return self._data.kinematics(a=np.zeros(self.model.nv))
 
-    def step_derivatives(self, tau: Optional[Vector] = None, h: Optional[float] = None, *,
+    def step_derivatives(self, tau: Optional[Numbers] = None, h: Optional[float] = None, *,
                          out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
-        """Exact derivatives of the next step: A by the state, B by the joint forces."""
+        """Exact derivatives of the next step: A by the state, B by the joint forces.
+
+        Parameters
+        ----------
+        tau : array of nv, optional
+            Joint forces, N m or N. Default: `torque`.
+        h : float, optional
+            Length of the step, s. Default: the fixed step, or 1 ms.
+        out : tuple of two arrays, optional
+            As in `Data.step_derivatives`.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            A, n x n, and B, n x nv, with n = 2 nv + nx.
+        """
         if self._data is None:
             self._data = Data(self.model)
         tau = self.torque if tau is None else tau
@@ -402,6 +411,8 @@ class Simulation(Fixed):
 
         Parameters
         ----------
+        name : str
+            For `stopped` and `event_count`.
         function : callable
             A value of the state (`Instant`: t, q, v, x). It must depend on its argument alone. Or a compiled
             ``int f(const kt_instant *at, double *value, kt_error *error, void *user)``, as in `control`.
@@ -414,14 +425,17 @@ class Simulation(Fixed):
         if direction not in _DIRECTIONS:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "direction", f"expected one of {', '.join(_DIRECTIONS)}, got {direction!r}")
         address = callbacks.address_of(function, "function")
-        event = Event(self, name, function, action, stop)
+        event = Event(self, name, function, action, direction, stop)
         handle, label = ffi.new_handle(event), ffi.new("char[]", name_of(name, "name"))
         record = ffi.new("kt_event *", {"name": label, "user": handle, "direction": _DIRECTIONS[direction], "stop": stop})
         record.function = lib.kt_python_event_value if address is None else ffi.cast("kt_event_function *", address)
         if action is not None:
             record.action = lib.kt_python_event_action
-        self._check(lib.kt_simulation_event_add(self._simulation, record, self._error))
-        self._keep += [event, handle, label]
+        with self._guard:
+            self._check(lib.kt_simulation_event_add(self._simulation, record, self._error))
+        self._events.append(event)
+        self._keep += [handle, label]
+        self._start = self.save() if self._start is not None and self.counts["evaluations"] == 0 else None
 
     @property
     def stopped(self) -> Optional[str]:
@@ -430,45 +444,74 @@ class Simulation(Fixed):
         return None if found == ffi.NULL else text(found.name)
 
     def event_count(self, name: str) -> int:
-        """How often an event has happened."""
+        """How often an event has happened.
+
+        Parameters
+        ----------
+        name : str
+            The name in `on`, or in the scene.
+        """
         return int(lib.kt_simulation_event_count(self._simulation, name_of(name, "name")))
 
     # ---- checkpoints ------------------------------------------------------------------------------------------------
 
     def save(self) -> bytes:
-        """A checkpoint. All later results have the same bits after `restore`."""
+        """A checkpoint of the state, the torques and the memory of the method. All later results have the same bits after `restore`."""
         size = lib.kt_simulation_state_size(self._simulation)
         block = Memory(size)
         with self._guard:
             lib.kt_simulation_save(self._simulation, block.pointer)
-        return block.array.tobytes() + self.torque.tobytes()
+        content = block.array.tobytes() + self.torque.tobytes()
+        return _digest(content) + content
 
     def restore(self, block: bytes) -> None:
-        """Continue from a checkpoint of the same scene and run."""
+        """Continue from a checkpoint of the same scene and run.
+
+        Parameters
+        ----------
+        block : bytes
+            The result of `save`, also of another process. Bytes that were changed since then are rejected.
+        """
         size = lib.kt_simulation_state_size(self._simulation)
-        whole = size + self.torque.nbytes
+        whole = _DIGEST + size + self.torque.nbytes
         if not isinstance(block, (bytes, bytearray)) or len(block) != whole:
             found = f"{len(block)} bytes" if isinstance(block, (bytes, bytearray)) else type(block).__name__
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", f"a checkpoint of this simulation has {whole} bytes, got {found}")
+        content = bytes(block[_DIGEST:])
+        if _digest(content) != block[:_DIGEST]:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", "the checkpoint is damaged: its bytes are not those that save() returned")
         memory = Memory(size)
-        memory.array[:] = np.frombuffer(block, np.uint8, size)
+        memory.array[:] = np.frombuffer(content, np.uint8, size)
         with self._guard:
             self._check(lib.kt_simulation_restore(self._simulation, memory.pointer, self._error))
-            self.torque[:] = self._applied[:] = np.frombuffer(block, np.float64, offset=size)
+            self._synchronise()
+            self.torque[:] = self._applied[:] = np.frombuffer(content, np.float64, offset=size)
 
     def __reduce__(self) -> Any:
-        if isinstance(self.model, ModelCopy) or any(isinstance(each, Event) for each in self._keep):
-            raise TypeError("a simulation with events of Python or a model of its own cannot be pickled; save() keeps its state")
-        return _restored, (self.model.scene, self._how, self.save())
+        if self._events:
+            raise TypeError("a simulation with events of Python cannot be pickled; save() keeps its state")
+        return _restored, (self._given, self._how, self.save())
 
     def __deepcopy__(self, memo: Any) -> "Simulation":
-        return _restored(*self.__reduce__()[1])
+        return _restored(copy.deepcopy(self._given), self._how, self.save(), self._events)
+
+    @property
+    def pointer(self) -> Any:
+        """The ``kt_simulation *`` for calls of `kinetree.lib`. It is valid as long as this object."""
+        return self._simulation
 
     def __repr__(self) -> str:
         return f"<kinetree.Simulation of '{self.model.name}' at t = {self.time:g} s>"
 
 
-def _restored(scene: Any, how: Json, block: bytes) -> Simulation:
-    simulation = Simulation(scene.model, **how)
+def _digest(content: bytes) -> bytes:
+    """The first bytes of a checkpoint. C trusts the rest: indices in it are not checked one by one."""
+    return hashlib.blake2b(content, digest_size=_DIGEST).digest()
+
+
+def _restored(model: Model, how: Json, block: bytes, events: Sequence[Event] = ()) -> Simulation:
+    simulation = Simulation(model, **how)
+    for event in events:
+        simulation.on(**event.how)
     simulation.restore(block)
     return simulation

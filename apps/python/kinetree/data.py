@@ -1,0 +1,566 @@
+"""Evaluations at a state: dynamics, derivatives, constraints and kinematics."""
+from __future__ import annotations
+
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, Vector, address, address_number, busy, check, doubles, fail, ffi, finite, lib,
+                    name_of, output, outputs, pointer)
+from ._kinetree import Evaluator, quicken
+from .model import Model, Point, vector
+
+_forward, _inverse = lib.kt_python_forward, lib.kt_python_inverse
+
+
+def _vec3(at: Any) -> Any:
+    return ffi.new("kt_vec3 *", doubles(at, (3,), "at").tolist())[0]
+
+
+class State:
+    """Arrays q, v, tau and a at fixed addresses: views of one block, which cannot be resized."""
+
+    def __init__(self, nq: int, nv: int) -> None:
+        counts = (nq, nv, nv, nv)
+        self.memory = Memory(8 * sum(counts))
+        numbers = self.memory.array.view(np.float64)
+        ends = np.cumsum(counts).tolist()
+        self.arrays = [numbers[end - count:end] for count, end in zip(counts, ends)]
+        self.pointers = [pointer(array) for array in self.arrays]
+
+
+class Data(Evaluator, Fixed):  # type: ignore[misc]
+    """A workspace, and the evaluations at a state (t, q, v).
+
+    All calls release the interpreter lock. Two threads must not share a `Data`; a second thread gets `Busy`.
+
+    Attributes
+    ----------
+    q, v, tau, a : arrays of nq, nv, nv and nv
+        Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N) and accelerations (rad/s^2, m/s^2). A call without arguments uses
+        them in place, which is the fastest way.
+    x : array of nx
+        Auxiliary states, which all calls read.
+
+    Notes
+    -----
+    The arrays are fixed. An assignment copies into them.
+    """
+
+    _assignable = ("q", "v", "tau", "a", "x")
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self._memory = Memory(lib.kt_data_size(model._pointer))
+        self._guard = Guard()
+        self._error = ffi.new("kt_error *")
+        out = ffi.new("kt_data **")
+        check(lib.kt_data_init(model._pointer, self._memory.pointer, self._memory.array.size, out, self._error), self._error)
+        self._data, self._m = out[0], model._pointer
+        self.x = self._memory.view(lib.kt_own_states(self._m, self._data), model.nx)
+        self.x.flags.writeable = True
+        self._work: Dict[str, Memory] = {}
+        self._is_placed = False
+        self._state = State(model.nq, model.nv)
+        self.q, self.v, self.tau, self.a = self._state.arrays
+        self._q, self._v, self._tau, self._a = self._state.pointers
+        self.q[:], self.v[:] = model.initial
+        self._nq, self._nv = (model.nq,), (model.nv,)
+        self._call = ffi.new("kt_python_data *", {"guard": self._guard.pointer, "model": self._m, "data": self._data, "error": self._error,
+                                                  "nq": model.nq, "nv": model.nv, "q": self._q, "v": self._v, "tau": self._tau, "a": self._a})
+        owners = self._call, self._m, self._memory, self._guard.pointer, self._error
+        self._set_up(address_number(self._call), self._nv, self.a, owners)
+        self._is_fixed = True
+
+    def __reduce__(self) -> Any:
+        return _data_at, (self.model, [array.copy() for array in (*self._state.arrays, self.x)])
+
+    def __deepcopy__(self, memo: Any) -> "Data":
+        return _data_at(*self.__reduce__()[1])
+
+    def _check(self, status: Optional[int]) -> None:
+        if status:
+            if status == lib.KT_PYTHON_BUSY:
+                raise busy()
+            for effect in self.model.effects:
+                effect.calls.reraise()
+            fail(self._error, status)
+
+    # ---- dynamics ---------------------------------------------------------------------------------------------------
+
+    def forward_dynamics(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, tau: Optional[Numbers] = None, *,
+                         t: float = 0.0, out: Optional[Vector] = None) -> Vector:
+        """Accelerations of the whole mechanism, with effects and loops.
+
+        Parameters
+        ----------
+        q, v, tau : arrays of nq, nv and nv, optional
+            Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N). Default: the arrays of this object.
+        t : float
+            Time, s.
+        out : array of nv, optional
+            Where to write. Default: `self.a` if no state is given, else a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            nv accelerations, rad/s^2 or m/s^2.
+        """
+        if q is None and v is None and tau is None and out is None:
+            out = self.a
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        tau = address(tau, self._nv, self._tau, "tau")
+        out = output(out, self._nv)
+        self._check(_forward(self._call, t, q, v, tau, pointer(out)))
+        return out
+
+    def inverse_dynamics(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, a: Optional[Numbers] = None, *,
+                         out: Optional[Vector] = None) -> Vector:
+        """Joint forces of the tree for accelerations, by the recursive Newton-Euler algorithm, without effects.
+
+        Parameters
+        ----------
+        q, v, a : arrays of nq, nv and nv, optional
+            Positions (rad, m), velocities (rad/s, m/s), accelerations (rad/s^2, m/s^2). Default: the arrays of this object.
+        out : array of nv, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            nv joint forces, N m or N.
+        """
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        a = address(a, self._nv, self._a, "a")
+        out = output(out, self._nv)
+        self._check(_inverse(self._call, q, v, a, pointer(out)))
+        return out
+
+    def mass_matrix(self, q: Optional[Numbers] = None, *, out: Optional[Vector] = None) -> Vector:
+        """The mass matrix of the tree.
+
+        Parameters
+        ----------
+        q : array of nq, optional
+            Positions, rad or m. Default: the array of this object.
+        out : array of nv x nv, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            nv x nv, symmetric, kg m^2 or kg.
+        """
+        m = self.model
+        q = address(q, self._nq, self._q, "q")
+        out = output(out, (m.nv, m.nv))
+        with self._guard:
+            self._check(lib.kt_dynamics_mass(self._m, self._data, q, pointer(out), self._error))
+        return out
+
+    def bias(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, out: Optional[Vector] = None) -> Vector:
+        """The bias force h of the tree: inverse dynamics for accelerations of zero.
+
+        Parameters
+        ----------
+        q, v : arrays of nq and nv, optional
+            Positions (rad, m) and velocities (rad/s, m/s). Default: the arrays of this object.
+        out : array of nv, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            nv joint forces, N m or N: of gravity, and of Coriolis and centrifugal effects.
+        """
+        return self.inverse_dynamics(q, v, np.zeros(self.model.nv), out=out)
+
+    def effect_forces(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: float = 0.0, out: Optional[Vector] = None) -> Vector:
+        """Generalised forces of all effects: springs, dampers, motors and others.
+
+        Parameters
+        ----------
+        q, v : arrays of nq and nv, optional
+            Positions (rad, m) and velocities (rad/s, m/s). Default: the arrays of this object.
+        t : float
+            Time, s.
+        out : array of nv, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            nv joint forces, N m or N.
+        """
+        m = self.model
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        out = output(out, (m.nv,))
+        with self._guard:
+            self._check(lib.kt_effect_forces(self._m, self._data, t, q, v, pointer(out), self._error))
+        return out
+
+    def _workspace(self, name: str, size: int) -> Memory:
+        if name not in self._work or self._work[name].array.size < size:
+            self._work[name] = Memory(size)
+        return self._work[name]
+
+    def forward_derivatives(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, tau: Optional[Numbers] = None, *,
+                            t: float = 0.0, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Exact derivatives of `forward_dynamics` with respect to q (tangent), v and tau.
+
+        Parameters
+        ----------
+        q, v, tau : arrays of nq, nv and nv, optional
+            Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N). Default: the arrays of this object.
+        t : float
+            Time, s.
+        out : tuple of three arrays of nv x nv, optional
+            Where to write, in column-major order (``order="F"``). Default: new arrays.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            Three nv x nv matrices of column-major order. Column i is the derivative by number i.
+        """
+        m = self.model
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        tau = address(tau, self._nv, self._tau, "tau")
+        size = lib.kt_acceleration_work_size(self._m)
+        work = self._workspace("acceleration", size)
+        by = outputs(out, [(m.nv, m.nv)] * 3, "F")
+        with self._guard:
+            self._check(lib.kt_acceleration_derivatives(self._m, self._data, work.pointer, size, t, q, v, tau, ffi.NULL,
+                                                        pointer(by[0]), pointer(by[1]), pointer(by[2]), self._error))
+        return by
+
+    def step(self, h: float, q: Optional[Numbers] = None, v: Optional[Numbers] = None, tau: Optional[Numbers] = None, *,
+             x: Optional[Numbers] = None, t: float = 0.0, method: str = "rk4", out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """One step of a method, as a function of the state.
+
+        Parameters
+        ----------
+        h : float
+            Length of the step, s.
+        q, v, tau, x : arrays of nq, nv, nv and nx, optional
+            Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N), auxiliary states. Default: the arrays of this object, which
+            stay as they are.
+        t : float
+            Time at the start of the step, s.
+        method : str
+            An explicit Runge-Kutta method that ``kinetree integrators`` lists.
+        out : tuple of arrays, optional
+            Where to write q and v (and x).
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            q and v after the step; and x, if the model has auxiliary states.
+        """
+        taken, step, work = self._step(h, q, v, tau, x, t, method)
+        m = self.model
+        results = outputs(out, [(count,) for count in (m.nq, m.nv, m.nx)[:3 if m.nx else 2]])
+        with self._guard:
+            before = self.x.copy()
+            self._check(lib.kt_step_evaluate(self._m, self._data, work.pointer, work.array.size, step, taken[0], taken[1], pointer(results[0]),
+                                             pointer(results[1]), self._error))
+            if m.nx:
+                results[2][:] = self.x
+            self.x[:] = before
+        return results
+
+    def step_derivatives(self, h: float, q: Optional[Numbers] = None, v: Optional[Numbers] = None, tau: Optional[Numbers] = None, *,
+                         x: Optional[Numbers] = None, t: float = 0.0, method: str = "rk4",
+                         out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Exact derivatives of a step: A by the state, B by the joint forces.
+
+        A change of the state is (xi, dv, dx): q moves along xi (`Model.add`), and n = 2 nv + nx numbers describe it.
+
+        Parameters
+        ----------
+        h : float
+            Length of the step, s.
+        q, v, tau, x : arrays of nq, nv, nv and nx, optional
+            Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N), auxiliary states. Default: the arrays of this object, which
+            stay as they are.
+        t : float
+            Time at the start of the step, s.
+        method : str
+            An explicit Runge-Kutta method that ``kinetree integrators`` lists.
+        out : tuple of two arrays, optional
+            Where to write, in column-major order (``order="F"``). Default: new arrays.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            A, n x n, and B, n x nv, of column-major order.
+        """
+        m = self.model
+        taken, step, work = self._step(h, q, v, tau, x, t, method)
+        n = 2 * m.nv + m.nx
+        A, B = outputs(out, [(n, n), (n, m.nv)], "F")
+        with self._guard:
+            before = self.x.copy()
+            self._check(lib.kt_step_derivatives(self._m, self._data, work.pointer, work.array.size, step, taken[0], taken[1], ffi.NULL, ffi.NULL,
+                                                pointer(A), pointer(B), self._error))
+            self.x[:] = before
+        return A, B
+
+    def _step(self, h: float, q: Any, v: Any, tau: Any, x: Any, t: float, method: str) -> Any:
+        m = self.model
+        found = lib.kt_method_find(name_of(method, "method"))
+        if found == ffi.NULL:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"there is no method '{method}'; kinetree integrators lists them")
+        taken = (address(q, self._nq, self._q, "q"), address(v, self._nv, self._v, "v"), address(tau, self._nv, self._tau, "tau"),
+                 address(x, (m.nx,), ffi.NULL, "x"))
+        step = ffi.new("kt_step *", {"method": found, "t": finite(t, "t"), "h": finite(h, "h"), "tau": taken[2], "x": taken[3]})
+        size = lib.kt_step_work_size(self._m, found)
+        if size == 0:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"a step of '{method}' is no function of a state; take an explicit Runge-Kutta method")
+        return taken, step, self._workspace("step " + method, size)
+
+    # ---- constraints ------------------------------------------------------------------------------------------------
+
+    def assemble(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: float = 0.0,
+                 out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Close the loops of a state that may be far from closed.
+
+        Parameters
+        ----------
+        q, v : arrays of nq and nv, optional
+            Positions (rad, m) and velocities (rad/s, m/s). Default: the arrays of this object, which the call then changes.
+        t : float
+            Time, s, for loops that move.
+        out : tuple of arrays of nq and nv, optional
+            Where to write. Default: new arrays for those that are given.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            q and v.
+        """
+        return self._closed(lib.kt_state_assemble, q, v, t, out)
+
+    def project(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: float = 0.0,
+                out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Move a state by the least step until all loops are closed to rounding.
+
+        Parameters
+        ----------
+        q, v : arrays of nq and nv, optional
+            Positions (rad, m) and velocities (rad/s, m/s). Default: the arrays of this object, which the call then changes.
+        t : float
+            Time, s, for loops that move.
+        out : tuple of arrays of nq and nv, optional
+            Where to write. Default: new arrays for those that are given.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            q and v.
+        """
+        changed = ffi.new("bool *")
+        return self._closed(lambda m, d, t, q, v, e: lib.kt_state_project(m, d, t, q, v, changed, e), q, v, t, out)
+
+    def _closed(self, call: Any, q: Any, v: Any, t: float, out: Any) -> Tuple[Vector, ...]:
+        m, at = self.model, [self.q, self.v]
+        given = [own if value is None else doubles(value, own.shape, what) for value, own, what in zip((q, v), at, "qv")]
+        if out is not None:
+            at = list(outputs(out, [(m.nq,), (m.nv,)]))
+        else:
+            at = [own if value is None else np.empty_like(own) for value, own in zip((q, v), at)]
+        for target, values in zip(at, given):
+            target[:] = values
+        with self._guard:
+            self._check(call(self._m, self._data, finite(t, "t"), pointer(at[0]), pointer(at[1]), self._error))
+        return at[0], at[1]
+
+    # ---- kinematics -------------------------------------------------------------------------------------------------
+
+    def kinematics(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, a: Optional[Numbers] = None) -> "Data":
+        """Compute the poses, velocities and accelerations that `position`, `jacobian`, `energy` and the other queries read.
+
+        Parameters
+        ----------
+        q, v, a : arrays of nq, nv and nv, optional
+            Positions (rad, m), velocities (rad/s, m/s), accelerations (rad/s^2, m/s^2). Default: the arrays of this object.
+
+        Returns
+        -------
+        Data
+            This object.
+        """
+        q = address(q, self._nq, self._q, "q")
+        v = address(v, self._nv, self._v, "v")
+        a = address(a, self._nv, self._a, "a")
+        with self._guard:
+            self._check(lib.kt_kinematics_update(self._m, self._data, q, v, a, self._error))
+        self._is_placed = True
+        return self
+
+    def _need_kinematics(self) -> None:
+        if not self._is_placed:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "kinematics", "no state has been given; call data.kinematics(q, v) first")
+
+    def _place(self, point: Union[str, Tuple[str, Point]]) -> Tuple[int, Any]:
+        self._need_kinematics()
+        if isinstance(point, str):
+            body, at = self.model.point(point)
+        elif isinstance(point, (tuple, list)) and len(point) == 2:
+            body, at = self.model.body(point[0]), doubles(point[1], (3,), "point")
+        else:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "point", f'expected "body", "body.marker" or (body, place in its frame), got {point!r}')
+        return body, _vec3(at)
+
+    def position(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
+        """World position of a point after `kinematics`.
+
+        Parameters
+        ----------
+        point : str or tuple
+            ``"body"``, ``"body.marker"``, or (body, place in the frame of the body, m).
+        out : array of 3, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            Three numbers along world axes, m.
+        """
+        return vector(lib.kt_point_position(self._m, self._data, *self._place(point)), out)
+
+    def velocity(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
+        """World velocity of a point after `kinematics`.
+
+        Parameters
+        ----------
+        point : str or tuple
+            ``"body"``, ``"body.marker"``, or (body, place in the frame of the body, m).
+        out : array of 3, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            Three numbers along world axes, m/s.
+        """
+        return vector(lib.kt_point_velocity(self._m, self._data, *self._place(point)), out)
+
+    def acceleration(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
+        """World acceleration of a point after `kinematics`.
+
+        Parameters
+        ----------
+        point : str or tuple
+            ``"body"``, ``"body.marker"``, or (body, place in the frame of the body, m).
+        out : array of 3, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            Three numbers along world axes, m/s^2.
+        """
+        return vector(lib.kt_point_acceleration(self._m, self._data, *self._place(point)), out)
+
+    def pose(self, body: str, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Orientation and place of a body in the world after `kinematics`.
+
+        Parameters
+        ----------
+        body : str
+            The name of the body.
+        out : tuple of arrays of 3 x 3 and 3, optional
+            Where to write. Default: new arrays.
+
+        Returns
+        -------
+        tuple of numpy.ndarray
+            The rotation matrix, whose columns are the axes of the body in the world, and the origin of the body, m.
+        """
+        self._need_kinematics()
+        found = lib.kt_body_pose(self._m, self._data, self.model.body(body))
+        rotation, origin = outputs(out, [(3, 3), (3,)])
+        for column, axis in enumerate((found.rotation.x, found.rotation.y, found.rotation.z)):
+            rotation[:, column] = axis.x, axis.y, axis.z
+        return rotation, vector(found.position, origin)
+
+    def jacobian(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
+        """The Jacobian of a point after `kinematics`.
+
+        Parameters
+        ----------
+        point : str or tuple
+            ``"body"``, ``"body.marker"``, or (body, place in the frame of the body, m).
+        out : array of 6 x nv, optional
+            Where to write, in column-major order (``order="F"``). Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            6 x nv, column-major. The first three rows times v are the angular velocity of the body, the others the velocity of the point,
+            along world axes.
+        """
+        out = output(out, (6, self.model.nv), order="F")
+        lib.kt_point_jacobian(self._m, self._data, *self._place(point), pointer(out))
+        return out
+
+    def energy(self) -> Tuple[float, float]:
+        """Kinetic and potential energy of the bodies after `kinematics`.
+
+        Returns
+        -------
+        tuple of float
+            Kinetic energy, and potential energy of gravity, J. Energies of effects are not among them.
+        """
+        self._need_kinematics()
+        return lib.kt_kinetic_energy(self._m, self._data), lib.kt_potential_energy(self._m, self._data)
+
+    def mass_center(self) -> Tuple[float, Vector]:
+        """Mass and centre of mass of the moving bodies after `kinematics`.
+
+        Returns
+        -------
+        tuple
+            The mass, kg, and the centre in the world, m.
+        """
+        self._need_kinematics()
+        center = ffi.new("kt_vec3 *")
+        return lib.kt_mass_center(self._m, self._data, center), vector(center)
+
+    def momentum(self) -> Vector:
+        """Momentum of all bodies after `kinematics`.
+
+        Returns
+        -------
+        numpy.ndarray
+            Six numbers along world axes: the angular momentum about the origin of the world, N m s, and the linear momentum, N s.
+        """
+        self._need_kinematics()
+        found = lib.kt_momentum(self._m, self._data)
+        return np.concatenate([vector(found.moment), vector(found.force)])
+
+    @property
+    def pointer(self) -> Any:
+        """The ``kt_data *`` for calls of `kinetree.lib`. It is valid as long as this object."""
+        return self._data
+
+    def __repr__(self) -> str:
+        return f"<kinetree.Data of '{self.model.name}': nq {self.model.nq}, nv {self.model.nv}>"
+
+
+# Methods of C take arrays of doubles, and call those of Python for all other arguments.
+for _name, _parameters in (("forward_dynamics", "q=None, v=None, tau=None, *, t=0.0, out=None"), ("inverse_dynamics", "q=None, v=None, a=None, *, out=None")):
+    _method = getattr(Data, _name)
+    setattr(Data, f"_convert_{_name}", _method)
+    setattr(Data, _name, quicken(Data, _name, f"{_name}($self, {_parameters})\n--\n\n{_method.__doc__ or ''}".encode()))
+
+
+def _data_at(model: Model, arrays: List[Vector]) -> Data:
+    data = Data(model)
+    for own, array in zip((*data._state.arrays, data.x), arrays):
+        own[:] = array
+    return data
