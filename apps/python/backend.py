@@ -101,8 +101,8 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with tempfile.TemporaryDirectory() as temporary:
         build = compiled(f"{temporary}/build", config_settings)
         wheel, data = Wheel(wheel_directory), f"kinetree-{version()}.data"
-        package = build / "apps/python/kinetree"
-        for path in sorted([*package.glob("*.py"), package / "py.typed", package / "_kinetree.abi3.so"]):
+        sources = ROOT / "apps/python/kinetree"
+        for path in sorted([*sources.glob("*.py"), sources / "py.typed", build / "apps/python/kinetree/_kinetree.abi3.so"], key=lambda each: each.name):
             wheel.add(f"kinetree/{path.name}", path.read_bytes(), executable=path.suffix == ".so")
         wheel.add(f"{data}/scripts/kinetree", (build / "apps/kinetree/kinetree").read_bytes(), executable=True)
         for path in sorted((ROOT / "apps/scenes").rglob("*")):

@@ -1,4 +1,8 @@
-"""`pip install .` works in a new environment without a network: wheel.py SOURCE-ROOT."""
+"""`pip install .` works in a new environment without a network: wheel.py SOURCE-ROOT BUILD-ROOT.
+
+All temporary files are below the build directory. Paths from there to the sources are then the same in every clone, and ccache has the
+objects of an earlier run, which are nine tenths of the time.
+"""
 import os
 import pathlib
 import subprocess
@@ -31,15 +35,15 @@ def words(*command, **options):
 
 
 def main():
-    root = sys.argv[1]
-    with tempfile.TemporaryDirectory() as name:
+    root, build = sys.argv[1:]
+    with tempfile.TemporaryDirectory(prefix="wheel-", dir=build) as name:
         folder = pathlib.Path(name)
         problems, _ = words(sys.executable, "-m", "venv", "--system-site-packages", folder / "venv")
         if problems:
             skip("pip_installs_the_package", "this Python has no venv")
             return finish()
         python = folder / "venv/bin/python"
-        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "TMPDIR": name}
         problems, _ = words(python, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps", SETTINGS, root, env=environment)
         claim("pip_installs_the_package", problems)
         if not problems:
