@@ -154,6 +154,8 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
 /* Whether contact k, or friction, leaves: its reaction ends, or it slips. It does if its event is due. Friction of a
  * contact that has reached its limit twice at this instant does not stick again within it (directions.c). */
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
+/* Counts a reversal of slip, at which friction k is due (directions.c). */
+void kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
  * if the contact has no rate. Otherwise rounding would close it again and again: the fourth corner of a foot, whose
  * other corners hold it. 0 if it bounces. */

@@ -10,6 +10,10 @@
  * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
  * parts (simulation/contacts.c). If friction cannot hold them, they begin to slip again.
  *
+ * With fixed steps, slip may go round its rest at any speed: a foot of little mass stops within a small part of a
+ * step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the length of a
+ * step comes to rest at whatever speed, since the step does not resolve it.
+ *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
  * two would take turns without end. Friction that has reached its limit twice slips for the rest of the instant.
@@ -54,7 +58,7 @@ static void take_directions(kt_simulation *simulation) {
     for (int k = 0; k < simulation->contacts->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
         if (!is_slipping(simulation, k)) {
-            memory->turns = 0;
+            memory->turns = memory->reversals = 0;
             continue;
         }
         const kt_contact *contact = &simulation->contacts->item[k];
@@ -103,21 +107,38 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     return due || memory->left > 1;
 }
 
+void kt_contact_count_reversal(kt_simulation *simulation, int k) {
+    const double t = kt_integrator_time(simulation->integrator);
+    const int contact = simulation->contacts->item[k].of;
+    kt_contact_memory *memory = &simulation->contact_state[contact];
+    if (!(simulation->step > 0.0) ||
+        !(simulation->model->loop[simulation->contacts->item[contact].loop].rest_velocity > 0.0))
+        return;
+    const bool is_within = memory->reversals > 0 && fabs(t - memory->since) <= simulation->step;
+    memory->fastest = is_within ? fmax(memory->fastest, memory->speed) : memory->speed;
+    memory->since = is_within ? memory->since : t;
+    memory->reversals = is_within ? memory->reversals + 1 : 1;
+}
+
 /* Lets slow slip that turns round its rest come to rest. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     bool turns = false;
     for (int k = 0; k < c->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
-        const bool many = memory->turns >= TURNS;
+        const bool reverses = memory->reversals >= TURNS, many = memory->turns >= TURNS || reverses;
         turns = turns || many;
         memory->turns = many ? 0 : memory->turns;
+        memory->reversals = many ? 0 : memory->reversals;
+        memory->stops_below = reverses ? memory->fastest : 0.0;
     }
     if (!turns)
         return KT_OK;
     c->stops = true;
     const kt_status status = simulation->contact_calls->resolve(simulation, error);
     c->stops = false;
+    for (int k = 0; k < c->sides; k++)
+        simulation->contact_state[k].stops_below = 0.0;
     simulation->memory.contacts.rested++;
     return status;
 }

@@ -127,7 +127,9 @@ static void add_contact(kt_coulomb *p, const kt_simulation *simulation, int line
     if (item->type != KT_COULOMB_CONE)
         return;
     const double *slip = u + p->line[item->across], speed = hypot(slip[0], slip[1]);
-    if (speed > (c->stops ? kt_contact_loop(simulation, line)->rest_velocity : kt_contact_resting)) {
+    const double stops =
+        fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
+    if (speed > (c->stops ? stops : kt_contact_resting)) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
         item->e[1] = slip[1] / speed;

@@ -80,6 +80,9 @@ typedef struct kt_contact_memory {
     double slip[2];        /* of a contact: the direction in which it slips */
     double speed, left_at; /* of its slip at the beginning of the last step, m/s; s, when friction reached its limit */
     double closes_at;      /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
+    double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
+    double stops_below;    /* slip that is no faster comes to rest at this instant, m/s; else 0 */
+    uint64_t reversals;    /* of its slip within the length of a fixed step */
     uint64_t turns, left;  /* how often its slow slip has turned or shrunk; friction reached its limit in the instant */
     int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
     int64_t counted;       /* likewise, as the counts of contacts have it */

@@ -77,6 +77,8 @@ static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *e
         const bool due = simulation->event_memory[k].side < 0 && (mine || simulation->event_root[k].due);
         c->item[k].meets = due && !closed;
         c->item[k].leaves = kt_contact_leaves(simulation, k, due && closed);
+        if (c->item[k].meets && kt_contact_rubs(c, k))
+            kt_contact_count_reversal(simulation, k);
     }
     const kt_status status = simulation->contact_calls->resolve(simulation, error);
     for (int k = 0; k < c->n; k++)
