@@ -522,7 +522,9 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *     a sharp bound keeps it between lower and upper.
  *   "thrust": d(mass)/dt (t) times exhaust. The mass leaves or arrives with the velocity `exhaust` relative to the
  *     body, in the axes of the end's body (kt_variable_mass).
- *   "drag": -(linear + quadratic |v|) v on a point.
+ *   "drag": -(linear + quadratic |v|) v on a point. Besides, -(dampings + quadratics |s|) s for each of six speeds s.
+ *     The velocity along an axis of the end has a force against it. The angular velocity about this axis has a moment
+ *     against it.
  *   "attraction": strength / distance^2 pulls two points together.
  *   "contact": a sphere, and the half-space under a plane. A hard contact may have the rim of a thin disc instead. At a
  *     depth x the normal force is stiffness x^exponent (1 + 3/2 dissipation x'), and it never pulls. Friction, with its
@@ -581,7 +583,8 @@ typedef struct kt_effect {
     double lower, upper;   /* joint_limit: rad or m, at least one is needed; servo: hard bounds of the force, N (m).
                               Default: infinite, which means none */
     double stiffnesses[6]; /* bushing: x, y, z in N/m, about x, y, z in N m/rad; default 0 */
-    double dampings[6];    /* bushing: N s/m, N m s/rad; default 0 */
+    double dampings[6];    /* bushing, drag: N s/m, N m s/rad; default 0 */
+    double quadratics[6];  /* drag: N s^2/m^2, N m s^2/rad^2; default 0 */
     kt_function torque;    /* motor: N (m) */
     kt_function target;    /* servo: rad or m */
     double limit;          /* servo: largest force, N (m); default: infinite, which means none */

@@ -261,6 +261,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
 #endif
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);
+        memcpy(r->quadratics, effect->quadratics, sizeof r->quadratics);
         r->in_body = effect->frame == KT_FRAME_BODY;
         if (KT_HAS_VARIABLE_MASS)
             r->exhaust = effect->exhaust;

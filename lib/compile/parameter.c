@@ -25,6 +25,8 @@ static double *number_of(kt_effect_record *r, const kt_key *key) {
         return &r->member;
     KT_EFFECT_NUMBERS(PARAMETER_NUMBER)
 #undef PARAMETER_NUMBER
+    if (key->offset == offsetof(kt_effect, quadratics))
+        return r->quadratics;
     return key->offset == offsetof(kt_effect, stiffnesses) ? r->stiffnesses : r->dampings;
 }
 
@@ -362,6 +364,7 @@ static kt_status check_effect(const kt_model *m, const kt_parameter *parameter, 
 #undef PARAMETER_NUMBER
     memcpy(effect.stiffnesses, record.stiffnesses, sizeof effect.stiffnesses);
     memcpy(effect.dampings, record.dampings, sizeof effect.dampings);
+    memcpy(effect.quadratics, record.quadratics, sizeof effect.quadratics);
     kt_description around = kt_description_default();
     around.effects = &effect;
     around.effect_count = 1;

@@ -1,23 +1,72 @@
-/* Drag on a point that moves with v through a medium at rest: f = -(c1 + c2 |v|) v, dissipated = (c1 + c2 |v|) |v|^2.
- * Stokes' law for slow flow and Newton's for fast; f is continuously differentiable, at rest too. */
+/* Drag of a medium at rest, on a point that moves with v, in a frame with the axes e_i and the angular velocity w:
+ *     f = -(c1 + c2 |v|) v - sum_i h_i(e_i . v) e_i,   m = -sum_i h_i(e_i . w) e_i,   h(s) = (b + q |s|) s
+ * Stokes' law for slow flow and Newton's for fast. The sums are those of a body of which each direction has its own
+ * resistance, such as a box. All of it is continuously differentiable, at rest too. Dissipated: -(f . v + m . w).
+ */
 #include "effect/effect.h"
+
+/* The numbers of the axes begin with those of the force (part 0) and of the moment (part 3). */
+static bool acts_along(const kt_effect_record *effect, int part) {
+    bool found = false;
+    for (int i = part; i < part + 3; i++)
+        found = found || effect->dampings[i] != 0.0 || effect->quadratics[i] != 0.0;
+    return found;
+}
+
+/* Adds -sum_i h_i(e_i . v) e_i; returns the power that it dissipates. */
+static kt_real add_along(const kt_effect_record *effect, int part, kt_triple_columns axes, kt_triple v,
+                         kt_triple *sum) {
+    const kt_triple along[3] = {axes.x, axes.y, axes.z};
+    kt_real dissipated = kt_real_of(0.0);
+    for (int i = 0; i < 3; i++) {
+        const kt_real s = kt_triple_dot(along[i], v);
+        const kt_real h = (effect->dampings[part + i] + effect->quadratics[part + i] * kt_abs(s)) * s;
+        *sum = kt_triple_sub(*sum, kt_triple_scale(h, along[i]));
+        dissipated = dissipated + h * s;
+    }
+    return dissipated;
+}
 
 static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                             kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple v = end[0].velocity;
     const kt_real square = kt_triple_dot(v, v), c = effect->linear + effect->quadratic * kt_sqrt(square);
+    kt_real dissipated = c * square;
     wrench[0] = (kt_effect_wrench){.moment = kt_triple_zero(), .force = kt_triple_scale(-c, v)};
+    if (acts_along(effect, 0))
+        dissipated = dissipated + add_along(effect, 0, end[0].axes, v, &wrench[0].force);
+    if (acts_along(effect, 3))
+        dissipated = dissipated + add_along(effect, 3, end[0].axes, end[0].omega, &wrench[0].moment);
     if (balance)
-        *balance = (kt_effect_power){.dissipated = c * square};
+        *balance = (kt_effect_power){.dissipated = dissipated};
 }
 
 static kt_energetics energetics(const kt_effect_record *effect) {
-    return kt_energetics_of(effect->linear > 0.0 || effect->quadratic > 0.0);
+    return kt_energetics_of(effect->linear > 0.0 || effect->quadratic > 0.0 || acts_along(effect, 0) ||
+                            acts_along(effect, 3));
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* df/dv = -(c1 + c2 |v|) 1 - c2 v v' / |v| */
+/* Adds the derivatives of the sum F of one part. A rotation by d turns the axes: e_i' = d x e_i, so that
+ *     dF = d x F - sum_i h_i' e_i (e_i x v) . d,   dF/dv = -sum_i h_i' e_i e_i',   h' = b + 2 q |s| */
+static void add_jacobian(const kt_effect_record *effect, int part, kt_mat3 axes, kt_vec3 v, kt_vec3 *force,
+                         kt_mat3 *by_rotation, kt_mat3 *by_velocity) {
+    const kt_vec3 along[3] = {axes.x, axes.y, axes.z};
+    kt_vec3 sum = {0.0, 0.0, 0.0};
+    (void)add_along(effect, part, axes, v, &sum);
+    *force = kt_vec3_add(*force, sum);
+    *by_rotation = kt_mat3_scale(-1.0, kt_mat3_skew(sum));
+    for (int i = 0; i < 3; i++) {
+        const double s = kt_vec3_dot(along[i], v);
+        const double slope = effect->dampings[part + i] + 2.0 * effect->quadratics[part + i] * fabs(s);
+        const kt_vec3 less = kt_vec3_scale(-slope, along[i]);
+        *by_rotation = kt_mat3_add(*by_rotation, kt_outer_product(less, kt_vec3_cross(along[i], v)));
+        *by_velocity = kt_mat3_add(*by_velocity, kt_outer_product(less, along[i]));
+    }
+}
+
+/* df/dv = -(c1 + c2 |v|) 1 - c2 v v' / |v|, and the derivatives of the parts along axes. */
 static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                            kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
@@ -25,10 +74,14 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
     const double speed = kt_vec3_norm(v), c = effect->linear + effect->quadratic * speed;
     const kt_mat3 unit = kt_mat3_identity();
     const kt_vec3 along = kt_vec3_scale(speed > 0.0 ? effect->quadratic / speed : 0.0, v);
-    jacobian->at_point = true;
-    jacobian->force = kt_vec3_scale(-c, v);
-    jacobian->stiffness[1][1] = kt_mat3_scale(0.0, unit);
+    *jacobian = (kt_effect_jacobian){.at_point = !acts_along(effect, 0) && !acts_along(effect, 3),
+                                     .force = kt_vec3_scale(-c, v)};
     jacobian->damping[1][1] = kt_mat3_scale(-1.0, kt_mat3_add(kt_mat3_scale(c, unit), kt_outer_product(v, along)));
+    if (jacobian->at_point)
+        return;
+    add_jacobian(effect, 0, end[0].axes, v, &jacobian->force, &jacobian->stiffness[1][0], &jacobian->damping[1][1]);
+    add_jacobian(effect, 3, end[0].axes, end[0].omega, &jacobian->moment, &jacobian->stiffness[0][0],
+                 &jacobian->damping[0][0]);
 }
 #endif
 
@@ -44,11 +97,17 @@ static const kt_key keys[] = {
      "the body's origin", .needed = false},
     {"linear", KT_KEY_NUMBER, KT_EFFECT_AT(linear), "N s/m", KT_WORDS("c1"), .range = KT_RANGE_NOT_NEGATIVE},
     {"quadratic", KT_KEY_NUMBER, KT_EFFECT_AT(quadratic), "N s^2/m^2", KT_WORDS("c2"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"axes_linear", KT_KEY_SIX, KT_EFFECT_AT(dampings), "N s/m, N m s/rad",
+     KT_WORDS("b: along and about x, y, z of the point's frame, that of its marker or else of the body"), "zeros",
+     .range = KT_RANGE_NOT_NEGATIVE},
+    {"axes_quadratic", KT_KEY_SIX, KT_EFFECT_AT(quadratics), "N s^2/m^2, N m s^2/rad^2", KT_WORDS("q: likewise"),
+     "zeros", .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_drag_descriptor = {
     .name = "drag",
-    .help = KT_WORDS("resistance of a medium at rest to the motion of a point"),
-    .formula = KT_WORDS("force = -(c1 + c2 |v|) v    v: velocity of the point"),
+    .help = KT_WORDS("resistance of a medium at rest to the motion of a point, or to a body along its axes"),
+    .formula = KT_WORDS("force = -(c1 + c2 |v|) v    v: velocity of the point\n"
+                        "        -(b + q |s|) s    s: velocity along, or angular velocity about, an axis of its frame"),
     .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n"),
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITY_POWER),

@@ -266,7 +266,8 @@ typedef struct kt_effect_record {
 #define KT_EFFECT_DECLARE(member) double member;
     KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)
 #undef KT_EFFECT_DECLARE
-    double stiffnesses[6], dampings[6]; /* bushing */
+    double stiffnesses[6], dampings[6]; /* bushing; drag: dampings */
+    double quadratics[6];               /* drag */
     size_t formula[6];                /* expression: where the terms of each begin in model->number, from 1; 0: none */
     int32_t variable, variable_count; /* expression: in model->variable */
     kt_effect_law_callback *law;      /* expression: in place of formulas */

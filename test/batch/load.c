@@ -63,6 +63,7 @@ static void draw_numbers(kt_effect *e, kt_random *random) {
     for (int k = 0; k < 6; k++) {
         e->stiffnesses[k] = kt_random_uniform(random, 0.5, 2.0);
         e->dampings[k] = kt_random_uniform(random, 0.5, 2.0);
+        e->quadratics[k] = 0.1 * (k + 1.0);
     }
 }
 

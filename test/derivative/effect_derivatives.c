@@ -96,6 +96,10 @@ static void add_on(stage *s, kt_random *random, int body) {
         e->between[0] = end_at(s, random, body);
         e->linear = 0.6;
         e->quadratic = 0.3;
+        for (int k = 0; k < 6; k++) {
+            e->dampings[k] = kt_random_uniform(random, 0.0, 0.5);
+            e->quadratics[k] = kt_random_uniform(random, 0.0, 0.3);
+        }
         e->frame = kt_random_int(random, 0, 1) ? KT_FRAME_BODY : KT_FRAME_WORLD;
         for (int k = 0; k < 3; k++)
             e->value[k] = kt_function_constant(kt_random_normal(random));

@@ -41,6 +41,7 @@ static kt_effect_record random_record(kt_random *random, kt_effect_type type, bo
     for (int i = 0; i < 6; i++) {
         r.stiffnesses[i] = kt_random_uniform(random, 0.0, 3.0);
         r.dampings[i] = loss * kt_random_uniform(random, 0.0, 2.0);
+        r.quadratics[i] = loss * kt_random_uniform(random, 0.0, 2.0);
     }
     for (int i = 0; i < 3; i++) {
         const kt_function f = kt_function_constant(kt_random_normal(random));

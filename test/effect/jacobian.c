@@ -30,9 +30,10 @@ static kt_effect_record draw_effect(kt_random *random, int type, int ends) {
     if (type == KT_EFFECT_SERVO)
         effect.upper *= effect.stiffness > 1.5 ? (double)INFINITY : 3.0;
     effect.breakaway = effect.coulomb * kt_random_uniform(random, 0.5, 2.0);
-    for (int k = 0; k < 6; k++) {
+    for (int k = 0; k < 6 && (type != KT_EFFECT_DRAG || effect.in_body); k++) { /* drag of a point, or along axes */
         effect.stiffnesses[k] = kt_random_uniform(random, 0.0, 3.0);
         effect.dampings[k] = kt_random_uniform(random, 0.0, 3.0);
+        effect.quadratics[k] = kt_random_uniform(random, 0.0, 3.0);
     }
     for (int k = 0; k < 3; k++)
         effect.curve[k] = (kt_curve){.type = KT_FUNCTION_CONSTANT, .a = kt_random_normal(random)};

@@ -73,6 +73,36 @@ KT_TEST(quadratic_drag_is_against_the_velocity) {
     kt_check_near("y", v[1], -4.0 / (1.0 + 0.7 * 5.0 * 2.0 / 2.0), 1.2e-14);
 }
 
+/* Along and about an axis of the body, h(s) = (b + q |s|) s and an inertia m give s(t) = b s0 e / (b + q s0 (1 - e)),
+ * with e = exp(-b t / m). The body is turned by a right angle about x, so that its y is the world's z. It moves along y
+ * and spins about y, which no other axis resists. */
+KT_TEST(drag_along_axes_is_that_of_each_direction) {
+    const double half = sqrt(0.5), t = 0.9, inertia = 2.0, b[2] = {1.9, 0.7}, q[2] = {0.4, 1.6}, start[2] = {-3.0, 5.0};
+    const int place[2] = {2, 4}; /* of the velocity along y, and about y */
+    kt_lone lone;
+    kt_effect drag = kt_effect_default();
+    double at[7], v[6];
+    kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
+    lone.body.joint.position[3] = lone.body.joint.position[4] = half;
+    drag.type = KT_EFFECT_DRAG;
+    for (int k = 0; k < 6; k++)
+        drag.dampings[k] = drag.quadratics[k] = 7.0;
+    for (int i = 0; i < 2; i++) {
+        lone.body.joint.velocity[place[i]] = start[i];
+        drag.dampings[1 + 3 * i] = b[i];
+        drag.quadratics[1 + 3 * i] = q[i];
+    }
+    if (!run_free(&drag, &lone, t, at, v))
+        return;
+    for (int i = 0; i < 2; i++) {
+        const double e = exp(-b[i] * t / inertia), speed = fabs(start[i]);
+        const double after = b[i] * speed * e / (b[i] + q[i] * speed * (1.0 - e));
+        kt_check_near("speed", v[place[i]], copysign(after, start[i]), 4e-14);
+    }
+    kt_check_below("along x and z", fabs(v[0]) + fabs(v[1]), 1e-14);
+    kt_check_below("about x and z", fabs(v[3]) + fabs(v[5]), 1e-14);
+}
+
 /* Torques act about a principal axis of a body. The body is turned by a right angle about x, so that its y is the
  * world's z. The same torque, in the world's axes and in the body's, gives the rate sin(w t) and the angle (1 - cos(w
  * t)) / w. */

@@ -222,10 +222,11 @@ static void draw_numbers(kt_bytes *bytes, kt_wildness wild, kt_effect *effect) {
     effect->lower = kt_bytes_number(bytes, wild);
     if (kt_bytes_chance(bytes))
         effect->upper = effect->lower + kt_bytes_positive(bytes, wild);
-    if (effect->type == KT_EFFECT_BUSHING)
+    if (effect->type == KT_EFFECT_BUSHING || effect->type == KT_EFFECT_DRAG)
         for (int k = 0; k < 6; k++) {
             effect->stiffnesses[k] = kt_bytes_positive(bytes, wild);
             effect->dampings[k] = kt_bytes_positive(bytes, wild);
+            effect->quadratics[k] = kt_bytes_positive(bytes, wild);
         }
     effect->axis = kt_fuzz_axis(bytes, wild);
     effect->frame = (kt_frame)kt_bytes_pick(bytes, wild == KT_WILD_ALL ? 3 : 2);

@@ -156,6 +156,7 @@ static bool effect_differs(const char *where, const kt_effect *a, const kt_effec
     BITS(upper);
     BITS(stiffnesses);
     BITS(dampings);
+    BITS(quadratics);
     VALUE(end_count);
     for (int i = 0; i < 6; i++)
         TEXT(formula[i]);

@@ -432,6 +432,10 @@ static void invent_on_one(inventor *v, kt_effect *effect, int i) {
     if (effect->type == KT_EFFECT_DRAG) {
         effect->linear = not_negative(v);
         effect->quadratic = not_negative(v);
+        for (int k = 0; k < 6 && chance(v); k++) {
+            effect->dampings[k] = not_negative(v);
+            effect->quadratics[k] = not_negative(v);
+        }
         return;
     }
     if (effect->type == KT_EFFECT_THRUST) {

@@ -63,7 +63,8 @@ KT_TEST(effects_on_bodies_take_their_keys) {
         HEAD "  - {type: bushing, between: [crank.tip, slide], stiffness: [1, 2, 3, 4, 5, 6], damping: [6, 5, 4, 3, 2, "
              "1]}\n"
              "  - {type: torque, on: crank, value: [1, {sine: {amplitude: 2, frequency: 3}}, 0], frame: body}\n"
-             "  - {type: drag, on: crank, at: [1, 2, 3], linear: 4, quadratic: 5}\n"
+             "  - {type: drag, on: crank, at: [1, 2, 3], linear: 4, quadratic: 5, axes_linear: [1, 2, 3, 4, 5, 6], "
+             "axes_quadratic: [6, 5, 4, 3, 2, 1]}\n"
              "  - {type: drag, on: crank.tip}\n"
              "  - {type: drag, on: crank, at: tip}\n"
              "  - {type: drag, on: crank, at: crank.tip}\n"
@@ -85,6 +86,10 @@ KT_TEST(effects_on_bodies_take_their_keys) {
     CHECK_VECTOR("at", e[2].between[0].at, 1, 2, 3);
     CHECK_NUMBERS("linear", &e[2].linear, 4);
     CHECK_NUMBERS("quadratic", &e[2].quadratic, 5);
+    for (int i = 0; i < 6; i++) {
+        kt_check_near("linear along an axis", e[2].dampings[i], i + 1.0, 0.0);
+        kt_check_near("quadratic along an axis", e[2].quadratics[i], 6.0 - i, 0.0);
+    }
     for (int i = 3; i < 6; i++)
         kt_check_text("marker", e[i].between[0].marker, "tip");
     kt_check_equal_int("type", e[6].type, KT_EFFECT_ATTRACTION);
