@@ -25,7 +25,9 @@ function uniform(size) {
     return size * (2 * (seed / 2 ** 32) - 1);
 }
 
-// MuJoCo reads from a file system of its own, in memory: it has one folder of models at a time.
+// MuJoCo reads from a file system of its own, in memory: it has one folder of models at a time. Files that refer to
+// folders above their own need KT_ROBOT_ROOT, a folder that contains all of them.
+const root = process.env.KT_ROBOT_ROOT;
 let copied = [];
 function copy(from) {
     mujoco.FS.mkdirTree(from);
@@ -42,11 +44,12 @@ function copy(from) {
 
 let folder_of_models = "";
 function copy_folder_of(file) {
-    if (path.dirname(file) === folder_of_models)
+    const folder = root && file.startsWith(root + "/") ? root : path.dirname(file);
+    if (folder === folder_of_models)
         return;
     copied.forEach((name) => mujoco.FS.unlink(name));
     copied = [];
-    folder_of_models = path.dirname(file);
+    folder_of_models = folder;
     copy(folder_of_models);
 }
 
