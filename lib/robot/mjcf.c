@@ -24,8 +24,8 @@ static const kt_note body_notes[] = {
     KT_NOTE(kt_mjcf, attached, MOTION,
             "bodies of this model that it attaches again (attach without a model), left out:"),
     KT_NOTE(kt_mjcf, incomplete, MOTION,
-            "tendons, equalities and actuators of attached models, left out since they refer to what is not "
-            "attached, or has copies by a replicate:"),
+            "tendons, equalities and actuators that are left out, since they refer to what is not attached, or has "
+            "copies by a replicate:"),
     KT_NOTE(kt_mjcf, lost_settings, MOTION,
             "attached models with settings of the whole (option, settotalmass), in place of which are this model's:"),
     KT_NOTE(kt_mjcf, mocap, START, "bodies that a program moves (mocap), fixed to the world:"),
@@ -60,7 +60,7 @@ static const kt_note force_notes[] = {
             "forces is bounded, or their stiffness or damping is below zero:"),
     KT_NOTE(kt_mjcf, limits, START, "limits of position, which are data alone without --stops:"),
     KT_NOTE(kt_mjcf, lost_limits, START, "limits of ball joints that are left out:"),
-    KT_NOTE(kt_mjcf, fluid, MOTION, "forces of a medium (density, viscosity) are left out"),
+    KT_NOTE(kt_mjcf, fluid, MOTION, "bodies with geoms of fluidshape=\"ellipsoid\", on which no medium acts:"),
 };
 
 static const kt_note last_notes[] = {

@@ -79,6 +79,9 @@ typedef struct kt_mjcf_body {
     bool has_axes;   /* `inertial` has the axes of the inertia, as MuJoCo has them */
     kt_pose inertial;
     int child_count;
+    bool has_ellipsoids; /* of geoms in a medium */
+    const char *medium;  /* the marker at which a medium acts, along the axes of the inertia; NULL: none */
+    kt_mat3 medium_axes; /* of this marker, in the body */
 } kt_mjcf_body;
 
 typedef enum kt_mjcf_motion { KT_MJCF_FREE, KT_MJCF_BALL, KT_MJCF_SLIDE, KT_MJCF_HINGE } kt_mjcf_motion;
@@ -107,7 +110,13 @@ typedef struct kt_mjcf_site {
     kt_pose pose;
 } kt_mjcf_site;
 
-/* A fixed tendon: L = sum c_i q_i. A spatial one has no terms, but at least two sites. */
+/* A part of a spatial tendon between two sites, whose length counts by 1 / divisor. */
+typedef struct kt_mjcf_segment {
+    int site[2];
+    double divisor;
+} kt_mjcf_segment;
+
+/* A fixed tendon: L = sum c_i q_i. A spatial one has no terms, but at least one segment. */
 typedef struct kt_mjcf_tendon {
     const kt_element *element;
     int first, count;   /* terms */
@@ -116,7 +125,7 @@ typedef struct kt_mjcf_tendon {
     double length;      /* at the reference positions */
     double rest;        /* while the springs of all its joints have no force */
     double start;       /* initially */
-    int first_site, site_count;
+    int first_segment, segment_count;
     int segment; /* whose formula is being written */
 } kt_mjcf_tendon;
 
@@ -156,9 +165,11 @@ typedef struct kt_mjcf {
     kt_list documents;                   /* kt_mjcf_document */
     size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
     int elements;                        /* of the whole, with copies of replicates */
+    kt_list copied;                      /* const char *: names of which a <replicate> has made copies */
 
     kt_list classes; /* kt_mjcf_class */
     kt_vec3 gravity;
+    double density, viscosity; /* of the medium */
     kt_mjcf_off off;
     kt_names names;
     kt_namer bodies_named, joints_named, effects_named;
@@ -171,7 +182,7 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
     const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
     kt_namer states_named;
-    kt_list paths; /* int: sites of spatial tendons */
+    kt_list segments; /* kt_mjcf_segment: of spatial tendons */
     kt_left activations;
     int ctrl_count;
 
@@ -317,6 +328,12 @@ void kt_mjcf_actuators(kt_mjcf *m);
 void kt_mjcf_equalities(kt_mjcf *m);
 
 void kt_mjcf_contacts(kt_mjcf *m);
+
+/* ---- mjcf_medium.c ----------------------------------------------------------------------------------------------- */
+
+/* Adds the markers at which a medium acts, if there is one; then its forces on a body. */
+void kt_mjcf_place_media(kt_mjcf *m);
+void kt_mjcf_resist(kt_mjcf *m, const kt_mjcf_body *b);
 
 /* Keeps a geom, whose solid and pose in its body are given, for contacts. */
 void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3], kt_pose pose);

@@ -325,7 +325,15 @@ void kt_mjcf_expand(kt_mjcf *m) {
 
 /* ---- what is incomplete ----------------------------------------------------------------------------------------- */
 
-/* Whether all that an element and those in it refer to exists. */
+/* Whether a name is that of an element which has copies by a <replicate>. */
+static bool has_copies(const kt_mjcf *m, const char *name) {
+    bool found = false;
+    for (int i = 0; i < m->copied.count && !found; i++)
+        found = strcmp(((const char *const *)m->copied.items)[i], name) == 0;
+    return found;
+}
+
+/* Whether all that an element and those in it refer to exists, or is missing from the model itself. */
 static bool is_complete(const kt_mjcf *m, const kt_element *e) {
     static const struct {
         const char *attribute;
@@ -348,7 +356,8 @@ static bool is_complete(const kt_mjcf *m, const kt_element *e) {
                       {"tendon2", KT_MJCF_COMPLETE_TENDONS}};
     for (size_t i = 0; i < sizeof references / sizeof *references; i++) {
         const char *name = kt_xml_attribute(e, references[i].attribute);
-        if (name != NULL && kt_names_find(&m->names, references[i].scope, name) < 0)
+        if (name != NULL && kt_names_find(&m->names, references[i].scope, name) < 0 &&
+            (e->document > 0 || has_copies(m, name)))
             return false;
     }
     for (const kt_element *child = e->first; child != NULL; child = child->next)
@@ -363,9 +372,12 @@ void kt_mjcf_mark_incomplete(kt_mjcf *m) {
         for (kt_element *e = kt_mjcf_section_of_all(m, sections[i], NULL); e != NULL;
              e = kt_mjcf_section_of_all(m, sections[i], e)) {
             const char *name = kt_xml_attribute(e, "name");
-            if (e->document > 0 && !is_complete(m, e)) {
+            if (!is_complete(m, e)) {
                 e->number = KT_MJCF_INCOMPLETE;
                 kt_left_count(&m->incomplete, e);
+                const char **lost = name != NULL ? kt_list_add(m->r, &m->r->scratch, &m->copied, sizeof *lost) : NULL;
+                if (lost != NULL) /* what refers to it is incomplete, too */
+                    *lost = name;
             } else if (i == 0 && name != NULL) {
                 (void)kt_names_add(&m->names, KT_MJCF_COMPLETE_TENDONS, name, 0);
             }

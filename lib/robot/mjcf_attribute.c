@@ -395,7 +395,7 @@ static const kt_known known[] = {
     {"actuator", " "},
     {"asset", " "},
     {"mesh", " name class file scale refpos refquat vertex face inertia maxhullvert "},
-    {"option", " gravity actuatorgroupdisable density viscosity timestep cone impratio "},
+    {"option", " gravity actuatorgroupdisable density viscosity wind timestep cone impratio "},
     {"keyframe", " "},
     {"key", " name time qpos qvel act ctrl mpos mquat "},
 };
@@ -412,7 +412,7 @@ static const kt_known_list all_known = {
         " visual statistic size custom sensor contact extension material texture skin hfield camera light lengthrange "
         "integrator jacobian solver iterations tolerance ls_iterations ls_tolerance "
         "noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
-        "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic wind sleep "
+        "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic sleep "
         "simple "
         "saveinertial conflict fitaabb smoothnormal normal texcoord material content_type builtin params "
         "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default deformable "

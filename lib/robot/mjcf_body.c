@@ -380,6 +380,7 @@ static int find_body(const void *user, const char *name) {
 
 void kt_mjcf_make_bodies(kt_mjcf *m) {
     make_markers(m);
+    kt_mjcf_place_media(m);
     for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
         make_body(m, i);
     if (m->r->out_of_memory)

@@ -196,6 +196,8 @@ void kt_mjcf_passive(kt_mjcf *m) {
         return;
     for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
         float_body(m, kt_mjcf_body_at(m, i), m->gravity);
+    for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
+        kt_mjcf_resist(m, kt_mjcf_body_at(m, i));
 }
 
 /* ---- fixed tendons ----------------------------------------------------------------------------------------------- */
@@ -207,7 +209,7 @@ static void add_term(kt_mjcf *m, const kt_element *e, kt_mjcf_tendon *t) {
         return;
     const kt_mjcf_joint *j = kt_mjcf_joint_at(m, joint);
     if (!kt_mjcf_is_scalar(j)) {
-        (void)kt_mjcf_fault(m, e, "a fixed tendon is made of hinge and slide joints");
+        kt_unknown_count(&m->forces, "part of a fixed tendon by a ball or free joint", e);
         return;
     }
     if (coefficient == 0.0)
@@ -318,14 +320,14 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
         add_stop(m, &l, range[0], range[1]);
 }
 
-/* A spatial tendon that is left out has no sites. */
+/* A spatial tendon that is left out has no segments. */
 static void make_spatial(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (kt_mjcf_read_path(m, t)) {
         kt_mjcf_act_in_path(m, t);
         return;
     }
-    t->site_count = 0;
-    kt_unknown_count(&m->forces, "spatial tendon around geoms or with pulleys", t->element);
+    t->segment_count = 0;
+    kt_unknown_count(&m->forces, "spatial tendon around geoms, or without two sites in a branch", t->element);
 }
 
 void kt_mjcf_make_tendons(kt_mjcf *m) {

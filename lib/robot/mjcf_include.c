@@ -124,9 +124,14 @@ static const char *const *copy_attributes(kt_mjcf *m, const kt_element *e, const
     for (size_t i = 0; i < count; i += 2) {
         const char *value = e->attributes[i + 1];
         copy[i] = e->attributes[i];
-        copy[i + 1] = strcmp(copy[i], "name") == 0 ? kt_mjcf_join(m, e, value, suffix) : value;
-        if (copy[i + 1] == NULL)
+        copy[i + 1] = value;
+        if (strcmp(copy[i], "name") != 0)
+            continue;
+        const char **base = kt_list_add(m->r, &m->r->scratch, &m->copied, sizeof *base);
+        copy[i + 1] = kt_mjcf_join(m, e, value, suffix);
+        if (base == NULL || copy[i + 1] == NULL)
             return NULL;
+        *base = value;
     }
     return copy;
 }

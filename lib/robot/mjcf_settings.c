@@ -92,6 +92,14 @@ static void read_groups(kt_mjcf *m, const kt_element *e) {
             m->off.actuator_groups |= 1U << (unsigned)groups[i];
 }
 
+static void read_medium(kt_mjcf *m, const kt_element *e) {
+    const kt_vec3 still = {0.0, 0.0, 0.0};
+    m->density = kt_mjcf_number(m, e, NULL, "density", m->density);
+    m->viscosity = kt_mjcf_number(m, e, NULL, "viscosity", m->viscosity);
+    if ((m->density > 0.0 || m->viscosity > 0.0) && kt_vec3_norm(kt_mjcf_vector(m, e, NULL, "wind", still)) > 0.0)
+        kt_unknown_count(&m->changes, "wind, so that the medium is at rest", e);
+}
+
 void kt_mjcf_read_options(kt_mjcf *m) {
     m->gravity = kt_vec3_make(0.0, 0.0, -9.81);
     for (const kt_element *e = kt_xml_child(m->root, "option"); e != NULL; e = kt_xml_next(e, "option")) {
@@ -100,7 +108,6 @@ void kt_mjcf_read_options(kt_mjcf *m) {
         read_groups(m, e);
         if (flag != NULL)
             read_flags(m, flag);
-        if (kt_mjcf_number(m, e, NULL, "density", 0.0) != 0.0 || kt_mjcf_number(m, e, NULL, "viscosity", 0.0) != 0.0)
-            kt_left_count(&m->fluid, e);
+        read_medium(m, e);
     }
 }

@@ -1,46 +1,65 @@
 /* Spatial tendons of MJCF that run through sites, as forces between these sites.
  *
- * The length of a tendon is that of its path, L = sum_i |p_{i+1} - p_i|. A force f along L is therefore a force f along
- * each segment between two sites of different bodies. It pushes its ends apart if it is positive. A formula has the
+ * The path of a tendon has segments between two sites. A pulley ends a branch of the path, and divides the lengths of
+ * the next branch by its divisor c: L = sum_i |d_i| / c_i. A force f along L is therefore a force f / c_i along each
+ * segment between sites of different bodies. It pushes its ends apart if it is positive. A formula has the
  * force of a segment. The segment itself is `length` and `speed` there; the other segments are written with markers:
  *     |d| = sqrt(d_x^2 + d_y^2 + d_z^2),   |d|' = (d_x d_x' + d_y d_y' + d_z d_z') / |d|.
- * Tendons around geoms, and those with pulleys, are left out. */
+ * Tendons around geoms are left out. */
 #include "robot/mjcf.h"
 
 #include <math.h>
 #include <string.h>
 
-static const kt_mjcf_site *site_of(const kt_mjcf *m, const kt_mjcf_tendon *t, int i) {
-    return kt_mjcf_site_at(m, ((const int *)m->paths.items)[t->first_site + i]);
+static const kt_mjcf_segment *segment_at(const kt_mjcf *m, const kt_mjcf_tendon *t, int i) {
+    return (const kt_mjcf_segment *)m->segments.items + t->first_segment + i;
+}
+
+static const kt_mjcf_site *site_of(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, int end) {
+    return kt_mjcf_site_at(m, segment_at(m, t, segment)->site[end]);
 }
 
 static bool moves(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
-    return site_of(m, t, segment)->body != site_of(m, t, segment + 1)->body;
+    return site_of(m, t, segment, 0)->body != site_of(m, t, segment, 1)->body;
 }
 
 /* The distance of the two sites at the reference positions. */
 static double reference_length(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
     kt_vec3 at[2];
     for (int i = 0; i < 2; i++) {
-        const kt_mjcf_site *site = site_of(m, t, segment + i);
+        const kt_mjcf_site *site = site_of(m, t, segment, i);
         at[i] = kt_pose_apply(kt_mjcf_body_at(m, site->body)->world, site->pose.position);
     }
     return kt_vec3_norm(kt_vec3_sub(at[1], at[0]));
 }
 
+/* Adds the segment from the site `last` (-1: a branch begins) to that of an element. Returns this site; -1: it is
+ * none. */
+static int add_segment(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, int last, double divisor) {
+    const int site = strcmp(e->name, "site") == 0 ? kt_mjcf_find(m, e, "site", KT_MJCF_SITES) : -1;
+    kt_mjcf_segment *to = site >= 0 && last >= 0 ? kt_list_add(m->r, &m->r->scratch, &m->segments, sizeof *to) : NULL;
+    if (to == NULL)
+        return site;
+    *to = (kt_mjcf_segment){.site = {last, site}, .divisor = divisor};
+    t->segment_count++;
+    return site;
+}
+
 bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
-    t->first_site = m->paths.count;
+    double divisor = 1.0;
+    int last = -1;
+    t->first_segment = m->segments.count;
     for (const kt_element *c = t->element->first; c != NULL; c = c->next) {
-        const int site = strcmp(c->name, "site") == 0 ? kt_mjcf_find(m, c, "site", KT_MJCF_SITES) : -1;
-        int *to = site >= 0 ? kt_list_add(m->r, &m->r->scratch, &m->paths, sizeof *to) : NULL;
-        if (to == NULL)
+        const bool is_pulley = strcmp(c->name, "pulley") == 0;
+        if (is_pulley)
+            divisor = kt_mjcf_number(m, c, NULL, "divisor", 0.0);
+        last = is_pulley ? -1 : add_segment(m, t, c, last, divisor);
+        if ((is_pulley && !(divisor > 0.0)) || (!is_pulley && last < 0))
             return false;
-        *to = site;
     }
-    t->site_count = m->paths.count - t->first_site;
-    for (int i = 0; i + 1 < t->site_count; i++)
-        t->length += reference_length(m, t, i);
-    return t->site_count > 1;
+    for (int i = 0; i < t->segment_count; i++)
+        t->length += reference_length(m, t, i) / segment_at(m, t, i)->divisor;
+    return t->segment_count > 0;
 }
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
@@ -65,9 +84,9 @@ static void put_coordinate(const kt_mjcf *m, const kt_mjcf_site *site, int axis,
 static void put_difference(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, int axis, bool is_rate,
                            kt_mjcf_formula *to) {
     kt_mjcf_put(to, "(");
-    put_coordinate(m, site_of(m, t, segment + 1), axis, is_rate, to);
+    put_coordinate(m, site_of(m, t, segment, 1), axis, is_rate, to);
     kt_mjcf_put(to, " - ");
-    put_coordinate(m, site_of(m, t, segment), axis, is_rate, to);
+    put_coordinate(m, site_of(m, t, segment, 0), axis, is_rate, to);
     kt_mjcf_put(to, ")");
 }
 
@@ -106,12 +125,17 @@ static void put_speed(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, kt
 
 void kt_mjcf_put_path(const kt_mjcf *m, const kt_mjcf_tendon *t, double factor, bool is_rate, kt_mjcf_formula *to) {
     kt_mjcf_put_number(to, factor);
-    for (int i = 0; i + 1 < t->site_count; i++) {
+    for (int i = 0; i < t->segment_count; i++) {
+        const double divisor = segment_at(m, t, i)->divisor;
         kt_mjcf_put(to, i == 0 ? "*(" : "+");
         if (is_rate)
             put_speed(m, t, i, to);
         else
             put_distance(m, t, i, to);
+        if (divisor != 1.0) {
+            kt_mjcf_put(to, "/");
+            kt_mjcf_put_number(to, divisor);
+        }
     }
     kt_mjcf_put(to, ")");
 }
@@ -126,19 +150,37 @@ static void set_end(const kt_mjcf *m, const kt_mjcf_site *site, kt_end *end) {
 /* Whether a segment's formula has no more variables than an expression may have. */
 static bool is_short(const kt_mjcf *m, const kt_mjcf_tendon *t) {
     int markers = 0;
-    for (int i = 0; i < t->site_count && t->site_count > 2; i++)
-        markers += site_of(m, t, i)->body != 0;
+    for (int i = 0; i < t->segment_count && t->segment_count > 1; i++)
+        for (int end = 0; end < 2; end++) {
+            const int *site = segment_at(m, t, i)->site;
+            const bool is_new = end == 1 || i == 0 || segment_at(m, t, i - 1)->site[1] != site[0];
+            markers += is_new && site_of(m, t, i, end)->body != 0;
+        }
     return 6 * markers + 3 <= KT_FORMULA_VARIABLE_MAX;
+}
+
+/* Writes the force of a segment: that along the length, over the divisor of the segment. */
+static void put_part(kt_mjcf *m, const kt_mjcf_tendon *t, kt_mjcf_put_force *put, const void *user,
+                     kt_mjcf_formula *to) {
+    const double divisor = segment_at(m, t, t->segment)->divisor;
+    if (divisor == 1.0) {
+        put(m, t, user, to);
+        return;
+    }
+    kt_mjcf_put_number(to, 1.0 / divisor);
+    kt_mjcf_put(to, "*(");
+    put(m, t, user, to);
+    kt_mjcf_put(to, ")");
 }
 
 void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
                             const void *user) {
-    for (int i = 0; i + 1 < t->site_count; i++) {
+    for (int i = 0; i < t->segment_count; i++) {
         kt_mjcf_formula to = {.whole = true};
         if (!moves(m, t, i))
             continue;
         t->segment = i;
-        put(m, t, user, &to);
+        put_part(m, t, put, user, &to);
         const char *text = is_short(m, t) ? kt_mjcf_keep_formula(m, &to) : NULL;
         kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION) : NULL;
         if (effect == NULL) {
@@ -149,8 +191,8 @@ void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, 
         effect->formula[0] = text;
         effect->name = name != NULL && *name != '\0' ? kt_namer_make(&m->effects_named, name) : NULL;
         effect->end_count = 2;
-        set_end(m, site_of(m, t, i), &effect->between[0]);
-        set_end(m, site_of(m, t, i + 1), &effect->between[1]);
+        set_end(m, site_of(m, t, i, 0), &effect->between[0]);
+        set_end(m, site_of(m, t, i, 1), &effect->between[1]);
     }
 }
 

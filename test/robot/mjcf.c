@@ -244,7 +244,8 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
         {"m.xml:6:30", "motors, whose torque is that of the control at the start (0 without --keyframe): 1"},
         {"m.xml:3:18", "limits of position, which are data alone without --stops: 1"},
         {"m.xml:3:58", "geoms that could touch others, left out, since contacts are effects: 1"},
-        {"m.xml:5:9", "a force or an equality that is left out, spatial tendon around geoms or with pulleys: 1"},
+        {"m.xml:5:9", "a force or an equality that is left out, spatial tendon around geoms, or without two sites in a "
+                      "branch: 1"},
         {"m.xml:6:11", "a force or an equality that is left out, muscle: 1"},
         {"m.xml:3:18", "names that are not known here, and left out: dampin (1)"},
         {"m.xml:2:12", "elements and attributes that do not concern the motion, left out: camera (2)"},
@@ -269,26 +270,28 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
 /* Elements that change the motion have a warning of their own. Flags that turn elements off are obeyed. */
 KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
     static const char text[] =
-        "<mujoco><option density='1'><flag actuation='disable' equality='disable' spring='disable'/></option>"
+        "<mujoco><option density='1' wind='1 0 0'><flag actuation='disable' equality='disable' "
+        "spring='disable'/></option>"
         "<asset><mesh name='lost' file='lost.stl'/></asset><worldbody><body name='a'><joint name='j' stiffness='3' "
         "damping='2'/>" BALL "<geom type='mesh' mesh='lost'/><composite/></body><body name='b'><joint name='k'/>" BALL
-        "</body></worldbody><actuator><motor joint='j' delay='1'/></actuator>"
+        "<geom size='.1' fluidshape='ellipsoid'/></body></worldbody><actuator><motor joint='j' delay='1'/></actuator>"
         "<equality><joint joint1='j' joint2='k'/></equality></mujoco>";
-    static const char *const expected[] = {"'composite' is left out: 1", "of 1 body (a); --mass", "forces of a medium"};
+    static const char *const expected[] = {"'composite' is left out: 1", "of 1 body (a); --mass",
+                                           "wind, so that the medium is at rest: 1", "on which no medium acts: 1"};
     kt_scene scene;
     int warnings = 0;
     if (!parse_right(text, NULL, &scene))
         return;
     for (int i = 0; i < scene.note_count; i++)
         warnings += scene.notes[i].rank == KT_NOTE_RANK_MOTION;
-    kt_check_equal_int("warnings", warnings, 3);
+    kt_check_equal_int("warnings", warnings, 4);
     for (size_t k = 0; k < sizeof expected / sizeof *expected; k++) {
         int found = 0;
         for (int i = 0; i < scene.note_count; i++)
             found += scene.notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[i].what, expected[k]) != NULL;
         kt_check_equal_int(expected[k], found, 1);
     }
-    kt_check_equal_int("effects: the damper alone", scene.description.effect_count, 1);
+    kt_check_equal_int("effects: a damper and a drag", scene.description.effect_count, 2);
     kt_check_equal_int("loops", scene.description.loop_count, 0);
     kt_scene_free(&scene);
 }

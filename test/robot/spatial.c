@@ -13,6 +13,10 @@
 #define MODEL(tendon)                                                                                                  \
     "<mujoco><worldbody><site name='h' pos='0 0 2'/><body name='a' pos='0 0 1.5'><joint name='a' type='slide' "        \
     "axis='0 0 1'/><geom size='.1' mass='3'/><site name='s'/></body></worldbody><tendon>" tendon "</tendon></mujoco>"
+#define COPIES(tendon, actuator)                                                                                       \
+    "<mujoco><worldbody><site name='h' pos='0 0 2'/><replicate count='2'><body><joint type='ball'/><geom size='.1' "   \
+    "mass='3'/><site name='s'/></body></replicate><body><joint name='b' type='ball'/><geom size='.1'/></body>"         \
+    "</worldbody><tendon>" tendon "</tendon><actuator>" actuator "</actuator></mujoco>"
 #define SITES "<site site='h'/><site site='s'/>"
 
 static bool read_text(const char *text, const kt_robot_options *options, kt_scene *scene) {
@@ -63,16 +67,32 @@ KT_TEST(springs_of_tendons_have_no_force_between_their_two_lengths) {
     kt_check_near("at rest", q[1], -0.3 - 3.0 * 9.81 / 400.0, 1e-6);
 }
 
+/* L = d + d / 2: at rest 3/2 k (3/2 d - 1.2 m) = m g. */
+KT_TEST(pulleys_divide_the_lengths_of_their_branches) {
+    const double times[2] = {0.2, 20.0}, k = 400.0;
+    double q[2];
+    run_text(MODEL("<spatial stiffness='400' damping='40' springlength='1.2'>" SITES "<pulley divisor='2'/>" SITES
+                   "</spatial>"),
+             NULL, times, q);
+    kt_check_near("at rest", q[1], 0.5 - (1.2 + 3.0 * 9.81 / (1.5 * k)) / 1.5, 1e-6);
+}
+
 KT_TEST(what_tendons_lose_is_told) {
     static const struct {
         const char *text, *note;
     } table[] = {
-        {MODEL("<spatial>" SITES "<geom geom='g'/></spatial>"), "spatial tendon around geoms or with pulleys: 1"},
-        {MODEL("<spatial><site site='h'/><pulley divisor='2'/><site site='s'/></spatial>"), "or with pulleys: 1"},
-        {MODEL("<spatial><site site='h'/></spatial>"), "or with pulleys: 1"},
+        {MODEL("<spatial>" SITES "<geom geom='g'/></spatial>"),
+         "spatial tendon around geoms, or without two sites in a branch: 1"},
+        {MODEL("<spatial><site site='h'/><pulley divisor='2'/><site site='s'/></spatial>"), "two sites in a branch: 1"},
+        {MODEL("<spatial>" SITES "<pulley/>" SITES "</spatial>"), "two sites in a branch: 1"},
+        {MODEL("<spatial><site site='h'/></spatial>"), "two sites in a branch: 1"},
         {MODEL("<spatial frictionloss='1'>" SITES "</spatial>"), "frictionloss of a spatial tendon"},
         {MODEL("<spatial armature='1'>" SITES "</spatial>"), "armature of a spatial tendon"},
         {MODEL("<spatial stiffness='1 2'>" SITES "</spatial>"), "polynomial in a spatial tendon"},
+        {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", ""), "copies by a replicate: 1"},
+        {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", "<motor tendon='t'/>"),
+         "copies by a replicate: 2"},
+        {COPIES("<fixed name='t'><joint joint='b' coef='1'/></fixed>", ""), "fixed tendon by a ball or free joint: 1"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene scene;
