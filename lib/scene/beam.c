@@ -23,6 +23,7 @@
  */
 #include "scene/beam.h"
 #include "document/number.h"
+#include "scene/expand.h"
 #include "scene/part.h"
 
 #include <math.h>
@@ -400,77 +401,6 @@ static void put_segment(kt_text *t, const kt_beam *b, int i) {
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------- */
 
-/* A word in the text of a beam, and the node or the text that replaces it. */
-typedef struct kt_replacement {
-    const char *word;
-    const kt_node *node; /* NULL: the text */
-    const char *text;
-} kt_replacement;
-
-/* Gives the place of the beam to all nodes of its text, and replaces the words. */
-static void settle(kt_node *node, const kt_node *beam, const kt_replacement *words, int count) {
-    node->line = beam->line;
-    node->column = beam->column;
-    if (node->kind != KT_NODE_TEXT) {
-        for (kt_node *item = node->of.first; item != NULL; item = item->next)
-            settle(item, beam, words, count);
-        return;
-    }
-    for (int i = 0; i < count; i++) {
-        if (strcmp(node->of.text, words[i].word) != 0)
-            continue;
-        if (words[i].node != NULL) {
-            node->kind = words[i].node->kind;
-            node->of = words[i].node->of;
-            node->count = words[i].node->count;
-            node->plain = words[i].node->plain;
-        } else {
-            node->of.text = words[i].text;
-            node->count = (uint32_t)strlen(words[i].text);
-        }
-        return;
-    }
-}
-
-/* The list of a section, made if the file has none. */
-static kt_node *section_of(kt_reader *r, const char *key, const kt_node *place) {
-    kt_node *list = kt_node_find(r->root, key);
-    if (list != NULL)
-        return list->kind == KT_NODE_LIST ? list : NULL; /* any other kind is reported when the section is read */
-    kt_node *made = kt_pool_take(&r->scratch, 2, sizeof *made);
-    if (made == NULL) {
-        (void)kt_reader_out_of_memory(r);
-        return NULL;
-    }
-    made[0] = (kt_node){.of.text = key, .next = &made[1], .count = (uint32_t)strlen(key), .plain = true};
-    made[1] = (kt_node){.kind = KT_NODE_LIST};
-    made[0].line = made[1].line = place->line;
-    made[0].column = made[1].column = place->column;
-    made[1].next = r->root->of.first;
-    r->root->of.first = &made[0];
-    r->root->count++;
-    return &made[1];
-}
-
-static void append(kt_reader *r, const char *key, kt_node *items, const kt_node *place) {
-    kt_node *list = items != NULL && items->kind == KT_NODE_LIST && items->count > 0 ? section_of(r, key, place) : NULL;
-    if (list == NULL)
-        return;
-    kt_node **last = &list->of.first;
-    while (*last != NULL)
-        last = &(*last)->next;
-    *last = items->of.first;
-    list->count += items->count;
-}
-
-/* Parses a text of items; NULL without any. */
-static kt_node *parse(kt_reader *r, const char *text, size_t length) {
-    kt_node *root = NULL;
-    if (length == 0 || !kt_node_parse(r, text, length, &root))
-        return NULL;
-    return root;
-}
-
 /* The place of a marker in the file's bodies; NULL: none. */
 static const kt_node *find_marker(const kt_reader *r, const char *body, const char *marker) {
     const kt_node *bodies = kt_node_find(r->root, "bodies");
@@ -526,7 +456,7 @@ static void expand(kt_reader *r, kt_node *node, const kt_scope *scope, const kt_
     const size_t size = ((size_t)n + 2) * (KT_BEAM_ITEM_SIZE + 4 * strlen(b->name));
     if (!find_from(r, scope, b, words))
         return;
-    kt_node *zero = parse(r, "[0, 0, 0]", 9), *rest = parse(r, "{vector: [0, 0, 0]}", 19);
+    kt_node *zero = kt_nodes_parse(r, "[0, 0, 0]", 9), *rest = kt_nodes_parse(r, "{vector: [0, 0, 0]}", 19);
     char *memory = kt_pool_take(&r->scratch, PARTS, size);
     if (memory == NULL || zero == NULL || rest == NULL) {
         (void)kt_reader_out_of_memory(r);
@@ -545,11 +475,11 @@ static void expand(kt_reader *r, kt_node *node, const kt_scope *scope, const kt_
     put_loop(&text[2], b);
     for (int p = 0; p < PARTS && !r->out_of_memory; p++) {
         const char *start = memory + (size_t)p * size;
-        kt_node *items = parse(r, start, (size_t)(text[p].at - start));
+        kt_node *items = kt_nodes_parse(r, start, (size_t)(text[p].at - start));
         if (items == NULL)
             continue;
-        settle(items, node, words, WORDS);
-        append(r, sections[p], items, node);
+        kt_nodes_settle(items, node, words, WORDS);
+        kt_nodes_append(r, sections[p], items, node);
     }
 }
 
