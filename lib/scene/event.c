@@ -128,8 +128,7 @@ typedef struct actions_read {
     kt_scene_set *sets;
 } actions_read;
 
-/* The formula of a new value; a number and an expression are formulas, too. */
-static bool read_value(kt_reader *r, const kt_scope *scope, kt_node *node, const char **value) {
+bool kt_event_value_read(kt_reader *r, const kt_scope *scope, kt_node *node, const char **value) {
     kt_node *inner = kt_pool_take(&r->scratch, 1, sizeof *inner);
     const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
     if (node->kind != KT_NODE_TEXT || node->count == 0)
@@ -190,7 +189,7 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
         set->name = kt_pool_text(&r->keep, key->of.text, key->count);
         if (set->name == NULL)
             return kt_reader_out_of_memory(r);
-        if (!read_value(r, &here, key->next, &set->value))
+        if (!kt_event_value_read(r, &here, key->next, &set->value))
             return false;
         event->set_count++;
     }
@@ -339,6 +338,11 @@ static void write_set(kt_emitter *e, const kt_scene_event *event) {
 static void write_then(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     const kt_scene_event *event = object;
+    if (event->fmu != NULL) {
+        kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "the scene couples the FMU '%.60s', and is written without its state",
+                       event->name);
+        return;
+    }
     kt_emit_list(e, true);
     if (event->stop)
         kt_emit_word(e, "stop");

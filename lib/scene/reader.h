@@ -30,6 +30,9 @@ typedef struct kt_scene_reading {
     const char *const *settings; /* texts that have replaced values of the file */
     kt_scene_variables *varying; /* NULL: none */
 
+    kt_node **fmu_nodes; /* items of the type `fmu`, which are taken out of `effects` */
+    int fmu_count;
+
     kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes,
         **state_nodes; /* as the arrays of the description */
 } kt_scene_reading;

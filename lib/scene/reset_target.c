@@ -1,6 +1,7 @@
 /* Parameters and numbers that events set (reset.h): their names, and the numbers of a description that can be set. */
 #include "effect/effect.h"
 #include "model/parameter_key.h"
+#include "scene/fmu_node.h"
 #include "scene/reset.h"
 
 #include <stdint.h>
@@ -20,6 +21,8 @@ static bool sets(const kt_node *action, const char *name) {
 }
 
 static bool is_named(const kt_reader *r, const char *name) {
+    if (kt_fmus_set(r, name))
+        return true;
     kt_node *events = r->root->kind == KT_NODE_MAP ? kt_node_find(r->root, "events") : NULL;
     if (events == NULL || events->kind != KT_NODE_LIST)
         return false;

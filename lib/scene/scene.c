@@ -12,6 +12,8 @@
 #include "scene/beam.h"
 #include "scene/comma.h"
 #include "scene/event.h"
+#include "scene/fmu.h"
+#include "scene/fmu_node.h"
 #include "scene/named.h"
 #include "scene/parameter.h"
 #include "scene/part.h"
@@ -223,6 +225,7 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
     }
     kt_commas_check(r);
     kt_settings_apply(r, options, &table);
+    kt_fmus_take(r);
     kt_varying_start(r, options);
     if (!check_version(r, r->root))
         return;
@@ -231,7 +234,9 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
     kt_parameters_read(r);
     kt_resets_add_states(r, &scene->description);
     kt_beams_expand(r);
+    kt_fmus_expand(r);
     (void)kt_table_read(r, NULL, r->root, &table, scene);
+    kt_fmus_read(r, scene);
     kt_expressions_check(r);
     check_interval(r, &scene->run);
     if (!r->out_of_memory)

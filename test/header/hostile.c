@@ -93,6 +93,7 @@ typedef struct fixture {
     kt_loop_motion loop_motion;
     kt_scene_options scene_options, bad_scene_options;
     kt_scene_call scene_call;
+    kt_scene_coupling coupling;
     kt_scene_watch *scene_watch;
     kt_parameter_change parameter_changes[2];
     kt_event event, bad_event;
@@ -260,6 +261,11 @@ static int event_action(kt_simulation *simulation, const kt_occurrence *what, kt
     return 0;
 }
 
+static int sampler(const kt_scene_sample *sample, kt_error *error, void *user) {
+    (void)sample, (void)error, (void)user;
+    return 0;
+}
+
 static int recorder(const kt_record *record, void *user) {
     (void)user;
     return record->index > 3;
@@ -397,6 +403,7 @@ static bool make_objects(fixture *f) {
     f->job = (kt_batch_job){.task = KT_BATCH_STEP, .h = 0.01, .steps = 1};
     f->of_time = kt_function_constant(0.5);
     f->symbols = (kt_symbols){.find = find_symbol, .list = list_symbol};
+    f->coupling = (kt_scene_coupling){.sample = sampler};
     f->scene_call = (kt_scene_call){.name = "a", .action = event_action};
     f->event = (kt_event){.name = "a", .function = event_value, .action = event_action};
     for (int i = 0; i < 2; i++)

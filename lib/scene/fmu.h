@@ -1,0 +1,13 @@
+/* FMUs that a scene couples: effects of the type `fmu` (fmu.c). */
+#ifndef KT_SCENE_FMU_H
+#define KT_SCENE_FMU_H
+
+#include "scene/reader.h"
+
+/* After parameters are read: makes the auxiliary states and the forces of outputs that act in joints. */
+void kt_fmus_expand(kt_reader *r);
+
+/* After all sections are read: the FMUs, and an event for each. */
+void kt_fmus_read(kt_reader *r, kt_scene *scene);
+
+#endif
