@@ -1,30 +1,16 @@
 /* The C interface of FMI 2.0 (fmi-standard.org), on top of that of FMI 3.0. Names, values and orders are those of the
  * standard. Truth values are int, and modes, references, states and times are those of FMI 3.0.
  */
+#include "fmi2.h"
 #include "instance.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* A message to the importer: environment, name of the instance, status, category, format and its arguments. */
-typedef void kt_fmi2_log(void *environment, const char *name, kt_fmi_status status, const char *category,
-                         const char *format, ...);
-
-typedef struct kt_fmi2_callbacks {
-    kt_fmi2_log *log;
-    void *(*allocate)(size_t count, size_t size); /* memory and ends of steps: not used */
-    void (*release)(void *memory);
-    void (*step_finished)(void *environment, kt_fmi_status status);
-    void *environment;
-} kt_fmi2_callbacks;
-
 typedef struct kt_fmi2_event_info {
     int needs_update, terminate, nominals_changed, values_changed, has_next;
     double next;
 } kt_fmi2_event_info;
-
-typedef enum kt_fmi2_kind { KT_FMI2_CHANGES_STATES, KT_FMI2_SIMULATES } kt_fmi2_kind;
-enum { KT_FMI2_LAST_TIME = 2, KT_FMI2_TERMINATED = 3 }; /* of fmi2StatusKind */
 
 /* The environment of the instance of FMI 3.0. */
 typedef struct kt_fmi2_side {

@@ -1,6 +1,6 @@
 /* Checkpoints of a run. A checkpoint has a header, the progress of the run, the states of the simulation and of the
- * watch on modes, and the extremes of all columns. The warnings and marks so far follow as JSON, and a checksum over
- * the whole content ends the file.
+ * watch on modes, and the extremes of all columns. The warnings, marks and states of FMUs so far follow as JSON, and a
+ * checksum over the whole content ends the file.
  *
  * A checkpoint belongs to one scene, one set of options and one beginning of a file of records. The fingerprints are
  * computed from the library's version and the scene as it would be written now. One fingerprint is without, the other
@@ -10,6 +10,8 @@
  * the folder, flushed. So FILE is complete at any moment, and never ahead of the records. The run that writes FILE
  * locks it, and locks a new file before renaming it to FILE. */
 #include "records/checkpoint.h"
+
+#include "fmu/couple.h"
 
 #include "base/sum.h"
 #include "kinetree/kinetree.h"
@@ -44,7 +46,7 @@ typedef struct kt_checkpoint_head {
     char words[160];
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 12";
+static const char checkpoint_kind[16] = "kinetree run 13";
 
 enum { WORDS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
 
@@ -110,6 +112,11 @@ int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double inter
                                   .last = kt_clock(),
                                   .records.sum = KT_SUM_START,
                                   .modes = modes};
+    kt_error error = {0};
+    if (kt_fmus_can_resume(outcome->scene, outcome->events, &error) != KT_OK) {
+        kt_say_error(&error);
+        return KT_EXIT_USAGE;
+    }
     checkpoint->size = kt_simulation_state_size(outcome->simulation);
     checkpoint->mode_size = modes != NULL ? kt_mode_watch_state_size(modes) : 0;
     checkpoint->block = malloc(checkpoint->size + checkpoint->mode_size);
@@ -219,6 +226,12 @@ static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_f
 int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines) {
     json_t *reported = kt_marks_describe(&outcome->marks);
     json_object_set_new(reported, "warnings", kt_warnings_describe(&outcome->warnings));
+    kt_error error = {0};
+    if (json_object_set_new(reported, "fmus", kt_fmus_save(outcome->scene, outcome->events, &error)) != 0) {
+        kt_say_error(&error);
+        json_decref(reported);
+        return -1;
+    }
     char *words = json_dumps(reported, JSON_COMPACT | JSON_REAL_PRECISION(17));
     bool fine = (words != NULL && !kt_json_is_short()) || say_no_memory();
     kt_progress_so_far so_far;
@@ -332,6 +345,8 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
     if (reported == NULL || !kt_marks_read(&outcome->marks, reported)) {
         refuse(content, "there is not enough memory for its warnings and marks");
     } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK) {
+        refuse(content, error.message);
+    } else if (kt_fmus_restore(outcome->scene, outcome->events, json_object_get(reported, "fmus"), &error) != KT_OK) {
         refuse(content, error.message);
     } else {
         kt_warnings_replace(&outcome->warnings, json_object_get(reported, "warnings"));

@@ -33,6 +33,7 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
     const kt_model *model = motion->model;
     const char *name = kt_model_name(model);
     kt_say_open_contacts(model);
+    kt_say_fmus_left_out(&motion->scene);
     motion->name = name != NULL && *name != '\0' ? strdup(name) : kt_base_name(path);
     if (kt_model_nv(model) > COORDINATES_MOST) {
         kt_say("the scene has %d degrees of freedom; small motions are computed with dense matrices, for up to %d",

@@ -2,6 +2,8 @@
 #include "scene/load.h"
 #include "scene/from.h"
 
+#include "fmu/couple.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,6 +15,10 @@ static char *folder_of(const char *path) {
 
 int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene) {
     int code = kt_read_scene_as_written(path, settings, scene);
+    if (code == KT_EXIT_DONE && kt_fmus_check(scene, settings != NULL && settings->is_quiet) != KT_EXIT_DONE) {
+        kt_scene_free(scene);
+        return KT_EXIT_SCENE;
+    }
     if (code != KT_EXIT_DONE || (from == NULL && scene->from == NULL))
         return code;
     char *folder = from == NULL ? folder_of(path) : NULL;
@@ -60,11 +66,25 @@ int kt_refuse_contacts(const char *command, const kt_model *model) {
 }
 
 void kt_say_left_out(const char *command, const kt_scene *scene) {
-    const int count = kt_scene_event_room(scene);
+    const int count = kt_scene_event_room(scene) - scene->fmu_count;
     if (count > 0)
         kt_say("%s: event '%s'%s left out: this is the motion without; 'kinetree run' watches events", command,
-               kt_show(scene->event_count > 0 ? scene->events[0].name : scene->until.name).text,
+               kt_show(scene->event_count > scene->fmu_count ? scene->events[0].name : scene->until.name).text,
                count > 1 ? " and others are" : " is");
+}
+
+void kt_say_fmus_left_out(const kt_scene *scene) {
+    if (scene->fmu_count > 0)
+        kt_say("FMU '%s'%s left out: the outputs keep their initial values, 0 as forces; 'kinetree run' couples FMUs",
+               kt_show(scene->fmus[0].name).text, scene->fmu_count > 1 ? " and others are" : " is");
+}
+
+int kt_refuse_fmus(const char *command, const kt_scene *scene) {
+    if (scene->fmu_count == 0)
+        return -1;
+    kt_say("%s: FMU '%s': a file of this kind cannot contain the FMUs of a scene; remove it from `effects`", command,
+           kt_show(scene->fmus[0].name).text);
+    return KT_EXIT_SCENE;
 }
 
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model) {

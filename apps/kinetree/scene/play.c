@@ -1,6 +1,8 @@
 /* The simulation of a scene with its events, advanced to times of the caller's choice. */
 #include "scene/play.h"
 
+#include "fmu/couple.h"
+
 #include "records/quantities.h"
 
 #include "kinetree/dynamics.h"
@@ -17,10 +19,16 @@ kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const 
         kt_quantities_need_reactions(&scene->description))
         options->record |= KT_RECORD_REACTION;
     options->events = kt_scene_event_room(scene);
-    const kt_status status = kt_simulation_create(model, run, options, simulation, error);
-    if (status != KT_OK || options->events == 0)
-        return status;
-    return kt_scene_watch_create(scene, model, *simulation, NULL, -1, events, error);
+    kt_fmu_clock *clock = NULL;
+    kt_status status = kt_fmus_begin(scene, options, &clock, error);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, run, options, simulation, error);
+    if (status == KT_OK && options->events > 0)
+        status = kt_scene_watch_create(scene, model, *simulation, NULL, -1, events, error);
+    if (status == KT_OK && scene->fmu_count > 0)
+        return kt_fmus_couple(scene, *events, *simulation, clock, error);
+    kt_fmus_end(clock);
+    return status;
 }
 
 kt_status kt_play_start(kt_play *play, const kt_scene *scene, const kt_model *model, const kt_absolute *absolute,
@@ -54,7 +62,9 @@ kt_status kt_play_to(kt_play *play, double time, kt_error *error) {
 static kt_status rewind_play(kt_play *play, const void *block, kt_error *error) {
     const kt_status status = kt_simulation_restore(play->simulation, block, error);
     play->is_over = false;
-    return status == KT_OK ? kt_scene_watch_sync(play->events, play->simulation, error) : status;
+    if (status != KT_OK || kt_scene_watch_sync(play->events, play->simulation, error) != KT_OK)
+        return error->code;
+    return kt_scene_watch_restart(play->events, play->simulation, error);
 }
 
 kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *error) {

@@ -318,6 +318,7 @@ int kt_command_evaluate(int argc, char **argv) {
     code = kt_load_model(argv[1], &arguments.settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
+    kt_say_fmus_left_out(&scene);
     code = evaluate_instant(&arguments, &scene, model);
     kt_model_free(model);
     kt_scene_free(&scene);

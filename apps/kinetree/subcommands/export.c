@@ -139,6 +139,11 @@ int kt_command_export(int argc, char **argv) {
     code = kt_read_scene(argv[1], &a.settings, &scene);
     if (code != KT_EXIT_DONE)
         return code;
+    code = kt_refuse_fmus("export", &scene);
+    if (code >= 0) {
+        kt_scene_free(&scene);
+        return code;
+    }
     const kt_status status = write_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, argv[1], &error);
     if (status != KT_OK) {
         kt_say("%s cannot be exported: %s%s%s", argv[1], error.where, error.where[0] != '\0' ? ": " : "",

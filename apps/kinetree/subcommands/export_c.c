@@ -123,7 +123,8 @@ int kt_export_c_write(const kt_export_c *c) {
     header[length - 1] = 'h';
     int code = kt_load_model(c->scene, c->settings, &scene, &model);
     if (code == KT_EXIT_DONE) {
-        code = write_both(c, model, header);
+        code = kt_refuse_fmus("export", &scene);
+        code = code < 0 ? write_both(c, model, header) : code;
         if (code == KT_EXIT_DONE)
             say_effects(c, model);
         kt_model_free(model);

@@ -294,9 +294,11 @@ int kt_export_fmu_write(const kt_export_fmu *fmu) {
     kt_fmu_parts parts = {.name = NULL};
     char name[KT_FMU_TEXT];
     int code = kt_read_scene(fmu->scene, fmu->settings, &scene); /* prints all faults with their places in the file */
+    if (code == KT_EXIT_DONE && kt_refuse_fmus("export", &scene) >= 0)
+        code = KT_EXIT_SCENE;
+    kt_scene_free(&scene);
     if (code != KT_EXIT_DONE)
         return code;
-    kt_scene_free(&scene);
     code = read_content(fmu->scene, &parts.scene);
     if (code != KT_EXIT_DONE)
         return code;

@@ -392,6 +392,7 @@ int kt_command_stability(int argc, char **argv) {
         return code;
     char *base = kt_base_name(argv[1]);
     kt_say_left_out("stability", &scene);
+    kt_say_fmus_left_out(&scene);
     code = kt_start_report(&scene, model);
     if (code == KT_EXIT_DONE)
         code = analyse(&scene, model, base != NULL ? base : "scene", &given);

@@ -1,0 +1,95 @@
+/* What both versions of FMI share: messages and statuses, functions of a binary, states (instance.h). */
+#include "command.h"
+#include "fmu/instance.h"
+
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MESSAGES_MOST = 20 };
+
+/* ---- messages ---------------------------------------------------------------------------------------------------- */
+
+void kt_fmi_note(kt_fmi_instance *f, kt_fmi_status status, const char *category, const char *message) {
+    if (status == KT_FMI_OK || message == NULL)
+        return;
+    (void)snprintf(f->message, sizeof f->message, "%s", message);
+    for (size_t length = strlen(f->message); length > 0 && strchr(" \r\n", f->message[length - 1]) != NULL; length--)
+        f->message[length - 1] = '\0';
+    if (f->is_quiet || f->messages++ >= MESSAGES_MOST)
+        return;
+    kt_say("FMU '%s' at t = %.9g s: %s%s%s", f->name, f->time, kt_show(f->message).text,
+           category != NULL && *category != '\0' ? ", category " : "",
+           category != NULL && *category != '\0' ? kt_show(category).text : "");
+    if (f->messages == MESSAGES_MOST)
+        kt_say("FMU '%s': further messages are not printed", f->name);
+}
+
+kt_status kt_fmi_check(kt_fmi_instance *f, kt_fmi_status status, const char *function, kt_error *error) {
+    static const char *const words[] = {"OK", "a warning", "discard", "an error", "a fatal error"};
+    if (kt_fmi_is_fine(status))
+        return KT_OK;
+    f->is_broken = f->is_broken || status == KT_FMI_FATAL;
+    return kt_error_set(error, KT_ERROR_CALLBACK, NULL, "FMU '%.60s' at t = %.9g s: %s returned %s%s%s", f->name,
+                        f->time, function, (unsigned)status <= KT_FMI_FATAL ? words[status] : "an unknown status",
+                        f->message[0] != '\0' ? ": " : "", f->message);
+}
+
+/* ---- functions -------------------------------------------------------------------------------------------------- */
+
+bool kt_fmi_find(const kt_fmi_instance *f, const char *name, void *function) {
+    void *address = dlsym(f->library, name);
+    memcpy(function, &address, sizeof address);
+    return address != NULL;
+}
+
+void kt_fmi_find_states(kt_fmi_instance *f, const char *const names[6]) {
+    kt_fmi_states *s = &f->states;
+    const bool found = kt_fmi_find(f, names[0], &s->get) && kt_fmi_find(f, names[1], &s->set) &&
+                       kt_fmi_find(f, names[2], &s->free) && kt_fmi_find(f, names[3], &s->size) &&
+                       kt_fmi_find(f, names[4], &s->serialize) && kt_fmi_find(f, names[5], &s->deserialize);
+    f->description.can_serialize = f->description.can_serialize && found;
+}
+
+/* ---- states ------------------------------------------------------------------------------------------------------ */
+
+static kt_status refuse_state(const kt_fmi_instance *f, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "FMU '%.60s'", f->name);
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                        "its state cannot be saved (canSerializeFMUState): a run with it can neither write checkpoints "
+                        "nor be resumed");
+}
+
+kt_status kt_fmi_save(kt_fmi_instance *f, unsigned char **bytes, size_t *size, kt_error *error) {
+    const kt_fmi_states *call = &f->states;
+    void *state = NULL;
+    *bytes = NULL;
+    if (!f->description.can_serialize || f->is_broken)
+        return refuse_state(f, error);
+    kt_status status = kt_fmi_check(f, call->get(f->instance, &state), "GetFMUState", error);
+    if (status == KT_OK)
+        status = kt_fmi_check(f, call->size(f->instance, state, size), "SerializedFMUStateSize", error);
+    if (status == KT_OK && (*bytes = malloc(*size + 1)) == NULL)
+        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    if (status == KT_OK)
+        status = kt_fmi_check(f, call->serialize(f->instance, state, *bytes, *size), "SerializeFMUState", error);
+    if (state != NULL)
+        (void)call->free(f->instance, &state);
+    return status;
+}
+
+kt_status kt_fmi_restore(kt_fmi_instance *f, const unsigned char *bytes, size_t size, kt_error *error) {
+    const kt_fmi_states *call = &f->states;
+    void *state = NULL;
+    if (!f->description.can_serialize)
+        return refuse_state(f, error);
+    kt_status status =
+        kt_fmi_check(f, call->deserialize(f->instance, bytes, size, &state), "DeserializeFMUState", error);
+    if (status == KT_OK)
+        status = kt_fmi_check(f, call->set(f->instance, state), "SetFMUState", error);
+    if (state != NULL)
+        (void)call->free(f->instance, &state);
+    return status;
+}

@@ -1,0 +1,76 @@
+/* An instance of an FMU (instance.h).
+ *
+ * The archive is unpacked to a temporary folder. If it has no resources, the folder is removed as soon as the binary is
+ * loaded, so that nothing remains even if the program is killed. Else it is removed at the end.
+ */
+#include "fmu/instance.h"
+
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static kt_status load_binary(kt_fmi_instance *f, const char *file, kt_error *error) {
+    char binary[KT_FMU_PATH / 4], path[KT_FMU_PATH + KT_FMU_PATH / 4];
+    kt_fmi_binary_name(&f->description, binary, sizeof binary);
+    if (!kt_fmu_has_entry(file, binary, false))
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
+                            "%.200s has no binary for this system, %s; export the FMU for it, or build its sources",
+                            file, binary);
+    kt_status status = kt_fmu_unpack(file, f->folder, error);
+    if (status != KT_OK)
+        return status;
+    (void)snprintf(path, sizeof path, "%s/%s", f->folder, binary);
+    f->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (f->library == NULL)
+        return kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary cannot be loaded: %.300s", file,
+                            dlerror());
+    const char *missing = f->calls->load(f);
+    return missing == NULL
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary has no function %s", file, missing);
+}
+
+static void name_resources(kt_fmi_instance *f, const char *file) {
+    if (!kt_fmu_has_entry(file, "resources/", true))
+        kt_fmu_remove(f->folder);
+    else if (f->description.version == 3)
+        (void)snprintf(f->resources, sizeof f->resources, "%s/resources/", f->folder);
+    else
+        (void)snprintf(f->resources, sizeof f->resources, "file://%s/resources", f->folder);
+}
+
+kt_status kt_fmi_renew(kt_fmi_instance *f, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    if (f->instance != NULL && !f->is_broken)
+        f->calls->free(f);
+    f->instance = NULL;
+    if (!f->is_broken && f->calls->instantiate(f))
+        return KT_OK;
+    (void)snprintf(where, sizeof where, "FMU '%.60s'", f->name);
+    return kt_error_set(error, KT_ERROR_CALLBACK, where, "no instance can be made%s%s",
+                        f->message[0] != '\0' ? ": " : "", f->message);
+}
+
+kt_status kt_fmi_open(kt_fmi_instance *f, const char *name, const char *file, kt_error *error) {
+    f->name = name;
+    kt_status status = kt_fmi_description_read(file, &f->description, error);
+    f->calls = f->description.version == 2 ? &kt_fmi2_interface : &kt_fmi3_interface;
+    if (status == KT_OK)
+        status = load_binary(f, file, error);
+    if (status == KT_OK)
+        name_resources(f, file);
+    return status == KT_OK ? kt_fmi_renew(f, error) : status;
+}
+
+void kt_fmi_close(kt_fmi_instance *f) {
+    if (f->instance != NULL && !f->is_broken)
+        f->calls->free(f);
+    free(f->callbacks);
+    free(f->functions);
+    if (f->library != NULL)
+        (void)dlclose(f->library);
+    kt_fmu_remove(f->folder);
+    kt_fmi_description_free(&f->description);
+    *f = (kt_fmi_instance){.name = NULL};
+}

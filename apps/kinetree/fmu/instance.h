@@ -1,0 +1,85 @@
+/* An instance of an FMU for co-simulation: its binary, and its functions in the form of FMI 3.0 or 2.0. */
+#ifndef KT_COMMAND_FMU_INSTANCE_H
+#define KT_COMMAND_FMU_INSTANCE_H
+
+#include "fmu/archive.h"
+#include "fmu/description.h"
+
+#include "../fmu/fmi3.h"
+
+enum { KT_FMI_TEXT = 400 };
+
+typedef struct kt_fmi_instance kt_fmi_instance;
+
+/* The functions of one version of FMI. Values are doubles, which are converted to the type of the variable. */
+typedef struct kt_fmi_interface {
+    /* Finds all functions in the binary. Returns the name of a missing one; NULL: none is missing. */
+    const char *(*load)(kt_fmi_instance *f);
+    bool (*instantiate)(kt_fmi_instance *f);
+    kt_fmi_status (*begin)(kt_fmi_instance *f, double start); /* the initialization */
+    kt_fmi_status (*end)(kt_fmi_instance *f);                 /* it */
+    kt_fmi_status (*set)(kt_fmi_instance *f, const kt_fmi_variable *variable, double value);
+    kt_fmi_status (*get)(kt_fmi_instance *f, const kt_fmi_variable *variable, double *value);
+    /* *terminates: the FMU ends the simulation. */
+    kt_fmi_status (*step)(kt_fmi_instance *f, double from, double step, bool *terminates);
+    kt_fmi_status (*terminate)(kt_fmi_instance *f);
+    void (*free)(kt_fmi_instance *f);
+} kt_fmi_interface;
+
+/* The functions of states, which are the same in both versions. */
+typedef struct kt_fmi_states {
+    kt_fmi_status (*get)(void *, void **);
+    kt_fmi_status (*set)(void *, void *);
+    kt_fmi_status (*free)(void *, void **);
+    kt_fmi_status (*size)(void *, void *, size_t *);
+    kt_fmi_status (*serialize)(void *, void *, unsigned char *, size_t);
+    kt_fmi_status (*deserialize)(void *, const unsigned char *, size_t, void **);
+} kt_fmi_states;
+
+static inline bool kt_fmi_is_fine(kt_fmi_status status) { return status == KT_FMI_OK || status == KT_FMI_WARNING; }
+
+extern const kt_fmi_interface kt_fmi2_interface, kt_fmi3_interface;
+
+struct kt_fmi_instance {
+    const char *name; /* of the FMU in the scene */
+    kt_fmi_description description;
+    const kt_fmi_interface *calls;
+    char folder[KT_FMU_PATH];         /* of the unpacked archive; empty: it has been removed */
+    char resources[KT_FMU_PATH + 32]; /* its resources, as the version names them; empty: none */
+    void *library, *functions;        /* the binary, and its functions (of the version) */
+    kt_fmi_states states;
+    void *instance;            /* NULL: none */
+    void *callbacks;           /* of the version; NULL: none */
+    double time;               /* s, for messages */
+    char message[KT_FMI_TEXT]; /* the last warning or error of the FMU; empty: none */
+    int messages;              /* how many it has printed */
+    bool is_quiet, is_broken;  /* broken: nothing of it may be called any longer */
+};
+
+/* Loads the FMU of a file, and makes an instance. Errors: KT_ERROR_SCENE, KT_ERROR_UNSUPPORTED, KT_ERROR_FILE,
+ * KT_ERROR_MEMORY. kt_fmi_close releases it in any case; a struct of zeros has nothing to release. */
+KT_CHECKED kt_status kt_fmi_open(kt_fmi_instance *f, const char *name, const char *file, kt_error *error);
+void kt_fmi_close(kt_fmi_instance *f);
+
+/* Replaces the instance by a new one. Errors: as above. */
+KT_CHECKED kt_status kt_fmi_renew(kt_fmi_instance *f, kt_error *error);
+
+/* Keeps and prints a message of the FMU. */
+void kt_fmi_note(kt_fmi_instance *f, kt_fmi_status status, const char *category, const char *message);
+
+/* Finds a function of the binary: writes its address to *function. Returns false if it is missing. */
+bool kt_fmi_find(const kt_fmi_instance *f, const char *name, void *function);
+
+/* Finds the functions of states, in the order of kt_fmi_states. If one is missing, the FMU cannot be serialised. */
+void kt_fmi_find_states(kt_fmi_instance *f, const char *const names[6]);
+
+/* The state of the FMU as bytes, which the caller frees; and back. Errors: KT_ERROR_UNSUPPORTED (the FMU cannot),
+ * KT_ERROR_CALLBACK, KT_ERROR_MEMORY. */
+KT_CHECKED kt_status kt_fmi_save(kt_fmi_instance *f, unsigned char **bytes, size_t *size, kt_error *error);
+KT_CHECKED kt_status kt_fmi_restore(kt_fmi_instance *f, const unsigned char *bytes, size_t size, kt_error *error);
+
+/* Reports a status other than OK and WARNING, of a function with this name: KT_ERROR_CALLBACK with the name of the FMU,
+ * the time and its last message. */
+KT_CHECKED kt_status kt_fmi_check(kt_fmi_instance *f, kt_fmi_status status, const char *function, kt_error *error);
+
+#endif
