@@ -338,11 +338,6 @@ static void write_set(kt_emitter *e, const kt_scene_event *event) {
 static void write_then(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     const kt_scene_event *event = object;
-    if (event->fmu != NULL) {
-        kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "the scene couples the FMU '%.60s', and is written without its state",
-                       event->name);
-        return;
-    }
     kt_emit_list(e, true);
     if (event->stop)
         kt_emit_word(e, "stop");
@@ -470,10 +465,17 @@ static void write_events(kt_emitter *e, const kt_field *field, const void *objec
                            "place of parameters, which no event could set");
             break;
         }
-    kt_items_write(e, field, object, standard);
+    kt_scene own = *(const kt_scene *)object;
+    own.event_count -= own.fmu_count; /* the events of FMUs come last, and follow from these */
+    kt_items_write(e, field, &own, standard);
 }
 
-const kt_kind kt_kind_events = {kt_items_read, write_events, kt_items_same};
+static bool same_events(const kt_field *field, const void *object, const void *standard) {
+    (void)field, (void)standard;
+    return ((const kt_scene *)object)->event_count <= ((const kt_scene *)object)->fmu_count;
+}
+
+const kt_kind kt_kind_events = {kt_items_read, write_events, same_events};
 
 /* ---- until ------------------------------------------------------------------------------------------------------- */
 

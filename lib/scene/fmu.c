@@ -281,3 +281,54 @@ void kt_fmus_read(kt_reader *r, kt_scene *scene) {
     scene->fmus = fmus;
     scene->fmu_count = count;
 }
+
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
+
+static void write_ports(kt_emitter *e, const char *key, const kt_scene_port *ports, int count) {
+    if (count == 0)
+        return;
+    kt_emit_key(e, key);
+    kt_emit_map(e, true);
+    for (int i = 0; i < count; i++) {
+        kt_emit_name(e, ports[i].variable);
+        if (ports[i].text != NULL)
+            kt_emit_text(e, ports[i].text);
+        else
+            kt_emit_number(e, ports[i].value);
+    }
+    kt_emit_end(e);
+}
+
+static void write_fmu(kt_emitter *e, const kt_scene_fmu *fmu) {
+    kt_emit_map(e, true);
+    kt_emit_key(e, "name");
+    kt_emit_text(e, fmu->name);
+    kt_emit_key(e, "type");
+    kt_emit_word(e, "fmu");
+    kt_emit_key(e, "file");
+    kt_emit_text(e, fmu->file);
+    kt_emit_key(e, "step");
+    kt_emit_number(e, fmu->step);
+    write_ports(e, "inputs", fmu->inputs, fmu->input_count);
+    write_ports(e, "outputs", fmu->outputs, fmu->output_count);
+    write_ports(e, "parameters", fmu->parameters, fmu->parameter_count);
+    kt_emit_end(e);
+}
+
+static void write_effects(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+    const kt_items *list = field->detail;
+    const kt_scene *scene = object;
+    (void)standard;
+    kt_emit_list(e, list->flow);
+    for (int i = 0; i < scene->description.effect_count; i++)
+        list->write(e, &scene->description.effects[i], i);
+    for (int i = 0; i < scene->fmu_count; i++)
+        write_fmu(e, &scene->fmus[i]);
+    kt_emit_end(e);
+}
+
+static bool same_effects(const kt_field *field, const void *object, const void *standard) {
+    return ((const kt_scene *)object)->fmu_count == 0 && kt_items_same(field, object, standard);
+}
+
+const kt_kind kt_kind_effects = {kt_items_read, write_effects, same_effects};

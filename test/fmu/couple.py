@@ -300,13 +300,20 @@ def subcommands(b):
         code, _, errors = b.run(*words)
         if code != 0:
             problems.append(f"{words[0]}: exit {code}: {errors.strip()[:300]}")
-    for words, text in ((("run", scene, "--out", b.folder / "s.csv", "--scene", b.folder / "s.yaml"), "couples the FMU 'pd'"), (("stability", scene), "FMU 'pd' is left out"), (("accuracy", scene), "FMU 'pd' is left out"), (("evaluate", scene), "FMU 'pd' is left out"),
+    for words, text in ((("run", scene, "--out", b.folder / "s.csv", "--scene", b.folder / "s.yaml"), "FMU 'pd' begins anew in this scene"), (("stability", scene), "FMU 'pd' is left out"), (("accuracy", scene), "FMU 'pd' is left out"), (("evaluate", scene), "FMU 'pd' is left out"),
                         (("modes", scene), "FMU 'pd' is left out"), (("equilibrium", scene), "FMU 'pd' is left out"), (("export", "--fmu", scene, "--out", b.folder / "x.fmu"), "export: FMU 'pd': "),
                         (("export", "--c", scene, "--out", b.folder / "x.c"), "export: FMU 'pd': "), (("export", "--mjcf", scene, "--out", b.folder / "x.xml"), "export: FMU 'pd': ")):
         code, _, errors = b.run(*words)
         note(f"{words[0]}: exit {code}: {next((line for line in errors.splitlines() if 'pd' in line), '')[:150]}")
         if text not in errors:
             problems.append(f"{words[0]}: exit {code}, without {text}: {errors.strip()[:300]}")
+    written, again = b.folder / "s.yaml", b.folder / "s-again.yaml"
+    start, wrong = b.rows(written)
+    code, _, errors = b.run("run", written, "--duration", "0", "--out", b.folder / "s.csv", "--scene", again)
+    if wrong or start[0]["position.arm"] != rows[-1]["position.arm"] or float(start[-1]["state.n"]) != 99 or code != 0:
+        problems.append(f"the written scene: {wrong or (start[0], start[-1], errors)}")
+    elif written.read_text().split("effects:")[1] != again.read_text().split("effects:")[1].replace("duration: 0", "duration: 1"):
+        problems.append(f"it is written anew as {again.read_text()} instead of {written.read_text()}")
     note(f"{len(lines)} runs of a sweep have the ends of single runs, bit for bit")
     return problems
 

@@ -367,6 +367,9 @@ static kt_status write_named(const kt_scene *scene, const char *path, kt_error *
 kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error) {
     kt_output output;
     errno = 0;
+    if (scene->fmu_count > 0)
+        kt_say("%s: FMU '%s'%s anew in this scene, since its state is not written", kt_show(path).text,
+               kt_show(scene->fmus[0].name).text, scene->fmu_count > 1 ? " and others begin" : " begins");
     if (strcmp(path, "-") == 0)
         return write_stream(scene, stdout, error);
     if (kt_output_start(&output, path) >= 0)
