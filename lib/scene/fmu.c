@@ -262,7 +262,7 @@ void kt_fmus_read(kt_reader *r, kt_scene *scene) {
         return;
     }
     kt_scene_fmu *fmus = kt_pool_take(&r->keep, (size_t)count, sizeof *fmus);
-    kt_scene_event *events = kt_pool_take(&r->keep, (size_t)(scene->event_count + count), sizeof *events);
+    kt_scene_event *events = kt_pool_take(&r->keep, (size_t)scene->event_count + (size_t)count, sizeof *events);
     if (fmus == NULL || events == NULL) {
         (void)kt_reader_out_of_memory(r);
         return;
