@@ -10,7 +10,7 @@
  *
  *   da/dtau = M^-1    da/dq = -M^-1 dtau/dq    da/dv = -M^-1 dtau/dv,
  *
- * where the accelerations are held: they are inputs KT_OP_HELD, which have no slopes. The accelerations of the
+ * where the accelerations are held: they are inputs KT_OP_HELD, which have no slope. The accelerations of the
  * forward dynamics replace them afterwards.
  *
  * Source: Griewank & Walther, Evaluating Derivatives (2008), 3.1.
@@ -95,14 +95,14 @@ static kt_op node_slope(kt_graph *g, kt_op i, const kt_op *slope, const code_dir
 
 /* Room of the chain rule: each has an entry for every node. */
 typedef struct code_chain {
-    int32_t count; /* of nodes before the slopes */
+    int32_t count; /* of nodes before their derivatives */
     int32_t *uses;
     kt_op *slope;
 } code_chain;
 
-/* Makes the slopes of tau along one direction. */
-static void fill_slopes(kt_graph *g, const code_chain *chain, const code_direction *d, const kt_op *tau, int nv,
-                        kt_op *column) {
+/* Makes the derivatives of tau along one direction. */
+static void apply_chain_rule(kt_graph *g, const code_chain *chain, const code_direction *d, const kt_op *tau, int nv,
+                             kt_op *column) {
     const kt_op zero = kt_op_number(g, 0.0);
     for (kt_op i = 0; i < chain->count && !g->failed; i++) {
         const bool moves = chain->uses[i] > 0 && g->node[i].origin == KT_OP_OF_STATE;
@@ -128,7 +128,7 @@ static void fill_derivatives(kt_code_tree *tree, const kt_op *tau, kt_op *out) {
                 const code_direction d = {link, k == 0 ? KT_OP_POSITION : KT_OP_RATE, i};
                 kt_graph_section(g, "%s: dtau/d%c_%d, by the chain rule", tree->link[c].name, k == 0 ? 'q' : 'v',
                                  link->v + i);
-                fill_slopes(g, &chain, &d, tau, nv, out + (size_t)nv * (size_t)(k * nv + link->v + i));
+                apply_chain_rule(g, &chain, &d, tau, nv, out + (size_t)nv * (size_t)(k * nv + link->v + i));
             }
         }
     free(chain.uses);
