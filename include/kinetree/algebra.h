@@ -142,9 +142,35 @@ static inline bool kt_mat3_is_finite(kt_mat3 a) {
     return kt_vec3_is_finite(a.x) && kt_vec3_is_finite(a.y) && kt_vec3_is_finite(a.z);
 }
 
+/* For kt_hypot: x >= y >= 0, whose squares are normal numbers. The residual h^2 - x^2 - y^2 is computed from a difference
+ * d without rounding. One step of Newton's method on h^2 then removes most of the rounding of h.
+ * Source: Borges, An improved algorithm for hypot(a, b), 2019, algorithm 1 without fused operations. */
+static inline double kt_hypot_scaled(double x, double y) {
+    const double h = sqrt(x * x + y * y), d = h <= 2.0 * y ? h - y : h - x;
+    const double first = h <= 2.0 * y ? x * (2.0 * d - x) : 2.0 * d * (x - 2.0 * y);
+    const double second = h <= 2.0 * y ? (d - 2.0 * (x - y)) * d : (4.0 * d - y) * y + d * d;
+    return h - (first + second) / (2.0 * h);
+}
+
+/* Returns sqrt(x^2 + y^2) over the whole range of double, with the same bits on every libm. An infinite number gives
+ * infinity, even beside a NaN. The error is below one unit in the last place. */
+static inline double kt_hypot(double x, double y) {
+    const double a = fabs(x), b = fabs(y), more = a < b ? b : a, less = a < b ? a : b;
+    const double scale = 4.149515568880993e+180; /* 2^600; the other bounds are 2^-54, 2^511 and 2^-459 */
+    if (!isfinite(x) || !isfinite(y))
+        return isinf(x) || isinf(y) ? (double)INFINITY : x + y;
+    if (less <= more * 5.551115123125783e-17)
+        return more + less;
+    if (more > 6.703903964971299e+153)
+        return kt_hypot_scaled(more / scale, less / scale) * scale;
+    if (less < 6.717876107567089e-139)
+        return kt_hypot_scaled(more * scale, less * scale) / scale;
+    return kt_hypot_scaled(more, less);
+}
+
 /* Returns |a| over the whole range of double. No intermediate result overflows or underflows.
  * Cost: slower than kt_vec3_norm. */
-static inline double kt_vec3_norm_wide(kt_vec3 a) { return hypot(hypot(a.x, a.y), a.z); }
+static inline double kt_vec3_norm_wide(kt_vec3 a) { return kt_hypot(kt_hypot(a.x, a.y), a.z); }
 
 /* Returns a / |a| for any finite a except zero, of any magnitude; zero gives NaN. */
 static inline kt_vec3 kt_vec3_normalize(kt_vec3 a) {

@@ -84,7 +84,7 @@ static kt_vec3 angles_of(const axes *s, kt_mat3 r, bool *singular) {
     to_canonical(s, r, c);
     /* lever: |sin b| or |cos b|, which multiplies the sine and cosine of a and c */
     const double sin_a = s->proper ? c[1][0] : -c[1][2], cos_a = s->proper ? -c[2][0] : c[2][2];
-    const double lever = hypot(sin_a, cos_a);
+    const double lever = kt_hypot(sin_a, cos_a);
     const double b = s->proper ? atan2(lever, c[0][0]) : atan2(c[0][2], lever);
     *singular = lever <= SINGULAR;
     if (*singular)

@@ -59,7 +59,7 @@ kt_rotation kt_rotation_matrix(kt_mat3 m) {
 
 static kt_status from_quaternion(const double *v, kt_mat3 *rotation, kt_error *error) {
     const kt_quat q = kt_quat_make(v[0], v[1], v[2], v[3]);
-    const double norm = hypot(hypot(q.w, q.x), hypot(q.y, q.z));
+    const double norm = kt_hypot(kt_hypot(q.w, q.x), kt_hypot(q.y, q.z));
     if (!(fabs(norm - 1.0) <= QUATERNION_TOLERANCE))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
                             "the quaternion [%g, %g, %g, %g] has norm %.9g, a rotation has norm 1 within %g: %s", q.w,

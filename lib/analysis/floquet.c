@@ -16,6 +16,7 @@
 #include "base/copy.h"
 #include "base/options.h"
 #include "base/require.h"
+#include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/joint.h"
@@ -196,13 +197,13 @@ static void hand_out(kt_floquet *f, int lost) {
         size_t best = f->n;
         for (size_t i = 0; i < f->n; i++)
             if (!isnan(f->real[i]) && f->imaginary[i] >= 0.0 &&
-                (best == f->n || hypot(f->real[i], f->imaginary[i]) > hypot(f->real[best], f->imaginary[best])))
+                (best == f->n || kt_hypot(f->real[i], f->imaginary[i]) > kt_hypot(f->real[best], f->imaginary[best])))
                 best = i;
         if (best == f->n)
             break;
         kt_multiplier m = {.real = f->real[best], .imaginary = f->imaginary[best]};
         m.count = m.imaginary > 0.0 ? 2 : 1;
-        m.modulus = hypot(m.real, m.imaginary);
+        m.modulus = kt_hypot(m.real, m.imaginary);
         m.growth = log(m.modulus) / period;
         m.frequency = fabs(atan2(m.imaginary, m.real)) / (2.0 * pi * period);
         m.error = f->condition[best]; /* for the moment */
@@ -226,7 +227,7 @@ static void estimate(kt_floquet *f) {
         kt_multiplier *m = &f->multiplier[i];
         double nearest = HUGE_VAL;
         for (size_t k = 0; k < f->n; k++)
-            nearest = fmin(nearest, hypot(m->real - f->coarse_real[k], m->imaginary - f->coarse_imaginary[k]));
+            nearest = fmin(nearest, kt_hypot(m->real - f->coarse_real[k], m->imaginary - f->coarse_imaginary[k]));
         m->error =
             nearest / power + fmin(rounding / fmax(m->error, DBL_EPSILON), sqrt(rounding * fmax(1.0, m->modulus)));
     }

@@ -23,6 +23,7 @@
  */
 #include "base/arena.h"
 #include "base/require.h"
+#include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "linear/eigen.h"
 
@@ -172,7 +173,7 @@ static packed vector_at(const kt_modes *m, const double *all, size_t n, size_t k
     return x;
 }
 
-static double size_at(packed x, size_t i) { return x.im ? hypot(x.re[i], x.im[i]) : fabs(x.re[i]); }
+static double size_at(packed x, size_t i) { return x.im ? kt_hypot(x.re[i], x.im[i]) : fabs(x.re[i]); }
 
 /* |w' x| */
 static double product_of(const kt_modes *m, size_t n, size_t k) {
@@ -183,7 +184,7 @@ static double product_of(const kt_modes *m, size_t n, size_t k) {
         re += w.re[j] * x.re[j] + (paired ? w.im[j] * x.im[j] : 0.0);
         im += paired ? w.re[j] * x.im[j] - w.im[j] * x.re[j] : 0.0;
     }
-    return hypot(re, im);
+    return kt_hypot(re, im);
 }
 
 /* |w_v' R|, into m->by_force. */
@@ -196,7 +197,7 @@ static void write_force_weights(kt_modes *m, const kt_linear_system *system, pac
             re += w.re[first + i] * column[i];
             im += w.im ? w.im[first + i] * column[i] : 0.0;
         }
-        m->by_force[k] = hypot(re, im);
+        m->by_force[k] = kt_hypot(re, im);
     }
 }
 
@@ -228,11 +229,11 @@ static int sort(const kt_modes *m, size_t n, int *order) {
     for (size_t k = 0; k < n; k++) {
         if (m->imaginary[k] < 0.0)
             continue;
-        const double size = hypot(m->real[k], m->imaginary[k]);
+        const double size = kt_hypot(m->real[k], m->imaginary[k]);
         int at = count++;
         for (; at > 0; at--) {
             const int before = order[at - 1];
-            const double other = hypot(m->real[before], m->imaginary[before]);
+            const double other = kt_hypot(m->real[before], m->imaginary[before]);
             if (other < size || (other == size && m->real[before] <= m->real[k]))
                 break;
             order[at] = before;
@@ -243,7 +244,7 @@ static int sort(const kt_modes *m, size_t n, int *order) {
 }
 
 static kt_mode describe(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
-    const double size = hypot(m->real[k], m->imaginary[k]);
+    const double size = kt_hypot(m->real[k], m->imaginary[k]);
     return (kt_mode){.real = m->real[k],
                      .imaginary = m->imaginary[k],
                      .frequency = m->imaginary[k] / (2.0 * pi),
@@ -268,7 +269,7 @@ static void apply(const kt_linear_system *system, const double *basis, packed x,
 static bool find_largest(const kt_linear_system *system, const double *shape, double *re, double *im) {
     double most = 0.0;
     for (int i = 0; i < system->coordinates; i++) {
-        const double a = shape[2 * i] / system->unit[i], b = shape[2 * i + 1] / system->unit[i], size = hypot(a, b);
+        const double a = shape[2 * i] / system->unit[i], b = shape[2 * i + 1] / system->unit[i], size = kt_hypot(a, b);
         if (!(size > most * (1.0 + 1e-6))) /* of equal ones the first, independently of rounding */
             continue;
         most = size;
@@ -295,7 +296,7 @@ static double amplitude_of(const kt_modes *m, const kt_linear_system *system, si
         re += w.re[i] * system->rate[i];
         im += w.im ? w.im[i] * system->rate[i] : 0.0;
     }
-    return (w.im ? 2.0 : 1.0) * hypot(re, im) / product_of(m, n, k);
+    return (w.im ? 2.0 : 1.0) * kt_hypot(re, im) / product_of(m, n, k);
 }
 
 /* Writes the scaled shape of a mode; returns its excitation. */
@@ -316,7 +317,7 @@ static double write_shape(const kt_modes *m, const kt_linear_system *system, siz
     turn(system->coordinates, re, im, dq);
     turn(system->coordinates, re, im, dv);
     turn(system->own_states, re, im, dx);
-    return moves ? amplitude_of(m, system, k) / hypot(re, im) : 0.0;
+    return moves ? amplitude_of(m, system, k) / kt_hypot(re, im) : 0.0;
 }
 
 kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_error *error) {

@@ -8,6 +8,7 @@
 #include "base/arena.h"
 #include "base/copy.h"
 #include "base/require.h"
+#include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "model/switching.h"
 
@@ -43,7 +44,7 @@ struct kt_spectrum {
 static bool measure_moves(const double *shape, const double *unit, size_t nv, double *moves) {
     double most = 0.0;
     for (size_t i = 0; i < nv; i++) {
-        moves[i] = hypot(shape[2 * i], shape[2 * i + 1]) / unit[i];
+        moves[i] = kt_hypot(shape[2 * i], shape[2 * i + 1]) / unit[i];
         most = fmax(most, moves[i]);
     }
     for (size_t i = 0; i < nv; i++)
@@ -148,7 +149,7 @@ int kt_spectrum_fastest(const kt_spectrum *spectrum) {
     int best = -1;
     double most = -1.0;
     for (int i = 0; i < spectrum->count; i++) {
-        const double size = hypot(spectrum->lambda[i].re, spectrum->lambda[i].im);
+        const double size = kt_hypot(spectrum->lambda[i].re, spectrum->lambda[i].im);
         if (size > most) {
             most = size;
             best = i;
@@ -223,7 +224,7 @@ kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *m
     const int fastest = kt_spectrum_fastest(spectrum);
     if (fastest < 0)
         return sampling;
-    const double radius = hypot(spectrum->lambda[fastest].re, spectrum->lambda[fastest].im);
+    const double radius = kt_hypot(spectrum->lambda[fastest].re, spectrum->lambda[fastest].im);
     for (int i = 0; i < spectrum->count; i++) {
         const double samples = 2.0 * acos(-1.0) / (step * spectrum->lambda[i].im);
         if (!is_excited_oscillation(spectrum, i) || !(samples < sampling.samples))

@@ -21,6 +21,7 @@
 #include "contact/contact.h"
 #include "contact/slip.h"
 #include "integrator/integrator.h"
+#include "kinetree/algebra.h"
 
 #include <float.h>
 #include <math.h>
@@ -64,7 +65,7 @@ static void take_directions(kt_simulation *simulation) {
         const kt_contact *contact = &simulation->contacts->item[k];
         const size_t at = 2 * index_of_slip(simulation->model, contact);
         const double *d = simulation->data->slip + at, *s = simulation->data->slip_velocity + at;
-        const double speed = hypot(s[0], s[1]);
+        const double speed = kt_hypot(s[0], s[1]);
         const bool is_slow = speed <= simulation->model->loop[contact->loop].rest_velocity;
         const bool turns = d[0] != memory->slip[0] || d[1] != memory->slip[1];
         const bool shrinks = speed <= kt_contact_resting && speed < memory->speed;

@@ -9,6 +9,7 @@
  */
 #include "base/copy.h"
 #include "contact/contact.h"
+#include "kinetree/algebra.h"
 #include "linear/coulomb.h"
 
 #include <math.h>
@@ -126,7 +127,7 @@ static void add_contact(kt_coulomb *p, const kt_simulation *simulation, int line
         item->refused = ~(1U << KT_COULOMB_OPEN);
     if (item->type != KT_COULOMB_CONE)
         return;
-    const double *slip = u + p->line[item->across], speed = hypot(slip[0], slip[1]);
+    const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
     if (speed > (c->stops ? stops : kt_contact_resting)) {

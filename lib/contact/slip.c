@@ -46,6 +46,7 @@
 #include "contact/slip.h"
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "kinetree/algebra.h"
 #include "kinetree/joint.h"
 #include "linear/cholesky.h"
 #include "mechanism/evaluate.h"
@@ -98,7 +99,7 @@ static void direction_of(const double s[2], const double d[2], double e[2]) {
     const double side = copysign(fmax(fabs(across) - still, 0.0), along < 0.0 ? -across : across);
     const bool has_begun = d[0] != 0.0 || d[1] != 0.0;
     const double x = has_begun ? (fabs(along) + still) * d[0] - side * d[1] : s[0];
-    const double y = has_begun ? (fabs(along) + still) * d[1] + side * d[0] : s[1], norm = hypot(x, y);
+    const double y = has_begun ? (fabs(along) + still) * d[1] + side * d[0] : s[1], norm = kt_hypot(x, y);
     e[0] = norm > 0.0 ? x / norm : 0.0;
     e[1] = norm > 0.0 ? y / norm : 0.0;
 }
@@ -257,7 +258,7 @@ static void begin_slow_slip(size_t n, kt_slip_problem *p) {
  * set. */
 static double time_ahead(const kt_data *data, size_t k) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
-    const double part = 1.0 - hypot(s[0], s[1]) / slow;
+    const double part = 1.0 - kt_hypot(s[0], s[1]) / slow;
     return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? ahead * part * part : 0.0;
 }
 
@@ -378,9 +379,9 @@ static double limited_time_ahead(const kt_data *data, kt_slip_problem *p, int k)
     kt_coulomb_linear(p->c, p->held);
     item->type = KT_COULOMB_SLIPS;
     const double *held = p->held->p;
-    const double friction = item->friction * held[item->row], excess = friction - hypot(held[x], held[y]);
+    const double friction = item->friction * held[item->row], excess = friction - kt_hypot(held[x], held[y]);
     const double part = fmax(0.0, 1.0 - shrinking * excess / friction);
-    return excess > 0.0 ? fmin(most, 0.5 * hypot(s[0], s[1]) / (response * excess) * part * part) : most;
+    return excess > 0.0 ? fmin(most, 0.5 * kt_hypot(s[0], s[1]) / (response * excess) * part * part) : most;
 }
 
 /* Predicts the directions of those that are slow, from the ones that they have. */
@@ -389,7 +390,7 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p) {
     for (int k = 0; k < c->n; k++)
         p->tau[k] = limited_time_ahead(data, p, k);
     for (int k = 0; k < c->n; k++) {
-        const double *s = data->slip_velocity + 2 * k, size = hypot(s[0], s[1]) + still, tau = p->tau[k];
+        const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]) + still, tau = p->tau[k];
         c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
         for (int i = 0; i < 2 && tau > 0.0; i++)
             c->b[c->item[k].across + i] += size * p->to->e[k][i] / tau;
@@ -430,7 +431,7 @@ bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const
     bool any = false;
     find_rates(model, data, q, v, data->slip_velocity);
     for (size_t k = 0; k < model->n.slip; k++) {
-        const double *s = data->slip_velocity + 2 * k, size = hypot(s[0], s[1]);
+        const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]);
         double *d = data->slip + 2 * k;
         if (!(size > directed) || s[0] * d[0] + s[1] * d[1] >= aligned * size)
             continue;

@@ -1,6 +1,7 @@
 /* Values of the events of hard contacts: the gaps of open contacts, the reactions of closed ones, and the reserves or
  * the slip of friction. */
 #include "contact/contact.h"
+#include "kinetree/algebra.h"
 
 #include <math.h>
 
@@ -26,7 +27,7 @@ static double friction_of(const struct kt_contacts *c, const kt_instant *at, int
     if (kt_contact_is_closed(model, friction)) {
         const double *tangent = c->reaction + kt_contact_row(model, friction);
         return kt_contact_coefficient(model, friction) * c->reaction[kt_contact_row(model, contact)] -
-               hypot(tangent[0], tangent[1]);
+               kt_hypot(tangent[0], tangent[1]);
     }
     return kt_contact_slip_along(model, at->data, contact) - friction->simulation->contact_state[k].closes_at + turned;
 }

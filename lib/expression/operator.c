@@ -1,6 +1,8 @@
 /* Values of the operators and functions of formulas. */
 #include "expression/expression.h"
 
+#include "kinetree/algebra.h"
+
 #include <math.h>
 
 /* The result of an operator of two values. */
@@ -35,7 +37,7 @@ static double value_of_two(kt_operator code, double x, double y) {
     case KT_OPERATOR_MAX:
         return x >= y || isnan(x) ? x : y;
     case KT_OPERATOR_HYPOT:
-        return hypot(x, y);
+        return kt_hypot(x, y);
     default:
         return (double)NAN; /* unreachable: the reader writes only these codes */
     }

@@ -6,6 +6,7 @@
  *     R_B x = R_k,    base_i = pi_i + sum_k x_ik pi_k.
  */
 #include "base/arena.h"
+#include "kinetree/algebra.h"
 #include "kinetree/identification.h"
 #include "model/model.h"
 
@@ -86,7 +87,7 @@ static void draw_state(const kt_model *model, double size, uint64_t *seed, base_
 
 /* Rotates two rows so that entry j of the second becomes zero. */
 static void rotate(double *pivot, double *row, size_t columns, size_t j) {
-    const double length = hypot(pivot[j], row[j]);
+    const double length = kt_hypot(pivot[j], row[j]);
     if (row[j] == 0.0)
         return;
     const double c = pivot[j] / length, s = row[j] / length;
@@ -123,7 +124,7 @@ static kt_status collect(const kt_model *model, kt_data *data, size_t columns, b
 static double column_length(const double *triangle, size_t columns, size_t from, size_t j) {
     double length = 0.0;
     for (size_t i = from; i <= j; i++)
-        length = hypot(length, triangle[i * columns + j]);
+        length = kt_hypot(length, triangle[i * columns + j]);
     return length;
 }
 

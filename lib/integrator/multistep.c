@@ -26,6 +26,7 @@
 #include "integrator/multistep.h"
 
 #include "integrator/complex.h"
+#include "kinetree/algebra.h"
 
 #include <float.h>
 #include <math.h>
@@ -129,13 +130,13 @@ typedef struct roots {
 
 /* a / b, without overflow of |b|^2. */
 static kt_complex divide(kt_complex a, kt_complex b) {
-    const double size = hypot(b.re, b.im);
+    const double size = kt_hypot(b.re, b.im);
     const kt_complex unit = {b.re / size, -b.im / size};
     const kt_complex product = kt_complex_multiply(a, unit);
     return (kt_complex){product.re / size, product.im / size};
 }
 
-static double size_of(kt_complex a) { return hypot(a.re, a.im); }
+static double size_of(kt_complex a) { return kt_hypot(a.re, a.im); }
 
 /* p(xi); *slope = p'(xi). */
 static kt_complex evaluate_polynomial_at_root(const roots *r, kt_complex xi, kt_complex *slope) {

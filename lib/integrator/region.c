@@ -1,6 +1,8 @@
 /* Regions of stability: |R(z)|, and the point at which a ray from 0 leaves a region. */
 #include "integrator/integrator.h"
 
+#include "kinetree/algebra.h"
+
 #include <math.h>
 
 kt_complex kt_stability_value(const kt_stability *s, kt_complex z) {
@@ -15,7 +17,7 @@ double kt_stability_gain(const kt_stability *s, kt_complex z) {
     if (s->family->gain != NULL)
         return s->family->gain(s, z);
     const kt_complex value = kt_stability_value(s, z);
-    return hypot(value.re, value.im);
+    return kt_hypot(value.re, value.im);
 }
 
 /* Tests the points x_k = (k / GRAIN)^2: R varies over lengths of order 1, and with many stages over lengths that grow

@@ -6,6 +6,8 @@
  */
 #include "integrator/integrator.h"
 
+#include "kinetree/algebra.h"
+
 #include <math.h>
 
 kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability, kt_error *error) {
@@ -61,8 +63,8 @@ double kt_stability_period_error(const kt_stability *s, kt_complex lambda, doubl
         return (double)NAN;
     const kt_complex z = {step * lambda.re, step * fabs(lambda.im)}, value = kt_stability_value(s, z);
     const double steps = 2.0 * acos(-1.0) / z.im, turn = steps * atan2(value.im, value.re);
-    const double gain = exp(steps * log(hypot(value.re, value.im))), truth = exp(steps * z.re);
-    const double error = hypot(gain * cos(turn) - truth, gain * sin(turn));
+    const double gain = exp(steps * log(kt_hypot(value.re, value.im))), truth = exp(steps * z.re);
+    const double error = kt_hypot(gain * cos(turn) - truth, gain * sin(turn));
     return steps >= 2.0 && !isnan(error) ? error : fmax(1.0, error);
 }
 
@@ -84,7 +86,7 @@ static double longest_of_each(const kt_stability *s, const kt_complex *lambda, s
                               double growth, ptrdiff_t *index) {
     double step = HUGE_VAL;
     for (size_t i = 0; i < count; i++) {
-        const mode m = {s, lambda[i], hypot(lambda[i].re, lambda[i].im), duration, growth};
+        const mode m = {s, lambda[i], kt_hypot(lambda[i].re, lambda[i].im), duration, growth};
         if (!(m.size > 0.0))
             continue;
         const double most = fmin(step * m.size, kt_farthest_stable(s)), x = kt_first_exit(mode_is_stable, &m, most);
@@ -107,7 +109,7 @@ typedef struct spectrum {
 static double largest_size(const kt_complex *lambda, size_t count, ptrdiff_t *index) {
     double radius = 0.0;
     for (size_t i = 0; i < count; i++) {
-        const double size = hypot(lambda[i].re, lambda[i].im);
+        const double size = kt_hypot(lambda[i].re, lambda[i].im);
         if (size > radius) {
             radius = size;
             *index = (ptrdiff_t)i;

@@ -2,6 +2,8 @@
  * (cone.h). */
 #include "linear/cone_parts.h"
 
+#include "kinetree/algebra.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -94,10 +96,10 @@ static void solve_one(const double *block, const double *q, double mu, double *x
     y[2] = -((w[3] * w[7] - w[4] * w[6]) * q[0] + (w[1] * w[6] - w[0] * w[7]) * q[1] +
              (w[0] * w[4] - w[1] * w[3]) * q[2]) /
            det;
-    if (det > 0.0 && hypot(y[1], y[2]) <= mu * y[0])
+    if (det > 0.0 && kt_hypot(y[1], y[2]) <= mu * y[0])
         memcpy(x, y, sizeof y);
     else
-        slip_one(w, q, mu, hypot(y[1], y[2]) > 0.0 ? atan2(-y[2], -y[1]) : 0.0, x);
+        slip_one(w, q, mu, kt_hypot(y[1], y[2]) > 0.0 ? atan2(-y[2], -y[1]) : 0.0, x);
 }
 
 /* The same with the least normal impulse l: where it is that, tangential impulses lie in a disc. */
@@ -113,12 +115,12 @@ static void solve_one_least(const double *w, const double *q, double mu, double 
     x[1] = -(w[8] * t1 - w[5] * t2) / det;
     x[2] = -(w[4] * t2 - w[7] * t1) / det;
     const double step = 1.0 / (w[4] + w[8] + 1e-12);
-    for (int k = 0; k < 200 && hypot(x[1], x[2]) > mu * l; k++) { /* slips: projected steps */
-        const double norm = hypot(x[1], x[2]), y1 = x[1] * mu * l / norm, y2 = x[2] * mu * l / norm;
+    for (int k = 0; k < 200 && kt_hypot(x[1], x[2]) > mu * l; k++) { /* slips: projected steps */
+        const double norm = kt_hypot(x[1], x[2]), y1 = x[1] * mu * l / norm, y2 = x[2] * mu * l / norm;
         x[1] = y1 - step * (t1 + w[4] * y1 + w[5] * y2);
         x[2] = y2 - step * (t2 + w[7] * y1 + w[8] * y2);
-        const double after = hypot(x[1], x[2]), part = after > mu * l ? mu * l / after : 1.0;
-        if (k == 199 || hypot(x[1] * part - y1, x[2] * part - y2) < 1e-15 * mu * l) {
+        const double after = kt_hypot(x[1], x[2]), part = after > mu * l ? mu * l / after : 1.0;
+        if (k == 199 || kt_hypot(x[1] * part - y1, x[2] * part - y2) < 1e-15 * mu * l) {
             x[1] *= part;
             x[2] *= part;
             return;

@@ -15,6 +15,8 @@
  */
 #include "linear/cone_parts.h"
 
+#include "kinetree/algebra.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -23,7 +25,7 @@ enum { STEPS = 60, POLISH = 6, POLISH_LAST = 25 };
 /* ---- a cone ------------------------------------------------------------------------------------------------------ */
 
 static double determinant_of(const double *x) {
-    const double t = hypot(x[1], x[2]);
+    const double t = kt_hypot(x[1], x[2]);
     return (x[0] - t) * (x[0] + t);
 }
 

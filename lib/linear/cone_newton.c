@@ -1,6 +1,8 @@
 /* Alart and Curnier's function of the cone solver, its residual, and semismooth Newton on it (cone.h). */
 #include "linear/cone_parts.h"
 
+#include "kinetree/algebra.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -47,7 +49,7 @@ static double find_function(kt_cone *cone, const double *x, const double *u, dou
             find_plain(cone, i, x, u, f);
         } else {
             const double w = xi[0] - l - ui[0], R = cone->mu[i] * (l + fmax(0.0, w));
-            const double z1 = xi[1] - ui[1], z2 = xi[2] - ui[2], z = hypot(z1, z2), part = z > R ? R / z : 1.0;
+            const double z1 = xi[1] - ui[1], z2 = xi[2] - ui[2], z = kt_hypot(z1, z2), part = z > R ? R / z : 1.0;
             const bool slips = z > R;
             cone->mode[i] = w > 0.0 ? (slips ? SLIPS : STICKS) : R > 0.0 ? (slips ? LEAST_SLIPS : LEAST_STICKS) : HELD;
             cone->target[i] = l;
@@ -185,7 +187,7 @@ static double linearise(const kt_cone *cone, int i, int c, const double *x, doub
     }
     /* f_t = x_t - R e;  dR = mu (dx_n - du_n),  de = (1 - e e') (dx_t - du_t) / z */
     const double R = mu * (l + fmax(0.0, xi[0] - l - ui[0])), z1 = xi[1] - ui[1], z2 = xi[2] - ui[2];
-    const double z = hypot(z1, z2), e[2] = {z1 / z, z2 / z};
+    const double z = kt_hypot(z1, z2), e[2] = {z1 / z, z2 / z};
     if (cone->mode[i] == SLIPS) {
         dx[0] = -mu * e[c - 1];
         du[0] = mu * e[c - 1];

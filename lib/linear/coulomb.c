@@ -7,6 +7,7 @@
  */
 #include "linear/coulomb.h"
 
+#include "kinetree/algebra.h"
 #include "linear/cone.h"
 
 #include <math.h>
@@ -96,7 +97,7 @@ static void gather(const kt_coulomb *c, const double *p, double *x) {
 static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const double *p, const double *u,
                          double *e) {
     const double *pt = p + item->across, *ut = u + item->across;
-    const double speed = hypot(ut[0], ut[1]), force = hypot(pt[0], pt[1]);
+    const double speed = kt_hypot(ut[0], ut[1]), force = kt_hypot(pt[0], pt[1]);
     const bool moves = speed > 1e-9 * c->size, leaves = (item->refused & 1U << KT_COULOMB_STICK) != 0;
     e[0] = moves ? ut[0] / speed : leaves && force > 0.0 ? -pt[0] / force : 1.0;
     e[1] = moves ? ut[1] / speed : leaves && force > 0.0 ? -pt[1] / force : 0.0;

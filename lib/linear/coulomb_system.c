@@ -2,6 +2,8 @@
  * their least solution, and Newton's iteration for the directions of slip. */
 #include "linear/coulomb.h"
 
+#include "kinetree/algebra.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -364,7 +366,7 @@ bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to) {
         else
             holds = p - item->least >= -weak && fabs(u) <= small;
         if (item->type == KT_COULOMB_CONE && kt_coulomb_across(to->mode[i]) == KT_COULOMB_STICK)
-            holds = holds && hypot(ut[0], ut[1]) <= small && hypot(pt[0], pt[1]) <= item->friction * p + weak;
+            holds = holds && kt_hypot(ut[0], ut[1]) <= small && kt_hypot(pt[0], pt[1]) <= item->friction * p + weak;
         if (kt_coulomb_slips(c, to, i))
             holds = holds && ut[0] * to->e[i][0] + ut[1] * to->e[i][1] >= -small;
         if (!holds)

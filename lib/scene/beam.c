@@ -23,6 +23,7 @@
  */
 #include "scene/beam.h"
 #include "document/number.h"
+#include "kinetree/algebra.h"
 #include "scene/expand.h"
 #include "scene/part.h"
 
@@ -239,7 +240,7 @@ typedef struct kt_beam_segment {
 } kt_beam_segment;
 
 static kt_beam_segment segment_of(const kt_beam *b) {
-    const double l = b->length / b->segments, half = 0.5 * l * hypot(b->curvature.y, b->curvature.z);
+    const double l = b->length / b->segments, half = 0.5 * l * kt_hypot(b->curvature.y, b->curvature.z);
     const kt_beam_segment s = {half > 0.0 ? l * sin(half) / half : l,
                                {l * b->curvature.x, l * b->curvature.y, l * b->curvature.z}};
     return s;

@@ -9,6 +9,8 @@
  */
 #include "scene/value.h"
 
+#include "kinetree/algebra.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -30,7 +32,7 @@ bool kt_read_quaternion(kt_reader *r, const kt_scope *scope, kt_node *node, doub
         return kt_fault_expected(r, scope, node, "a quaternion [w, x, y, z]");
     if (!kt_read_numbers(r, scope, node, 4, KT_QUANTITY_NUMBER, NULL, q))
         return false;
-    double norm = hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
+    double norm = kt_hypot(kt_hypot(q[0], q[1]), kt_hypot(q[2], q[3]));
     if (norm == 0.0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
                            "a quaternion of zeros is no rotation; write [1, 0, 0, 0] for none");

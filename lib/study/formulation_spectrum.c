@@ -5,6 +5,7 @@
  * by central differences along all of xi and v, also those directions in which the loops open. In these directions the
  * spectrum shows the modes that the formulation adds to the mechanism.
  */
+#include "kinetree/algebra.h"
 #include "kinetree/joint.h"
 #include "linear/eigen.h"
 #include "study/dae.h"
@@ -62,9 +63,9 @@ static kt_status differentiate(kt_formulation_spectrum *s, kt_constraint_formula
 /* Sorts by rising modulus. Entries of equal modulus keep LAPACK's order, so that pairs stay together. */
 static void sort(const kt_formulation_spectrum *s, size_t n, double *real, double *imaginary) {
     for (size_t i = 0; i < n; i++) {
-        const double re = s->real[i], im = s->imaginary[i], size = hypot(re, im);
+        const double re = s->real[i], im = s->imaginary[i], size = kt_hypot(re, im);
         size_t at = i;
-        for (; at > 0 && hypot(real[at - 1], imaginary[at - 1]) > size; at--) {
+        for (; at > 0 && kt_hypot(real[at - 1], imaginary[at - 1]) > size; at--) {
             real[at] = real[at - 1];
             imaginary[at] = imaginary[at - 1];
         }

@@ -8,6 +8,7 @@
  */
 #include "records/singular.h"
 
+#include "kinetree/algebra.h"
 #include "kinetree/mechanism.h"
 
 #include <float.h>
@@ -59,8 +60,8 @@ static bool rotate(double *a, double *b, size_t length) {
     const double aa = product(a, a, length), bb = product(b, b, length), ab = product(a, b, length);
     if (fabs(ab) <= (double)length * DBL_EPSILON * sqrt(aa) * sqrt(bb))
         return false;
-    const double cot = (bb - aa) / (2.0 * ab), t = copysign(1.0, cot) / (fabs(cot) + hypot(1.0, cot));
-    const double c = 1.0 / hypot(1.0, t), s = c * t;
+    const double cot = (bb - aa) / (2.0 * ab), t = copysign(1.0, cot) / (fabs(cot) + kt_hypot(1.0, cot));
+    const double c = 1.0 / kt_hypot(1.0, t), s = c * t;
     for (size_t i = 0; i < length; i++) {
         const double x = a[i], y = b[i];
         a[i] = c * x - s * y;
